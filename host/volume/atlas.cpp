@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kNoPolygon = VertexTree::kNone;
 
-/// The corner that a triangle's longest side starts at.
+/// The corner at which a triangle's longest side starts.
 std::size_t longest_side(const SimplifiedIsosurface& low_poly, const Triangle& t) {
   std::array<double, 3> lengths;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -26,7 +26,7 @@ std::size_t longest_side(const SimplifiedIsosurface& low_poly, const Triangle& t
                                   lengths.begin());
 }
 
-/// Corners of each chart: quads as they are, triangles in pairs or single.
+/// Corners of each chart: quads, pairs of triangles, or single triangles.
 std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurface& low_poly) {
   std::vector<std::array<std::uint32_t, 4>> charts;
   std::vector<Triangle> triangles;
@@ -50,12 +50,12 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurfa
     const std::uint32_t other = pairing.partner[i];
     const std::size_t apex = other == kNoIndex ? 0 : pairing.apex[i];
     const std::uint32_t first = t[(apex + 1) % 3], second = t[(apex + 2) % 3];
-    // Pairs go by position, but vertices at the same place are not one here.
+    // Pairs are found by position, but here vertices of equal position are distinct.
     const bool paired = other != kNoIndex &&
                         std::count(triangles[other].begin(), triangles[other].end(), first) == 1 &&
                         std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
     if (!paired) {
-      // The longest side is the diagonal of the square.
+      // The longest side becomes the diagonal of a square.
       const std::size_t k = longest_side(low_poly, t);
       charts.push_back({t[(k + 1) % 3], t[(k + 2) % 3], t[k], kNoPolygon});
     } else if (i < other) {
@@ -65,7 +65,7 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurfa
   return charts;
 }
 
-/// Lengths of a chart's rectangle, world units.
+/// Sides of a chart's rectangle in world units.
 struct Extent {
   double width, height;
 };
@@ -75,14 +75,14 @@ Extent extent(const SimplifiedIsosurface& low_poly, const std::array<std::uint32
     return length(Vec3d(low_poly.positions[c[a]]) - Vec3d(low_poly.positions[c[b]]));
   };
   if (c[3] == kNoPolygon) {
-    // A square, so that its diagonal passes from texel to texel.
+    // A square, whose diagonal passes through texel centres.
     const double longer = std::max(side(0, 1), side(1, 2));
     return {longer, longer};
   }
   return {std::max(side(0, 1), side(3, 2)), std::max(side(1, 2), side(0, 3))};
 }
 
-/// Texel steps between corners, at least 1.
+/// Texel steps between corners; at least 1.
 std::uint32_t steps(double length, double density, std::uint32_t most) {
   return static_cast<std::uint32_t>(std::clamp(std::round(length * density), 1.0, double(most)));
 }
@@ -99,7 +99,7 @@ std::vector<PackSize> pack_sizes(const std::vector<Extent>& extents, double dens
   return result;
 }
 
-/// The greatest density whose rectangles fit, to some percent; 0 where not even the smallest do.
+/// The largest density at which the rectangles fit, within a few percent; 0 if none fits.
 double find_density(const std::vector<Extent>& extents, std::uint32_t size, std::uint32_t border,
                     std::vector<PackPlace>& places, std::vector<PackSize>& sizes) {
   if (2 * border + 2 > size) return 0;
@@ -118,7 +118,7 @@ double find_density(const std::vector<Extent>& extents, std::uint32_t size, std:
   double longest = 0;
   for (const Extent& e : extents) longest = std::max({longest, e.width, e.height});
   if (!(longest > 0)) return fits(0) ? 1 : 0;
-  // Bound at which the area alone is just enough: fitting starts a little below.
+  // Density at which the total area just fits: the search starts slightly below.
   double low = 0, high = size / longest;
   for (int round = 0; round < 40; ++round) {
     const double middle = round == 0 ? high : (low + high) / 2;
@@ -141,7 +141,8 @@ double find_density(const std::vector<Extent>& extents, std::uint32_t size, std:
   return fits(0) ? 1e-30 : 0;
 }
 
-/// Weights of a triangle's 2nd and 3rd corner as affine functions of a point: along the normal.
+/// Barycentric coordinates of a triangle's 2nd and 3rd corner as affine functions of a point, projected along the
+/// normal.
 void set_projection(const Vec3d& a, const Vec3d& b, const Vec3d& c, float rows[2][4],
                     float normal[3]) {
   const Vec3d e = b - a, f = c - a;
@@ -165,7 +166,7 @@ void set_projection(const Vec3d& a, const Vec3d& b, const Vec3d& c, float rows[2
 void set_weights(const float* a, const float* b, const float* c, float rows[2][3]) {
   const double ex = double{b[0]} - a[0], ey = double{b[1]} - a[1];
   const double fx = double{c[0]} - a[0], fy = double{c[1]} - a[1];
-  const double determinant = ex * fy - ey * fx;  // never 0: corners of a rectangle
+  const double determinant = ex * fy - ey * fx;  // Never 0 for corners of a rectangle
   const double second[2] = {fy / determinant, -fx / determinant};
   const double third[2] = {-ey / determinant, ex / determinant};
   for (int k = 0; k < 2; ++k) {
@@ -183,13 +184,13 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
   chart.size[0] = place.turned ? size.height : size.width;
   chart.size[1] = place.turned ? size.width : size.height;
   chart.place[0] = place.x;
-  chart.place[1] = map - place.y - chart.size[1];  // rows from the top
+  chart.place[1] = map - place.y - chart.size[1];  // Rows start at the top
   chart.corners = corners[3] == kNoPolygon ? 3 : 4;
   chart.triangles = chart.corners - 2;
   const auto b = static_cast<float>(border);
   const float right = static_cast<float>(chart.size[0] - 1) - b;
   const float bottom = static_cast<float>(chart.size[1] - 1) - b;
-  // Counter-clockwise with v upwards, from the lower left; turned by a quarter from the lower right.
+  // Counter-clockwise with v upwards, from the lower left; rotated by 90 degrees from the lower right.
   const float ring[4][2] = {{b, bottom}, {right, bottom}, {right, b}, {b, b}};
   for (std::size_t k = 0; k < 4; ++k) {
     const std::size_t from = (k + (place.turned ? 1 : 0)) % 4;
@@ -202,7 +203,7 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
     set_projection(at(0), at(1 + k), at(2 + k), chart.project[k], chart.normal[k]);
     set_weights(chart.texel[0], chart.texel[1 + k], chart.texel[2 + k], chart.weights[k]);
   }
-  // A triangle without area takes the other's direction.
+  // A degenerate triangle uses the other one's direction.
   for (std::uint32_t k = 0; k < chart.triangles; ++k) {
     const float* n = chart.normal[k];
     if (n[0] != 0 || n[1] != 0 || n[2] != 0) continue;
@@ -239,22 +240,23 @@ Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume) {
 
 std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per_unit,
                          std::uint32_t border) {
-  constexpr std::uint32_t kStep = 16, kLargest = 8192;
+  constexpr std::uint32_t kAtlasSizeStep = 16, kMaxAtlasSize = 8192;
   const std::vector<Extent> extents = extents_of(low_poly, chart_corners(low_poly));
-  const std::vector<PackSize> sizes = pack_sizes(extents, texels_per_unit, kLargest, border);
+  const std::vector<PackSize> sizes = pack_sizes(extents, texels_per_unit, kMaxAtlasSize, border);
   double area = 0;
-  std::uint32_t side = kStep;
+  std::uint32_t side = kAtlasSizeStep;
   for (const PackSize& size : sizes) {
     area += double(size.width) * size.height;
     side = std::max({side, size.width, size.height});
   }
-  side = std::max(side, static_cast<std::uint32_t>(std::min<double>(std::sqrt(area), kLargest)));
+  side =
+      std::max(side, static_cast<std::uint32_t>(std::min<double>(std::sqrt(area), kMaxAtlasSize)));
   std::vector<PackPlace> places;
-  for (; side < kLargest; side += std::max(kStep, side / 50)) {
-    side = (side + kStep - 1) / kStep * kStep;
-    if (side < kLargest && pack_rectangles(sizes, side, places)) return side;
+  for (; side < kMaxAtlasSize; side += std::max(kAtlasSizeStep, side / 50)) {
+    side = (side + kAtlasSizeStep - 1) / kAtlasSizeStep * kAtlasSizeStep;
+    if (side < kMaxAtlasSize && pack_rectangles(sizes, side, places)) return side;
   }
-  return kLargest;
+  return kMaxAtlasSize;
 }
 
 Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std::uint32_t size,

@@ -1,4 +1,4 @@
-// Charts of the low poly's polygons in one texture.
+// Packs the low poly's polygons as charts of one texture.
 #pragma once
 
 #include <cstdint>
@@ -13,27 +13,26 @@ namespace kiln {
 
 struct Atlas {
   std::vector<kiln_volume_chart> charts;
-  Mesh mesh;  ///< With UVs and smooth normals; each chart's triangles follow each other
-  std::uint64_t texels = 0;       ///< Texels of all charts, with borders
-  std::uint64_t ring_texels = 0;  ///< On their sides (kiln_volume_chart::first_ring)
-  double texels_per_unit = 0;     ///< Side of the world's unit in texels
-  std::uint32_t border = 0;       ///< Border that was kept
+  Mesh mesh;  ///< With UVs and smooth normals; the triangles of each chart are contiguous
+  std::uint64_t texels = 0;       ///< Texels of all charts, borders included
+  std::uint64_t ring_texels = 0;  ///< Texels on the charts' sides (kiln_volume_chart::first_ring)
+  double texels_per_unit = 0;     ///< Texels per world unit
+  std::uint32_t border = 0;       ///< Border of the charts, texels
 };
 
-/// The smallest map, a multiple of 16 texels, that holds the charts at a density, their borders included;
-/// 8192 where none does.
-/// \param texels_per_unit  side of the world's unit in texels
+/// The smallest map, a multiple of 16 texels, that holds the charts with borders at a density; 8192 if none does.
+/// \param texels_per_unit  texels per world unit
 std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per_unit,
                          std::uint32_t border);
 
-/// The triangles, in the order of Atlas::mesh, without UVs.
+/// The triangles in the order of Atlas::mesh, without UVs.
 Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume);
 
-/// Packs the polygons as rectangles; single triangles are paired where they unfold well. The corners
-/// lie on texel centres, `border` texels in from the rectangle's sides. So bilinear filtering reads
-/// the chart's own texels alone. Sides follow the polygon's lengths; as dense as fits.
-/// \throws Error(usage) where the polygons are too many for the size; Error(input) where the topology
-///         keeps so many
+/// Packs the polygons as rectangles, as dense as fits; single triangles are paired if they unfold well. Corners lie
+/// on texel centres, `border` texels from the rectangle's sides, so that bilinear filtering reads only texels of the
+/// chart. Sides are proportional to the polygon's lengths.
+/// \throws Error(usage) if there are too many polygons for the size; Error(input) if keeping the topology is the
+/// reason
 Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std::uint32_t size,
                  std::uint32_t border);
 

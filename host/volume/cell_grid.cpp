@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-/// Bits first to last - 1 of a row's word w.
+/// Mask of the bits first to last - 1 of a row that lie in word w.
 std::uint64_t range_mask(std::uint32_t word, std::uint32_t first, std::uint32_t last) {
   const std::int64_t bit = std::int64_t{word} * 64;
   const std::int64_t begin = std::clamp<std::int64_t>(std::int64_t{first} - bit, 0, 64);
@@ -30,7 +30,7 @@ void CellGrid::build(bool open) {
   const std::uint32_t rows = size_[1] + 2;
   const std::size_t row = words_per_row_;
   words_.resize(inside_.size());
-  // Cells and lower ends of edges, along each axis: all that there are, or those without padding.
+  // Range of cells and lower ends of edges along each axis: all, or those without padding.
   const std::uint32_t first = open ? 1 : 0;
   const auto last = [&](int axis) { return open ? size_[axis] : size_[axis] + 1; };
   std::vector<std::uint64_t> edges(planes), cells(planes);
@@ -46,7 +46,7 @@ void CellGrid::build(bool open) {
         kiln_volume_word* out = &words_[(z * rows + y) * row];
         for (std::uint32_t w = 0; w < row; ++w) {
           const bool more = w + 1 < row;
-          // The next voxel along x of each.
+          // For each voxel, the next one along x.
           const auto next = [&](const std::uint64_t* line) {
             return line[w] >> 1 | (more ? line[w + 1] << 63 : 0);
           };
@@ -78,7 +78,7 @@ void CellGrid::build(bool open) {
   for (std::uint32_t z = 0; z < planes; ++z) {
     edge_total += edges[z];
     cell_total += cells[z];
-    // A cell may need four vertices, an edge two triangles.
+    // A cell may need four vertices; an edge may need two triangles.
     if (edge_total >= kNone / 4 || cell_total >= kNone / 4) {
       throw Error(ErrorCode::input,
                   "The volume's surface crosses more than a billion edges: smooth the volume, take "

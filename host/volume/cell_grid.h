@@ -1,4 +1,4 @@
-// Which cells and edges of a volume the surface crosses, and their numbers.
+// Cells and edges of a volume that the surface crosses, and their numbering.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Padded coordinates of a cell or an edge's lower end (shared/volume.h).
+/// Padded coordinates of a cell, or of an edge's lower end (shared/volume.h).
 using CellPlace = std::array<std::uint32_t, 3>;
 
 inline std::uint64_t pack_place(const CellPlace& place, std::uint64_t rest = 0) {
@@ -26,24 +26,25 @@ inline CellPlace unpack_place(std::uint64_t key) {
           static_cast<std::uint32_t>(key >> 2 * kBits & kMask)};
 }
 
-/// A bit a padded voxel, and from it a bit an edge and a cell, with ranks: number and place of crossed
-/// edges and cells lead to each other without a search. Takes 6 bits a voxel.
+/// One bit per padded voxel, and bits for crossed edges and cells derived from it, with ranks: these convert between
+/// the number and the position of a crossed edge or cell without a search. Takes 6 bits per voxel.
 class CellGrid {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
-  /// \param size  voxels
+  /// \param size  in voxels
   explicit CellGrid(const std::array<std::uint32_t, 3>& size);
 
   const std::array<std::uint32_t, 3>& size() const { return size_; }
   std::uint32_t row_words() const { return words_per_row_; }
-  /// Bits of one plane of padded voxels: where the signs of voxel plane z = plane - 1 go.
+  /// Sign bits of a plane of padded voxels, to be written; voxel plane z = plane - 1.
   std::uint64_t* plane(std::uint32_t plane) { return &inside_[plane * plane_words()]; }
   const std::uint64_t* plane(std::uint32_t plane) const { return &inside_[plane * plane_words()]; }
   std::size_t plane_words() const { return std::size_t{size_[1] + 2} * words_per_row_; }
 
-  /// Finds what is crossed, once the signs are there. \param open  leave out what touches the padding
-  /// \throws Error(input) where there are too many to be counted in 32 bits
+  /// Finds crossed edges and cells from the signs.
+  /// \param open  true: leaves out those that touch the padding
+  /// \throws Error(input) if there are too many for 32-bit numbers
   void build(bool open);
 
   std::uint32_t edge_count() const { return edge_count_; }
@@ -53,20 +54,20 @@ class CellGrid {
   bool is_inside(const CellPlace& at) const {
     return (inside_[word_index(at)] >> (at[0] & 63) & 1) != 0;
   }
-  /// Number of a cell, kNone where the surface does not pass through it.
+  /// Number of a cell; kNone if the surface does not cross it.
   std::uint32_t cell(const CellPlace& at) const {
     const kiln_volume_word& word = words_[word_index(at)];
     const std::uint64_t bit = std::uint64_t{1} << (at[0] & 63);
     if ((word.cell & bit) == 0) return kNone;
     return word.cell_base + static_cast<std::uint32_t>(std::popcount(word.cell & (bit - 1)));
   }
-  /// Signs of a cell's corners: bit x + 2 y + 4 z is 1 inside.
+  /// Signs of a cell's corners: bit x + 2 y + 4 z is 1 inside of the solid.
   std::uint32_t corners(const CellPlace& at) const;
 
-  /// Numbers of the first edge at or after each plane, and one more: planes may be worked on apart.
+  /// By plane, the number of its first edge, and one extra entry, for processing planes in parallel.
   const std::vector<std::uint32_t>& plane_edges() const { return plane_edges_; }
 
-  /// Calls visit(number, place) for the cells of a plane in order.
+  /// Calls visit(number, place) for the crossed cells of a plane, in order.
   template <typename Visit>
   void for_cells(std::uint32_t plane, const Visit& visit) const {
     std::uint32_t number = plane_cells_[plane];
@@ -77,7 +78,7 @@ class CellGrid {
       }
     });
   }
-  /// Calls visit(number, place, axis) for the edges of a plane in order.
+  /// Calls visit(number, place, axis) for the crossed edges of a plane, in order.
   template <typename Visit>
   void for_edges(std::uint32_t plane, const Visit& visit) const {
     std::uint32_t number = plane_edges_[plane];

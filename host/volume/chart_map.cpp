@@ -19,18 +19,18 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kStep = 16, kLargest = 8192;
+constexpr std::uint32_t kMapSizeStep = 16, kMaxMapSize = 8192;
 /// Share of the map that large charts are expected to cover.
 constexpr double kExpectedCoverage = 0.7;
-/// This share of the density asked for is near enough.
-constexpr double kNearlyAsDense = 0.95;
-/// Texels of the polygons' map on one of the charts' map, a side.
-constexpr double kFiner = 2;
-/// Around polygons: their texels are read up to the corners, which lie on centres.
+/// Share of the requested density that is accepted.
+constexpr double kMinDensityShare = 0.95;
+/// Resolution of the polygons' map relative to the charts' map.
+constexpr double kPolygonMapScale = 2;
+/// Border of polygons in texels: their texels are read up to the corners, which lie on texel centres.
 constexpr std::uint32_t kPolygonBorder = 1;
-/// Points of a texel, a side.
-constexpr int kPoints = 2;
-constexpr std::size_t kRowsAtOnce = 16;
+/// Sample points per texel along each axis.
+constexpr int kPointsPerAxis = 2;
+constexpr std::size_t kRowsPerTask = 16;
 
 double area_of(const SimplifiedIsosurface& low_poly) {
   double area = 0;
@@ -47,7 +47,7 @@ double area_of(const SimplifiedIsosurface& low_poly) {
   return area;
 }
 
-/// Texels of the polygons' map, by where a chart's texel lies in a triangle.
+/// Reads the polygons' map at a point of a triangle.
 class PolygonTexels {
  public:
   PolygonTexels(const Atlas& atlas, const Image& map)
@@ -84,15 +84,15 @@ class PolygonTexels {
 
  private:
   const Image& map_;
-  std::vector<std::array<std::array<double, 2>, 3>> at_;  ///< Per triangle's corners
+  std::vector<std::array<std::array<double, 2>, 3>> at_;  ///< By triangle, its corners
 };
 
-/// Corners of a triangle in texels of the charts' map, rows from the top.
-struct Placed {
+/// Corners of a triangle in texels of the charts' map; rows start at the top.
+struct PlacedTriangle {
   std::array<double, 3> x, y;
-  double area = 0;  ///< Twice; 0: covers nothing
+  double area = 0;  ///< Twice the area; 0: degenerate
 
-  Placed(const Mesh& mesh, std::size_t triangle, std::uint32_t size) {
+  PlacedTriangle(const Mesh& mesh, std::size_t triangle, std::uint32_t size) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2& uv = mesh.uvs[mesh.uv_triangles[triangle][k]];
       x[k] = double{uv.x} * size;
@@ -112,14 +112,14 @@ bool inside(const std::array<double, 3>& weights) {
   return weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0;
 }
 
-/// Sums that a texel gathers from the triangles that it lies on.
-struct Gathered {
+/// Sums over the triangles that cover a texel.
+struct TexelSum {
   Vec3d sum;
-  std::uint32_t triangle = 0;  ///< The first
+  std::uint32_t triangle = 0;  ///< The first of them
   std::uint32_t points = 0;
 };
 
-/// Value of the map for a normal, as kiln_volume_map_encode has it.
+/// A normal as a value of the map, as by the kernel function kiln_volume_map_encode.
 Vec3d encoded(const Vec3d& normal, const kiln_low_shading& low, std::array<double, 3> weights) {
   double sum = 0;
   for (double& w : weights) sum += w = std::max(w, 0.0);
@@ -139,16 +139,16 @@ Vec3d encoded(const Vec3d& normal, const kiln_low_shading& low, std::array<doubl
   return size > 0 ? value * (1 / size) : Vec3d{0, 0, 1};
 }
 
-/// Gathers rows first to last - 1.
-void gather_rows(const std::vector<Placed>& placed, const PolygonTexels& polygons,
+/// Accumulates rows first to last - 1.
+void gather_rows(const std::vector<PlacedTriangle>& placed, const PolygonTexels& polygons,
                  std::uint32_t size, std::size_t first, std::size_t last,
-                 std::vector<Gathered>& gathered) {
+                 std::vector<TexelSum>& gathered) {
   const auto cell = [](double at, std::size_t low, std::size_t high) {
     return static_cast<std::size_t>(
         std::clamp(std::floor(at), static_cast<double>(low), static_cast<double>(high)));
   };
   for (std::uint32_t t = 0; t < placed.size(); ++t) {
-    const Placed& p = placed[t];
+    const PlacedTriangle& p = placed[t];
     if (!(p.area != 0)) continue;
     const auto [left, right] = std::minmax({p.x[0], p.x[1], p.x[2]});
     const auto [top, bottom] = std::minmax({p.y[0], p.y[1], p.y[2]});
@@ -156,13 +156,13 @@ void gather_rows(const std::vector<Placed>& placed, const PolygonTexels& polygon
     const std::size_t x1 = cell(right, 0, size - 1), y1 = cell(bottom, first, last - 1);
     for (std::size_t y = cell(top, first, last - 1); y <= y1; ++y) {
       for (std::size_t x = cell(left, 0, size - 1); x <= x1; ++x) {
-        for (int point = 0; point < kPoints * kPoints; ++point) {
-          const int column = point % kPoints, row = point / kPoints;
-          const double px = static_cast<double>(x) + (column + 0.5) / kPoints;
-          const double py = static_cast<double>(y) + (row + 0.5) / kPoints;
+        for (int point = 0; point < kPointsPerAxis * kPointsPerAxis; ++point) {
+          const int column = point % kPointsPerAxis, row = point / kPointsPerAxis;
+          const double px = static_cast<double>(x) + (column + 0.5) / kPointsPerAxis;
+          const double py = static_cast<double>(y) + (row + 0.5) / kPointsPerAxis;
           const std::array<double, 3> weights = p.weights(px, py);
           if (!inside(weights)) continue;
-          Gathered& texel = gathered[y * size + x];
+          TexelSum& texel = gathered[y * size + x];
           if (texel.points++ == 0) texel.triangle = t;
           texel.sum += polygons.normal(t, weights);
         }
@@ -191,14 +191,14 @@ ChartLayout lay_out_charts_at(const SimplifiedIsosurface& low_poly, const Volume
                               double texels_per_unit, std::uint32_t border, std::uint32_t& size,
                               const TexelDetail* detail) {
   const auto size_for = [&](double side) {
-    const double steps = std::ceil(std::min<double>(side, kLargest) / kStep);
-    return kStep * std::max(1U, static_cast<std::uint32_t>(steps));
+    const double steps = std::ceil(std::min<double>(side, kMaxMapSize) / kMapSizeStep);
+    return kMapSizeStep * std::max(1U, static_cast<std::uint32_t>(steps));
   };
   size = size_for(texels_per_unit * std::sqrt(area_of(low_poly) / kExpectedCoverage));
   KnownCharts known;
   ChartLayout layout = lay_out_charts(low_poly, volume, size, border, detail, &known);
   const double reached = layout.texels_per_unit / texels_per_unit;
-  if (reached > kNearlyAsDense || size == kLargest) return layout;
+  if (reached > kMinDensityShare || size == kMaxMapSize) return layout;
   size = size_for(size / reached);
   return lay_out_charts(low_poly, volume, size, border, detail, &known);
 }
@@ -208,7 +208,7 @@ Image chart_map(cl::Context& context, const FineSurface& surface,
                 const ChartLayout& layout, double spacing, const ExtractOptions& options,
                 std::uint64_t& splatted) {
   ExtractOptions fine = options;
-  fine.size = atlas_size(low_poly, kFiner * layout.texels_per_unit, kPolygonBorder);
+  fine.size = atlas_size(low_poly, kPolygonMapScale * layout.texels_per_unit, kPolygonBorder);
   fine.space = NormalMapSpace::object;
   fine.flip_y = false;
   fine.raw = true;
@@ -216,17 +216,17 @@ Image chart_map(cl::Context& context, const FineSurface& surface,
   const Image polygon_map = splat_normals(context, surface, low_poly, atlas,
                                           atlas.texels_per_unit * spacing, fine, splatted);
   const PolygonTexels polygons(atlas, polygon_map);
-  const Mesh& mesh = layout.mesh;  // The triangles are those of the polygons' map.
-  std::vector<Placed> placed;
+  const Mesh& mesh = layout.mesh;  // Same triangles as in the polygons' map
+  std::vector<PlacedTriangle> placed;
   placed.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     placed.emplace_back(mesh, t, options.size);
   const std::uint32_t size = options.size;
-  std::vector<Gathered> gathered(std::size_t{size} * size);
+  std::vector<TexelSum> gathered(std::size_t{size} * size);
   const auto gather = [&](std::size_t begin, std::size_t end) {
     gather_rows(placed, polygons, size, begin, end, gathered);
   };
-  parallel_for(size, kRowsAtOnce, gather);
+  parallel_for(size, kRowsPerTask, gather);
 
   std::vector<kiln_low_shading> shading;
   if (options.space == NormalMapSpace::tangent) {
@@ -235,7 +235,7 @@ Image chart_map(cl::Context& context, const FineSurface& surface,
   Image image{size, size, 3, std::vector<float>(3 * gathered.size(), 0.0F)};
   std::vector<std::uint8_t> coverage(gathered.size(), kCoverageEmpty);
   for (std::size_t i = 0; i < gathered.size(); ++i) {
-    const Gathered& texel = gathered[i];
+    const TexelSum& texel = gathered[i];
     if (texel.points == 0) continue;
     coverage[i] = kCoverageBaked;
     const double sum_length = length(texel.sum);

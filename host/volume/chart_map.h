@@ -1,4 +1,4 @@
-// The low poly laid out by few large charts, and its map.
+// Layout of the low poly in few large charts, and its normal map.
 #pragma once
 
 #include "cl/context.h"
@@ -11,31 +11,31 @@
 
 namespace kiln {
 
-/// A low poly by large charts.
+/// A low poly with large charts.
 struct ChartLayout {
   Mesh mesh;
   UnwrapReport unwrapped;
-  double texels_per_unit = 0;  ///< Side of the world's unit in texels of the map
+  double texels_per_unit = 0;  ///< Texels of the map per world unit
 };
 
 /// \param border  texels around each chart
-/// \param detail  for texels by it; null: by area
+/// \param detail  distributes texels by detail; null: by area
 /// \param known   see unwrap_for()
-/// \throws Error(input) where the charts are too many for the size
+/// \throws Error(input) if there are too many charts for the size
 ChartLayout lay_out_charts(const SimplifiedIsosurface& low_poly, const Volume& volume,
                            std::uint32_t size, std::uint32_t border,
                            const TexelDetail* detail = nullptr, KnownCharts* known = nullptr);
 
-/// The same with a map, a multiple of 16 texels, that is about large enough for a density; at most 8192.
-/// \param size  [out]
+/// The same with a map, a multiple of 16 texels and at most 8192, of about the given density.
+/// \param size  [out] side of the map
 ChartLayout lay_out_charts_at(const SimplifiedIsosurface& low_poly, const Volume& volume,
                               double texels_per_unit, std::uint32_t border, std::uint32_t& size,
                               const TexelDetail* detail = nullptr);
 
-/// Splats fine vertices into a map of the polygons, twice as fine, and reads that at the charts' texels: what
-/// two charts hold along a seam is the same.
+/// Splats fine vertices into a map of the polygons at twice the resolution, and resamples it for the charts, so that
+/// both sides of a seam get the same values.
 /// \param layout    of `low_poly`
-/// \param splatted  [out] texels of the polygons that fine vertices fell into
+/// \param splatted  [out] texels of the polygons' map that contain fine vertices
 Image chart_map(cl::Context& context, const FineSurface& surface,
                 const SimplifiedIsosurface& low_poly, const Volume& volume,
                 const ChartLayout& layout, double spacing, const ExtractOptions& options,

@@ -1,4 +1,4 @@
-// The low poly and its map, step by step.
+// Extracts the low poly and its map, step by step.
 #include "volume/extract.h"
 
 #include <algorithm>
@@ -25,27 +25,28 @@
 namespace kiln {
 namespace {
 
-/// Below this share of the largest part's vertices parts are small, and from so many on they are noise.
-constexpr double kSmallPart = 0.01;
-constexpr std::uint64_t kNoiseParts = 100;
-/// Largest share of the full contour's triangles that is left where nothing is asked for.
-constexpr double kShare = 0.05;
+/// Share of the largest part's vertices below which parts are small; if there are kMinNoiseParts or more small parts,
+/// they are noise.
+constexpr double kMinPartShare = 0.01;
+constexpr std::uint64_t kMinNoiseParts = 100;
+/// Largest share of the full contour's triangles that remains if no goal is given.
+constexpr double kMaxFaceShare = 0.05;
 
-/// Measured: the most that is held at once of the low poly, its layout and its map.
+/// Measured peak memory of the low poly, its layout and its map.
 struct BytesOf {
   std::uint64_t texel, face;
 };
 constexpr BytesOf kPairs{48, 1500}, kCharts{260, 4300};
 
-/// \param size  of the map
+/// \param size  side of the map
 void require_map(const BytesOf& bytes, const SimplifiedIsosurface& low_poly, const Volume& volume,
                  std::uint64_t size) {
   require_memory("The low poly of volume '" + volume.name + "' and its map",
                  bytes.texel * size * size + bytes.face * low_poly.faces);
 }
 
-/// Edges with more than two triangles.
-std::uint64_t crowded_edges(const Mesh& mesh) {
+/// Number of edges with more than two triangles.
+std::uint64_t nonmanifold_edges(const Mesh& mesh) {
   std::vector<std::uint64_t> edges;
   edges.reserve(3 * mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) {
@@ -152,18 +153,18 @@ void describe_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractR
        "topology.");
 }
 
-/// Makes the surface with settings chosen as asked for.
+/// Simplifies the surface with the requested or automatically chosen settings.
 SimplifiedIsosurface choose_surface(const FineSurface& surface, const VertexTree& tree,
                                     const Volume& volume, const ExtractOptions& options,
                                     ExtractUsed& used) {
   IsosurfaceOptions light_options{.faces = options.faces,
                                   .error = options.error,
-                                  .share = options.choose.error ? kShare : 1,
+                                  .share = options.choose.error ? kMaxFaceShare : 1,
                                   .keep_topology = options.keep_topology || options.choose.topology,
                                   .min_part = options.min_part};
   if (options.choose.min_part) {
-    const bool noise = count_small_parts(tree, kSmallPart) >= kNoiseParts;
-    light_options.min_part = noise ? kSmallPart : 0;
+    const bool noise = count_small_parts(tree, kMinPartShare) >= kMinNoiseParts;
+    light_options.min_part = noise ? kMinPartShare : 0;
   }
   SimplifiedIsosurface low_poly = simplify_isosurface(surface, tree, volume, light_options);
   if (options.choose.topology && low_poly.aimed_faces != 0 &&
@@ -181,7 +182,7 @@ SimplifiedIsosurface choose_surface(const FineSurface& surface, const VertexTree
 
 void warn_of_fine_map(const Volume& volume, ExtractReport& report) {
   if (report.texels_per_cell < kMapTooFine) return;
-  // Texels a cell go with the size; a multiple of 16 at or above what comes to 2.
+  // Density is proportional to the size: rounds the size at 2 texels per cell up to a multiple of 16.
   const double side = 2 * report.used.size / report.texels_per_cell;
   const auto better = static_cast<std::uint32_t>(16 * std::max(1.0, std::ceil(side / 16)));
   const std::string texels = formatted("%.3g", report.texels_per_cell);
@@ -200,7 +201,7 @@ void describe_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptio
   report.charts = atlas.charts.size();
   report.coverage = uv_area(atlas.mesh);
   report.texels_per_cell = atlas.texels_per_unit * spacing_of(volume);
-  report.non_manifold_edges = crowded_edges(atlas.mesh);
+  report.non_manifold_edges = nonmanifold_edges(atlas.mesh);
   if (atlas.border != options.border_texels) {
     report.warnings.push_back({"border-shrunk",
                                "Charts are many for the map's size: their border is " +
@@ -215,7 +216,7 @@ void describe_charts(const ChartLayout& layout, const Volume& volume, ExtractRep
   report.charts = layout.unwrapped.charts;
   report.coverage = layout.unwrapped.coverage;
   report.texels_per_cell = layout.texels_per_unit * spacing_of(volume);
-  report.non_manifold_edges = crowded_edges(layout.mesh);
+  report.non_manifold_edges = nonmanifold_edges(layout.mesh);
   const std::vector<Warning>& warnings = layout.unwrapped.warnings;
   report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
   warn_of_fine_map(volume, report);

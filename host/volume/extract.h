@@ -1,4 +1,4 @@
-// A low poly with its map from a contour that is there.
+// Extracts a low poly and its map from an existing contour.
 #pragma once
 
 #include "cl/context.h"
@@ -8,11 +8,11 @@
 
 namespace kiln {
 
-/// \throws Error(usage) for an option out of range
+/// \throws Error(usage) for an option out of its range
 void check_extract_options(const ExtractOptions& options);
 
-/// \param contour  of the surface
-/// \param seconds_tree  that the tree took; counted to seconds_simplify and seconds_total
+/// \param contour  report of the surface's contour
+/// \param seconds_tree  time of building the tree; added to seconds_simplify and seconds_total
 ExtractResult extract_from(cl::Context& context, const Volume& volume, const FineSurface& surface,
                            const VertexTree& tree, const ExtractOptions& options,
                            const ContourReport& contour, double seconds_tree);

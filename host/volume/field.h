@@ -1,4 +1,4 @@
-// A volume as a continuous field, in double precision: what measuring compares with.
+// A volume as a continuous field in double precision: the reference for measures.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// The solid is where value() is above 0 (or 0, for Inside::above). Places are in voxels.
+/// The solid is where value() is above 0 (or 0, for Inside::above). Positions are in voxels.
 template <typename T>
 class Field {
  public:
@@ -23,7 +23,8 @@ class Field {
         outside_(voxels.outside),
         below_(options.inside == Inside::below) {}
 
-  /// Trilinear interpolation, positive in the solid. \param p  within the volume
+  /// Trilinear interpolation, positive in the solid.
+  /// \param p  within the volume
   double value(const Vec3d& p) const {
     const Cell c = cell(p);
     double sum = 0;
@@ -32,7 +33,7 @@ class Field {
     }
     return below_ ? iso_ - sum : sum - iso_;
   }
-  /// Central differences, interpolated like the field; points into the solid.
+  /// Gradient by central differences, interpolated like the field; points into the solid.
   Vec3d gradient(const Vec3d& p) const {
     const Cell c = cell(p);
     Vec3d sum;
@@ -46,7 +47,7 @@ class Field {
     return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x <= size_[0] - 1.0 && p.y <= size_[1] - 1.0 &&
            p.z <= size_[2] - 1.0;
   }
-  /// The cell that a place lies in: its lowest voxel.
+  /// The cell that contains a point, by its lowest voxel.
   std::array<std::uint32_t, 3> cell_of(const Vec3d& p) const {
     const Cell c = cell(p);
     return {c.x, c.y, c.z};

@@ -13,10 +13,9 @@
 namespace kiln {
 namespace {
 
-// Measured: the most that is held at once. With error functions, those of the clusters that are made of them
-// are among it.
-constexpr std::uint64_t kBytesOfWord = 2 * sizeof(kiln_volume_word) + 8;  // 64 padded voxels
-constexpr std::uint64_t kBytesOfCell = 140, kBytesOfCellWithQefs = 260;
+// Measured peak memory. With error functions, it includes those of the clusters made from them.
+constexpr std::uint64_t kBytesPerWord = 2 * sizeof(kiln_volume_word) + 8;  // Per 64 padded voxels
+constexpr std::uint64_t kBytesPerCell = 140, kBytesPerCellWithQefs = 260;
 
 double lap(std::chrono::steady_clock::time_point& last) {
   const auto now = std::chrono::steady_clock::now();
@@ -54,13 +53,15 @@ bool is_mirrored(const Volume& volume) {
          0;
 }
 
-/// A range and so many planes more on either side.
-Planes widened(const Planes& planes, std::uint32_t below, std::uint32_t above, std::uint32_t end) {
+/// Extends a range of planes on both sides.
+Planes extended_range(const Planes& planes, std::uint32_t below, std::uint32_t above,
+                      std::uint32_t end) {
   if (planes.first >= planes.last) return {0, 0};
   return {planes.first - std::min(planes.first, below), std::min(end, planes.last + above)};
 }
 
-/// Moves the parts of an array that stay, in order of planes. \param old_begins, new_begins  by plane
+/// Moves the kept parts of an array, in order of planes.
+/// \param old_begins, new_begins  by plane
 template <typename T>
 void copy_kept(const RawVector<T>& from, const std::vector<std::uint32_t>& old_begins,
                const std::vector<std::uint32_t>& new_begins, const Planes& changed,
@@ -80,15 +81,15 @@ FineContour::Kernels FineContour::kernels(const DeviceVoxels& voxels) const {
 
 bool FineContour::all_changed(const DeviceVoxels& voxels) const {
   if (!state_.cells || voxels.type != state_.type || voxels.iso != state_.iso) return true;
-  // The value that stands for voxels that are not finite is that of the whole volume.
+  // Non-finite voxels are replaced by values that depend on the whole volume.
   return (voxels.outside != state_.outside || voxels.infinite_inside != state_.infinite_inside) &&
          (voxels.not_finite != 0 || state_.not_finite);
 }
 
-Planes FineContour::find_signs_anew(const Volume& volume, const DeviceVoxels& voxels, Slabs& slabs,
-                                    const Kernels& kernels, const kiln_volume_grid& grid,
-                                    const Planes& voxel_planes, State& next,
-                                    ContourReport& report) const {
+Planes FineContour::update_signs(const Volume& volume, const DeviceVoxels& voxels, Slabs& slabs,
+                                 const Kernels& kernels, const kiln_volume_grid& grid,
+                                 const Planes& voxel_planes, State& next,
+                                 ContourReport& report) const {
   auto clock = std::chrono::steady_clock::now();
   CellGrid& cells = *next.cells;
   const std::uint32_t planes = volume.size[2] + 2;
@@ -121,7 +122,7 @@ Planes FineContour::find_signs_anew(const Volume& volume, const DeviceVoxels& vo
   if (all) {
     changed = {0, planes};
   } else if (options_.outer_only) {
-    // Filling reaches far.
+    // Filling may change distant planes.
     for (std::uint32_t plane = 0; plane < planes; ++plane) {
       const std::uint64_t* old = std::as_const(*state_.cells).plane(plane);
       if (std::equal(old, old + words, cells.plane(plane))) continue;
@@ -160,7 +161,7 @@ KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_plane
   const std::uint64_t words = (std::uint64_t{volume.size[0]} + 2 + 63) / 64 *
                               (std::uint64_t{volume.size[1]} + 2) *
                               (std::uint64_t{volume.size[2]} + 2);
-  require_memory("Looking for the surface of volume '" + volume.name + "'", kBytesOfWord * words);
+  require_memory("Looking for the surface of volume '" + volume.name + "'", kBytesPerWord * words);
   next.cells.emplace(volume.size);
   next.type = voxels.type;
   next.iso = voxels.iso;
@@ -176,13 +177,13 @@ KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_plane
   cl::Array<kiln_volume_crossing> crossings;
   {
     Slabs slabs(context_, volume, voxels, slab_bytes_);
-    changed = find_signs_anew(volume, voxels, slabs, kernels, grid, voxel_planes, next, report);
+    changed = update_signs(volume, voxels, slabs, kernels, grid, voxel_planes, next, report);
     report.seconds_scan += seconds_voxels;
-    const std::uint64_t of_cell = with_qefs_ ? kBytesOfCellWithQefs : kBytesOfCell;
+    const std::uint64_t of_cell = with_qefs_ ? kBytesPerCellWithQefs : kBytesPerCell;
     require_memory("The full contour of volume '" + volume.name + "'",
                    of_cell * cells.cell_count());
     lap(clock);
-    crossings = cross(slabs, kernels, grid, widened(changed, 3, 3, end), next);
+    crossings = cross(slabs, kernels, grid, extended_range(changed, 3, 3, end), next);
   }
   report.seconds_hermite = lap(clock);
   surface.cells = cells.cell_count();
@@ -193,8 +194,8 @@ KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_plane
   const std::size_t count = surface.keys.size();
   surface.vertices.resize(count);
   if (with_qefs_) surface.qefs.resize(count);
-  // Cells have crossings of their own plane and the next, and may be parted otherwise by their neighbours.
-  const Planes planes = widened(changed, 5, 4, end);
+  // Cells depend on crossings of their own and the next plane, and their sheets on neighbouring cells.
+  const Planes planes = extended_range(changed, 5, 4, end);
   const std::vector<std::uint32_t>& begins = next.plane_vertices;
   if (state_.cells && (planes.first > 0 || planes.last < end)) {
     copy_kept(surface_.vertices, state_.plane_vertices, begins, planes, surface.vertices);

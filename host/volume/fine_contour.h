@@ -1,4 +1,4 @@
-// The finest contour of a volume that changes.
+// The full-resolution contour of a volume that changes.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace kiln {
 
-/// Contours a volume, and again what is near the planes whose voxels changed. The surface is, to the bit,
-/// what a fresh contour of the volume gives.
+/// Contours a volume, and updates the contour near planes whose voxels changed. The surface is bit-identical to a new
+/// contour of the whole volume.
 ///
-/// A crossing depends on the voxels up to three planes away, a vertex on its cell's crossings; all other
-/// planes are copied. Sheets and quads are found anew, from signs alone.
+/// A crossing depends on voxels up to three planes away, a vertex on the crossings of its cell; data of all other
+/// planes are copied. Sheets and quads are recomputed, since they only depend on signs.
 class FineContour {
  public:
-  /// \param keep  what update() needs: 16 bytes an edge, 6 bits a voxel
+  /// \param keep  true: stores data for update(): 16 bytes per edge, 6 bits per voxel
   FineContour(cl::Context& context, const ContourOptions& options, bool with_qefs, bool keep,
               std::size_t slab_bytes)
       : context_(context),
@@ -27,8 +27,8 @@ class FineContour {
         with_qefs_(with_qefs),
         keep_(keep) {}
 
-  /// \param voxel_planes  that changed since the last time; of no meaning the first time
-  /// \throws as contour(); all is as before then
+  /// \param voxel_planes  planes that changed since the last call; ignored in the first call
+  /// \throws as contour(); then the state is unchanged
   KeptVertices update(const Volume& volume, const Planes& voxel_planes, ContourReport& report);
 
   const FineSurface& surface() const { return surface_; }
@@ -38,10 +38,11 @@ class FineContour {
   struct Kernels {
     cl::Kernel signs, crossings, vertices;
   };
-  /// State that the last update found, beside the surface.
+  /// State of the last update, besides the surface.
   struct State {
     std::optional<CellGrid> cells;
-    std::vector<std::uint64_t> signs;  ///< Before filling, where there is any
+    /// Before unreachable voxels are filled; empty without filling
+    std::vector<std::uint64_t> signs;
     std::vector<std::uint32_t> plane_vertices;
     RawVector<kiln_volume_crossing> crossings;
     VoxelType type = VoxelType::f32;
@@ -50,10 +51,11 @@ class FineContour {
     bool not_finite = false;
   };
   Kernels kernels(const DeviceVoxels& voxels) const;
-  /// Padded planes whose signs or voxels changed: first to last - 1.
-  Planes find_signs_anew(const Volume& volume, const DeviceVoxels& voxels, Slabs& slabs,
-                         const Kernels& kernels, const kiln_volume_grid& grid,
-                         const Planes& voxel_planes, State& next, ContourReport& report) const;
+  /// Updates the signs.
+  /// \returns padded planes whose signs or voxels changed: first to last - 1
+  Planes update_signs(const Volume& volume, const DeviceVoxels& voxels, Slabs& slabs,
+                      const Kernels& kernels, const kiln_volume_grid& grid,
+                      const Planes& voxel_planes, State& next, ContourReport& report) const;
   cl::Array<kiln_volume_crossing> cross(Slabs& slabs, const Kernels& kernels,
                                         const kiln_volume_grid& grid, const Planes& planes,
                                         State& next) const;

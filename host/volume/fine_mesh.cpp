@@ -19,11 +19,11 @@ double squared_distance(const kiln_volume_vertex& a, const kiln_volume_vertex& b
   return sum;
 }
 
-/// Vertices that no triangle has.
+/// Removes vertices without triangles.
 void drop_vertices(Mesh& mesh, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& gone) {
   std::vector<std::uint32_t> number(mesh.positions.size());
   std::uint32_t count = 0;
-  auto next = gone.begin();  // in order
+  auto next = gone.begin();  // Ascending
   for (std::uint32_t v = 0; v < number.size(); ++v) {
     if (next != gone.end() && next->first == v) {
       ++next;
@@ -79,7 +79,7 @@ Mesh fine_mesh(const FineSurface& surface, const Volume& volume) {
       mesh.triangles.push_back({a, b, c});
       continue;
     }
-    // Along the shorter diagonal, unless it has no length.
+    // Cuts along the shorter diagonal, unless it has no length.
     const double ac = squared_distance(vertex(a), vertex(c));
     const double bd = squared_distance(vertex(b), vertex(d));
     const bool second =

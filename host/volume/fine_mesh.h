@@ -1,4 +1,4 @@
-// The finest contour as a mesh.
+// The full-resolution contour as a mesh.
 #pragma once
 
 #include "kiln/mesh.h"
@@ -6,8 +6,8 @@
 
 namespace kiln {
 
-/// With the vertices' normals. Edges without length are gone.
-/// \throws Error(input) where the surface has no triangle
+/// Includes vertex normals. Zero-length edges are removed.
+/// \throws Error(input) if the surface has no triangle
 Mesh fine_mesh(const FineSurface& surface, const Volume& volume);
 
 }  // namespace kiln

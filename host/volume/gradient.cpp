@@ -19,18 +19,18 @@
 namespace kiln {
 namespace {
 
-constexpr double kGradientStep = 0.25;             // cells
-constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;  // no triangle
-/// Corners of charts lie on texels' centres, up to rounding.
-constexpr double kEdge = 1e-3;  // texels
+constexpr double kGradientStep = 0.25;  // In cells
+constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
+/// Tolerance in texels: corners of charts lie on texel centres up to rounding.
+constexpr double kTexelTolerance = 1e-3;
 
-/// Shorter vectors, squared, are no normals.
-constexpr double kNoDirection = 1e-6;
+/// Squared length below which a vector has no direction.
+constexpr double kMinSquaredLength = 1e-6;
 
-/// Between index space and the world.
+/// Transforms between index space and the world.
 struct Spaces {
   Vec3d origin;
-  Vec3d rows[3];  ///< Rows of the matrix from the world to index space
+  Vec3d rows[3];  ///< Rows of the matrix from world to index space
 
   explicit Spaces(const Volume& volume)
       : origin{volume.origin[0], volume.origin[1], volume.origin[2]} {
@@ -45,13 +45,13 @@ struct Spaces {
   Vec3d to_index(const Vec3d& v) const {
     return {dot(rows[0], v), dot(rows[1], v), dot(rows[2], v)};
   }
-  /// A gradient goes by the transposed inverse.
+  /// Gradients transform by the inverse transpose.
   Vec3d gradient_to_world(const Vec3d& g) const {
     return rows[0] * g.x + rows[1] * g.y + rows[2] * g.z;
   }
 };
 
-/// Which cells the surface passes through, where not all that the field shows is surface.
+/// The cells that the surface crosses, if it is only a part of the field's isosurface.
 template <typename T>
 std::unique_ptr<CellGrid> outer_cells(const DeviceVoxels& voxels, const Volume& volume,
                                       const ContourOptions& options) {
@@ -74,17 +74,17 @@ std::unique_ptr<CellGrid> outer_cells(const DeviceVoxels& voxels, const Volume& 
   return cells;
 }
 
-/// The nearest place along a line where one comes out of the solid.
+/// Finds the nearest point of a line at which the line leaves the solid.
 template <typename T>
-class Finder {
+class SurfaceFinder {
  public:
   enum class Found { nothing, border, surface };
 
-  Finder(const Field<T>& field, const CellGrid* cells, bool closed)
+  SurfaceFinder(const Field<T>& field, const CellGrid* cells, bool closed)
       : field_(field), cells_(cells), closed_(closed) {}
 
-  /// \param from, along  in index space: the line is from + t along, |t| up to 1
-  /// \param place  [out] of the surface
+  /// \param from, along  index space: points from + t * along, |t| up to 1
+  /// \param place  [out] point of the surface
   Found find(const Vec3d& from, const Vec3d& along, Vec3d& place) const {
     const auto steps = std::max(1, static_cast<int>(std::ceil(length(along) / kGradientStep)));
     const double step = 1.0 / steps;
@@ -109,13 +109,14 @@ class Finder {
     return field_.contains(p) && field_.is_solid(field_.value(p));
   }
 
-  /// \param inside, outside  of the line, in and out of the solid
+  /// Refines a crossing.
+  /// \param inside, outside  parameters of the line inside and outside of the solid
   void refine(const Vec3d& from, const Vec3d& along, double inside, double outside, double& best,
               Found& found, Vec3d& place) const {
     const auto at = [&](double t) { return from + along * t; };
     Found kind = Found::surface;
     if (!field_.contains(at(outside))) {
-      // The last place within the volume.
+      // The last parameter within the volume.
       double in = inside, out = outside;
       for (int round = 0; round < 60 && in != out; ++round) {
         const double middle = (in + out) / 2;
@@ -136,7 +137,7 @@ class Finder {
         t = std::clamp(t, std::min(a, b), std::max(a, b));
         const double f = field_.value(at(t));
         if (f == 0 || std::abs(t - b) < 1e-13) break;
-        // The Illinois variant: a side that stays twice counts half.
+        // Illinois variant of regula falsi: halves the value at an end that was kept twice.
         if ((f > 0) == (fb > 0)) {
           fa /= 2;
         } else {
@@ -163,8 +164,8 @@ class Finder {
   bool closed_;
 };
 
-/// The triangle of each texel, and those of each row.
-std::vector<std::uint32_t> cover(const Mesh& low, std::uint32_t size) {
+/// Rasterizes the triangles: the triangle of each texel, and of each row.
+std::vector<std::uint32_t> rasterize(const Mesh& low, std::uint32_t size) {
   std::vector<std::uint32_t> triangles(std::size_t{size} * size, kNoTriangle);
   for (std::uint32_t t = 0; t < low.uv_triangles.size(); ++t) {
     double x[3], y[3];
@@ -177,11 +178,11 @@ std::vector<std::uint32_t> cover(const Mesh& low, std::uint32_t size) {
     if (!(std::abs(area) > 0 && std::isfinite(area))) continue;
     const auto first = [&](const double* v) {
       return static_cast<std::uint32_t>(
-          std::clamp(std::ceil(std::min({v[0], v[1], v[2]}) - kEdge), 0.0, double(size)));
+          std::clamp(std::ceil(std::min({v[0], v[1], v[2]}) - kTexelTolerance), 0.0, double(size)));
     };
     const auto end = [&](const double* v) {
-      return static_cast<std::uint32_t>(
-          std::clamp(std::floor(std::max({v[0], v[1], v[2]}) + kEdge) + 1, 0.0, double(size)));
+      return static_cast<std::uint32_t>(std::clamp(
+          std::floor(std::max({v[0], v[1], v[2]}) + kTexelTolerance) + 1, 0.0, double(size)));
     };
     for (std::uint32_t j = first(y); j < end(y); ++j) {
       for (std::uint32_t i = first(x); i < end(x); ++i) {
@@ -190,7 +191,7 @@ std::vector<std::uint32_t> cover(const Mesh& low, std::uint32_t size) {
           const std::size_t n = (k + 1) % 3;
           const double dx = x[n] - x[k], dy = y[n] - y[k];
           const double side = (dx * (j - y[k]) - dy * (i - x[k])) * (area > 0 ? 1 : -1);
-          within = within && side >= -kEdge * std::hypot(dx, dy);
+          within = within && side >= -kTexelTolerance * std::hypot(dx, dy);
         }
         std::uint32_t& texel = triangles[std::size_t{j} * size + i];
         if (within && texel == kNoTriangle) texel = t;
@@ -200,9 +201,9 @@ std::vector<std::uint32_t> cover(const Mesh& low, std::uint32_t size) {
   return triangles;
 }
 
-/// A triangle's point under a texel.
+/// A triangle's point at a texel.
 struct LowPoint {
-  Vec3d position, shading, face;  // shading and face: unit, or zero
+  Vec3d position, shading, face;  // shading, face: unit normals, or zero
 };
 
 Vec3d unit(const Vec3d& v) {
@@ -260,10 +261,10 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   check(low, options);
   double lowest = 0, highest = 0;
   const DeviceVoxels voxels = device_voxels(volume, contour, lowest, highest);
-  const std::vector<std::uint32_t> triangles = cover(low, size_);
+  const std::vector<std::uint32_t> triangles = rasterize(low, size_);
   enum : std::uint8_t { kEmpty, kKept, kNoSurface, kCut, kNoGradient };
   std::vector<std::uint8_t> status(triangles.size(), kEmpty);
-  std::vector<std::size_t> row_begins(size_ + 1, 0);  // of the covered
+  std::vector<std::size_t> row_begins(size_ + 1, 0);  // Of covered texels
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     row_begins[i / size_ + 1] += triangles[i] != kNoTriangle ? 1 : 0;
   }
@@ -276,7 +277,7 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   const auto run = [&]<typename T>(const T*) {
     const Field<T> field(voxels, volume, contour);
     const std::unique_ptr<CellGrid> cells = outer_cells<T>(voxels, volume, contour);
-    const Finder<T> finder(field, cells.get(), contour.border == VolumeBorder::closed);
+    const SurfaceFinder<T> finder(field, cells.get(), contour.border == VolumeBorder::closed);
     parallel_for(size_, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
         Texel* texel = texels_.data() + row_begins[y];
@@ -288,13 +289,13 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
           const auto found = finder.find(spaces.to_index(point.position + shift),
                                          spaces.to_index(line * options.reach), place);
           Vec3d outward;
-          if (found == Finder<T>::Found::surface) {
+          if (found == SurfaceFinder<T>::Found::surface) {
             outward = unit(spaces.gradient_to_world(field.gradient(place))) * -1;
           }
-          status[i] = found == Finder<T>::Found::nothing  ? kNoSurface
-                      : found == Finder<T>::Found::border ? kCut
-                      : dot(outward, outward) == 0        ? kNoGradient
-                                                          : kKept;
+          status[i] = found == SurfaceFinder<T>::Found::nothing  ? kNoSurface
+                      : found == SurfaceFinder<T>::Found::border ? kCut
+                      : dot(outward, outward) == 0               ? kNoGradient
+                                                                 : kKept;
           *texel++ = {static_cast<std::uint32_t>(i), to_float(outward), to_float(point.shading)};
         }
       }
@@ -337,7 +338,7 @@ GradientError GradientReference::compare_with(const Normal& normal) const {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3d wanted(texels_[i].wanted);
       Vec3d given = normal(texels_[i]);
-      if (!(dot(given, given) > kNoDirection)) {
+      if (!(dot(given, given) > kMinSquaredLength)) {
         given = Vec3d(texels_[i].shading);
         ++empty;
       }

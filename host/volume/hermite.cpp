@@ -11,8 +11,8 @@
 namespace kiln {
 namespace {
 
-// Vertices worked on at once: their error functions then stay in a CPU's caches.
-constexpr std::size_t kPartVertices = std::size_t{1} << 16;
+// Vertices per batch, so that their error functions fit in a CPU's caches.
+constexpr std::size_t kVerticesPerBatch = std::size_t{1} << 16;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ kiln_volume_grid make_grid(const Volume& volume, const ContourOptions& options,
   grid.iso = voxels.iso;
   grid.outside = voxels.outside;
   grid.below = options.inside == Inside::below ? 1 : 0;
-  // Normals turn by the inverse transpose: rows are cross products of the axes, up to the determinant.
+  // Normals transform by the inverse transpose: its rows are cross products of the axes, up to the determinant.
   const auto& a = volume.axes;
   const double sign = std::copysign(1.0, a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
                                              a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
@@ -87,7 +87,7 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
     const std::uint32_t begin = cells.plane_edges()[first];
     grid.count = cells.plane_edges()[last] - begin;
     if (grid.count == 0) continue;
-    // Padded planes first to last - 1, with the neighbours that gradients need.
+    // Padded planes first to last - 1, with neighbours for gradients.
     const std::uint32_t low = std::min(grid.size[2] - 1, first < 4 ? 0 : first - 4);
     const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 3));
     const cl::Array<std::byte>& voxels = slabs.load(low, high, grid);
@@ -122,8 +122,8 @@ void find_vertices(cl::Context& context, const cl::Kernel& kernel, kiln_volume_g
   if (begin == end) return;
   const cl::Array<kiln_volume_word> words(context,
                                           std::span<const kiln_volume_word>(cells.words()));
-  // In parts, so that what the device holds beside the crossings stays small.
-  const std::size_t part = std::min(end - begin, kPartVertices);
+  // In batches, to limit memory on the device besides the crossings.
+  const std::size_t part = std::min(end - begin, kVerticesPerBatch);
   cl::Array<std::uint64_t> keys(context, part);
   const cl::Array<kiln_volume_qef> qefs(context, part);
   const cl::Array<kiln_volume_vertex> vertices(context, part);

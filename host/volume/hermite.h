@@ -1,4 +1,4 @@
-// Data for contouring, by the device: signs, crossings with their normals, vertices.
+// Contouring data computed on the device: signs, crossings with normals, vertices.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// Voxel planes on the device: those of a slab.
+/// A slab of voxel planes on the device.
 class Slabs {
  public:
   Slabs(cl::Context& context, const Volume& volume, const DeviceVoxels& voxels,
@@ -28,7 +28,7 @@ class Slabs {
         std::min<std::size_t>(planes_, std::max<std::size_t>(bytes / plane_bytes_, 8)));
   }
   std::uint32_t step() const { return step_; }
-  /// Takes voxel planes [first, last) there, unless they are.
+  /// Uploads voxel planes [first, last) unless they are loaded.
   const cl::Array<std::byte>& load(std::uint32_t first, std::uint32_t last,
                                    kiln_volume_grid& grid) {
     if (first < first_ || last > last_) {
@@ -57,19 +57,19 @@ class Slabs {
 kiln_volume_grid make_grid(const Volume& volume, const ContourOptions& options,
                            const DeviceVoxels& voxels, const CellGrid& cells);
 
-/// Signs of some planes of voxels.
+/// Computes the signs of some voxel planes.
 void find_signs(cl::Context& context, Slabs& slabs, const cl::Kernel& kernel, kiln_volume_grid grid,
                 const Planes& voxel_planes, CellGrid& cells);
 
-/// Neither none nor all of the voxels are inside.
+/// True if some voxels are inside of the solid and some are outside.
 bool has_both_signs(CellGrid& cells);
 
-/// Crossings of the edges of some padded planes, in their order.
+/// Computes the crossings of the edges of some padded planes, in edge order.
 cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slabs,
                                                const cl::Kernel& kernel, kiln_volume_grid grid,
                                                const CellGrid& cells, const Planes& planes);
 
-/// Vertices begin to end - 1, whose keys are there; error functions where the surface has room for them.
+/// Computes vertices begin to end - 1, whose keys are set; also their error functions if the surface stores them.
 /// \param crossings  of all edges
 void find_vertices(cl::Context& context, const cl::Kernel& kernel, kiln_volume_grid grid,
                    const CellGrid& cells, const cl::Array<kiln_volume_crossing>& crossings,

@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// The root mean square distance of a vertex to the crossings' planes that it stands for, cells.
+/// Root-mean-square distance of a vertex to the crossings' planes of its fine vertices, in cells.
 double error_of(const FineSurface& surface, const Volume& volume,
                 const SimplifiedIsosurface& low_poly, std::uint32_t vertex) {
   const auto axis = [&](std::size_t k) {
@@ -76,8 +76,10 @@ void IsosurfaceChange::make_polygons(SimplifiedIsosurface& low_poly) const {
   low_poly.polygons = std::move(polygons);
 }
 
-/// Numbers the vertices that polygons have, and drops the others. By vertex that there was.
-std::vector<std::uint32_t> IsosurfaceChange::number_vertices(SimplifiedIsosurface& low_poly) const {
+/// Renumbers used vertices and removes the others.
+/// \returns new numbers by old vertex
+std::vector<std::uint32_t> IsosurfaceChange::renumber_vertices(
+    SimplifiedIsosurface& low_poly) const {
   std::vector<std::uint32_t> number(low_poly.positions.size(), kNoVertex);
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     for (const std::uint32_t corner : polygon.corners) {
@@ -102,9 +104,9 @@ std::vector<std::uint32_t> IsosurfaceChange::number_vertices(SimplifiedIsosurfac
   return number;
 }
 
-/// Gives each vertex the fine vertices of those that it stands for.
-void IsosurfaceChange::deal_leaves(const std::vector<std::uint32_t>& number,
-                                   SimplifiedIsosurface& low_poly) const {
+/// Assigns each vertex the fine vertices of all vertices merged into it.
+void IsosurfaceChange::assign_leaves(const std::vector<std::uint32_t>& number,
+                                     SimplifiedIsosurface& low_poly) const {
   std::vector<std::uint32_t> begins(low_poly.positions.size() + 1, 0);
   const std::vector<std::uint32_t>& old = low_poly.leaf_begins;
   for (std::size_t v = 0; v < number.size(); ++v) {
@@ -132,8 +134,8 @@ std::vector<std::uint32_t> IsosurfaceChange::apply(const FineSurface& surface,
     for (std::uint32_t& v : t) v = into[v];
   }
   make_polygons(low_poly);
-  std::vector<std::uint32_t> number = number_vertices(low_poly);
-  deal_leaves(number, low_poly);
+  std::vector<std::uint32_t> number = renumber_vertices(low_poly);
+  assign_leaves(number, low_poly);
   std::vector<std::uint8_t> grown(low_poly.positions.size(), 0);
   for (std::uint32_t v = 0; v < into.size(); ++v) {
     if (into[v] == v || number[v] == kNoVertex) continue;
@@ -190,11 +192,11 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
     triangles.push_back(t);
   }
   find_fixed(free_here);
-  leave_repeats_out();
+  remove_duplicates();
   for (std::uint32_t t = 0; t < numbers_.size(); ++t) {
     if (std::binary_search(given.begin(), given.end(), numbers_[t])) seeds.push_back(t);
   }
-  gather_fine(surface, low_poly, free_here);
+  collect_fine_quads(surface, low_poly, free_here);
 }
 
 void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
@@ -207,8 +209,8 @@ void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
       });
 }
 
-/// The collapser takes no two triangles of the same corners and sense.
-void IsosurfacePatch::leave_repeats_out() {
+/// Removes duplicate triangles of equal orientation, which EdgeCollapser does not accept.
+void IsosurfacePatch::remove_duplicates() {
   std::vector<std::pair<Triangle, std::uint32_t>> turned;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     turned.emplace_back(lowest_first(triangles[i]), i);
@@ -230,12 +232,13 @@ void IsosurfacePatch::leave_repeats_out() {
   all_ = numbers_;
 }
 
-/// Fine quads whose corners vertices of the patch stand for.
-void IsosurfacePatch::gather_fine(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
-                                  std::span<const std::uint8_t> free) {
+/// Collects fine quads whose corners belong to vertices of the patch.
+void IsosurfacePatch::collect_fine_quads(const FineSurface& surface,
+                                         const SimplifiedIsosurface& low_poly,
+                                         std::span<const std::uint8_t> free) {
   std::vector<std::uint32_t> number(surface.vertices.size(), kNoVertex);
   for (std::size_t at = 0; at < vertices_.size(); ++at) {
-    if (free[at] == 0) continue;  // What is mended reaches no farther.
+    if (free[at] == 0) continue;  // Repairs do not reach farther
     const std::uint32_t v = vertices_[at];
     for (std::uint32_t i = low_poly.leaf_begins[v]; i < low_poly.leaf_begins[v + 1]; ++i) {
       const std::uint32_t leaf = low_poly.leaves[i];
@@ -266,8 +269,8 @@ void IsosurfacePatch::gather_fine(const FineSurface& surface, const SimplifiedIs
   }
 }
 
-void IsosurfacePatch::take(const CollapseMesh& mesh,
-                           std::span<const std::pair<std::uint32_t, std::uint32_t>> merges) {
+void IsosurfacePatch::apply_collapses(
+    const CollapseMesh& mesh, std::span<const std::pair<std::uint32_t, std::uint32_t>> merges) {
   points = mesh.points;
   std::vector<std::uint8_t> seed(triangles.size(), 0);
   for (const std::uint32_t t : seeds) seed[t] = 1;

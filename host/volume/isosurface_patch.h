@@ -1,4 +1,4 @@
-// Parts of a low poly that are changed as triangles, and put back as polygons.
+// Patches of a low poly: edited as triangles, then written back as polygons.
 #pragma once
 
 #include <array>
@@ -15,69 +15,71 @@
 
 namespace kiln {
 
-/// Triangles of a low poly's polygons, in order.
+/// The triangles of a low poly's polygons, in order.
 struct IsosurfaceFaces {
   explicit IsosurfaceFaces(const SimplifiedIsosurface& low_poly);
   std::vector<Triangle> triangles;
 };
 
-/// Changes of triangles and vertices.
+/// Edits of triangles and vertices.
 struct IsosurfaceChange {
   IsosurfaceChange(const SimplifiedIsosurface& low_poly, const IsosurfaceFaces& faces);
 
-  /// Makes the polygons of what is left, and drops vertices that none has. What fine vertices stood for one that was
-  /// joined with another stands for that.
-  /// \return by vertex the number of what stands for it now; VertexTree::kNone for what is gone
+  /// Rebuilds polygons from the remaining triangles and removes unused vertices. A vertex inherits the fine vertices
+  /// of those merged into it.
+  /// \returns by old vertex, the new number of the vertex that represents it; VertexTree::kNone: removed
   std::vector<std::uint32_t> apply(const FineSurface& surface, SimplifiedIsosurface& low_poly);
 
   std::vector<Triangle> triangles;
   std::vector<std::uint8_t> alive;  ///< By triangle
-  std::vector<std::uint32_t> into;  ///< By vertex: what it was joined with, or itself
+  std::vector<std::uint32_t> into;  ///< By vertex: the vertex into which it was merged, or itself
 
  private:
   void make_polygons(SimplifiedIsosurface& low_poly) const;
-  std::vector<std::uint32_t> number_vertices(SimplifiedIsosurface& low_poly) const;
-  void deal_leaves(const std::vector<std::uint32_t>& number, SimplifiedIsosurface& low_poly) const;
+  std::vector<std::uint32_t> renumber_vertices(SimplifiedIsosurface& low_poly) const;
+  void assign_leaves(const std::vector<std::uint32_t>& number,
+                     SimplifiedIsosurface& low_poly) const;
 };
 
-/// Triangles around some of a low poly, about unit size, with the fine surface there.
+/// Triangles around some triangles of a low poly, scaled to about unit size, with the fine surface there.
 class IsosurfacePatch {
  public:
-  /// \param seeds  triangles to be within, two rings from the rim
+  /// \param seeds  triangles to include, with two rings around them
   IsosurfacePatch(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
                   const IsosurfaceFaces& faces, std::span<const std::uint32_t> seeds);
 
   Vec3 to_world(const Vec3d& p) const { return to_float(p * size_ + center_); }
   Vec3d to_unit(const Vec3& p) const { return (Vec3d(p) - center_) * (1 / size_); }
-  /// To where floats can hold a point.
+  /// Rounds a point to single precision.
   Vec3d snap(const Vec3d& p) const { return to_unit(to_world(p)); }
 
-  /// Takes over what was made of the patch. \param merges  vertices kept and gone, in turn
-  void take(const CollapseMesh& mesh,
-            std::span<const std::pair<std::uint32_t, std::uint32_t>> merges);
-  /// Puts it back into the low poly.
+  /// Copies the result of edge collapses.
+  /// \param merges  pairs of vertices: kept, removed
+  void apply_collapses(const CollapseMesh& mesh,
+                       std::span<const std::pair<std::uint32_t, std::uint32_t>> merges);
+  /// Writes the patch back to the low poly.
   void apply(const FineSurface& surface, const Volume& volume,
              SimplifiedIsosurface& low_poly) const;
 
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> seeds;  ///< As numbered here, what is left of them
-  std::vector<std::uint8_t> fixed;   ///< On the rim, or on an open border
+  std::vector<std::uint32_t> seeds;  ///< Remaining seeds, by numbers of the patch
+  std::vector<std::uint8_t> fixed;   ///< By vertex, 1 on the patch's rim or on an open border
   std::vector<Vec3> fine_points;
   std::vector<Triangle> fine_triangles;
 
  private:
   void find_fixed(std::span<const std::uint8_t> free);
-  void leave_repeats_out();
-  void gather_fine(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
-                   std::span<const std::uint8_t> free);
+  void remove_duplicates();
+  void collect_fine_quads(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
+                          std::span<const std::uint8_t> free);
 
   const IsosurfaceFaces& faces_;
   Vec3d center_;
   double size_ = 1;
-  std::vector<std::uint32_t> vertices_;  ///< By point: the low poly's
-  std::vector<std::uint32_t> numbers_;   ///< By triangle: the low poly's
-  std::vector<std::uint32_t> all_;       ///< Triangles that were there
+  std::vector<std::uint32_t> vertices_;  ///< By point, the low poly's vertex
+  std::vector<std::uint32_t> numbers_;   ///< By triangle, the low poly's triangle
+  std::vector<std::uint32_t> all_;       ///< The low poly's triangles that the patch replaces
   std::vector<std::pair<std::uint32_t, std::uint32_t>> merges_;
 };
 

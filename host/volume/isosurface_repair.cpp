@@ -20,7 +20,7 @@
 namespace kiln {
 namespace {
 
-// As SimplifyCheck looks at triangles, but with the fine vertices that their corners stand for.
+// Uses SimplifyCheck's criteria, applied to the fine vertices that the corners represent.
 using flaw_rules::is_flat;
 using flaw_rules::is_thin;
 using flaw_rules::kMaxAwayCosine;
@@ -29,17 +29,17 @@ using flaw_rules::kMaxSuspiciousCosine;
 using flaw_rules::normal_of;
 using flaw_rules::unit_or_zero;
 
-/// Most rounds in which flaws are looked for and mended.
-constexpr int kRounds = 4;
-/// And again only if at least one in so many was mended.
-constexpr std::size_t kWorthAnother = 2;
-/// Height of a triangle that mending may leave, a share of its longest side.
-constexpr double kThin = 1e-4;
-/// Fine vertices of a side count for it from this cosine on.
-constexpr double kOfSide = 0.3;
+/// Largest number of rounds of finding and repairing flaws.
+constexpr int kMaxRepairRounds = 4;
+/// Another round only follows if at least one in this many flaws was repaired.
+constexpr std::size_t kFlawsPerRepair = 2;
+/// Smallest height of a repaired triangle, as a share of its longest side.
+constexpr double kMinHeightShare = 1e-4;
+/// Smallest cosine at which a fine vertex belongs to a side.
+constexpr double kMinSideCosine = 0.3;
 
-/// A low poly with its fine surface.
-struct Both {
+/// A low poly and its fine surface.
+struct RepairContext {
   const FineSurface& surface;
   const SimplifiedIsosurface& low_poly;
 
@@ -51,7 +51,7 @@ struct Both {
     const TriangleCorners p = corners(t);
     return to_float((p[0] + p[1] + p[2]) * (1.0 / 3));
   }
-  /// Calls `body` with place and normal of the fine vertices that a vertex stands for.
+  /// Calls `body` with position and normal of the fine vertices that a vertex represents.
   void each_leaf(std::uint32_t vertex, const auto& body) const {
     for (std::uint32_t i = low_poly.leaf_begins[vertex]; i < low_poly.leaf_begins[vertex + 1];
          ++i) {
@@ -60,9 +60,9 @@ struct Both {
            Vec3d(leaf.normal[0], leaf.normal[1], leaf.normal[2]));
     }
   }
-  /// True if a gap closed between a triangle and one back to back with it: fine vertices that face its way lie below
-  /// those that face the other way.
-  bool was_gap(const Triangle& t) const {
+  /// True if a gap closed between a triangle and its reverse: fine vertices with the triangle's direction lie below
+  /// those with the opposite direction.
+  bool had_gap(const Triangle& t) const {
     const Vec3d normal = unit_or_zero(normal_of(corners(t)));
     double above = 0, below = 0;
     std::size_t count_above = 0, count_below = 0;
@@ -70,14 +70,14 @@ struct Both {
       const Vec3d at(low_poly.positions[vertex]);
       each_leaf(vertex, [&](const Vec3d& p, const Vec3d& n) {
         const double along = dot(n, normal), height = dot(p - at, normal);
-        if (along > kOfSide) above += height, ++count_above;
-        if (along < -kOfSide) below += height, ++count_below;
+        if (along > kMinSideCosine) above += height, ++count_above;
+        if (along < -kMinSideCosine) below += height, ++count_below;
       });
     }
     if (count_above == 0 || count_below == 0) return false;
     return above / static_cast<double>(count_above) < below / static_cast<double>(count_below);
   }
-  /// True if the fine surface turns sharply between a triangle's corners, or is thin there.
+  /// True if the fine surface between a triangle's corners has a sharp edge or is thin.
   bool has_edge(const Triangle& t) const {
     const Vec3d normal = unit_or_zero(normal_of(corners(t)));
     double most = -1, least = 1;
@@ -89,7 +89,7 @@ struct Both {
     }
     return most > -kMaxSuspiciousCosine && least < kMaxSuspiciousCosine;
   }
-  /// True if the nearest fine vertices of its corners' face away from a triangle.
+  /// True if the nearest fine vertices of the corners face away from a triangle.
   bool may_face_away(const Triangle& t) const {
     const TriangleCorners p = corners(t);
     const Vec3d normal = unit_or_zero(normal_of(p));
@@ -115,15 +115,15 @@ struct Both {
   }
 };
 
-/// Leaves pairs back to back out where a gap closed; counts what else is there twice.
-void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& low_poly,
-                    IsosurfaceFlaws& flaws) {
+/// Removes pairs back to back where a gap closed; counts other repeated triangles.
+void remove_closed_gaps(const FineSurface& surface, SimplifiedIsosurface& low_poly,
+                        IsosurfaceFlaws& flaws) {
   const IsosurfaceFaces faces(low_poly);
-  const Both both{surface, low_poly};
+  const RepairContext repair{surface, low_poly};
   struct Item {
     Triangle sorted;
     std::uint32_t triangle;
-    bool even;  ///< True if the corners are an even permutation of the sorted ones.
+    bool even;  ///< True if the corners are an even permutation of the sorted corners.
   };
   std::vector<Item> items(faces.triangles.size());
   parallel_for(items.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
@@ -150,7 +150,7 @@ void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& low_poly,
       }
       const std::size_t pairs = std::min(sides[0].size(), sides[1].size());
       const Triangle& first = faces.triangles[of[begin].index];
-      if (pairs > 0 && both.was_gap(first)) {
+      if (pairs > 0 && repair.had_gap(first)) {
         if (gone.empty()) gone.resize(items.size(), 0);
         for (const auto& side : sides) {
           for (std::size_t i = 0; i < pairs; ++i) gone[side[i]] = 1;
@@ -161,7 +161,7 @@ void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& low_poly,
       } else {
         flaws.repeated.count += count - 1;
       }
-      flaws.repeated.place = both.center(first);
+      flaws.repeated.place = repair.center(first);
     }
   }
   if (gone.empty()) return;
@@ -170,22 +170,23 @@ void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& low_poly,
   change.apply(surface, low_poly);
 }
 
-/// Triangles that may be folded, or have no area.
-std::vector<std::uint32_t> find_suspects(const Both& both, const IsosurfaceFaces& faces) {
+/// Triangles that may be folded or degenerate.
+std::vector<std::uint32_t> find_suspects(const RepairContext& repair,
+                                         const IsosurfaceFaces& faces) {
   const std::vector<Triangle>& triangles = faces.triangles;
   std::vector<Vec3d> normals(triangles.size());
   std::vector<std::uint8_t> looked_at(triangles.size(), 0);
   parallel_for(triangles.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      normals[t] = unit_or_zero(normal_of(both.corners(triangles[t])));
+      normals[t] = unit_or_zero(normal_of(repair.corners(triangles[t])));
       int against = 0;
       for (const std::uint32_t v : triangles[t])
-        against += dot(normals[t], Vec3d(both.low_poly.normals[v])) < 0;
-      looked_at[t] = against >= 2 || is_flat(both.corners(triangles[t]));
+        against += dot(normals[t], Vec3d(repair.low_poly.normals[v])) < 0;
+      looked_at[t] = against >= 2 || is_flat(repair.corners(triangles[t]));
     }
   });
   std::vector<std::uint8_t> back_to_back(triangles.size(), 0);
-  const SideLists sides(triangles, both.low_poly.positions.size());
+  const SideLists sides(triangles, repair.low_poly.positions.size());
   sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of) {
     for (std::size_t i = 1; i < of.size(); ++i) {
       if (SideLists::forward(of[i - 1]) == SideLists::forward(of[i])) continue;
@@ -204,7 +205,7 @@ std::vector<std::uint32_t> find_suspects(const Both& both, const IsosurfaceFaces
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles[candidates[i]];
       suspect[i] =
-          back_to_back[candidates[i]] != 0 || is_flat(both.corners(t)) || both.may_face_away(t);
+          back_to_back[candidates[i]] != 0 || is_flat(repair.corners(t)) || repair.may_face_away(t);
     }
   });
   for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -213,7 +214,7 @@ std::vector<std::uint32_t> find_suspects(const Both& both, const IsosurfaceFaces
   return result;
 }
 
-/// The rim of a patch stays, and what is inside may go anywhere.
+/// Constraint for patches: the rim is fixed, inner vertices are free.
 class PatchRule : public CollapseConstraint {
  public:
   explicit PatchRule(const std::vector<std::uint8_t>& fixed) : fixed_(fixed) {}
@@ -243,22 +244,22 @@ class PatchRule : public CollapseConstraint {
     return fixed_[vertex] == 0;
   }
 
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;  ///< Kept, gone.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;  ///< Kept, removed.
 
  private:
   std::vector<std::uint8_t> fixed_;
 };
 
-/// Mends a patch as far as that goes.
+/// Repairs a patch as far as possible.
 void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
   SimplifyCheck check(patch.fine_points, patch.fine_triangles);
   const auto bad = [&](const TriangleCorners& corners) {
-    return is_thin(corners, kThin) || check.is_flaw(corners);
+    return is_thin(corners, kMinHeightShare) || check.is_flaw(corners);
   };
   const auto snap = [&](const Vec3d& p) { return patch.snap(p); };
   Flaws found = check.find_among(patch.points, patch.triangles, patch.seeds);
   const std::size_t before = found.count();
-  for (int round = 0; round < kRounds && !found.none(); ++round) {
+  for (int round = 0; round < kMaxRepairRounds && !found.none(); ++round) {
     CollapseMesh mesh(patch.points, patch.triangles);
     PatchRule rule(patch.fixed);
     EdgeCollapser collapser(mesh, &rule, snap);
@@ -271,10 +272,10 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
     for (const auto* list : {&found.flat, &found.folded}) {
       patch.seeds.insert(patch.seeds.end(), list->begin(), list->end());
     }
-    patch.take(mesh, rule.merges);
+    patch.apply_collapses(mesh, rule.merges);
     const std::size_t last = found.count();
     found = check.find_among(patch.points, patch.triangles, patch.seeds);
-    if (found.count() * kWorthAnother > last * (kWorthAnother - 1)) break;
+    if (found.count() * kFlawsPerRepair > last * (kFlawsPerRepair - 1)) break;
   }
   flaws.mended += before - std::min(before, found.count());
   const auto left = [&](const std::vector<std::uint32_t>& list, IsosurfaceFlaws::Left& to) {
@@ -293,7 +294,7 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
 IsosurfaceFlaws repair_isosurface(const FineSurface& surface, const Volume& volume,
                                   SimplifiedIsosurface& low_poly) {
   IsosurfaceFlaws flaws;
-  if (low_poly.changed_topology != 0) leave_gaps_out(surface, low_poly, flaws);
+  if (low_poly.changed_topology != 0) remove_closed_gaps(surface, low_poly, flaws);
   const IsosurfaceFaces faces(low_poly);
   const std::vector<std::uint32_t> suspects = find_suspects({surface, low_poly}, faces);
   if (suspects.empty()) return flaws;

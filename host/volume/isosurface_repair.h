@@ -1,4 +1,4 @@
-// Flaws of a low poly: folds, triangles without area, gaps of no width. Mended, left out, counted.
+// Repairs a low poly's flaws: folds, degenerate triangles, gaps of zero width.
 #pragma once
 
 #include <cstdint>
@@ -9,24 +9,24 @@
 
 namespace kiln {
 
-/// Flaws of a low poly, in triangles.
+/// Flaws of a low poly, counted in triangles.
 struct IsosurfaceFlaws {
-  std::uint64_t mended = 0;    ///< Folded or without area, and no longer
-  std::uint64_t left_out = 0;  ///< Two back to back at a time, with no solid between them
-  /// Flaws that stay, and where one is: world, relative to the volume's origin.
+  std::uint64_t mended = 0;    ///< Repaired folds and degenerate triangles
+  std::uint64_t left_out = 0;  ///< Removed pairs back to back, without solid between them
+  /// Remaining flaws, and the place of one: world units, relative to the volume's origin.
   struct Left {
     std::uint64_t count = 0;
     Vec3 place{};
   };
-  Left folded;    ///< They face away from the fine surface.
-  Left flat;      ///< They have no area.
-  Left repeated;  ///< They have the corners of another one.
+  Left folded;    ///< Triangles that face away from the fine surface.
+  Left flat;      ///< Triangles without area.
+  Left repeated;  ///< Triangles with the corners of another one.
 };
 
-/// Pairs of triangles back to back, between which a gap closed, are left out: every edge keeps as many triangles of
-/// one sense as of the other. Around folds and triangles without area vertices move, or edges collapse, by
-/// EdgeCollapser::mend(). So the topology stays. Open borders stay where they are. Walls that became two
-/// triangles back to back stay: without these there would be a hole.
+/// Removes pairs of triangles back to back between which a gap closed; each edge keeps equal numbers of triangles in
+/// both directions. At folds and degenerate triangles, vertices are moved or edges collapsed by
+/// EdgeCollapser::mend(), which keeps the topology. Open borders do not move. Walls that became two triangles back to
+/// back are kept, since removing them would open a hole.
 IsosurfaceFlaws repair_isosurface(const FineSurface& surface, const Volume& volume,
                                   SimplifiedIsosurface& low_poly);
 

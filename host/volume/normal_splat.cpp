@@ -18,13 +18,13 @@ auto view(const Vector& vector) {
   return std::span<const typename Vector::value_type>(vector.data(), vector.size());
 }
 
-/// Rows and texels of all charts' pyramids.
+/// Rows and texels of the mip pyramids of all charts.
 struct Pyramids {
   struct Level {
     std::vector<std::uint32_t> row_charts, first_rows;
   };
   std::vector<Level> levels;
-  std::vector<std::uint32_t> first_texels;  // [level][chart]
+  std::vector<std::uint32_t> first_texels;  // By level and chart
   std::uint64_t texels = 0;
 };
 
@@ -39,7 +39,7 @@ Pyramids make_pyramids(const Atlas& atlas) {
     for (std::size_t i = 0; i < charts; ++i) {
       const kiln_volume_chart& chart = atlas.charts[i];
       rows.first_rows[i] = static_cast<std::uint32_t>(rows.row_charts.size());
-      // Down to 1 x 1, which the level before may already be.
+      // Levels end at 1 x 1, which the previous level may already have.
       if (level > 0 &&
           (std::max(chart.size[0], chart.size[1]) + (1U << (level - 1)) - 1) >> (level - 1) == 1) {
         continue;
@@ -54,7 +54,7 @@ Pyramids make_pyramids(const Atlas& atlas) {
   }
 }
 
-/// All charts' texels on the device, a float4 each.
+/// Texels of all charts on the device, one float4 each.
 class Charts {
  public:
   Charts(cl::Context& context, const Atlas& atlas, const Pyramids& pyramids,
@@ -72,7 +72,7 @@ class Charts {
     }
   }
 
-  /// \return texels that fine vertices fell into
+  /// \returns the number of texels that contain fine vertices
   std::uint64_t splat(const FineSurface& surface, const SimplifiedIsosurface& low_poly) {
     const cl::Array<kiln_volume_vertex> fine(context_, view(surface.vertices));
     const cl::Array<std::uint32_t> begins(context_, view(low_poly.leaf_begins));
@@ -85,7 +85,8 @@ class Charts {
     const std::vector<std::uint32_t> known = counts.download(context_);
     return std::accumulate(known.begin(), known.end(), std::uint64_t{0});
   }
-  /// Runs a kernel over a level's rows. \param middle  the kernel's own arguments, before the texels
+  /// Runs a kernel over the rows of a level.
+  /// \param middle  kernel arguments between the parameters and the texels
   template <typename... Middle>
   void run(const char* family, const char* name, std::uint32_t level, const Middle&... middle) {
     params_.level = level;
@@ -93,7 +94,7 @@ class Charts {
     context_.launch(context_.kernel(family, name), params_.rows, kLocal, params_, charts_,
                     rows_[level].row_charts, rows_[level].first_rows, middle..., texels_);
   }
-  /// Fills texels that no fine vertex fell into, from around.
+  /// Fills empty texels from their surroundings.
   void fill() {
     const std::uint32_t last = levels();
     for (std::uint32_t level = 1; level < last; ++level) {
@@ -103,7 +104,8 @@ class Charts {
       run("volume_map", "kiln_volume_map_pull", level, first_texels_);
     }
   }
-  /// Makes charts that share an edge hold the same along it. \param vertices  of the low poly
+  /// Makes charts with a common edge equal along it.
+  /// \param vertices  number of the low poly's vertices
   void join(std::size_t vertices) {
     const Seams seams = find_seams(atlas_.charts, vertices);
     const std::size_t corners = seams.edges.size();
@@ -122,7 +124,7 @@ class Charts {
       context_.finish();
     }
     run("volume_seam", "kiln_volume_seam_gather", 1, first_texels_, ring);
-    // Levels that nothing is taken over from are left out (seam_fade in volume_seam.cl).
+    // Skips levels that do not contribute (seam_fade in volume_seam.cl).
     std::uint32_t last = levels();
     while (last > 2 && static_cast<float>(1U << (last - 1)) >= 2 * params_.reach) --last;
     for (std::uint32_t level = 2; level < last; ++level) {
@@ -136,7 +138,7 @@ class Charts {
                     kLocal, params_, charts_, texels_);
     context_.finish();
   }
-  /// The finest level.
+  /// Downloads the finest level.
   RawVector<float> download(std::uint64_t texels) const {
     RawVector<float> values(4 * texels);
     texels_.read(context_, values);
@@ -159,7 +161,8 @@ class Charts {
   std::vector<Rows> rows_;
 };
 
-/// Charts in their places. \param flat  the first two channels elsewhere
+/// Copies charts to their places in the map.
+/// \param flat  value of the first two channels elsewhere
 Image compose(const RawVector<float>& values, const Atlas& atlas, std::uint32_t size, float flat) {
   Image image;
   image.width = image.height = size;

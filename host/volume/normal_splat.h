@@ -1,4 +1,4 @@
-// The low poly's normal map, from the fine vertices.
+// The low poly's normal map, splatted from the fine vertices.
 #pragma once
 
 #include "cl/context.h"
@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-/// \param texels_per_cell  side of a cell of the volume: how far seams reach into charts
-/// \param splatted  [out] texels that fine vertices fell into
+/// \param texels_per_cell  texels along a cell of the volume: width to which seams affect charts
+/// \param splatted  [out] texels that contain fine vertices
 Image splat_normals(cl::Context& context, const FineSurface& surface,
                     const SimplifiedIsosurface& low_poly, const Atlas& atlas,
                     double texels_per_cell, const ExtractOptions& options, std::uint64_t& splatted);

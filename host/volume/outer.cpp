@@ -16,24 +16,24 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPlanes = 16;  // worked on by one thread at a time
-/// A region is a way in from without where it holds at least this share of what the largest one holds of
-/// the volume's border.
-constexpr std::uint64_t kOuterShare = 20;
+constexpr std::size_t kPlanesPerTask = 16;  // Planes per task
+/// A region is connected with the outside if it holds at least 1 / kOuterDivisor of the largest region's share of the
+/// volume's border.
+constexpr std::uint64_t kOuterDivisor = 20;
 
-/// Runs are numbered in 32 bits.
-constexpr std::uint64_t kMostRuns = 0xFFFFFFFE;
+/// Runs have 32-bit numbers.
+constexpr std::uint64_t kMaxRuns = 0xFFFFFFFE;
 
-/// A row's voxels first to last, both outside and in the row.
+/// Outside voxels first to last of a row.
 struct Run {
   std::uint32_t first, last;
 };
 
-/// The most that is held at once: runs, their parents, and per run what lies on the border and whether it is open.
-constexpr std::uint64_t kBytesOfRun =
+/// Peak memory per run: the run, its parent, its border voxels, and whether it is open.
+constexpr std::uint64_t kBytesPerRun =
     sizeof(Run) + sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(char);
 
-/// Bits of padded voxels, as CellGrid has them.
+/// One bit per padded voxel, in CellGrid's layout.
 class BitVolume {
  public:
   BitVolume(const std::array<std::uint32_t, 3>& size, std::size_t row_words)
@@ -48,10 +48,10 @@ class BitVolume {
   const std::uint64_t* row(std::size_t y, std::size_t z) const {
     return &bits_[(z * rows() + y) * row_];
   }
-  /// Calls visit(y, z) for the rows of voxels, in parallel.
+  /// Calls visit(y, z) for all rows of voxels, in parallel.
   template <typename Visit>
   void for_rows(const Visit& visit) const {
-    parallel_for(size_[2], kPlanes, [&](std::size_t begin, std::size_t end) {
+    parallel_for(size_[2], kPlanesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t z = begin; z < end; ++z) {
         for (std::size_t y = 0; y < size_[1]; ++y) visit(y + 1, z + 1);
       }
@@ -65,14 +65,14 @@ class BitVolume {
   std::vector<std::uint64_t> bits_;
 };
 
-/// Bits of the voxels along a row, which padding is not.
+/// Mask of the voxels of a row, without padding.
 std::vector<std::uint64_t> voxel_mask(std::uint32_t count, std::size_t words) {
   std::vector<std::uint64_t> mask(words);
   for (std::uint32_t x = 1; x <= count; ++x) mask[x >> 6] |= std::uint64_t{1} << (x & 63);
   return mask;
 }
 
-/// Each voxel: it or one of the six around it. Padding stays 0.
+/// Dilates along one axis: a bit is set if it or a neighbour along the axis is. Padding stays 0.
 void dilate_along(const BitVolume& from, BitVolume& to, int axis,
                   const std::vector<std::uint64_t>& mask) {
   from.for_rows([&](std::size_t y, std::size_t z) {
@@ -93,7 +93,7 @@ void dilate_along(const BitVolume& from, BitVolume& to, int axis,
   });
 }
 
-/// Dilates by a cube of 2 radius + 1 voxels a side.
+/// Dilates by a cube of 2 * radius + 1 voxels.
 void dilate(BitVolume& bits, std::uint32_t radius, const std::vector<std::uint64_t>& mask) {
   BitVolume other(bits.size(), bits.row_words());
   for (int axis = 0; axis < 3; ++axis) {
@@ -104,7 +104,7 @@ void dilate(BitVolume& bits, std::uint32_t radius, const std::vector<std::uint64
   }
 }
 
-/// Connected regions of the voxels whose bit is 0.
+/// Connected regions of voxels whose bit is 0.
 class Regions {
  public:
   Regions(const BitVolume& solid, const std::string& name) : solid_(solid) {
@@ -114,10 +114,10 @@ class Regions {
 
   std::size_t run_count() const { return runs_.size(); }
   const Run& run(std::size_t index) const { return runs_[index]; }
-  /// Runs of row y, z, which counts voxels, are first_run(row) to first_run(row + 1) - 1.
+  /// Runs of row y, z (in voxels) are first_run(row) to first_run(row + 1) - 1.
   std::uint32_t first_run(std::size_t row) const { return first_[row]; }
 
-  /// Per run: whether its region is a way in from without.
+  /// By run, 1 if its region is connected with the outside.
   std::vector<char> open_runs() {
     const auto [nx, ny, nz] = solid_.size();
     std::vector<std::uint64_t> on_border(runs_.size());
@@ -135,7 +135,7 @@ class Regions {
         on_border.empty() ? 0 : *std::max_element(on_border.begin(), on_border.end());
     std::vector<char> open(runs_.size());
     for (std::uint32_t i = 0; i < runs_.size(); ++i) {
-      open[i] = most != 0 && on_border[regions_.find(i)] * kOuterShare >= most ? 1 : 0;
+      open[i] = most != 0 && on_border[regions_.find(i)] * kOuterDivisor >= most ? 1 : 0;
     }
     return open;
   }
@@ -148,7 +148,7 @@ class Regions {
     const std::vector<std::uint64_t> mask = voxel_mask(size[0], solid_.row_words());
     std::atomic<std::uint64_t> count = 0;
     solid_.for_rows([&](std::size_t y, std::size_t z) {
-      // Runs start where a voxel is outside and the one before it is not.
+      // A run starts where a voxel is outside and the previous one is not.
       std::uint32_t starts = 0;
       std::uint64_t before = 0;
       for (std::size_t w = 0; w < mask.size(); ++w) {
@@ -159,13 +159,13 @@ class Regions {
       first_[(z - 1) * ny + y - 1] = starts;
       count += starts;
     });
-    if (count > kMostRuns) {
+    if (count > kMaxRuns) {
       throw Error(ErrorCode::input, "The outside of volume '" + name + "' has " +
                                         std::to_string(count) +
                                         " pieces of rows, more than can be numbered. Smooth its "
                                         "noise, or contour all surfaces.");
     }
-    require_memory("The outside of volume '" + name + "'", kBytesOfRun * count);
+    require_memory("The outside of volume '" + name + "'", kBytesPerRun * count);
     std::uint32_t sum = 0;
     for (std::uint32_t& first : first_) sum += std::exchange(first, sum);
     runs_.resize(count);
@@ -176,10 +176,10 @@ class Regions {
   void write_runs(std::size_t y, std::size_t z) {
     Run* out = runs_.data() + first_[(z - 1) * solid_.size()[1] + y - 1];
     const std::uint64_t* row = solid_.row(y, z);
-    // Runs start and end where the bit differs from the one before it.
+    // Runs start and end where a bit differs from the previous one.
     std::uint32_t x = 1;
     const std::uint32_t end = solid_.size()[0] + 1;
-    const auto next = [&](bool solid) {  // first at or after x whose bit is so, or end
+    const auto next = [&](bool solid) {  // First bit of this value at or after x, or the end
       while (x < end) {
         const std::uint64_t word = (solid ? row[x >> 6] : ~row[x >> 6]) >> (x & 63);
         if (word != 0) {
@@ -202,7 +202,7 @@ class Regions {
   void join() {
     const auto size = solid_.size();
     const std::size_t ny = size[1], nz = size[2];
-    parallel_for(nz, kPlanes, [&](std::size_t begin, std::size_t end) {
+    parallel_for(nz, kPlanesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t z = begin; z < end; ++z) {
         for (std::size_t y = 0; y < ny; ++y) {
           if (y > 0) join_rows(z * ny + y - 1, z * ny + y);
@@ -210,7 +210,7 @@ class Regions {
         }
       }
     });
-    for (std::size_t z = kPlanes; z < nz; z += kPlanes) {
+    for (std::size_t z = kPlanesPerTask; z < nz; z += kPlanesPerTask) {
       for (std::size_t y = 0; y < ny; ++y) join_rows((z - 1) * ny + y, z * ny + y);
     }
   }
@@ -230,10 +230,10 @@ class Regions {
   const BitVolume& solid_;
   std::vector<std::uint32_t> first_;
   std::vector<Run> runs_;
-  DisjointSets regions_{0};  ///< Connected runs; the first run stands for each.
+  DisjointSets regions_{0};  ///< United runs; the lowest run represents each region
 };
 
-/// Bits first to last of a row become 1.
+/// Sets the bits first to last of a row.
 void set_range(std::uint64_t* row, std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t w = first >> 6; w <= last >> 6; ++w) {
     std::uint64_t bits = ~std::uint64_t{0};
@@ -252,7 +252,7 @@ std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::stri
   const auto line = [&](std::size_t y, std::size_t z) {
     return cells.plane(static_cast<std::uint32_t>(z)) + y * words;
   };
-  // Solid, reached, and what one of them is dilated to.
+  // The solid, the reached voxels, and the dilation of one of them.
   require_memory("The outside of volume '" + name + "'", 3 * sizeof(std::uint64_t) * words *
                                                              (std::uint64_t{size[1]} + 2) *
                                                              (std::uint64_t{size[2]} + 2));

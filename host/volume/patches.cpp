@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-/// The corner at steps u and v from an end of edge axis `axis`.
+/// The corner at offsets u and v from an end of the edge along `axis`.
 std::uint32_t corner(std::uint32_t axis, std::uint32_t along, std::uint32_t u, std::uint32_t v) {
   return along << axis | u << ((axis + 1) % 3) | v << ((axis + 2) % 3);
 }
@@ -23,7 +23,7 @@ struct SheetsOfCells {
   }
 };
 
-/// A face's corners in turn, and the edge from each to the next.
+/// A face's corners in order, and the edges between them.
 struct Face {
   std::array<std::uint32_t, 4> corners, edges;
 };
@@ -31,7 +31,7 @@ struct Face {
 Face face(std::uint32_t index) {
   const std::uint32_t axis = index / 2, side = index % 2;
   const std::uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // Along u the edge's own steps are (v, axis), along v they are (axis, u).
+  // Along u, an edge's offsets are (v, axis); along v, they are (axis, u).
   return {{corner(axis, side, 0, 0), corner(axis, side, 1, 0), corner(axis, side, 1, 1),
            corner(axis, side, 0, 1)},
           {4 * u + 0 + 2 * side, 4 * v + side + 2, 4 * u + 1 + 2 * side, 4 * v + side + 0}};
@@ -51,7 +51,7 @@ SheetsOfCells trace(std::uint32_t signs, std::uint32_t flipped) {
     const Face f = face(index);
     const auto inside = [&](std::size_t k) { return signs >> f.corners[k] & 1; };
     if (alternates(f, signs)) {
-      // A line around each inside corner (around each outside one where flipped).
+      // A line around each inside corner, or around each outside corner if flipped.
       const std::uint32_t around = index == flipped ? 0 : 1;
       for (std::size_t k = 0; k < 4; ++k) {
         if (inside(k) == around) sheets.join(f.edges[k], f.edges[(k + 3) % 4]);

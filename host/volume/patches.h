@@ -1,4 +1,4 @@
-// Sheets of surface within a cell.
+// Sheets of the surface within a cell.
 #pragma once
 
 #include <array>
@@ -6,36 +6,37 @@
 
 namespace kiln {
 
-/// Splits a cell's crossed edges into the sheets of surface there, by the signs of its corners
-/// alone (Nielson 2004, "Dual Marching Cubes").
+/// Divides a cell's crossed edges into sheets of surface, by the signs of its corners alone (Nielson 2004, "Dual
+/// Marching Cubes").
 ///
-/// Edges are numbered as in shared/volume.h, corners x + 2 y + 4 z, faces 2 axis + side. On a face whose
-/// corners alternate the surface's lines part the two inside corners; where a face is "flipped" they
-/// part the two outside ones.
+/// Edges are numbered as in shared/volume.h, corners x + 2 y + 4 z, faces 2 axis + side. On an ambiguous face, whose
+/// corners alternate, the surface separates the two inside corners; if the face is "flipped", the two outside
+/// corners.
 class PatchTable {
  public:
   static constexpr std::uint32_t kNoFace = 6;
-  static constexpr std::uint32_t kFlips = 7;  // each of the six faces, or none
+  static constexpr std::uint32_t kFlips = 7;  // One of six faces, or none
 
   static const PatchTable& get();
 
-  /// Number of sheets, 0 to 4. \param flipped  the one flipped face, or kNoFace
+  /// Number of sheets, 0 to 4.
+  /// \param flipped  the flipped face, or kNoFace
   std::uint32_t count(std::uint32_t corners, std::uint32_t flipped) const {
     return counts_[corners][flipped];
   }
-  /// Which sheet crosses an edge.
+  /// The sheet that crosses an edge.
   std::uint32_t patch(std::uint32_t corners, std::uint32_t flipped, std::uint32_t edge) const {
     return edges_[corners][flipped] >> (2 * edge) & 3;
   }
-  /// 12 bits: the crossed edges.
+  /// The crossed edges, 12 bits.
   std::uint32_t crossed(std::uint32_t corners) const { return crossed_[corners]; }
 
-  /// The face whose two lines belong to the same sheet, or kNoFace. It may be so in both cells at a
-  /// face. Then the two vertices would share two edges of the dual mesh (four faces at one edge): such
-  /// a face must be flipped, which parts the sheet in both (Wenger 2013, "Isosurfaces", section 3.3.5).
+  /// The face both of whose lines belong to the same sheet, or kNoFace. If this holds in both cells at a face, the
+  /// two vertices would share two edges of the dual mesh (four faces at an edge). Such a face must be flipped, which
+  /// splits the sheet in both cells (Wenger 2013, "Isosurfaces", section 3.3.5).
   std::uint32_t doubled_face(std::uint32_t corners) const { return doubled_[corners]; }
 
-  /// A crossed edge of each of the two lines on a face whose corners alternate.
+  /// A crossed edge of each of the two lines on an ambiguous face.
   static std::array<std::uint32_t, 2> opposite_edges(std::uint32_t face);
 
  private:

@@ -48,7 +48,7 @@ Qef::Minimum Qef::minimum(const Vec3d& low, const Vec3d& high) const {
   Matrix3 v;
   diagonalise(m, v);
   const double largest = std::max({m[0][0], m[1][1], m[2][2]});
-  // Part that the crossings decide: the step from their mean, and the matrix and right side without the rest.
+  // The part that the crossings determine: the step from their mean, and the matrix and right side without the rest.
   std::array<double, 3> step{}, right{};
   Matrix3 kept{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -69,8 +69,8 @@ Qef::Minimum Qef::minimum(const Vec3d& low, const Vec3d& high) const {
     step[i] = clamped;
   }
   if (outside) {
-    // The least within the box: coordinate after coordinate, each to its own minimum. The matrix is
-    // positive with what keeps undecided directions at the mean, so this converges.
+    // Minimum within the box by coordinate descent. The matrix is positive definite with the terms that keep
+    // undetermined directions at the mean, so this converges.
     for (std::size_t i = 0; i < 3; ++i) kept[i][i] += 1e-3 * largest;
     for (int round = 0; round < 24; ++round) {
       double moved = 0;

@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-/// Sum over crossings (point p, unit normal n) of (n . (x - p))^2 = x' A x - 2 b' x + c, in padded
-/// coordinates and double precision: a cluster's is exact to 1e-5 cells however many it gathers.
+/// Sum over crossings (point p, unit normal n) of (n . (x - p))^2 = x' A x - 2 b' x + c, in padded coordinates and
+/// double precision: exact to 1e-5 cells for clusters of any size.
 struct Qef {
   std::array<double, 6> a{};  ///< xx xy xz yy yz zz
   Vec3d b;
@@ -18,19 +18,19 @@ struct Qef {
   Vec3d mass;  ///< Sum of the points
   double count = 0;
 
-  /// \param cell  whose lowest corner `local` is relative to
+  /// \param cell  the cell whose lowest corner is the origin of `local`
   void add(const kiln_volume_qef& local, const CellPlace& cell);
   void add(const Qef& other);
 
-  /// Root mean square distance of a place to the crossings' planes, cells.
+  /// Root-mean-square distance of a point to the crossings' planes, in cells.
   double error_at(const Vec3d& place) const;
 
   struct Minimum {
     Vec3d place;
-    double error;  ///< Root mean square distance to the crossings' planes, cells
+    double error;  ///< Root-mean-square distance to the crossings' planes, in cells
   };
-  /// Place where the function is least within a box. Directions whose eigenvalues are below
-  /// KILN_VOLUME_EIGEN_LIMIT of the largest keep the crossings' mean (Lindstrom 2000, section 3.3).
+  /// The minimum within a box. In directions whose eigenvalues are below KILN_VOLUME_EIGEN_LIMIT of the largest, the
+  /// mean of the crossings is used (Lindstrom 2000, section 3.3).
   Minimum minimum(const Vec3d& low, const Vec3d& high) const;
 };
 

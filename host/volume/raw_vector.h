@@ -1,4 +1,4 @@
-// Large arrays that are about to be filled.
+// Vectors without initialization, for large arrays that are filled later.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// Leaves elements as they come from memory where no value is given: resizing then touches no page.
+/// Allocator that leaves elements uninitialized unless a value is given, so that resizing touches no memory page.
 template <typename T>
 struct RawAllocator : std::allocator<T> {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -10,7 +10,7 @@ std::uint32_t next_corner(const kiln_volume_chart& chart, std::uint32_t k) {
   return k + 1 == chart.corners ? 0 : k + 1;
 }
 
-/// Groups by number: begins and members in their order.
+/// Groups items by number: ranges and members, in their order.
 void group(const std::vector<std::uint32_t>& group_of, std::size_t groups,
            std::vector<std::uint32_t>& begins, std::vector<std::uint32_t>& members) {
   begins.assign(groups + 1, 0);
@@ -41,7 +41,7 @@ Seams find_seams(std::span<const kiln_volume_chart> charts, std::size_t vertices
   Seams seams;
   std::vector<std::uint32_t> vertex_of(4 * charts.size(), Seams::kNone);
   struct Side {
-    std::uint64_t vertices;  ///< The lower number first
+    std::uint64_t vertices;  ///< Lower number first
     std::uint32_t number;
   };
   std::vector<Side> sides;

@@ -1,4 +1,4 @@
-// A contour that is extracted again and again, and follows its volume.
+// A contour for repeated extraction that follows changes of its volume.
 #include <algorithm>
 #include <chrono>
 #include <optional>
@@ -42,11 +42,11 @@ struct KILN_HIDDEN VolumeSession::Impl {
         volume(std::move(given)),
         options(contour),
         fine(context_of(device), options, true, true, kSlabBytes) {
-    follow({0, volume.size[2]});
+    follow_changes({0, volume.size[2]});
   }
 
-  /// Contours after voxel planes changed. All or nothing.
-  void follow(const Planes& planes) {
+  /// Updates the contour after changes in some voxel planes. Strong exception guarantee.
+  void follow_changes(const Planes& planes) {
     auto clock = std::chrono::steady_clock::now();
     ContourReport fresh;
     const KeptVertices kept = fine.update(volume, planes, fresh);
@@ -60,8 +60,8 @@ struct KILN_HIDDEN VolumeSession::Impl {
     last.seconds_tree = session_lap(clock);
   }
 
-  /// Exchanges a box of voxels with others.
-  void exchange(const VolumeRegion& region, std::span<std::byte> voxels) {
+  /// Swaps the voxels of a box with those in `voxels`.
+  void swap_voxels(const VolumeRegion& region, std::span<std::byte> voxels) {
     const std::size_t bytes = size_of(volume.type);
     const std::size_t row = region.size[0] * bytes;
     std::byte* from = voxels.data();
@@ -115,11 +115,11 @@ void VolumeSession::update(const VolumeRegion& region, std::span<const std::byte
                                       std::to_string(voxels.size()) + " are given.");
   }
   std::vector<std::byte> box(voxels.begin(), voxels.end());
-  impl_->exchange(region, box);
+  impl_->swap_voxels(region, box);
   try {
-    impl_->follow({region.first[2], region.first[2] + region.size[2]});
+    impl_->follow_changes({region.first[2], region.first[2] + region.size[2]});
   } catch (...) {
-    impl_->exchange(region, box);
+    impl_->swap_voxels(region, box);
     throw;
   }
 }

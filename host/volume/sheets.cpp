@@ -9,8 +9,8 @@
 namespace kiln {
 namespace {
 
-/// Each cell's signs; which of its faces is flipped; and how many vertices come before its own in its plane.
-/// \param doubled  [out] by plane: cells with a doubled face that is not flipped
+/// Computes for each cell its signs, its flipped face, and the number of vertices before it in its plane.
+/// \param doubled  [out] by plane, cells with a doubled face that is not flipped
 void find_records(const CellGrid& cells, RawVector<CellRecord>& records,
                   std::vector<std::uint32_t>& first, std::vector<std::vector<CellPlace>>& doubled) {
   const PatchTable& table = PatchTable::get();
@@ -25,8 +25,8 @@ void find_records(const CellGrid& cells, RawVector<CellRecord>& records,
         record.flipped = PatchTable::kNoFace;
         const std::uint32_t face = table.doubled_face(corners);
         if (face != PatchTable::kNoFace) {
-          // A face that alternates has crossed edges on it, so that the neighbour is a cell, unless it
-          // lies beyond an open border.
+          // An ambiguous face has crossed edges, so the neighbour is a crossed cell unless it lies beyond an open
+          // border.
           CellPlace neighbour = place;
           neighbour[face / 2] += face % 2 == 0 ? ~0U : 1U;
           if (cells.cell(neighbour) != CellGrid::kNone) {
@@ -114,10 +114,10 @@ RawVector<FineEdge> find_quads(const CellGrid& cells, const RawVector<CellRecord
                       [&](std::uint32_t number, const CellPlace& place, std::uint32_t axis) {
                         FineEdge& edge = edges[number];
                         const std::uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3;
-                        constexpr std::array<std::array<std::uint32_t, 2>, 4> kBack = {
+                        constexpr std::array<std::array<std::uint32_t, 2>, 4> kCellOffsets = {
                             {{1, 1}, {0, 1}, {0, 0}, {1, 0}}};
                         for (std::size_t k = 0; k < 4; ++k) {
-                          const auto [du, dv] = kBack[k];
+                          const auto [du, dv] = kCellOffsets[k];
                           edge.vertices[k] = CellGrid::kNone;
                           if (place[u] < du || place[v] < dv) continue;
                           CellPlace cell = place;

@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// A cell's signs and first vertex.
+/// Signs of a cell, and the number of its first vertex.
 struct CellRecord {
   std::uint32_t first_vertex;
   std::uint8_t corners;
@@ -18,15 +18,14 @@ struct CellRecord {
 
 struct Sheets {
   RawVector<CellRecord> cells;
-  RawVector<std::uint64_t> keys;  ///< Keys of the vertices, by cell, plane after plane
-  std::vector<std::uint32_t>
-      plane_vertices;  ///< The first vertex at or after each plane, and one more
+  RawVector<std::uint64_t> keys;              ///< By vertex; by cell, plane by plane
+  std::vector<std::uint32_t> plane_vertices;  ///< By plane, its first vertex; one extra entry
   std::vector<FineFork> forks;
 };
 
 Sheets find_sheets(const CellGrid& cells);
 
-/// \param quads  [out] edges with four cells
+/// \param quads  [out] number of edges with four cells
 RawVector<FineEdge> find_quads(const CellGrid& cells, const RawVector<CellRecord>& records,
                                std::uint64_t& quads);
 

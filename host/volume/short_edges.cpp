@@ -43,7 +43,7 @@ class Collapser {
     }
     return vertex;
   }
-  /// \return whether the edge could go
+  /// \returns true if the edge was collapsed
   bool collapse(std::uint32_t a, std::uint32_t b) {
     std::vector<std::uint32_t>& at_a = around_.at(a);
     const std::vector<std::uint32_t>& at_b = around_.at(b);
@@ -75,7 +75,7 @@ class Collapser {
     };
     neighbours(a, at_a, near_a);
     neighbours(b, at_b, near_b);
-    // Nothing would be left around the vertex.
+    // The vertex would have no polygons left.
     if (near_a.empty() || near_b.empty()) return false;
     std::set_intersection(near_a.begin(), near_a.end(), near_b.begin(), near_b.end(),
                           std::back_inserter(common));
@@ -92,7 +92,7 @@ class Collapser {
       const bool was_quad = sides(p) == 4;
       std::rotate(std::find(p.begin(), p.end(), b), std::find(p.begin(), p.end(), b) + 1, p.end());
       if (was_quad) {
-        p[3] = kNoCorner;  // in turn from b's follower on
+        p[3] = kNoCorner;  // In order, from the corner after b
       } else {
         p = {kNoCorner, kNoCorner, kNoCorner, kNoCorner};
       }
@@ -109,7 +109,7 @@ class Collapser {
   }
 
  private:
-  /// True if one of the polygons has a side at the vertex that no other has.
+  /// True if one of the polygons has a side at the vertex that no other polygon shares.
   bool at_border(std::uint32_t vertex, const std::vector<std::uint32_t>& around) const {
     std::vector<std::uint32_t> ends;
     for (const std::uint32_t i : around) {
@@ -126,16 +126,17 @@ class Collapser {
   }
 
   std::vector<PolygonCorners>& polygons_;
-  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> around_;  // polygons, of candidates
+  // Polygons at candidate vertices
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> around_;
   std::unordered_map<std::uint32_t, std::uint32_t> gone_;
 };
 
 }  // namespace
 
 bool same_place(const Vec3& a, const Vec3& b) {
-  constexpr float kRounding = 0x1p-22F;
+  constexpr float kRelativeRounding = 0x1p-22F;
   const auto same = [](float x, float y) {
-    return std::abs(x - y) <= kRounding * std::max(std::abs(x), std::abs(y));
+    return std::abs(x - y) <= kRelativeRounding * std::max(std::abs(x), std::abs(y));
   };
   return same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z);
 }
@@ -161,7 +162,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
   }
   if (edges.empty()) return result;
   collapser.gather();
-  // One that could not go may do so when others are gone.
+  // Repeated, since one collapse may allow another.
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& [first, second] : edges) {

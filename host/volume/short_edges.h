@@ -1,4 +1,4 @@
-// Edges without length: taken out where the surface stays what it is.
+// Removal of zero-length edges where this keeps the topology.
 #pragma once
 
 #include <array>
@@ -11,20 +11,20 @@
 
 namespace kiln {
 
-/// Corners of a triangle (the last one 0xFFFFFFFF) or a quad.
+/// Corners of a quad, or of a triangle (the last one is 0xFFFFFFFF).
 using PolygonCorners = std::array<std::uint32_t, 4>;
 
-/// True if two places are one but for the rounding of floats.
+/// True if two positions are equal up to rounding of floats.
 bool same_place(const Vec3& a, const Vec3& b);
 
-/// Joins neighbours at the same place: integer data at an integer value have the vertices of several
-/// cells on one voxel. Polygons beside the edge lose a corner, and triangles vanish. An edge stays where
-/// that would change the surface: where it is not between two polygons; where it would close the open
-/// border; where polygons beside its ends meet otherwise (the link condition of Dey et al. 1999,
-/// "Topology preserving edge contraction", with quads as wholes). Edges go in the order of the polygons.
-/// \param at     a vertex's place
-/// \param count  vertices from this number on are left alone
-/// \return vertices that are gone, each with the one that stands for it (never one that is gone)
+/// Merges neighbouring vertices at the same position: integer data at an integer iso value place the vertices of
+/// several cells on one voxel. Polygons at the edge lose a corner; triangles vanish. An edge is kept if collapsing it
+/// would change the topology: if it is not between two polygons, if it would close the open border, or if polygons at
+/// both ends share other corners (the link condition of Dey et al. 1999, "Topology preserving edge contraction", with
+/// quads as single faces). Edges are processed in the order of the polygons.
+/// \param at     position of a vertex
+/// \param count  number of vertices that may be merged; higher ones are kept
+/// \returns pairs of removed vertices and the vertices that replace them (none of which is removed)
 std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
     std::vector<PolygonCorners>& polygons, const std::function<Vec3(std::uint32_t)>& at,
     std::uint32_t count = 0xFFFFFFFF);

@@ -16,12 +16,12 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kNone = VertexTree::kNone;
-constexpr float kNever = std::numeric_limits<float>::infinity();
+constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
 /// Connected parts of the fine surface.
 struct Pieces {
-  std::vector<std::uint32_t> of;     ///< The root above each node
-  std::vector<std::uint32_t> sizes;  ///< Fine vertices, of roots
+  std::vector<std::uint32_t> of;     ///< Root above each node
+  std::vector<std::uint32_t> sizes;  ///< By root, its fine vertices
   std::uint32_t largest = 0;
 
   explicit Pieces(const VertexTree& tree) : of(tree.count()), sizes(tree.count()) {
@@ -33,7 +33,7 @@ struct Pieces {
   }
 };
 
-/// 1 for fine vertices of parts that are left out; empty where none is.
+/// By fine vertex, 1 if its part is removed for its size; empty if none is.
 std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
                                       SimplifiedIsosurface& low_poly) {
   const Pieces parts(tree);
@@ -51,13 +51,13 @@ std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
   return result;
 }
 
-/// From which limit on a cluster's vertices are one, whichever cluster above does it.
+/// By cluster, the error limit at which its fine vertices become one, by itself or a cluster above.
 std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
   const std::uint32_t leaves = tree.leaves();
   std::vector<float> limits(tree.count() - leaves);
   for (std::uint32_t node = tree.count(); node-- > leaves;) {
     const VertexTree::Cluster& cluster = tree.cluster(node);
-    float limit = cluster.is_one_sheet || !keep_topology ? cluster.error : kNever;
+    float limit = cluster.is_one_sheet || !keep_topology ? cluster.error : kNoLimit;
     const std::uint32_t parent = tree.parent(node);
     if (parent != kNone) limit = std::min(limit, limits[parent - leaves]);
     limits[node - leaves] = limit;
@@ -65,8 +65,8 @@ std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
   return limits;
 }
 
-/// The limit that leaves at most `faces` triangles: a quad loses one with each of the first two of its
-/// sides whose ends become one vertex.
+/// The limit at which at most `faces` triangles remain: a quad loses one triangle when the ends of a side are merged,
+/// and the other one at the second such side.
 float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
                       const std::vector<std::uint8_t>& small, const std::vector<float>& limits,
                       std::size_t faces) {
@@ -74,9 +74,9 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
   parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const FineEdge& edge = surface.edges[i];
-      float first = -1, second = -1;  // edges that are no quads have no triangles to lose
+      float first = -1, second = -1;  // Edges without a quad lose no triangles
       if (edge.is_quad() && (small.empty() || small[edge.vertices[0]] == 0)) {
-        first = second = kNever;
+        first = second = kNoLimit;
         for (std::size_t k = 0; k < 4; ++k) {
           std::uint32_t a = edge.vertices[k], b = edge.vertices[(k + 1) % 4];
           while (a != b) {
@@ -96,13 +96,13 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
     }
   });
   if (losses.size() <= faces) return -1;
-  // So many must be lost.
+  // Index of the last triangle loss that is needed for the goal.
   const auto last = losses.begin() + static_cast<std::ptrdiff_t>(losses.size() - faces - 1);
   std::nth_element(losses.begin(), last, losses.end());
-  if (*last != kNever) return *last;
+  if (*last != kNoLimit) return *last;
   float most = -1;
   for (auto at = losses.begin(); at != last; ++at) {
-    if (*at != kNever) most = std::max(most, *at);
+    if (*at != kNoLimit) most = std::max(most, *at);
   }
   return most;
 }
@@ -120,10 +120,10 @@ Vec3d normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
   return cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
 }
 
-/// True if a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than from 0 to 2:
-/// by their least agreement.
-bool prefers_second(const SimplifiedIsosurface& low_poly,
-                    const SimplifiedIsosurface::Polygon& polygon) {
+/// True if a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than from 0 to 2, judged by
+/// their smallest agreement.
+bool prefers_other_diagonal(const SimplifiedIsosurface& low_poly,
+                            const SimplifiedIsosurface::Polygon& polygon) {
   const auto& c = polygon.corners;
   const auto position = [&](std::size_t k) { return low_poly.positions[c[k % 4]]; };
   const auto agreement = [&](std::size_t first) {
@@ -145,8 +145,8 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
 }
 
-/// Turns quads so that the better diagonal runs from corner 0 to 2; the other one where that is an edge
-/// of other polygons already, so that no edge gets more than two triangles for it.
+/// Rotates quads so that the better diagonal runs from corner 0 to 2. Uses the other diagonal if the better one is
+/// already an edge of other polygons, which would get more than two triangles.
 void choose_diagonals(SimplifiedIsosurface& low_poly) {
   std::unordered_set<std::uint64_t> taken;
   taken.reserve(3 * low_poly.polygons.size());
@@ -160,7 +160,7 @@ void choose_diagonals(SimplifiedIsosurface& low_poly) {
     if (!polygon.is_quad()) continue;
     auto& c = polygon.corners;
     const std::uint64_t diagonals[2] = {edge_key(c[0], c[2]), edge_key(c[1], c[3])};
-    std::size_t chosen = prefers_second(low_poly, polygon) ? 1 : 0;
+    std::size_t chosen = prefers_other_diagonal(low_poly, polygon) ? 1 : 0;
     if (taken.count(diagonals[chosen]) != 0 && taken.count(diagonals[1 - chosen]) == 0) {
       chosen = 1 - chosen;
     }
@@ -169,11 +169,12 @@ void choose_diagonals(SimplifiedIsosurface& low_poly) {
   }
 }
 
-/// Takes edges without length between fine vertices out; what stood for one that is gone is then stood for
-/// by the other. Clusters whose boxes meet at a corner stay apart: they stand for surface of some extent,
-/// and joined they would have more of it than a chart shows well.
-void join_without_length(SimplifiedIsosurface& low_poly, std::vector<std::uint32_t>& stands,
-                         std::uint32_t leaves, const std::function<Vec3(std::uint32_t)>& place) {
+/// Collapses zero-length edges between fine vertices, and updates which vertex represents the removed ones. Clusters
+/// whose boxes touch at a corner are not merged: they represent surface of some extent, and the merged one would
+/// exceed what a chart can show.
+void merge_zero_length_edges(SimplifiedIsosurface& low_poly, std::vector<std::uint32_t>& stands,
+                             std::uint32_t leaves,
+                             const std::function<Vec3(std::uint32_t)>& place) {
   std::vector<PolygonCorners> polygons;
   polygons.reserve(low_poly.polygons.size());
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons)
@@ -189,14 +190,14 @@ void join_without_length(SimplifiedIsosurface& low_poly, std::vector<std::uint32
   }
 }
 
-/// Number of sets of the vertices that were joined with others.
+/// Number of sets of merged vertices.
 std::uint64_t count_sets(DisjointSets& sets, const std::vector<std::uint8_t>& joined) {
   std::uint64_t count = 0;
   for (std::uint32_t v = 0; v < joined.size(); ++v) count += joined[v] != 0 && sets.find(v) == v;
   return count;
 }
 
-/// \param at_border  by vertex, 1 where border edges may end; empty: everywhere
+/// \param at_border  by vertex, 1 if border edges may end there; empty: everywhere
 SimplifiedIsosurface::Pieces count_pieces(const std::vector<PolygonCorners>& polygons,
                                           std::size_t vertices,
                                           const std::vector<std::uint8_t>& at_border) {
@@ -292,7 +293,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     limit = options.faces != 0 ? least : std::max(limit, least);
   }
   if (options.faces == 0) low_poly.error_limit = double{limit};
-  // The topmost cluster within the limit stands for all below it.
+  // The topmost cluster within the limit represents all nodes below it.
   std::vector<std::uint32_t> stands(tree.count());
   for (std::uint32_t node = tree.count(); node-- > 0;) {
     const std::uint32_t parent = tree.parent(node);
@@ -309,7 +310,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     }
   }
 
-  // Polygons of distinct vertices, part by part in the edges' order.
+  // Collects polygons with distinct vertices, in parallel and in edge order.
   constexpr std::size_t kGrain = 1 << 15;
   std::vector<std::vector<SimplifiedIsosurface::Polygon>> parts(
       (surface.edges.size() + kGrain - 1) / kGrain);
@@ -343,9 +344,9 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     const float* p = surface.vertices[node].position;
     return Vec3{p[0], p[1], p[2]};
   };
-  join_without_length(low_poly, stands, leaves, place);
+  merge_zero_length_edges(low_poly, stands, leaves, place);
 
-  // Vertices that polygons use, in the order of the tree.
+  // Numbers used vertices in tree order.
   std::vector<std::uint32_t> number(tree.count(), kNone);
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     for (const std::uint32_t corner : polygon.corners) {
@@ -362,7 +363,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     low_poly.error = std::max(low_poly.error, double{cluster.error});
     if (!cluster.is_one_sheet) ++low_poly.changed_topology;
   }
-  // Their fine vertices.
+  // Lists their fine vertices.
   low_poly.leaf_begins.assign(count + 1, 0);
   for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
     const std::uint32_t vertex = number[stands[leaf]];

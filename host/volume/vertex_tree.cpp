@@ -12,16 +12,16 @@
 namespace kiln {
 namespace {
 
-/// Numbers that decide whether a cluster is one sheet.
+/// Topological invariants that decide whether a cluster is one sheet.
 struct Shape {
-  std::int32_t euler2 = 0;       ///< Twice its surface's Euler characteristic
-  std::uint16_t once = 0;        ///< Bit: the node's edge is crossed
-  std::uint16_t repeatedly = 0;  ///< ... more than once
-  /// Lines on each face of the node (2 axis + side) that end at the volume's open border, up to 3.
+  std::int32_t euler2 = 0;       ///< Twice the Euler characteristic of its surface
+  std::uint16_t once = 0;        ///< Bits of the node's edges that are crossed
+  std::uint16_t repeatedly = 0;  ///< Bits of the node's edges that are crossed more than once
+  /// Lines on each face of the node (2 axis + side) that end at the volume's open border, at most 3.
   std::array<std::uint8_t, 6> ends{};
 };
 
-/// The four edges of each face, as bits. Faces are 2 axis + side.
+/// Bits of the four edges of each face. Faces are 2 axis + side.
 constexpr std::array<std::uint16_t, 6> face_edges() {
   std::array<std::uint16_t, 6> result{};
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -35,26 +35,26 @@ constexpr std::array<std::uint16_t, 6> face_edges() {
   return result;
 }
 
-/// A disk that meets no edge of the node twice, no face in more than one line, and the volume's open border
-/// in no more than one. Then the vertex that replaces it has one ring of polygons, or one fan at the border.
+/// True for a disk that crosses each edge of the node at most once, and each face and the volume's open border in at
+/// most one line. The vertex that replaces it then has one ring of polygons, or one fan at the border.
 bool is_one_sheet(const Shape& shape) {
-  constexpr std::array<std::uint16_t, 6> kFaces = face_edges();
+  constexpr std::array<std::uint16_t, 6> kFaceEdges = face_edges();
   if (shape.euler2 != 2 || shape.repeatedly != 0) return false;
   int ends = 0;
-  for (std::size_t face = 0; face < kFaces.size(); ++face) {
-    const int met = std::popcount(static_cast<std::uint16_t>(shape.once & kFaces[face]));
-    // A line leads from one crossing or end to another.
+  for (std::size_t face = 0; face < kFaceEdges.size(); ++face) {
+    const int met = std::popcount(static_cast<std::uint16_t>(shape.once & kFaceEdges[face]));
+    // A line connects two crossings or ends.
     if (met + shape.ends[face] != 0 && met + shape.ends[face] != 2) return false;
     ends += shape.ends[face];
   }
   return ends <= 2 && std::popcount(shape.once) >= (ends == 0 ? 3 : 1);
 }
 
-/// Sums over a cluster's fine vertices that end the surface at the volume's open border, by side: 2 axis,
-/// + 1 for the far one. Nothing else holds them there: along a wall that stands on the border all heights
-/// fit its crossings alike, and the mean is that of the whole cluster.
+/// Sums over a cluster's fine vertices at which the surface ends at the volume's open border, by side: 2 axis, + 1
+/// for the far one. Nothing else holds these in place: along a wall that is perpendicular to the border, all heights
+/// fit the crossings equally, and the mean is that of the whole cluster.
 struct Rim {
-  std::array<double, 6> sum{};  ///< Sums of their coordinates along the axis
+  std::array<double, 6> sum{};  ///< Sums of coordinates along the axis
   std::array<std::uint32_t, 6> count{};
 
   void add(const Rim& other) {
@@ -63,8 +63,9 @@ struct Rim {
       count[k] += other.count[k];
     }
   }
-  /// Narrows a box to the rims. \return half the distance of two that cannot both be kept
-  double hold(std::array<double, 3>& low, std::array<double, 3>& high) const {
+  /// Restricts a box to the rims.
+  /// \returns half the distance between two opposite rims if both cannot be kept
+  double restrict_to_rims(std::array<double, 3>& low, std::array<double, 3>& high) const {
     double apart = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t near = 2 * axis, far = near + 1;
@@ -83,7 +84,7 @@ struct Rim {
   }
 };
 
-/// Rims of the fine vertices: those at crossed edges in the outermost planes of voxels.
+/// Rims of the fine vertices at crossed edges in the outermost voxel planes.
 std::vector<Rim> find_rims(const FineSurface& surface) {
   std::vector<Rim> rims(surface.keys.size());
   for (const FineEdge& edge : surface.edges) {
@@ -121,9 +122,10 @@ constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossV = {{{1, 2}, {0, 3
 
 /// The line between the two cells at an edge in the open border.
 struct BorderLine {
-  std::uint32_t axis;                  ///< Across which the cells meet
-  std::uint8_t level;                  ///< They are in one node from this level + 1 on
-  std::array<std::uint32_t, 2> sides;  ///< The lower cell and the upper one: of the edge's four
+  std::uint32_t axis;  ///< Axis along which the cells are adjacent
+  std::uint8_t level;  ///< They share a node from this level + 1 on
+  /// The lower and the upper cell: indices among the edge's four cells
+  std::array<std::uint32_t, 2> sides;
 };
 
 BorderLine line_at_border(const FineEdge& edge) {
@@ -136,8 +138,8 @@ BorderLine line_at_border(const FineEdge& edge) {
   return {(edge.axis + 2U) % 3, edge.v_level, both(kAcrossV[0]) ? kAcrossV[0] : kAcrossV[1]};
 }
 
-/// Numbers of edges in the open border at which a line between two cells ends, but for lines that end there
-/// with both ends: no polygon has them as its side, so they join nothing.
+/// Edges in the open border at which a line between two cells ends. Lines with both ends at one edge are skipped:
+/// they are no side of any polygon, so they connect nothing.
 std::vector<std::uint32_t> ending_edges(const FineSurface& surface) {
   struct Ending {
     std::uint64_t cells;
@@ -181,8 +183,8 @@ std::vector<std::uint32_t> ending_edges(const FineSurface& surface) {
   return result;
 }
 
-/// Which of a cell's edges along the axis it is: u + 2 v (shared/volume.h), for each of the four cells.
-constexpr std::array<std::uint32_t, 4> kCorner = {3, 2, 0, 1};
+/// For each of the four cells at an edge, which of the cell's edges along the axis it is: u + 2 v (shared/volume.h).
+constexpr std::array<std::uint32_t, 4> kEdgeOfCell = {3, 2, 0, 1};
 
 }  // namespace
 
@@ -203,16 +205,16 @@ const VertexTree::Cluster* VertexTree::find_earlier(const Earlier& earlier, std:
 VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size,
                        bool open, const Earlier& earlier)
     : open_(open), leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
-  std::vector<Rim> rims;  // by node
+  std::vector<Rim> rims;  // By node
   if (open) rims = find_rims(surface);
   DisjointSets sets(leaves_);
   parent_.assign(leaves_, kNone);
-  RawVector<std::uint32_t> node_of(leaves_);  // of each set, at the level reached
+  RawVector<std::uint32_t> node_of(leaves_);  // Node of each set, at the current level
   for (std::uint32_t i = 0; i < leaves_; ++i) node_of[i] = i;
-  std::vector<Shape> shapes;  // of clusters
+  std::vector<Shape> shapes;  // By cluster
   const auto is_there = [](std::uint32_t vertex) { return vertex != CellGrid::kNone; };
 
-  // Edges at which something still joins, and edges that lie on nodes' edges; numbers rise.
+  // Edges that can still connect sets, and edges that lie on nodes' edges; both ascending.
   const auto edge_count = static_cast<std::uint32_t>(surface.edges.size());
   std::vector<std::uint32_t> joining(edge_count), framing, ending;
   for (std::uint32_t i = 0; i < edge_count; ++i) joining[i] = i;
@@ -230,7 +232,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
     std::uint32_t set, node;
   };
   std::vector<Touched> touched;
-  std::vector<std::uint32_t> lowest;  // fine vertex of each new cluster
+  std::vector<std::uint32_t> lowest;  // By new cluster, its lowest fine vertex
   for (std::uint32_t level = 1; (side - 1) >> (level - 1) != 0; ++level) {
     ProgressGuard::poll();
     const std::uint32_t plane = level - 1;
@@ -242,7 +244,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       a = sets.find(a);
       b = sets.find(b);
       if (a == b) return;
-      // A set that was joined at this level already has no node yet.
+      // A set that was already united at this level has no node yet.
       for (const std::uint32_t set : {a, b}) {
         if (node_of[set] != kNone) touched.push_back({set, node_of[set]});
       }
@@ -258,7 +260,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         for (const auto& [a, b] : kAcrossV) join(edge.vertices[a], edge.vertices[b]);
       }
     }
-    // A cluster for each set that grew, numbered in the order of the joins.
+    // Creates a cluster for each set that grew, in the order of the unions.
     for (const Touched& child : touched) {
       const std::uint32_t set = sets.find(child.set);
       if (node_of[set] == kNone) {
@@ -275,8 +277,8 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const std::uint32_t node = node_of[sets.find(vertex)];
       return node < first ? nullptr : &shapes[node - leaves_];
     };
-    // V - E + F: children counted crossings and lines (of the surface with faces) between them once each;
-    // a line has two crossings at its ends, each of which sees half of it.
+    // V - E + F: the children have counted each crossing, and each line between them (on faces), once; a line has a
+    // crossing at both ends, each of which contributes half.
     for (const std::uint32_t index : joining) {
       const FineEdge& edge = surface.edges[index];
       const bool u = edge.u_level == plane, v = edge.v_level == plane;
@@ -285,14 +287,14 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const auto lines = [&](const auto& sides, bool apart) {
         for (const auto& [a, b] : sides) {
           if (!is_there(at[a]) || !is_there(at[b])) continue;
-          // If the other pair lies in another node, or is gone, the crossing is shared by these two.
+          // If the other pair lies in another node, or is removed, these two share the crossing.
           shape_at(at[a])->euler2 += apart ? 1 - 2 : 1;
         }
       };
       if (u) lines(kAcrossU, edge.v_level > plane);
       if (v) lines(kAcrossV, edge.u_level > plane);
       if (u && v) {
-        // All in one: counted by each of them, now once.
+        // All lie in one node: each has counted the crossing, which is now counted once.
         int present = 0;
         std::uint32_t any = 0;
         for (const std::uint32_t vertex : at) {
@@ -303,7 +305,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         }
         if (present > 1) shape_at(any)->euler2 -= 2 * (present - 1);
       } else if ((u && edge.v_level < plane) || (v && edge.u_level < plane)) {
-        // Two halves that were one each.
+        // Two halves that were counted separately.
         const auto& [near, far] = u ? kAcrossU : kAcrossV;
         const bool one = is_there(at[near[0]]) || is_there(at[far[0]]);
         const bool other = is_there(at[near[1]]) || is_there(at[far[1]]);
@@ -320,7 +322,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         if (!is_there(edge.vertices[k])) continue;
         Shape* shape = shape_at(edge.vertices[k]);
         if (shape == nullptr) continue;
-        const auto bit = static_cast<std::uint16_t>(1U << (4 * edge.axis + kCorner[k]));
+        const auto bit = static_cast<std::uint16_t>(1U << (4 * edge.axis + kEdgeOfCell[k]));
         shape->repeatedly = static_cast<std::uint16_t>(shape->repeatedly | (shape->once & bit));
         shape->once = static_cast<std::uint16_t>(shape->once | bit);
       }
@@ -344,7 +346,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       return !later(edge.u_level) && !later(edge.v_level);
     });
 
-    // Children by cluster, in their order: sums do not depend on the number of threads.
+    // Sorts children by cluster, in order, so that sums do not depend on the number of threads.
     const std::uint32_t fresh = count() - first;
     std::vector<std::uint32_t> begins(fresh + 1), children(touched.size());
     for (const Touched& child : touched) ++begins[parent_[child.node] - first + 1];
@@ -382,7 +384,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
             cluster.error = std::max(cluster.error, below.error);
           }
         }
-        // The node's box, from any place within it.
+        // The node's box, from any cell within it.
         CellPlace node;
         if (leaf < leaves_) {
           node = unpack_place(surface.keys[leaf]);
@@ -404,7 +406,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         }
         cluster.node = node;
         cluster.level = static_cast<std::uint8_t>(level);
-        const double apart = open ? rims[first + i].hold(low, high) : 0;
+        const double apart = open ? rims[first + i].restrict_to_rims(low, high) : 0;
         const Qef::Minimum minimum =
             cluster.qef.minimum(Vec3d(low[0], low[1], low[2]), Vec3d(high[0], high[1], high[2]));
         cluster.place = minimum.place;

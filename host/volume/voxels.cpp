@@ -15,10 +15,10 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrainOfVoxels = std::size_t{1} << 18;
+constexpr std::size_t kVoxelsPerTask = std::size_t{1} << 18;
 constexpr std::uint32_t kMaxSide = 32766;
 
-/// Calls body(typed pointer, count) for the volume's type.
+/// Calls body(typed pointer, count) with the volume's voxel type.
 template <typename Body>
 auto with_type(const Volume& volume, const Body& body) {
   const std::byte* data = volume.voxels.data();
@@ -34,7 +34,7 @@ struct Range {
   double lowest = std::numeric_limits<double>::infinity();
   double highest = -std::numeric_limits<double>::infinity();
   std::uint64_t not_finite = 0;
-  std::uint64_t above = 0, below = 0;  ///< Infinite ones among them, and minus infinite ones
+  std::uint64_t above = 0, below = 0;  ///< Number of infinite and of minus infinite voxels
 };
 
 Range find_range(const Volume& volume) {
@@ -42,7 +42,7 @@ Range find_range(const Volume& volume) {
     using T = std::remove_cvref_t<decltype(*voxels)>;
     Range range;
     std::mutex mutex;
-    parallel_for(voxel_count(volume), kGrainOfVoxels, [&](std::size_t begin, std::size_t end) {
+    parallel_for(voxel_count(volume), kVoxelsPerTask, [&](std::size_t begin, std::size_t end) {
       T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
       std::uint64_t bad = 0, above = 0, below = 0;
       for (std::size_t i = begin; i < end; ++i) {
@@ -59,7 +59,7 @@ Range find_range(const Volume& volume) {
           high = std::max(high, value);
         }
       }
-      if (bad == end - begin) low = high = 0;  // nothing to say of it
+      if (bad == end - begin) low = high = 0;  // Range without finite voxels
       const std::lock_guard lock(mutex);
       range.not_finite += bad;
       range.above += above;
@@ -151,7 +151,8 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
   }
   result.not_finite = range.not_finite;
   double outside = options.inside == Inside::above ? range.lowest : range.highest;
-  // Infinities on the solid's side are in it, as far as the farthest finite voxel, or as far in as others are out.
+  // Infinite voxels on the solid's side are as deep inside as the farthest finite voxel inside, or as other voxels
+  // are outside.
   const bool above = options.inside == Inside::above;
   const bool infinite_inside = (above ? range.above : range.below) != 0;
   if (infinite_inside) {
@@ -160,7 +161,7 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
     result.infinite_inside = reaches ? farthest : 2 * options.iso - outside;
   }
   if (infinite_inside || (size_of(volume.type) >= 4 && volume.type != VoxelType::f32)) {
-    // Relative to the iso value, so that no digit near it is lost.
+    // Differences to the iso value, so that no digits near it are lost.
     const auto relative = [&](double value) {
       const double difference = value - options.iso;
       if (std::isnan(difference) || std::isinf(value)) return static_cast<float>(value);
@@ -168,7 +169,7 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
       if (rounded == 0 && difference != 0) return difference < 0 ? -FLT_MIN : FLT_MIN;
       return rounded;
     };
-    // A difference too small for a float counts where all are: beside larger ones nothing is lost.
+    // Differences too small for float only matter if all are small; beside larger ones nothing is lost.
     const bool tiny = range.highest - range.lowest < 1e6 * double{FLT_MIN};
     const auto changes = [&](double value) {
       const double size = std::abs(value - options.iso);
@@ -177,7 +178,7 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
     std::atomic<std::uint64_t> changed = 0;
     result.converted.resize(voxel_count(volume));
     with_type(volume, [&](const auto* voxels) {
-      parallel_for(result.converted.size(), kGrainOfVoxels,
+      parallel_for(result.converted.size(), kVoxelsPerTask,
                    [&](std::size_t begin, std::size_t end) {
                      std::uint64_t count = 0;
                      for (std::size_t i = begin; i < end; ++i) {
