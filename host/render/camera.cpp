@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Sine and cosine, exact at multiples of 90 degrees: views along an axis are along it.
+/// Sine and cosine, exact at multiples of 90 degrees, so that views along an axis are exactly aligned.
 std::pair<double, double> sine_cosine(double degrees) {
   constexpr double kPi = 3.14159265358979323846;
   const double quarters = std::nearbyint(degrees / 90);
@@ -22,19 +22,19 @@ std::pair<double, double> sine_cosine(double degrees) {
   return {sine, cosine};
 }
 
-/// From a world whose up axis is +Y and whose front is +Z to the options'.
+/// Converts from axes with +Y up and +Z to the front to the options' axes.
 Vec3d oriented(const Vec3d& v, bool z_up) { return z_up ? Vec3d{v.x, -v.z, v.y} : v; }
 
 Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
-/// From above on the left, in front. Where it would wash out a sheet, such as a terrain or a relief: from the
-/// same side, 60 degrees off the way that it faces, so that its slopes show.
+/// Key light from the front, above, on the left. For sheets such as terrains and reliefs, which this light would wash
+/// out, it is 60 degrees off the sheet's mean normal, so that slopes are visible.
 Vec3d key_light(const Vec3d& facing, const Camera& camera) {
-  constexpr double kSheet = 0.7;
+  constexpr double kMinSheetFacing = 0.7;
   const Vec3d usual = {-0.5145, 0.6860, 0.5145};
-  if (length(facing) < kSheet) return usual;
+  if (length(facing) < kMinSheetFacing) return usual;
   Vec3d n = unit({dot(facing, camera.right), dot(facing, camera.up), dot(facing, camera.toward)});
-  if (n.z < 0) n = n * -1.0;  // faces turned away are shaded as if they faced the viewer
+  if (n.z < 0) n = n * -1.0;  // Back faces are shaded as front faces
   const Vec3d left_up = {-1, 1, 0};
   const Vec3d across = left_up - n * dot(left_up, n);
   if (length(across) < 1e-6) return usual;
@@ -65,11 +65,12 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
     area += length(normal);
   }
   if (area > 0) target.facing = target.facing * (1 / area);
-  constexpr double kWithin = 1;  // of vertices far out, see Frame, no picture is made
+  constexpr double kMaxFrameDistance =
+      1;  // Frame units: vertices farther out are not shown, see Frame
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) continue;
     const Vec3 point = target.frame.to_frame(mesh, i);
-    if (length(Vec3d(point)) <= kWithin) target.points.push_back(point);
+    if (length(Vec3d(point)) <= kMaxFrameDistance) target.points.push_back(point);
   }
   return target;
 }
@@ -95,7 +96,7 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
     low_y = std::min(low_y, y);
     high_y = std::max(high_y, y);
   }
-  // A line seen end on still gets a picture: the frame's unit is the smallest that could be meant.
+  // A minimum extent, so that a line seen end-on still gets a picture.
   constexpr double kMargin = 0.04;
   const double extent_x = high_x - low_x, extent_y = high_y - low_y;
   const double extent = std::max({extent_x, extent_y, 1e-6});

@@ -13,31 +13,31 @@
 
 namespace kiln {
 
-/// Vertices that a camera shows: those that finite triangles use, in a frame of their own.
+/// Vertices that a camera shows: those of finite triangles, in a frame of their own.
 struct CameraTarget {
   Frame frame;
   std::vector<Vec3> points;
-  /// Mean of the triangles' normals by area: length 0 where they close, 1 on a plane.
+  /// Mean normal of the triangles, weighted by area: length 0 for closed meshes, 1 for planes.
   Vec3d facing;
 
-  /// \throws Error(input) where the mesh has no extent
+  /// \throws Error(input) if the mesh has no extent
   static CameraTarget of(const Mesh& mesh);
 };
 
-/// An orthographic view of the world.
+/// An orthographic camera in world space.
 struct Camera {
-  Vec3d right, up, toward;              ///< Unit; `toward` points from the scene to the viewer
-  std::array<double, 3> center{};       ///< World point in the picture's middle
-  double half_side = 1;                 ///< World units: of the picture's longer side
+  Vec3d right, up, toward;         ///< Unit vectors; `toward` points from the scene to the viewer
+  std::array<double, 3> center{};  ///< World point at the picture's centre
+  double half_side = 1;            ///< Half of the picture's longer side, world units
   std::uint32_t width = 1, height = 1;  ///< Pixels
-  /// Direction of the key light, unit, in the camera's own axes: right, up, towards the viewer.
+  /// Unit vector to the key light in camera axes: right, up, towards the viewer.
   Vec3d key;
 
-  /// Fits the target into the picture, with a margin of 4% of its longer side on each side; then zooms and
-  /// moves as the options say.
+  /// Fits the target into the picture with a margin of 4% of its longer side, then applies the options' zoom and
+  /// position.
   static Camera fit(const CameraTarget& target, const RenderOptions& options);
 
-  /// World units.
+  /// Size of a pixel in world units.
   double pixel() const { return 2 * half_side / std::max(width, height); }
 };
 

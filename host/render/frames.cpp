@@ -1,5 +1,5 @@
-// Frames as a renderer draws them, by a z-buffer, and what they take (Wang, Froehlich, Goebel 2003, figure
-// 7; Barry and Wood 2007, table 1).
+// Frames drawn by a z-buffer as in a renderer, and their cost (Wang, Froehlich, Goebel 2003, figure 7; Barry and Wood
+// 2007, table 1).
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -14,13 +14,13 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kFrameTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
-constexpr std::uint32_t kLargest = 2048;
-constexpr std::uint32_t kNotTimed = 2;
+constexpr std::uint32_t kMaxFrameSide = 2048;
+constexpr std::uint32_t kWarmUpFrames = 2;
 
 void check_frame(const RenderOptions& options) {
   check_render(options);
   const auto refuse = [](const std::string& message) { throw Error(ErrorCode::usage, message); };
-  if (options.size > kLargest) {
+  if (options.size > kMaxFrameSide) {
     refuse("A frame is " + std::to_string(options.size) + " pixels a side: use 1 to 2048.");
   }
   if (options.show_colors) refuse("Frames are lit: leave show_colors out.");
@@ -28,7 +28,7 @@ void check_frame(const RenderOptions& options) {
     refuse("Frames show all of the mesh: leave zoom and at out.");
 }
 
-/// The camera as a depth view whose pixels are the picture's, to 1/512 of one.
+/// The camera as a depth view with the picture's pixels, to 1/512 pixel.
 kiln_view view_of(const kiln_render_params& params) {
   kiln_view view{};
   std::copy_n(params.right, 3, view.right);
@@ -46,7 +46,7 @@ kiln_view view_of(const kiln_render_params& params) {
   return view;
 }
 
-std::vector<Vec3> vectors(const std::vector<float>& numbers) {
+std::vector<Vec3> vectors_of(const std::vector<float>& numbers) {
   std::vector<Vec3> result(numbers.size() / 3);
   for (std::size_t i = 0; i < result.size(); ++i) {
     result[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
@@ -54,7 +54,7 @@ std::vector<Vec3> vectors(const std::vector<float>& numbers) {
   return result;
 }
 
-std::vector<Triangle> triples(const std::vector<std::uint32_t>& numbers) {
+std::vector<Triangle> triangles_of(const std::vector<std::uint32_t>& numbers) {
   std::vector<Triangle> result(numbers.size() / 3);
   for (std::size_t i = 0; i < result.size(); ++i) {
     result[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
@@ -62,21 +62,22 @@ std::vector<Triangle> triples(const std::vector<std::uint32_t>& numbers) {
   return result;
 }
 
-/// Draws frames of one size; its arrays live as long as it does.
+/// Draws frames of one size; owns the arrays for them.
 class FramePainter {
  public:
   FramePainter(const Scene::Impl& scene, const RenderOptions& options)
       : scene_(scene),
         context_(context_of(scene.device)),
         with_map_(scene.has_map && !options.ignore_map && !options.flat),
-        raster_(context_, vectors(scene.positions.download(context_)),
-                triples(scene.position_indices.download(context_))) {
+        raster_(context_, vectors_of(scene.positions.download(context_)),
+                triangles_of(scene.position_indices.download(context_))) {
     grow(options.size, options.size);
   }
 
   bool with_map() const { return with_map_; }
 
-  /// Parameters of the camera's place. \param options  of the size that the painter was made for
+  /// Parameters of a camera position.
+  /// \param options  with the size that the painter was created for
   kiln_render_params place(const CameraTarget& target, const RenderOptions& options) const {
     RenderOptions one = options;
     one.samples = 1;
@@ -87,7 +88,7 @@ class FramePainter {
     return params;
   }
 
-  /// Enqueued, not finished.
+  /// Enqueues the kernels without waiting.
   void draw(const kiln_render_params& params) {
     const kiln_view view = view_of(params);
     raster_.draw({&view, 1}, keys_);
@@ -142,7 +143,7 @@ CameraTarget framed(const Scene::Impl& scene, const RenderOptions& options) {
   return options.frame == nullptr ? scene.target : CameraTarget::of(*options.frame);
 }
 
-/// See FrameCost::vertices.
+/// Vertices that a renderer would process, see FrameCost::vertices.
 std::uint64_t count_vertices(const Scene::Impl& scene, bool with_map) {
   cl::Context& context = context_of(scene.device);
   const std::vector<std::uint32_t> position = scene.position_indices.download(context);
@@ -186,7 +187,7 @@ FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t f
   cost.frames = frames;
   const CameraTarget shown = framed(*this, options);
   std::vector<double> seconds;
-  for (std::uint32_t i = 0; i < frames + kNotTimed; ++i) {
+  for (std::uint32_t i = 0; i < frames + kWarmUpFrames; ++i) {
     RenderOptions turned = options;
     turned.azimuth_degrees += 360.0 * (i % frames) / frames;
     const kiln_render_params params = painter.place(shown, turned);
@@ -197,7 +198,7 @@ FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t f
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     cost.width = params.width;
     cost.height = params.height;
-    if (i >= kNotTimed) seconds.push_back(taken.count());
+    if (i >= kWarmUpFrames) seconds.push_back(taken.count());
   }
   std::sort(seconds.begin(), seconds.end());
   cost.seconds_least = seconds.front();
@@ -205,10 +206,12 @@ FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t f
   cost.seconds_median = (seconds[(frames - 1) / 2] + seconds[frames / 2]) / 2;
   cost.triangles = position_indices.size() / 3;
   cost.vertices = count_vertices(*this, painter.with_map());
-  constexpr std::uint64_t kPlain = 24, kMapped = 48, kTriangle = 12, kTexel = 6;
-  cost.bytes = cost.triangles * kTriangle + cost.vertices * (painter.with_map() ? kMapped : kPlain);
+  constexpr std::uint64_t kPlainVertexBytes = 24, kMappedVertexBytes = 48, kTriangleBytes = 12,
+                          kTexelBytes = 6;
+  cost.bytes = cost.triangles * kTriangleBytes +
+               cost.vertices * (painter.with_map() ? kMappedVertexBytes : kPlainVertexBytes);
   if (painter.with_map()) {
-    cost.bytes += std::uint64_t{map_params.width} * map_params.height * kTexel;
+    cost.bytes += std::uint64_t{map_params.width} * map_params.height * kTexelBytes;
   }
   return cost;
 }

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
 constexpr std::uint32_t kMaxSamplesPerPart = 1 << 20;
-constexpr double kLeastZoom = 0.01, kMostZoom = 1e5;
-/// Distance within which occluders count, as a share of the framed extent.
-constexpr double kAmbientReach = 0.4;
+constexpr double kMinZoom = 0.01, kMaxZoom = 1e5;
+/// Distance within which occluders count, as a share of the visible extent.
+constexpr double kMaxOccluderShare = 0.4;
 
 template <typename T>
 cl::Array<T> upload(cl::Context& context, const T* data, std::size_t size) {
@@ -34,8 +34,8 @@ cl::Array<float> upload(cl::Context& context, const std::vector<Vec3>& vectors) 
   return upload(context, &vectors.data()->x, vectors.size() * 3);
 }
 
-/// Points of the unit disc, evenly spread (Vogel 1979): projected up to the hemisphere they are
-/// distributed by the cosine.
+/// Evenly distributed points of the unit disc (Vogel 1979); projected up to the hemisphere, they have a cosine
+/// distribution.
 std::vector<float> vogel_disc(std::size_t count) {
   constexpr double kGoldenAngle = 2.39996322972865332;
   std::vector<float> result(2 * count);
@@ -54,7 +54,7 @@ void set(kiln_float (&to)[3], const Vec3d& from) {
   to[2] = static_cast<float>(from.z);
 }
 
-/// The samples of one part of the picture, on the device.
+/// Device arrays for the samples of one part of the picture.
 struct Part {
   cl::Array<float> points;   ///< 7 planes; see RayCaster
   cl::Array<float> surface;  ///< KILN_SURFACE_PLANES planes
@@ -91,7 +91,7 @@ void check_render(const RenderOptions& options) {
   require(options.elevation_degrees >= -90 && options.elevation_degrees <= 90,
           "The view's elevation is " + decimal(options.elevation_degrees) +
               ": use -90 (from below) to 90 (from above) degrees.");
-  require(options.zoom >= kLeastZoom && options.zoom <= kMostZoom,
+  require(options.zoom >= kMinZoom && options.zoom <= kMaxZoom,
           "The picture's zoom is " + decimal(options.zoom) +
               ": use 0.01 to 100000; 1 shows all of the mesh.");
   require(!options.at || std::all_of(options.at->begin(), options.at->end(),
@@ -290,14 +290,14 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   const std::uint32_t tiles_per_part = std::min(tiles, kMaxSamplesPerPart / samples_per_tile);
   params.capacity = tiles_per_part * samples_per_tile;
 
-  // With a part of it: its samples on the device and its colours on both sides, none of them touched until then.
-  constexpr std::uint64_t kBytesOfSample =
+  // Peak memory for one part: its samples on the device, and its colours on both sides. Nothing is allocated before
+  // this check.
+  constexpr std::uint64_t kBytesPerSample =
       7 * sizeof(float) + KILN_SURFACE_PLANES * sizeof(float) + 2 + 17;
-  constexpr std::uint64_t kBytesOfLaunches = 12 << 20;  // PoCL keeps 11 MiB while it draws
+  constexpr std::uint64_t kLaunchBytes = 12 << 20;  // PoCL keeps 11 MiB while it draws
   require_memory("The picture",
-                 kBytesOfLaunches +
-                     std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
-                     kBytesOfSample * params.capacity +
+                 kLaunchBytes + std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
+                     kBytesPerSample * params.capacity +
                      std::uint64_t{6} * sizeof(float) * tiles_per_part * kTilePixels);
   cl::Context& context = context_of(device);
   Part part(context, params.capacity, tiles_per_part * kTilePixels);
@@ -306,14 +306,14 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   const cl::Array<float> device_disc = upload(context, disc.data(), disc.size());
 
   RayQuery to_surface;
-  to_surface.t_max = 1.5F;  // through the bounding sphere, from the kernel's 0.75
+  to_surface.t_max = 1.5F;  // Through the bounding sphere, from the kernel's 0.75
   to_surface.two_sided = true;
   RayQuery to_sky;
   to_sky.t_min = 5e-5F;
-  // A close look at a small part of a large mesh has no sky so near.
-  to_sky.t_max = std::max(
-      to_sky.t_min,
-      static_cast<float>(std::min(2.0, kAmbientReach * 2 * camera.half_side * target.frame.scale)));
+  // In an extreme close-up, the reach could be below t_min.
+  to_sky.t_max = std::max(to_sky.t_min,
+                          static_cast<float>(std::min(
+                              2.0, kMaxOccluderShare * 2 * camera.half_side * target.frame.scale)));
   to_sky.two_sided = true;
 
   Image image{camera.width, camera.height, 3, {}};
@@ -329,7 +329,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
     context.launch(context.kernel("render", "kiln_render_surface"), count, kLocal, params,
                    part.match.triangle, part.match.barycentric, position_indices, positions,
                    normal_indices, normals, part.surface);
-    // Before the map: occlusion is the geometry's.
+    // Occlusion uses the geometric normal, before the map is applied.
     for (kiln_uint pass = 0; pass < params.ambient_passes; ++pass) {
       context.launch(context.kernel("render", "kiln_render_ambient_rays"), count, kLocal, params,
                      pass, part.match.triangle, part.surface, device_disc, part.points);

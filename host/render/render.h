@@ -1,4 +1,4 @@
-// A Scene's arrays on the device, and its painter.
+// A Scene's arrays on the device, and ray-traced pictures of it.
 #pragma once
 
 #include <memory>
@@ -39,18 +39,19 @@ struct KILN_HIDDEN Scene::Impl {
 
  private:
   void upload_map(const Mesh& mesh, const NormalMap& normal_map);
-  /// Rays, a part of the picture after the other. \param depth  instead of the options' colours
+  /// Traces rays, one part of the picture after another.
+  /// \param depth  true: depth instead of the options' colours
   Image trace(const Camera& camera, const RenderOptions& options, bool depth) const;
 };
 
 /// \throws Error(usage) for an option out of its range
 void check_render(const RenderOptions& options);
 
-/// The camera as a mesh's frame sees it, where the mesh lies around the origin.
+/// The camera's parameters in a mesh's frame, where the mesh surrounds the origin.
 kiln_render_params camera_params(const Camera& camera, const Frame& frame,
                                  const RenderOptions& options);
 
-/// Puts a part's pixels, which are ordered by tiles, at their places.
+/// Copies a part's pixels, which are ordered by tiles, to the picture.
 void place_pixels(const std::vector<float>& colors, const kiln_render_params& params, Image& image);
 
 }  // namespace kiln
