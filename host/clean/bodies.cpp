@@ -46,7 +46,8 @@ struct SharedParts {
       sets.join(t[0], t[1]);
       sets.join(t[1], t[2]);
     }
-    std::vector<std::uint32_t> number(mesh.positions.size(), 0);  // Number + 1; 0: none yet
+    // By vertex, the number of its component + 1; 0: none yet
+    std::vector<std::uint32_t> number(mesh.positions.size(), 0);
     for (std::size_t t = 0; t < of.size(); ++t) {
       std::uint32_t& part = number[sets.find(corners[t][0])];
       if (part == 0) part = static_cast<std::uint32_t>(++count);
@@ -110,7 +111,7 @@ class Bodies {
         sets_.join(places_[i].second, places_[i - 1].second);
       }
     }
-    // One part represents its cell.
+    // One part represents each cell.
     places_.erase(std::unique(places_.begin(), places_.end(),
                               [](const Place& a, const Place& b) { return a.first == b.first; }),
                   places_.end());

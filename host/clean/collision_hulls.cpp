@@ -17,9 +17,9 @@ namespace {
 
 /// Meaning of an object's name.
 enum class Shape {
-  shown,  ///< No hull: drawn
+  shown,  ///< Name of no hull: the object is drawn
   both,   ///< Drawn and a hull as well (Godot's -col); only a hull if anything else of LOW is drawn
-  hidden,  ///< Hull only
+  hidden,  ///< A hull that is never drawn
 };
 
 /// Unreal's prefixes for convex, box, sphere and capsule hulls; Godot's suffixes, before a copy's number
@@ -31,7 +31,7 @@ Shape shape_of(const std::string& name) {
     if (text.starts_with(prefix)) return Shape::hidden;
   }
   const std::size_t last = text.find_last_not_of("0123456789. ");
-  text = text.substr(0, last + 1);  // npos + 1 is 0: empty
+  text = text.substr(0, last + 1);  // npos + 1 is 0: an empty text
   for (const char* ending : {"-colonly", "-convcolonly"}) {
     if (text.ends_with(ending)) return Shape::hidden;
   }

@@ -271,7 +271,7 @@ class Picture {
   double scale_ = 0;  ///< Steps per unit of length
   std::vector<PicturePoint> points_;
   std::vector<Pixel> pixels_;
-  std::vector<Tile> tiles_;  ///< Empty while drawing
+  std::vector<Tile> tiles_;  ///< By tile; empty while drawing
   std::uint32_t tiles_side_ = 0;
 };
 
@@ -307,7 +307,7 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   std::vector<Triangle> triangles = mesh.triangles;
   for (Triangle& t : triangles) {
     const auto finite = [&](std::uint32_t v) { return is_finite(mesh.positions[v]); };
-    if (!std::all_of(t.begin(), t.end(), finite)) t = {};  // Covers no pixel
+    if (!std::all_of(t.begin(), t.end(), finite)) t = {};  // A triangle that covers no pixel
   }
   std::mutex mutex;  // Integer sums do not depend on the order of threads
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;

@@ -21,7 +21,7 @@ struct OutsideViews {
   std::uint32_t count = 32;    ///< Number of directions, evenly distributed
   std::uint32_t step = 1;      ///< Draws every `step`-th of these directions
   std::uint32_t first = 0;     ///< First direction to draw
-  std::uint32_t pixels = 512;  ///< Side of a picture
+  std::uint32_t pixels = 512;  ///< Side of a picture in pixels
   bool backs = true;  ///< True: back faces are drawn and occlude; false: they are transparent
 };
 

@@ -49,7 +49,7 @@ struct Box {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  /// 0 if empty.
+  /// The box's diagonal; 0 if it is empty.
   double diagonal() const { return high.x < low.x ? 0 : length(high - low); }
 };
 
@@ -57,7 +57,7 @@ inline Vec3d point_of(const Mesh& mesh, std::uint32_t vertex) {
   return Vec3d(mesh.positions[vertex]);
 }
 
-/// 0 if a corner is not finite.
+/// A triangle's area; 0 if a corner is not finite.
 inline double area_of(const Mesh& mesh, const Triangle& t) {
   const Vec3d a = point_of(mesh, t[0]);
   const double size = 0.5 * length(cross(point_of(mesh, t[1]) - a, point_of(mesh, t[2]) - a));

@@ -25,7 +25,7 @@ inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared
   const double doubled_area = length(across);
   const Vec3d normal = doubled_area > 0 ? across * (1 / doubled_area) : Vec3d{};
   const double away = dot(normal, corners[0]);
-  const double squared = squared_radius - away * away;  // squared radius of the circle
+  const double squared = squared_radius - away * away;  // Squared radius of the circle
   // Sums the sectors' angles by multiplying complex numbers, so that one atan2() suffices.
   double real = 1, imaginary = 0;
   const auto turn = [&](double cosine, double sine) {

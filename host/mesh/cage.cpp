@@ -26,7 +26,7 @@ constexpr std::size_t kMaxPolygonTriangles = 64;
 // A cage's vertex is far from its partner if its distance is this many times that to the nearest vertex.
 constexpr double kFarRatio = 4;
 constexpr double kMinFarShare = 1.0 / 16,
-                 kMaxFarShare = 1.0 / 2;  // Shares of vertices that are far
+                 kMaxFarShare = 1.0 / 2;  // Smallest and largest share of far vertices
 constexpr std::size_t kSampledCorners = 256;
 
 /// Triangles of one object or group, in order.

@@ -26,9 +26,9 @@ struct CageHull {
 /// A cage mesh by CageKind. Positions are in the frame, three per triangle of the low poly.
 struct CageCorners {
   CageKind kind = CageKind::offsets;
-  std::vector<Vec3> outer;               ///< For CageKind::offsets and shells
-  std::vector<Vec3> inner;               ///< For CageKind::shells
-  std::shared_ptr<const CageHull> hull;  ///< For CageKind::hull
+  std::vector<Vec3> outer;               ///< Outer corners, for CageKind::offsets and shells
+  std::vector<Vec3> inner;               ///< Inner corners, for CageKind::shells
+  std::shared_ptr<const CageHull> hull;  ///< The mesh, for CageKind::hull
 };
 
 /// Classifies a cage mesh. If its triangles correspond to those of the low poly, in order and without splitting a

@@ -19,7 +19,7 @@ constexpr std::uint32_t kNoPart = 0xFFFFFFFFU;
 /// Parameters of the histogram of turns (degrees) and of gaps in it: see find_creases().
 struct GapRule {
   static constexpr std::size_t kBins = 181;
-  static constexpr std::size_t kFirstBin = 20;  ///< kMinCreaseDegrees
+  static constexpr std::size_t kFirstBin = 20;  ///< Equals kMinCreaseDegrees
   static constexpr std::size_t kRightAngle = 90;
   /// Largest weight within a gap, as a share of the weight above it
   static constexpr double kMaxGapWeight = 0.1;
@@ -31,7 +31,7 @@ struct GapRule {
   /// Parts with fewer edges need planes, or few weak edges
   static constexpr std::size_t kMinEdgesWithoutPlanes = 100;
   static constexpr double kMinPlaneShareOfSmall = 0.1,
-                          kMaxWeakShareOfSmall = 0.05;  ///< Shares by weight
+                          kMaxWeakShareOfSmall = 0.05;  ///< Shares of edges by weight
   static constexpr std::size_t kMinEdges =
       12;  ///< Smaller parts are judged together; a tetrahedron has 6 edges
 };
@@ -123,7 +123,7 @@ class CreaseFinder {
   const FaceEdges& faces_;
   Creases result_;
   std::vector<std::uint32_t> part_of_;       // By triangle, its part, named by one of its triangles
-  Adjacency edges_of_;                       // By part
+  Adjacency edges_of_;                       // Edges of each part
   std::vector<std::uint32_t> part_numbers_;  // By triangle that names a part, the part's number
   std::vector<bool>
       split_in_file_;  // By triangle that names a part: true if split vertices decided
@@ -138,7 +138,7 @@ void CreaseFinder::group() {
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) part_of_[t] = sets.find(t);
   for (const FaceEdge& e : faces_.edges) ++edges[part_of_[e.sides[0] / 3]];
   part_numbers_.assign(part_of_.size(), kNoPart);
-  std::uint32_t next = 1;  // 0: all small parts together
+  std::uint32_t next = 1;  // Number 0 holds all small parts together
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) {
     if (part_of_[t] != t || faces_.areas[t] == 0) continue;
     ++result_.parts;
@@ -256,7 +256,7 @@ bool CreaseFinder::judge_splits(std::span<const std::uint32_t> edges) {
 double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
   constexpr double kSmooth = 180;
   const Histogram turns = histogram(edges);
-  std::array<double, GapRule::kBins + 1> above{};  // Weight of all bins from each one on
+  std::array<double, GapRule::kBins + 1> above{};  // Total weight of each bin and those above it
   for (std::size_t i = GapRule::kBins; i-- > 0;) above[i] = above[i + 1] + turns.weight[i];
   if (!(above[GapRule::kFirstBin] > 0)) return kSmooth;
   std::size_t from = 0, to = 0;

@@ -14,14 +14,14 @@ inline constexpr double kMinCreaseDegrees = 20;
 
 /// Result of the crease rules for one mesh.
 struct Creases {
-  std::vector<bool> hard;       ///< Per edge of FaceEdges
+  std::vector<bool> hard;       ///< Per edge of FaceEdges: it is hard
   std::vector<bool> hard_part;  ///< Per triangle: its part has hard edges
   /// Per triangle of a hard part, the lowest triangle of its planar region; else itself
   std::vector<std::uint32_t> regions;
   /// By these lowest triangles: area of planar regions; 0: a single triangle, or bent
   std::vector<float> region_areas;
-  std::uint64_t parts = 0;         ///< Connected parts
-  std::uint64_t hard_parts = 0;    ///< Parts with hard edges
+  std::uint64_t parts = 0;         ///< Number of connected parts
+  std::uint64_t hard_parts = 0;    ///< Number of parts with hard edges
   std::uint64_t split_parts = 0;   ///< Hard parts whose hard edges follow from split vertices
   double least_degrees = 180;      ///< Smallest turn of a hard edge
   double most_smooth_degrees = 0;  ///< Largest turn of a smooth edge of hard parts

@@ -44,7 +44,7 @@ struct Joint {
   std::array<std::uint32_t, 2> corner;
   double length;
   std::array<double, 2> height;  ///< Height of each triangle above the edge
-  double angle;                  ///< Signed
+  double angle;                  ///< Signed angle between the triangles
 };
 
 std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,

@@ -69,8 +69,9 @@ class MeanCurvature {
   std::optional<EdgeTree> tree_;
   /// By half-edge (3 * triangle + k), the next one between the same two positions: a ring of all triangles there.
   std::vector<std::uint32_t> across_;
-  std::vector<std::uint32_t> first_triangle_;           // By vertex, its first triangle
-  mutable std::vector<std::atomic<double>> at_vertex_;  // NaN: not computed yet
+  std::vector<std::uint32_t> first_triangle_;  // By vertex, its first triangle
+  // By vertex, the cached curvature; NaN: not computed yet
+  mutable std::vector<std::atomic<double>> at_vertex_;
 };
 
 /// Smallest radius of curvature maps, in facets, that hides facets: on spheres of even triangles, radii of 1, 2 and 3

@@ -143,7 +143,7 @@ class Ears {
 
  private:
   struct Cut {
-    double length;  // Squared
+    double length;  // Squared length of the cut
     std::uint32_t tip, version;
     // Reversed: a priority queue has its largest element on top
     bool operator<(const Cut& other) const {
@@ -331,8 +331,8 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
     }
   }
   std::sort(sides.begin(), sides.end());
-  std::vector<std::uint32_t> across(3 * triangles.size(),
-                                    kNoCorner);  // The opposite triangle's side
+  // By side, the matching side of the adjacent triangle
+  std::vector<std::uint32_t> across(3 * triangles.size(), kNoCorner);
   for (std::size_t i = 1; i < sides.size(); ++i) {
     const auto& [a, b, one] = sides[i - 1];
     const auto& [c, d, other] = sides[i];

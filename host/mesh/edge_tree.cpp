@@ -199,7 +199,7 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) c
 bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
   cell.pieces.clear();
   if (count_ == 0) return true;
-  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
   std::size_t height = 1;
   while (height != 0) {
     const std::size_t at = stack[--height];
@@ -232,7 +232,7 @@ bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint
 /// and drops boxes out of reach.
 void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
   cell.boxes.clear();
-  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
   std::size_t height = 1;
   while (height != 0) {
     const std::size_t at = stack[--height];
@@ -274,7 +274,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
       return sheet.is_opposed(near.piece.normal) && reaches(near.piece);
     });
   }
-  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
   std::size_t height = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
@@ -306,7 +306,7 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
   }
   BendSums sums;
   bool left_out = false;
-  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
   std::size_t height = 0, leaves = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
@@ -399,7 +399,7 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
 bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                             BendSums& sums) const {
   sums = {};
-  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
   std::size_t height = 0, cuts = 0, leaves = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];

@@ -34,7 +34,7 @@ struct BendPiece {
   std::array<float, 3> angle;  ///< Signed angle at edge k, from corner k
   float area = 0, bend = 0;    ///< Sums over the subtree, see BendSums
   std::uint32_t triangle = 0;  ///< Number of the triangle in the mesh
-  CoarseNormal normal{};       ///< Normal of that triangle
+  CoarseNormal normal{};       ///< Normal of the triangle
 };
 
 /// A set of at most kMaxTriangles triangles that is cleared in constant time.
@@ -46,11 +46,12 @@ class TriangleSet {
     count_ = 0;
     if (slots_.empty()) slots_.resize(kSlots);
     if (++round_ != 0) return;
-    slots_.assign(kSlots, {});  // restart the round counter
+    slots_.assign(kSlots, {});  // The round counter starts again
     round_ = 1;
   }
   bool contains(std::uint32_t triangle) const { return slots_[slot_of(triangle)].round == round_; }
-  /// \returns false if already present
+  /// Adds a triangle.
+  /// \returns false if it is already in the set
   bool add(std::uint32_t triangle) {
     Slot& slot = slots_[slot_of(triangle)];
     if (slot.round == round_) return false;
@@ -58,7 +59,7 @@ class TriangleSet {
     ++count_;
     return true;
   }
-  /// True if no more can be added.
+  /// True if the set has no space left.
   bool full() const { return count_ == kMaxTriangles; }
 
  private:
@@ -114,15 +115,15 @@ class EdgeTree {
     std::array<std::int64_t, 3> at{};
     bool known = false;
     bool few = false;  ///< True: `pieces` holds all candidates; false: searches start at `boxes`
-    std::vector<Near> pieces;        ///< In tree order
-    std::vector<std::size_t> boxes;  ///< In tree order
+    std::vector<Near> pieces;        ///< Candidate pieces, in tree order
+    std::vector<std::size_t> boxes;  ///< Nodes at which searches start, in tree order
   };
   /// Reusable scratch memory and step counter; one per thread and tree.
   struct Scratch {
     std::vector<Cell> cells;
-    std::vector<std::size_t> front, next;  ///< Boxes of one level
-    TriangleSet connected;                 ///< Connected with the last point
-    std::vector<std::uint32_t> reached;    ///< The same in order of discovery
+    std::vector<std::size_t> front, next;  ///< Nodes of one tree level
+    TriangleSet connected;                 ///< Triangles connected with the last point
+    std::vector<std::uint32_t> reached;    ///< Triangles of `connected` in order of discovery
     std::uint64_t steps = 0;               ///< Boxes and pieces visited so far
   };
 
@@ -190,7 +191,7 @@ class EdgeTree {
   double radius_, squared_;
   std::size_t count_ = 0;  // Number of pieces
   std::uint32_t levels_ = 0;
-  std::vector<BendPiece> pieces_;  // Leaf by leaf
+  std::vector<BendPiece> pieces_;  // Pieces, leaf by leaf
   std::vector<Node> nodes_;        // Level by level; the children of i are 2 i + 1 and 2 i + 2
 };
 

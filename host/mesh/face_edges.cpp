@@ -20,9 +20,9 @@ constexpr std::size_t kVerticesAtOnce = 1 << 12;
 
 /// A triangle's side, identified by its ends.
 struct EdgeSide {
-  std::uint32_t high = 0;  ///< Higher vertex
+  std::uint32_t high = 0;  ///< Higher end of the edge
   std::uint32_t at = 0;    ///< 3 * triangle + corner
-  bool rising = false;     ///< It starts at the lower vertex
+  bool rising = false;     ///< It starts at the lower end
 };
 
 float turn_between(const Vec3& a, const Vec3& b) {
@@ -119,7 +119,8 @@ bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
       sum = {sum.x + n.x, sum.y + n.y, sum.z + n.z};
     }
   });
-  const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;  // minus rounding
+  // Margin for rounding
+  const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;
   std::atomic<bool> found = false;
   parallel_for(mesh.triangles.size(), kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end && !found; ++t) {

@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// An edge of two faces.
+/// An edge between two faces.
 struct FaceEdge {
   /// The edge's side in both triangles, as 3 * triangle + corner; it runs from this corner to the next one.
   std::array<std::uint32_t, 2> sides{};
@@ -24,8 +24,8 @@ struct FaceEdge {
 /// since their faces have opposite orientation.
 struct FaceEdges {
   std::vector<Vec3> normals;          ///< Per triangle, its polygon's unit normal; zero: degenerate
-  std::vector<float> areas;           ///< Per triangle
-  std::vector<std::uint32_t> welded;  ///< Per vertex, see weld_vertices()
+  std::vector<float> areas;           ///< Area of each triangle
+  std::vector<std::uint32_t> welded;  ///< Per vertex, its representative: see weld_vertices()
   std::vector<FaceEdge> edges;        ///< Sorted by the lower end of the first side
   std::vector<bool> borders;  ///< Per welded vertex: true at the ends of sides without a partner
 

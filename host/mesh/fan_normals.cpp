@@ -18,7 +18,8 @@ constexpr float kMaxBesidePlaneShare = 1.0F / 4;
 /// A corner is a tip if a face's cosine to the shared normal is below kMaxTipCosine with at least kMinTipFaces faces,
 /// or below kMaxSharpTipCosine with fewer.
 constexpr std::size_t kMinTipFaces = 8;
-constexpr double kMaxTipCosine = 0.8660, kMaxSharpTipCosine = 0.7071;  // 30 and 45 degrees
+// Cosines of 30 and 45 degrees
+constexpr double kMaxTipCosine = 0.8660, kMaxSharpTipCosine = 0.7071;
 
 Vec3d unit_of_sum(const Vec3d& v) {
   const double size = length(v);

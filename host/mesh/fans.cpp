@@ -10,7 +10,7 @@ namespace kiln {
 namespace {
 
 struct Side {
-  std::uint64_t key;  ///< Lower and higher vertex
+  std::uint64_t key;  ///< Edge: lower and higher vertex
   std::uint32_t triangle;
   std::uint8_t corner, forward;  ///< The side starts at this corner; forward: at the lower vertex.
 };

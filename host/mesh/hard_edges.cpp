@@ -13,13 +13,13 @@
 namespace kiln {
 namespace {
 
-constexpr double kSameNormalCosine = 0.99996192306;  // cos 0.5 degrees
+constexpr double kSameNormalCosine = 0.99996192306;  // Cosine of 0.5 degrees
 constexpr std::size_t kEdgesPerTask = 256;
 
 struct HardSide {
-  std::uint32_t a = 0, b = 0;  ///< Welded corners, a < b
+  std::uint32_t a = 0, b = 0;  ///< Ends (welded vertices), a < b
   std::uint32_t triangle = 0;
-  std::uint8_t at_a = 0, at_b = 0;  ///< Corners within the triangle
+  std::uint8_t at_a = 0, at_b = 0;  ///< Triangle's corners at the ends
 };
 
 /// Sides with several normals at an end; others cannot be hard.

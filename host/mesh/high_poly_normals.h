@@ -11,7 +11,7 @@ namespace kiln {
 
 /// Lists of items by key, each in ascending order.
 struct Adjacency {
-  std::vector<std::uint32_t> first;  ///< [keys + 1]
+  std::vector<std::uint32_t> first;  ///< [keys + 1] start of each key's list
   std::vector<std::uint32_t> items;
 
   std::span<const std::uint32_t> of(std::size_t key) const {
@@ -45,7 +45,7 @@ class HighPolyNormals {
   /// Changed entries of the pool, or a flag that the whole pool was replaced.
   struct Change {
     bool rebuilt = false;
-    std::vector<std::uint32_t> entries;  ///< Ascending
+    std::vector<std::uint32_t> entries;  ///< Changed entries, ascending
   };
   /// \param triangles  those with a moved corner
   Change move(const Mesh& mesh, std::span<const Vec3> positions,
@@ -69,11 +69,11 @@ class HighPolyNormals {
   /// normals.
   bool has_extra(const Mesh& mesh) const;
 
-  bool computed_;  // From positions
+  bool computed_;  // True if normals are computed from positions
   std::vector<std::uint32_t> first_;
   CornerNormals corners_;
   Adjacency users_;
-  std::vector<CornerWeights> weights_;  // Per triangle, if computed
+  std::vector<CornerWeights> weights_;  // Weights of each triangle, if normals are computed
 };
 
 }  // namespace kiln

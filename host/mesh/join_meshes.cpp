@@ -92,7 +92,7 @@ void append_other_uvs(Mesh& whole, const Mesh& mesh, std::size_t before) {
   for (UvSet& set : whole.other_uvs) set.uvs.resize(whole.uvs.size(), {kNowhere, kNowhere});
 }
 
-/// Attributes of the joined mesh.
+/// Tells which attributes the joined mesh has.
 struct PresentAttributes {
   bool uvs = false, normals = false, tangents = false, colors = false;
   bool materials = false, polygons = false;

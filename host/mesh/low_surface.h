@@ -22,7 +22,7 @@ struct LowSurface {
     /// offset from the surface to the cage.
     Vec3 direction;
     Vec3 normal;     ///< Unit shading normal of this corner (split at hard edges).
-    Vec3 tangent;    ///< Unit, MikkTSpace
+    Vec3 tangent;    ///< Unit tangent by MikkTSpace
     float sign = 1;  ///< Bitangent = sign * cross(normal, tangent)
     Vec2 uv;
     float straight = 0;  ///< Red of the vertex colour, 0 to 1 (RayDirection::painted)
@@ -39,7 +39,7 @@ struct LowSurface {
   std::vector<std::uint32_t> copy_of;
   bool has_cage_mesh = false;
   CageKind cage_kind = CageKind::offsets;     ///< Kind of the cage mesh, if there is one
-  std::shared_ptr<const CageHull> cage_hull;  ///< For CageKind::hull
+  std::shared_ptr<const CageHull> cage_hull;  ///< The hull, for CageKind::hull
   /// With a cage mesh: default length of rays. For hulls, CageReach computes it instead.
   double cage_length = 0;
   /// Cached arrays that depend on everything except the UVs. Shared by copies of this struct, whose UVs may differ.

@@ -60,7 +60,7 @@ constexpr double kMaxSuspectFlux = -0.02;
 constexpr std::size_t kGrain = std::size_t{1} << 15;
 
 struct SidePart {
-  double area = 0, opposed = 0;  // Twice the area
+  double area = 0, opposed = 0;  // Doubled areas: total and opposed
   std::array<double, kMirrors.size()> off{};
   double flux = 0, most_flux = 0;
   Vec3d middle{};
@@ -85,8 +85,8 @@ struct SidePart {
 };
 
 struct SideFace {
-  Vec3d normal, middle;  // Unit normal, if it has an area
-  double area = 0;       // Twice the area
+  Vec3d normal, middle;  // `normal` is a unit vector if the area is positive
+  double area = 0;       // Doubled area
 };
 
 SideFace face_of(const Mesh& mesh, std::size_t t) {
@@ -183,7 +183,7 @@ MeshParts parts_of(const Mesh& mesh) {
 /// True if a quick check finds no unusual normals.
 bool is_ordinary(const Mesh& mesh) {
   const std::size_t pieces = (mesh.triangles.size() + kGrain - 1) / kGrain;
-  std::vector<std::pair<double, double>> sums(pieces);  // Area, and area times error
+  std::vector<std::pair<double, double>> sums(pieces);  // Area, and area times error, by chunk
   std::atomic<bool> opposed{false};
   parallel_for(mesh.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
@@ -295,7 +295,7 @@ class FaultFinder {
         break;
       }
     }
-    double faces = 0, normals = 0;  // Areas
+    double faces = 0, normals = 0;  // Total areas of the parts with either error
     for (const std::uint32_t p : solid) (faults_[p].faces ? faces : normals) += parts_.list[p].area;
     // A faulty part whose faces oppose a correct neighbour is reversed.
     for (const auto& [a, b] : parts_.against) {

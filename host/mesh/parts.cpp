@@ -16,7 +16,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMaxNamesInWarning = 5;  // Names in a warning
-constexpr std::size_t kMaxNameLength = 80;     // Characters of a name
+constexpr std::size_t kMaxNameLength = 80;     // Longest name in a message, in characters
 constexpr std::size_t kMaxEdits = 32;          // A name with more edits is not similar
 constexpr std::size_t kMaxSampledNames = 64;   // Names from which patterns are guessed
 constexpr std::size_t kMaxPatternGuesses = 8;
@@ -213,7 +213,7 @@ Kind kind_of(PartsBy by) {
 struct NamedGroups {
   const std::vector<std::uint32_t>* of;  ///< Per triangle, its group
   std::vector<std::string> used;         ///< Names of groups with triangles
-  std::vector<std::string> used_parts;   ///< Parts of these
+  std::vector<std::string> used_parts;   ///< Part of each of these groups
   std::vector<std::string> part_of;      ///< Per group, its part
   std::vector<std::size_t> groups_used;  ///< Number of groups per element of `used`
   /// Per group: parts for the separate words of an OBJ group with several names ("g head_high skin"), in case the

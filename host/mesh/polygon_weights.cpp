@@ -99,7 +99,7 @@ void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> t
   for (std::size_t first = begin, last = begin; first < end; first = last) {
     last = first + 1;
     if (!polygons.empty()) {
-      // Belongs to another range
+      // The polygon belongs to another range
       if (first > 0 && polygons[first] == polygons[first - 1]) continue;
       while (last < triangles.size() && polygons[last] == polygons[first]) ++last;
     }

@@ -33,7 +33,7 @@ Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   const double determinant = dot(row0, c12);
   const Vec3d step = (c12 * r.x + c20 * r.y + c01 * r.z) * (1 / determinant);
   const Vec3d edge = pb - pa;
-  if (dot(step, step) <= dot(edge, edge)) {  // False for NaN
+  if (dot(step, step) <= dot(edge, edge)) {  // Also false for NaN
     return middle + step;
   }
   const double at_a = at(pa), at_b = at(pb), at_middle = at(middle);

@@ -16,7 +16,7 @@ namespace kiln {
 namespace {
 
 /// Largest cosine at which a plane's shading counts as bent, and smallest share of the area for a warning.
-constexpr double kMaxBentCosine = 0.93969262;  // 20 degrees
+constexpr double kMaxBentCosine = 0.93969262;  // Cosine of 20 degrees
 constexpr double kMinBentShare = 0.1;
 
 /// Sets each polygon's own normal.

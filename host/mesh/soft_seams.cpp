@@ -16,12 +16,12 @@
 namespace kiln {
 namespace {
 
-constexpr double kSameSeamCosine = 0.99996192306;  // cos 0.5 degrees, as for hard edges
+constexpr double kSameSeamCosine = 0.99996192306;  // Cosine of 0.5 degrees, as for hard edges
 
 /// A triangle's side, identified by its welded ends, a < b.
 struct SeamSide {
   std::uint32_t a = 0, b = 0, triangle = 0;
-  std::uint8_t at_a = 0, at_b = 0;  ///< Corners within the triangle
+  std::uint8_t at_a = 0, at_b = 0;  ///< Triangle's corners at the ends
 };
 
 /// Two triangles with a common side.
@@ -60,7 +60,8 @@ bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, 
 std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
   std::vector<SeamSide> sides;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (length(surface.weights[t].normal) == 0) continue;  // Degenerate or not finite
+    // The triangle is degenerate or not finite
+    if (length(surface.weights[t].normal) == 0) continue;
     for (std::uint8_t k = 0; k < 3; ++k) {
       const auto next = static_cast<std::uint8_t>((k + 1) % 3);
       SeamSide side{surface.welded[mesh.triangles[t][k]], surface.welded[mesh.triangles[t][next]],
@@ -162,7 +163,8 @@ Mesh split_at_seams(const Mesh& mesh) {
     join(edge.one.at_a, edge.other.at_a);
     join(edge.one.at_b, edge.other.at_b);
   }
-  std::vector<std::uint8_t> at_seam(3 * mesh.triangles.size());  // 1: already joined
+  // By corner, 1 if it is joined already
+  std::vector<std::uint8_t> at_seam(3 * mesh.triangles.size());
   for (const SharedSide& edge : edges) {
     if (!edge.parts_uvs || edge.hard) continue;
     for (const SeamSide& side : {edge.one, edge.other}) {

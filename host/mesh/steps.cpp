@@ -14,7 +14,7 @@ namespace {
 /// axis, so normals have errors of about 0.4 steps per edge length: 0.1 degrees.
 constexpr double kMinStepsPerEdge = 256;
 constexpr double kRadiansPerStep = 0.4;
-constexpr std::size_t kMaxSampledTriangles = 4096;  // Sampled triangles
+constexpr std::size_t kMaxSampledTriangles = 4096;  // Size of the sample
 /// Ratio of a vertex's distance to that of three quarters of all vertices above which it is an outlier: if steps are
 /// coarse, and in general.
 constexpr double kOutlierRatio = 16, kExtremeOutlierRatio = 1e5;
@@ -92,7 +92,8 @@ double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double reach = 0;
     for (const std::uint32_t v : mesh.triangles[t]) reach = std::max(reach, bulk.distance(mesh, v));
-    if (reach > farthest && mesh.counts(t)) farthest = reach;  // counts() is only called for few
+    // counts() is slow, and rarely called here
+    if (reach > farthest && mesh.counts(t)) farthest = reach;
   }
   return farthest > least ? farthest / bulk.radius : 0;
 }

@@ -72,7 +72,7 @@ class SurfaceDistance {
   double search(const Vec3& point, std::uint32_t& place, double best, double enough = -1) const;
   void test_leaf(const Vec3d& at, const Box& leaf, std::uint32_t& place, double& best) const;
 
-  std::vector<Vec3> corners_;         ///< Three per triangle, in leaf order.
+  std::vector<Vec3> corners_;  ///< Corners of all triangles in leaf order, three per triangle.
   std::vector<std::uint32_t> order_;  ///< Triangle numbers in leaf order.
 };
 

@@ -16,10 +16,10 @@ namespace {
 constexpr int kMaxWalkTriangles = 64;
 
 struct LinkSide {
-  std::uint32_t low, high;  // Vertices
+  std::uint32_t low, high;  // Vertices of the edge
   std::uint32_t triangle;
-  std::uint8_t edge;  // Opposite this corner
-  bool rising;        // From the lower to the higher vertex
+  std::uint8_t edge;  // Corner opposite the edge
+  bool rising;        // It runs from the lower to the higher vertex
 };
 
 std::uint32_t root_of_link(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
@@ -253,7 +253,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
   constexpr std::size_t kRows = 16;
   std::vector<std::vector<std::uint32_t>> parts((rows + kRows - 1) / kRows);
   parallel_for(rows, kRows, [&](std::size_t begin, std::size_t end) {
-    // One thread may process all rows.
+    // A single thread may process all rows.
     std::vector<std::uint32_t>& part = parts[begin / kRows];
     for (auto y = static_cast<std::int64_t>(begin); y < static_cast<std::int64_t>(end); ++y) {
       for (std::int64_t x = 0; x < w; ++x) {

@@ -16,7 +16,7 @@ struct SurfaceTopology {
   std::vector<std::array<std::uint32_t, 3>> vertices;
   /// Per triangle: the neighbour across the edge opposite corner k, or KILN_NO_TRIANGLE
   std::vector<std::array<std::uint32_t, 3>> neighbour;
-  std::vector<std::uint32_t> chart;  ///< Per triangle
+  std::vector<std::uint32_t> chart;  ///< UV chart of each triangle
   std::uint32_t vertex_count = 0;
 
   /// Triangles are neighbours if exactly two share an edge, in opposite directions. Unusable triangles have no
@@ -27,7 +27,7 @@ struct SurfaceTopology {
 /// End of a straight walk over the surface.
 struct SurfacePlace {
   std::uint32_t triangle = 0xFFFFFFFFU;  ///< KILN_NO_TRIANGLE: the walk ended at the mesh's border
-  double u = 0, v = 0;                   ///< UVs in that triangle
+  double u = 0, v = 0;                   ///< UVs of the end in that triangle
 };
 
 /// Walks from one point to another in a triangle's UVs, and continues across edges as if the triangles beyond lay in

@@ -20,7 +20,8 @@ struct Face {
   /// UVs without orientation: adopts that of the first group that reaches it
   bool flexible = false;
   bool degenerate = false;  ///< Two corners coincide, or a value is not finite: ignored
-  std::array<std::uint32_t, 3> neighbor{kNone, kNone, kNone};  ///< Across the edge k -> k + 1
+  /// Neighbour across the edge k -> k + 1
+  std::array<std::uint32_t, 3> neighbor{kNone, kNone, kNone};
   std::array<std::uint32_t, 3> group{kNoGroup, kNoGroup, kNoGroup};
 };
 
@@ -115,8 +116,8 @@ std::vector<Face> first_order(const Corners& corners, std::span<const std::uint3
 void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& faces) {
   // Edges in buckets by their smaller vertex (counting sort), sorted within each bucket.
   struct HalfEdge {
-    std::uint32_t other;   // Larger vertex
-    std::uint32_t corner;  // 3 * face + k
+    std::uint32_t other;   // The edge's larger vertex
+    std::uint32_t corner;  // Corner of the side: 3 * face + k
   };
   std::vector<std::uint32_t> start(vertex.size() + 1, 0);
   const auto for_each_edge = [&](const auto& body) {
@@ -160,7 +161,7 @@ void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& fa
 /// Groups of triangles around a vertex that share a tangent: connected over edges, with equal UV orientation.
 struct Groups {
   std::vector<std::uint32_t> members;   ///< Corners (3 * face + k), group by group
-  std::vector<std::uint32_t> first{0};  ///< [groups + 1]
+  std::vector<std::uint32_t> first{0};  ///< [groups + 1] start of each group in `members`
 };
 
 Groups grow_groups(std::span<const std::uint32_t> vertex, std::vector<Face>& faces) {

@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t kTilesAcross = 10,
                         kTilesUp = 900;      // UDIM numbers 1001 to 9999 with margin
 constexpr std::uint32_t kOverlapGrid = 512;  // Cells per side for finding overlap
-constexpr double kMaxOverlapShare = 0.01;    // Share of the unit square
+constexpr double kMaxOverlapShare = 0.01;    // Overlap as a share of the unit square
 
 using UvCorners = std::array<Vec2, 3>;
 
@@ -180,7 +180,7 @@ void check_tiles(const Mesh& low) {
 
 std::vector<TextureSet> by_tiles(const Mesh& low) {
   check_tiles(low);  // Before thousands of sets are created
-  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // Row by row
+  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // Tiles row by row
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs) || !has_area_in_uv(uvs)) continue;

@@ -150,8 +150,8 @@ std::vector<std::uint32_t> charts_of(const Mesh& low, const LowSurface& surface)
 
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
-  std::vector<UvPlace> places;          // Of usable triangles only
-  std::vector<std::uint32_t> laid_out;  // By place, its triangle
+  std::vector<UvPlace> places;          // UV places of usable triangles
+  std::vector<std::uint32_t> laid_out;  // Triangle of each place
   for (const std::uint32_t t : surface.with_uvs) {
     if (surface.usable[t] == 0) continue;
     const UvPlace place = UvPlace::of(surface.triangles[t]);

@@ -7,8 +7,8 @@
 namespace kiln {
 namespace {
 
-constexpr double kMaxTileOffset = 1e6;     // Larger offsets are no tiles
-constexpr double kInsideTolerance = 1e-3;  // Share of a triangle's height
+constexpr double kMaxTileOffset = 1e6;     // Larger offsets of UVs are no tiles
+constexpr double kInsideTolerance = 1e-3;  // Tolerance as a share of a triangle's height
 constexpr int kMinSquareLog2 = -30;        // Binary logarithm: squares of at least 1e-9
 
 double twice_area(const UvPosition& a, const UvPosition& b, const UvPosition& c) {

@@ -15,8 +15,8 @@ using UvPosition = std::array<double, 2>;
 /// A triangle's UVs, shifted by whole numbers so that the centroid lies in the unit square.
 struct UvPlace {
   std::array<UvPosition, 3> uv{};
-  UvPosition middle{}, offset{};  ///< The subtracted whole numbers
-  double side = 0;                ///< Longest side
+  UvPosition middle{}, offset{};  ///< offset: the subtracted whole numbers
+  double side = 0;                ///< Longest side in UV space
   double area = 0;                ///< Twice the signed area; negative if mirrored; 0: not usable
 
   static UvPlace of(const std::array<LowSurface::Corner, 3>& corners);

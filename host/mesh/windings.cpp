@@ -59,7 +59,7 @@ bool has_repeated_side(std::span<const Triangle> triangles, std::size_t vertices
 /// An adjacent triangle at an edge of exactly two triangles.
 struct Neighbour {
   std::uint32_t triangle;
-  bool against;  ///< Opposite orientation
+  bool against;  ///< True if it has the opposite orientation
 };
 
 bool same_corners(Triangle a, Triangle b) {
@@ -120,7 +120,7 @@ class WrongSides {
  private:
   struct Sums {
     std::array<double, 2> area{};
-    double volume = 0;  ///< Oriented as the first triangle
+    double volume = 0;  ///< Signed volume, all triangles oriented as the first one
   };
   std::vector<Sums> sums_;
 };

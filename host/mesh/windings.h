@@ -15,11 +15,11 @@ struct FacingParts {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   struct Part {
-    std::uint32_t first = 0;      ///< Lowest triangle
+    std::uint32_t first = 0;      ///< Lowest triangle of the part
     std::uint32_t triangles = 0;  ///< Number of triangles
-    bool closed = true;           ///< Every edge has two triangles
+    bool closed = true;           ///< True if every edge has two triangles
     bool agrees = true;           ///< All triangles are oriented as the first one
-    bool one_sided = false;       ///< Not orientable, such as a Möbius strip
+    bool one_sided = false;       ///< True if not orientable, such as a Möbius strip
   };
   std::vector<Part> parts;
   std::vector<std::uint32_t> of;  ///< By triangle, its part

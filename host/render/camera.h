@@ -29,7 +29,7 @@ struct Camera {
   Vec3d right, up, toward;         ///< Unit vectors; `toward` points from the scene to the viewer
   std::array<double, 3> center{};  ///< World point at the picture's centre
   double half_side = 1;            ///< Half of the picture's longer side, world units
-  std::uint32_t width = 1, height = 1;  ///< Pixels
+  std::uint32_t width = 1, height = 1;  ///< Size of the picture in pixels
   /// Unit vector to the key light in camera axes: right, up, towards the viewer.
   Vec3d key;
 

@@ -56,10 +56,10 @@ void set(kiln_float (&to)[3], const Vec3d& from) {
 
 /// Device arrays for the samples of one part of the picture.
 struct Part {
-  cl::Array<float> points;   ///< 7 planes; see RayCaster
-  cl::Array<float> surface;  ///< KILN_SURFACE_PLANES planes
+  cl::Array<float> points;   ///< Ray data in 7 planes; see RayCaster
+  cl::Array<float> surface;  ///< Surface data in KILN_SURFACE_PLANES planes
   cl::Array<std::uint8_t> hit, open;
-  cl::Array<float> colors;  ///< [3 * pixels]
+  cl::Array<float> colors;  ///< Colours, [3 * pixels]
   DeviceCorrespondence match;
 
   Part(cl::Context& context, std::uint32_t samples, std::uint32_t pixels)

@@ -24,16 +24,16 @@ struct KILN_HIDDEN Scene::Impl {
   std::vector<Warning> warnings;
 
   std::unique_ptr<RayCaster> rays;
-  cl::Array<std::uint32_t> position_indices;  ///< [3 * triangles]
-  cl::Array<std::uint32_t> normal_indices;    ///< [3 * triangles]
-  cl::Array<float> positions;                 ///< [3 * vertices]
-  cl::Array<float> normals;                   ///< [3 * pool]
+  cl::Array<std::uint32_t> position_indices;  ///< Vertex of each corner, [3 * triangles]
+  cl::Array<std::uint32_t> normal_indices;    ///< Normal of each corner, [3 * triangles]
+  cl::Array<float> positions;                 ///< Positions, [3 * vertices]
+  cl::Array<float> normals;                   ///< Normal pool, [3 * normals]
 
   bool has_map = false;
   kiln_render_map_params map_params{};
-  cl::Array<kiln_low_shading> shading;  ///< [triangles]
-  cl::Array<float> uvs;                 ///< [6 * triangles]
-  cl::Array<std::uint16_t> map;         ///< [3 * width * height]
+  cl::Array<kiln_low_shading> shading;  ///< Shading frames, [triangles]
+  cl::Array<float> uvs;                 ///< UVs of the corners, [6 * triangles]
+  cl::Array<std::uint16_t> map;         ///< Texels of the normal map, [3 * width * height]
 
   Camera camera(const RenderOptions& options) const;
 

@@ -148,7 +148,7 @@ class EdgeCollapser {
   /// Changed vertices whose edges are not queued yet.
   std::optional<std::vector<std::uint32_t>> deferred_;
   std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
-  std::vector<std::uint64_t> edges_;  ///< Scratch of push_all()
+  std::vector<std::uint64_t> edges_;  ///< Scratch memory of push_all().
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> common_;  ///< Common neighbours of an edge's ends.
 };

@@ -80,7 +80,7 @@ class CollapseMesh {
   void gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
   /// As gather(), unordered and faster.
   void gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
-  /// Vertices in both lists.
+  /// Finds vertices that are in both lists of neighbours.
   void find_common(const std::vector<Neighbour>& one, const std::vector<Neighbour>& other,
                    std::vector<std::uint32_t>& common);
   /// All edges, each once, as lower vertex << 32 | higher vertex, in order.
@@ -108,8 +108,8 @@ class CollapseMesh {
 
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> labels;  ///< Per triangle; empty: none.
-  std::vector<std::uint8_t> alive;    ///< Per triangle.
+  std::vector<std::uint32_t> labels;  ///< Label of each triangle; empty: none.
+  std::vector<std::uint8_t> alive;    ///< 1 for each triangle that still exists.
   std::vector<std::uint32_t> valence;
   std::vector<std::uint8_t> two_sided;  ///< Per triangle, whether it has a back; empty: none has.
   std::size_t faces = 0, backs = 0;
@@ -125,7 +125,7 @@ class CollapseMesh {
 
   std::vector<List> lists_;
   std::vector<std::uint32_t> pool_;
-  std::vector<std::uint32_t> marks_;  ///< By vertex; 0 except within gather().
+  std::vector<std::uint32_t> marks_;  ///< Scratch by vertex; 0 except within gather().
   /// Original numbers; empty: not renumbered.
   std::vector<std::uint32_t> given_triangles_, given_vertices_;
 };

@@ -85,7 +85,7 @@ class NumberPool {
   std::vector<Array> idle_;
 };
 
-/// One piece as a mesh of its own.
+/// A piece of a mesh, collapsed as a mesh of its own.
 class Piece {
  public:
   Piece(const Work& work, std::vector<std::uint32_t> triangles,

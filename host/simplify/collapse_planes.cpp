@@ -132,7 +132,7 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
         const Vec3d normal = normal_of(triangles[t]);
         const double size = length(normal);
         Quadric quadric;
-        quadric.area = size / 6;  // A third of the area for each corner.
+        quadric.area = size / 6;  // Each corner gets a third of the area.
         if (size > 0) quadric.add_plane(normal * (1 / size), points[triangles[t][0]], quadric.area);
         return quadric;
       },

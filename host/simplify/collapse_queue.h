@@ -7,10 +7,10 @@
 
 namespace kiln {
 
-/// A queued collapse.
+/// A collapse in the queue.
 struct CollapseEntry {
   double cost;
-  std::uint32_t a, b;  ///< a < b
+  std::uint32_t a, b;  ///< Ends of the edge, a < b.
   std::uint32_t stamp_a, stamp_b;
   std::uint32_t leniency;  ///< Number of rejections for bad shapes.
   /// Reversed: std heaps have the largest element first.
@@ -22,7 +22,7 @@ struct CollapseEntry {
 /// are cheaper than the list's go to a small heap.
 class CollapseQueue {
  public:
-  /// Replaces all entries.
+  /// Replaces the contents of the queue.
   void assign(std::vector<CollapseEntry>&& entries);
   void push(const CollapseEntry& entry);
   void pop();

@@ -65,7 +65,7 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
                         const Vec3d& target, std::uint32_t leniency, const Facing& facing) {
   mesh.visits += mesh.around(moved).size();
   const Vec3d& a = mesh.points[moved];
-  // Before and after the move.
+  // Lanes: corner positions before and after the move.
   const Double2 ax{a.x, target.x}, ay{a.y, target.y}, az{a.z, target.z};
   for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;

@@ -45,7 +45,7 @@ class CurvatureWeights {
   Vec3d at(std::uint32_t vertex) const { return Vec3d(positions_[vertex]); }
 
   std::span<const Vec3> positions_;
-  std::vector<Vec3d> facing_;  ///< Unit normals of vertices.
+  std::vector<Vec3d> facing_;  ///< Unit normals at the vertices.
 };
 
 }  // namespace kiln

@@ -24,7 +24,7 @@ struct BoundSamples {
 
   std::vector<Vec3> points;
   std::vector<std::uint32_t> triangles;  ///< By sample, the high-poly triangle that it lies on.
-  SurfaceDistance surface;               ///< The high poly.
+  SurfaceDistance surface;               ///< Distances to the high poly.
 };
 
 /// The norm that moved vertices minimize: `large` weighs large distances most (sixth powers); `all` is least squares.

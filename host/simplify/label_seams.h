@@ -39,7 +39,7 @@ class LabelSeams {
   using Noted = std::pair<Triangle, std::uint32_t>;
 
   std::size_t vertices_;
-  std::vector<std::uint32_t> origin_, label_;  ///< By vertex.
+  std::vector<std::uint32_t> origin_, label_;  ///< By vertex: its original vertex, its label.
   std::vector<Noted> noted_;
 };
 

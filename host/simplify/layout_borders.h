@@ -43,15 +43,15 @@ class LayoutBorders {
   };
 
   const LayoutCopies* copies_;
-  std::vector<std::uint32_t> chart_;  ///< By UV.
+  std::vector<std::uint32_t> chart_;  ///< Chart of each UV.
   std::vector<std::uint32_t> group_;  ///< By chart: charts that overlap each other form a group.
-  std::vector<std::uint8_t> overlapping_;  ///< By group.
+  std::vector<std::uint8_t> overlapping_;  ///< By group, 1 if its charts overlap.
   Vec2 low_{}, size_{1, 1};
   std::uint32_t side_ = 1;            ///< Cells along a side of the grid.
   std::vector<std::uint32_t> start_;  ///< By cell, its first place; one extra entry.
   std::vector<Place> places_;
-  std::vector<std::uint32_t> items_;     ///< UVs, by place.
-  std::vector<std::uint32_t> place_of_;  ///< By UV on a border.
+  std::vector<std::uint32_t> items_;     ///< UVs of border corners, grouped by place.
+  std::vector<std::uint32_t> place_of_;  ///< Place of each UV on a border.
   std::vector<std::uint32_t> index_of_;  ///< By UV, its index in items_; kNoIndex: not on a border.
 };
 

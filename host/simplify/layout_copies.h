@@ -45,7 +45,7 @@ class LayoutCopies {
   bool any_ = false;
   std::vector<std::uint32_t> next_;            ///< By UV, the next copy in a ring.
   std::vector<std::uint32_t> first_;           ///< By UV, the lowest copy.
-  std::vector<std::uint8_t> on_fold_;          ///< By UV.
+  std::vector<std::uint8_t> on_fold_;          ///< By UV, 1 if it lies on a fold.
   std::vector<std::uint32_t> first_triangle_;  ///< By triangle, the lowest copy.
 };
 

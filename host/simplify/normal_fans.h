@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-/// One normal per row.
+/// Matrix with one normal per row.
 using Normals = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 /// A triangle's normal, twice its area long.
@@ -62,7 +62,7 @@ class NormalFans {
   /// Corners on both sides of an edge, at both of its ends.
   struct Seam {
     std::array<std::array<std::uint32_t, 2>, 2> ends;
-    bool crease;  ///< True if it is no UV seam.
+    bool crease;  ///< True for a crease, false for a UV seam.
   };
 
   std::uint32_t corner(std::uint32_t triangle, std::uint32_t vertex) const {
@@ -84,7 +84,7 @@ class NormalFans {
   DisjointSets sets_;
   std::vector<Triangle> welded_;
   std::vector<std::uint32_t> uvs_;    ///< By corner, the first UV of the same value; empty: no UVs
-  std::vector<std::uint32_t> order_;  ///< Corners by vertex
+  std::vector<std::uint32_t> order_;  ///< Corners, grouped by vertex
   std::vector<Seam> seams_;
   std::size_t count_ = 0;
 };

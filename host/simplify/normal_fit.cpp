@@ -365,7 +365,7 @@ class NormalFit::Solver {
 
   const std::vector<Place>& places_;
   double sample_area_;
-  NormalPurpose purpose_;  ///< Not NormalPurpose::by_uvs
+  NormalPurpose purpose_;  ///< Any but NormalPurpose::by_uvs
   double tolerance_;
   const std::vector<Vec3>& positions_;
   const std::vector<Triangle>& triangles_;
@@ -442,7 +442,7 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     low.normal_triangles[t] = {slots[3 * t], slots[3 * t + 1], slots[3 * t + 2]};
   }
-  low.tangents.clear();  // They belong to the old normals.
+  low.tangents.clear();  // Tangents of the old normals are invalid.
   if (report == nullptr) return;
   report->normals = fans.count();
   report->hard_edges = fans.hard();

@@ -315,7 +315,8 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   if (!any) return;
   // If all vertices of a small component belong to one dense component alone, it was cut off from that.
   const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
-  std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense components of which more is left.
+  // By dense triangle: 1 if more of its component is left.
+  std::vector<std::uint8_t> lives(dense.size(), 0);
   std::vector<std::uint32_t> cut_off(
       origin.size(),
       kNoVertex);  // By vertex of a small component, the vertex from which it was cut off.

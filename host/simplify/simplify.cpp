@@ -149,10 +149,10 @@ struct SimplifyLevels::Impl {
   std::vector<std::uint32_t> asked;  ///< Requested face count of each of `results`
   SimplifyOptions options;
   std::optional<SimplifyJob> job;
-  std::optional<NormalFit> fit;  ///< Built on first use
+  std::optional<NormalFit> fit;  ///< Fit of normals; built on first use
   NormalFit::Samples samples;    ///< Samples of the previous mesh, for reuse
   std::vector<SimplifyResult> results;
-  std::map<std::size_t, FinishedLevel> meshes;  ///< By level
+  std::map<std::size_t, FinishedLevel> meshes;  ///< Finished levels, by number
 };
 
 SimplifyLevels::SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces,

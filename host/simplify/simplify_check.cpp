@@ -115,7 +115,7 @@ void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
 void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
-  if (surface_ && marked_.empty()) return;  // The tree holds all triangles.
+  if (surface_ && marked_.empty()) return;  // The tree already holds all triangles.
   // A margin, so that the tree still serves after repairs have moved some candidates.
   std::vector<std::uint8_t> needed(std::size_t{kGridCells} * kGridCells * kGridCells, 0),
       marked = needed;
@@ -185,7 +185,7 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
       });
     }
     away += best < kMaxAwayCosine;
-    if (i >= away + 1) return false;  // Two points do not face away.
+    if (i >= away + 1) return false;  // Already two points that do not face away.
   }
   return away >= 3;
 }

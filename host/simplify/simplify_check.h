@@ -83,7 +83,7 @@ class SimplifyCheck {
   std::span<const Triangle> triangles_;
   bool height_field_;
   std::vector<Triangle> near_;        ///< Triangles of the high poly near the candidates.
-  std::vector<std::uint8_t> marked_;  ///< Cells of a grid that near_ touches.
+  std::vector<std::uint8_t> marked_;  ///< By grid cell, 1 if near_ touches it.
   std::unique_ptr<SurfaceDistance> surface_;
 };
 

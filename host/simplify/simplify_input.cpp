@@ -48,7 +48,7 @@ enum class Usable : std::uint8_t { yes, not_finite, degenerate };
 
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 15;
 
-/// Duplicate triangles.
+/// Triangles that repeat others.
 struct Repeats {
   std::vector<std::uint8_t> twin;  ///< 1 if it repeats an earlier triangle; empty: none does.
   bool turned = false;             ///< True if some duplicates have opposite orientation.
@@ -281,7 +281,7 @@ Labels labels_of(const Mesh& mesh, const Work& work) {
 Layout layout_of(const Mesh& mesh, const Work& work) {
   struct Corner {
     std::uint32_t vertex;
-    std::uint64_t uv;  ///< Bit pattern of its value.
+    std::uint64_t uv;  ///< Bit pattern of the UV's value.
     std::uint32_t place;
     auto key() const { return std::tuple(vertex, uv, place); }
   };
@@ -361,7 +361,7 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
 }
 
 bool is_finely_curved(const Work& work) {
-  constexpr double kAlikeCosine = 0.99996192306;  // Of half a degree.
+  constexpr double kAlikeCosine = 0.99996192306;  // Cosine of half a degree.
   constexpr std::size_t kMinAlikePercent = 15, kWholePercent = 100;
   std::vector<Vec3d> first(work.points.size(),
                            Vec3d{0, 0, 0});  // By vertex, the normal of its first triangle.

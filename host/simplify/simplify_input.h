@@ -24,7 +24,7 @@ struct Fold {
   Vec3d surface;  ///< The high poly's normal there, of any length.
 };
 
-/// A ball.
+/// A ball: centre and radius.
 struct Place {
   Vec3d center;
   double radius;

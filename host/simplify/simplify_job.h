@@ -38,11 +38,11 @@ struct SimplifyResult {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> labels;  ///< By triangle, of SimplifyJob::labels(); empty: unknown.
-  Layout layout;                      ///< Empty if no layout is kept.
+  Layout layout;                      ///< The kept UV layout; empty: none is kept.
   /// By point, its quadric; empty: unknown.
   std::vector<Quadric> quadrics;
   DistanceReport deviation;
-  DistanceReport back;  ///< From low to high poly, within a bound.
+  DistanceReport back;  ///< Deviation from low to high poly; only with a bound.
   bool bound = false;   ///< True if a bound limited the collapses.
   /// Flawed triangles that SimplifyJob::is_good() found: degenerate ones first.
   std::vector<Place> flawed;
@@ -245,12 +245,12 @@ class SimplifyJob {
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
-  std::vector<std::uint32_t> label_source_;      ///< By label, a triangle of the high poly.
-  std::vector<std::uint32_t> label_back_;        ///< As Labels::backs
-  std::unique_ptr<BoundSamples> bound_samples_;  ///< Built on first use.
-  std::optional<bool> is_fine_;                  ///< Computed on first use.
+  std::vector<std::uint32_t> label_source_;  ///< By label, a high-poly triangle that has it.
+  std::vector<std::uint32_t> label_back_;  ///< By label, a triangle on the back; see Labels::backs.
+  std::unique_ptr<BoundSamples> bound_samples_;  ///< Samples for bounds; built on first use.
+  std::optional<bool> is_fine_;                  ///< Result of is_fine(), once computed.
   std::optional<double> reported_;  ///< Largest progress reported; nullopt: run() is not active
-  std::optional<SurfaceFit> fit_;   ///< Built on first use.
+  std::optional<SurfaceFit> fit_;   ///< Fit of vertices; built on first use.
 };
 
 }  // namespace kiln

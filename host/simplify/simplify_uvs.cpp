@@ -26,7 +26,7 @@ struct BareCorner {
   Vec2 mean() const { return {static_cast<float>(u / count), static_cast<float>(v / count)}; }
 };
 
-/// By vertex, then UV.
+/// Bare corners, keyed by vertex and UV index.
 using BareCorners = std::map<std::array<std::uint32_t, 2>, BareCorner>;
 
 /// Number of a triangle's corners without a finite UV.

@@ -20,7 +20,7 @@ namespace {
 /// High-poly samples per face, and at least.
 constexpr std::size_t kSamplesPerFace = 24, kMinSamples = 1 << 15;
 constexpr int kFitRounds = 4;
-/// The same for rough fits.
+/// High-poly samples of rough fits per face, and at least.
 constexpr std::size_t kRoughSamplesPerFace = 6, kMinRoughSamples = 1 << 11;
 constexpr int kRoughFitRounds = 2;
 /// Smallest cosine between the normals of a sample and of the triangle that it may match.

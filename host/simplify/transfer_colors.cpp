@@ -108,9 +108,9 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   return places;
 }
 
-/// Sums per low-poly vertex.
+/// Colour sums at each low-poly vertex.
 struct VertexColors {
-  std::vector<double> weight;  ///< Weight of its samples; 0: it has none
+  std::vector<double> weight;  ///< Total weight of a vertex's samples; 0: no samples
   Colors nearest;  ///< Colour of its nearest sample, and that sample's barycentric coordinate
 };
 
@@ -151,7 +151,7 @@ void fill_uncolored(const Mesh& low, VertexColors& vertices) {
       if (count[v] == 0) continue;
       const auto row = static_cast<Eigen::Index>(v);
       mean.row(row) = sum.row(row) / count[v];
-      weight[v] = 1e-30;  // Marks it as coloured.
+      weight[v] = 1e-30;  // A tiny weight marks the vertex as coloured.
       changed = true;
     }
   }

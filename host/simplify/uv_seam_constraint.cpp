@@ -441,8 +441,9 @@ bool UvSeamConstraint::has_copies(const Plan& plan) const {
 /// that a group is linear in the number of copies.
 struct UvSeamConstraint::TwinGroup {
   std::vector<Plan> steps;
-  std::unordered_map<std::uint32_t, std::uint32_t> kept_of;  ///< By removed vertex.
-  std::unordered_set<std::uint32_t> kept;                    ///< Vertices that are kept.
+  /// By removed vertex, the vertex that it becomes.
+  std::unordered_map<std::uint32_t, std::uint32_t> kept_of;
+  std::unordered_set<std::uint32_t> kept;  ///< Vertices that are kept.
   /// Pairs (gone, kept) of first copies whose copies are all in the group: each copy of such a pair leads to the same
   /// collapses.
   std::unordered_set<std::uint64_t> complete;

@@ -22,7 +22,7 @@ struct Layout {
   /// By triangle, a number for group, object and material; empty: all have one.
   std::vector<std::uint32_t> groups;
   std::vector<std::uint32_t> group_of;  ///< By group, a triangle of the given mesh.
-  std::vector<std::uint32_t> charts;    ///< By triangle.
+  std::vector<std::uint32_t> charts;    ///< Chart of each triangle.
 };
 
 /// Keeps UV seams, their ends and crossings, open borders, and borders between groups in place, on the surface and in
@@ -59,7 +59,7 @@ class UvSeamConstraint : public CollapseConstraint {
   /// Sums, weighted by area, of squared errors of affine maps from position to UV.
   struct Attributes {
     std::array<Quadric, 2> linear;   ///< For u and v each: sum of w (g . p + d)^2
-    std::array<Vec3d, 2> gradient;   ///< sum of w g
+    std::array<Vec3d, 2> gradient;   ///< sum of w g, with w, g, d as in `linear`
     std::array<double, 2> offset{};  ///< sum of w d
     double weight = 0;
     Attributes& operator+=(const Attributes& other);
@@ -71,7 +71,7 @@ class UvSeamConstraint : public CollapseConstraint {
   };
   struct Plan {
     enum class Kind : std::uint8_t { none, inside, onto } kind = Kind::none;
-    std::uint32_t gone = 0, kept = 0;  ///< Vertices. Inside a chart, both move.
+    std::uint32_t gone = 0, kept = 0;  ///< Vertices: removed and kept. Inside a chart, both move.
     std::array<Pair, 2> pairs{};
     std::size_t count = 0;
   };
@@ -99,10 +99,10 @@ class UvSeamConstraint : public CollapseConstraint {
 
   Layout layout_;
   LayoutCopies copies_;
-  std::vector<std::uint32_t> vertex_of_;           ///< By UV.
+  std::vector<std::uint32_t> vertex_of_;           ///< Vertex of each UV.
   std::unordered_map<std::uint32_t, Vec2> moved_;  ///< New UVs of copies during a collapse.
   LayoutBorders borders_;
-  std::vector<Attributes> attributes_;  ///< By UV.
+  std::vector<Attributes> attributes_;  ///< Error sums of each UV.
   std::vector<std::uint8_t>
       vertex_class_;  ///< kInside; kLine: may move along a line only; or kCorner: fixed
   double scale_ = 1;  ///< Length of a UV unit on the surface.

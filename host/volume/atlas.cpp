@@ -162,11 +162,12 @@ void set_projection(const Vec3d& a, const Vec3d& b, const Vec3d& c, float rows[2
   normal[2] = unit.z;
 }
 
-/// The same as functions of a texel.
+/// Barycentric coordinates as affine functions of a texel's position in the chart.
 void set_weights(const float* a, const float* b, const float* c, float rows[2][3]) {
   const double ex = double{b[0]} - a[0], ey = double{b[1]} - a[1];
   const double fx = double{c[0]} - a[0], fy = double{c[1]} - a[1];
-  const double determinant = ex * fy - ey * fx;  // Never 0 for corners of a rectangle
+  // Not 0, since the corners are those of a rectangle
+  const double determinant = ex * fy - ey * fx;
   const double second[2] = {fy / determinant, -fx / determinant};
   const double third[2] = {-ey / determinant, ex / determinant};
   for (int k = 0; k < 2; ++k) {
@@ -184,7 +185,7 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
   chart.size[0] = place.turned ? size.height : size.width;
   chart.size[1] = place.turned ? size.width : size.height;
   chart.place[0] = place.x;
-  chart.place[1] = map - place.y - chart.size[1];  // Rows start at the top
+  chart.place[1] = map - place.y - chart.size[1];  // Rows of the map start at the top
   chart.corners = corners[3] == kNoPolygon ? 3 : 4;
   chart.triangles = chart.corners - 2;
   const auto b = static_cast<float>(border);

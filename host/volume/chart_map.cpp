@@ -84,13 +84,14 @@ class PolygonTexels {
 
  private:
   const Image& map_;
-  std::vector<std::array<std::array<double, 2>, 3>> at_;  ///< By triangle, its corners
+  /// By triangle, texel positions of its corners
+  std::vector<std::array<std::array<double, 2>, 3>> at_;
 };
 
 /// Corners of a triangle in texels of the charts' map; rows start at the top.
 struct PlacedTriangle {
   std::array<double, 3> x, y;
-  double area = 0;  ///< Twice the area; 0: degenerate
+  double area = 0;  ///< Doubled area; 0: degenerate
 
   PlacedTriangle(const Mesh& mesh, std::size_t triangle, std::uint32_t size) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -115,7 +116,7 @@ bool inside(const std::array<double, 3>& weights) {
 /// Sums over the triangles that cover a texel.
 struct TexelSum {
   Vec3d sum;
-  std::uint32_t triangle = 0;  ///< The first of them
+  std::uint32_t triangle = 0;  ///< The first triangle that covers the texel
   std::uint32_t points = 0;
 };
 
@@ -216,7 +217,7 @@ Image chart_map(cl::Context& context, const FineSurface& surface,
   const Image polygon_map = splat_normals(context, surface, low_poly, atlas,
                                           atlas.texels_per_unit * spacing, fine, splatted);
   const PolygonTexels polygons(atlas, polygon_map);
-  const Mesh& mesh = layout.mesh;  // Same triangles as in the polygons' map
+  const Mesh& mesh = layout.mesh;  // Its triangles are those of the polygons' map
   std::vector<PlacedTriangle> placed;
   placed.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)

@@ -14,7 +14,8 @@ namespace kiln {
 namespace {
 
 // Measured peak memory. With error functions, it includes those of the clusters made from them.
-constexpr std::uint64_t kBytesPerWord = 2 * sizeof(kiln_volume_word) + 8;  // Per 64 padded voxels
+// Bytes per 64 padded voxels
+constexpr std::uint64_t kBytesPerWord = 2 * sizeof(kiln_volume_word) + 8;
 constexpr std::uint64_t kBytesPerCell = 140, kBytesPerCellWithQefs = 260;
 
 double lap(std::chrono::steady_clock::time_point& last) {

@@ -23,7 +23,7 @@ double squared_distance(const kiln_volume_vertex& a, const kiln_volume_vertex& b
 void drop_vertices(Mesh& mesh, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& gone) {
   std::vector<std::uint32_t> number(mesh.positions.size());
   std::uint32_t count = 0;
-  auto next = gone.begin();  // Ascending
+  auto next = gone.begin();  // Removed vertices are in ascending order
   for (std::uint32_t v = 0; v < number.size(); ++v) {
     if (next != gone.end() && next->first == v) {
       ++next;

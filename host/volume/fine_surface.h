@@ -56,9 +56,9 @@ struct FineSurface {
   std::uint64_t quads = 0;
   RawVector<std::uint64_t> keys;  ///< By vertex, see shared/volume.h; by cell, plane by plane
   RawVector<kiln_volume_vertex> vertices;
-  RawVector<kiln_volume_qef> qefs;  ///< Empty if not requested
+  RawVector<kiln_volume_qef> qefs;  ///< Error functions by vertex; empty if not requested
   RawVector<FineEdge> edges;
-  std::vector<FineFork> forks;  ///< Rare
+  std::vector<FineFork> forks;  ///< Rare cases, see FineFork
   bool mirrored = false;        ///< The axes are left-handed: triangles must be reversed
 };
 

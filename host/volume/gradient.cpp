@@ -19,7 +19,7 @@
 namespace kiln {
 namespace {
 
-constexpr double kGradientStep = 0.25;  // In cells
+constexpr double kGradientStep = 0.25;  // Step of central differences, in cells
 constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
 /// Tolerance in texels: corners of charts lie on texel centres up to rounding.
 constexpr double kTexelTolerance = 1e-3;
@@ -264,7 +264,7 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   const std::vector<std::uint32_t> triangles = rasterize(low, size_);
   enum : std::uint8_t { kEmpty, kKept, kNoSurface, kCut, kNoGradient };
   std::vector<std::uint8_t> status(triangles.size(), kEmpty);
-  std::vector<std::size_t> row_begins(size_ + 1, 0);  // Of covered texels
+  std::vector<std::size_t> row_begins(size_ + 1, 0);  // By row, its first covered texel
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     row_begins[i / size_ + 1] += triangles[i] != kNoTriangle ? 1 : 0;
   }

@@ -238,7 +238,7 @@ void IsosurfacePatch::collect_fine_quads(const FineSurface& surface,
                                          std::span<const std::uint8_t> free) {
   std::vector<std::uint32_t> number(surface.vertices.size(), kNoVertex);
   for (std::size_t at = 0; at < vertices_.size(); ++at) {
-    if (free[at] == 0) continue;  // Repairs do not reach farther
+    if (free[at] == 0) continue;  // Repairs do not reach this vertex
     const std::uint32_t v = vertices_[at];
     for (std::uint32_t i = low_poly.leaf_begins[v]; i < low_poly.leaf_begins[v + 1]; ++i) {
       const std::uint32_t leaf = low_poly.leaves[i];

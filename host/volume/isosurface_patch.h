@@ -31,7 +31,7 @@ struct IsosurfaceChange {
   std::vector<std::uint32_t> apply(const FineSurface& surface, SimplifiedIsosurface& low_poly);
 
   std::vector<Triangle> triangles;
-  std::vector<std::uint8_t> alive;  ///< By triangle
+  std::vector<std::uint8_t> alive;  ///< By triangle, 1 if it remains
   std::vector<std::uint32_t> into;  ///< By vertex: the vertex into which it was merged, or itself
 
  private:

@@ -244,7 +244,7 @@ class PatchRule : public CollapseConstraint {
     return fixed_[vertex] == 0;
   }
 
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;  ///< Kept, removed.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;  ///< Merged vertices: kept, removed.
 
  private:
   std::vector<std::uint8_t> fixed_;

@@ -24,7 +24,7 @@ struct Pyramids {
     std::vector<std::uint32_t> row_charts, first_rows;
   };
   std::vector<Level> levels;
-  std::vector<std::uint32_t> first_texels;  // By level and chart
+  std::vector<std::uint32_t> first_texels;  // First texel by level and chart
   std::uint64_t texels = 0;
 };
 

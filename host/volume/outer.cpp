@@ -16,7 +16,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPlanesPerTask = 16;  // Planes per task
+constexpr std::size_t kPlanesPerTask = 16;  // Planes of voxels per task
 /// A region is connected with the outside if it holds at least 1 / kOuterDivisor of the largest region's share of the
 /// volume's border.
 constexpr std::uint64_t kOuterDivisor = 20;

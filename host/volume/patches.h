@@ -15,7 +15,7 @@ namespace kiln {
 class PatchTable {
  public:
   static constexpr std::uint32_t kNoFace = 6;
-  static constexpr std::uint32_t kFlips = 7;  // One of six faces, or none
+  static constexpr std::uint32_t kFlips = 7;  // Choices of the flipped face: one of six, or none
 
   static const PatchTable& get();
 

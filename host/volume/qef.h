@@ -12,10 +12,10 @@ namespace kiln {
 /// Sum over crossings (point p, unit normal n) of (n . (x - p))^2 = x' A x - 2 b' x + c, in padded coordinates and
 /// double precision: exact to 1e-5 cells for clusters of any size.
 struct Qef {
-  std::array<double, 6> a{};  ///< xx xy xz yy yz zz
+  std::array<double, 6> a{};  ///< Symmetric matrix A: xx xy xz yy yz zz
   Vec3d b;
   double c = 0;
-  Vec3d mass;  ///< Sum of the points
+  Vec3d mass;  ///< Sum of the crossings' points
   double count = 0;
 
   /// \param cell  the cell whose lowest corner is the origin of `local`

@@ -41,7 +41,7 @@ Seams find_seams(std::span<const kiln_volume_chart> charts, std::size_t vertices
   Seams seams;
   std::vector<std::uint32_t> vertex_of(4 * charts.size(), Seams::kNone);
   struct Side {
-    std::uint64_t vertices;  ///< Lower number first
+    std::uint64_t vertices;  ///< Both ends packed, the lower number first
     std::uint32_t number;
   };
   std::vector<Side> sides;

@@ -18,7 +18,7 @@ struct CellRecord {
 
 struct Sheets {
   RawVector<CellRecord> cells;
-  RawVector<std::uint64_t> keys;              ///< By vertex; by cell, plane by plane
+  RawVector<std::uint64_t> keys;              ///< Keys by vertex; ordered by cell, plane by plane
   std::vector<std::uint32_t> plane_vertices;  ///< By plane, its first vertex; one extra entry
   std::vector<FineFork> forks;
 };

@@ -92,7 +92,7 @@ class Collapser {
       const bool was_quad = sides(p) == 4;
       std::rotate(std::find(p.begin(), p.end(), b), std::find(p.begin(), p.end(), b) + 1, p.end());
       if (was_quad) {
-        p[3] = kNoCorner;  // In order, from the corner after b
+        p[3] = kNoCorner;  // Corners in order, from the one after b
       } else {
         p = {kNoCorner, kNoCorner, kNoCorner, kNoCorner};
       }
@@ -126,7 +126,7 @@ class Collapser {
   }
 
   std::vector<PolygonCorners>& polygons_;
-  // Polygons at candidate vertices
+  // By candidate vertex, the polygons at it
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> around_;
   std::unordered_map<std::uint32_t, std::uint32_t> gone_;
 };

@@ -20,8 +20,8 @@ constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
 /// Connected parts of the fine surface.
 struct Pieces {
-  std::vector<std::uint32_t> of;     ///< Root above each node
-  std::vector<std::uint32_t> sizes;  ///< By root, its fine vertices
+  std::vector<std::uint32_t> of;     ///< Root of each node in the tree
+  std::vector<std::uint32_t> sizes;  ///< By root, its number of fine vertices
   std::uint32_t largest = 0;
 
   explicit Pieces(const VertexTree& tree) : of(tree.count()), sizes(tree.count()) {
@@ -363,7 +363,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     low_poly.error = std::max(low_poly.error, double{cluster.error});
     if (!cluster.is_one_sheet) ++low_poly.changed_topology;
   }
-  // Lists their fine vertices.
+  // Lists the fine vertices of each vertex.
   low_poly.leaf_begins.assign(count + 1, 0);
   for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
     const std::uint32_t vertex = number[stands[leaf]];

@@ -26,16 +26,16 @@ struct SimplifiedIsosurface {
   /// Mean normal of the fine vertices that a vertex represents.
   Vec3 mean_normal(const FineSurface& surface, std::uint32_t vertex) const;
 
-  std::uint64_t faces = 0;             ///< Triangles
+  std::uint64_t faces = 0;             ///< Number of triangles
   double error = 0;                    ///< Largest error of a cluster, in cells
-  std::uint64_t changed_topology = 0;  ///< Clusters that are not a single sheet
-  std::uint64_t parts = 0;             ///< Connected parts of the fine surface
-  std::uint64_t dropped_parts = 0;     ///< Parts removed for their size
+  std::uint64_t changed_topology = 0;  ///< Number of clusters that are not a single sheet
+  std::uint64_t parts = 0;             ///< Number of connected parts of the fine surface
+  std::uint64_t dropped_parts = 0;     ///< Number of parts removed for their size
   /// Topology of the fine surface without small parts, and of the low poly. Computed if the topology is kept and the
   /// volume's border is open.
   struct Pieces {
-    std::uint64_t parts = 0;  ///< Connected over polygons
-    std::uint64_t loops = 0;  ///< Loops of border edges
+    std::uint64_t parts = 0;  ///< Number of parts, connected over polygons
+    std::uint64_t loops = 0;  ///< Number of loops of border edges
     bool operator==(const Pieces&) const = default;
   };
   Pieces fine_pieces, pieces;

@@ -205,13 +205,13 @@ const VertexTree::Cluster* VertexTree::find_earlier(const Earlier& earlier, std:
 VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size,
                        bool open, const Earlier& earlier)
     : open_(open), leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
-  std::vector<Rim> rims;  // By node
+  std::vector<Rim> rims;  // Rim sums by node
   if (open) rims = find_rims(surface);
   DisjointSets sets(leaves_);
   parent_.assign(leaves_, kNone);
   RawVector<std::uint32_t> node_of(leaves_);  // Node of each set, at the current level
   for (std::uint32_t i = 0; i < leaves_; ++i) node_of[i] = i;
-  std::vector<Shape> shapes;  // By cluster
+  std::vector<Shape> shapes;  // Topological invariants by cluster
   const auto is_there = [](std::uint32_t vertex) { return vertex != CellGrid::kNone; };
 
   // Edges that can still connect sets, and edges that lie on nodes' edges; both ascending.

@@ -59,7 +59,7 @@ Range find_range(const Volume& volume) {
           high = std::max(high, value);
         }
       }
-      if (bad == end - begin) low = high = 0;  // Range without finite voxels
+      if (bad == end - begin) low = high = 0;  // All voxels of the range are non-finite
       const std::lock_guard lock(mutex);
       range.not_finite += bad;
       range.above += above;
