@@ -169,7 +169,7 @@ double far_share(const Mesh& low, std::span<const Vec3> low_positions,
   return count == 0 ? 0 : static_cast<double>(farther) / static_cast<double>(count);
 }
 
-bool complete(const std::vector<std::uint32_t>& pairs) {
+bool has_all_partners(const std::vector<std::uint32_t>& pairs) {
   return !pairs.empty() && std::find(pairs.begin(), pairs.end(), kNoPartner) == pairs.end();
 }
 
@@ -192,14 +192,14 @@ class Partners {
     for (std::size_t i = 0; i < corners_.size(); ++i) {
       std::uint32_t& known = partner[low_.triangles[i / 3][i % 3]];
       if (known == kNoPartner) known = corners_[i];
-      if (torn(known, corners_[i])) return {};
+      if (are_apart(known, corners_[i])) return {};
       result.push_back(positions_[corners_[i]]);
     }
     return result;
   }
 
  private:
-  bool torn(std::uint32_t a, std::uint32_t b) const {
+  bool are_apart(std::uint32_t a, std::uint32_t b) const {
     return a != b && positions_[a] != positions_[b] && is_finite(positions_[a]) &&
            is_finite(positions_[b]);
   }
@@ -210,7 +210,7 @@ class Partners {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t now = cage_.triangles[cage.triangles[i]][k];
         const auto known = partner.emplace(low_.triangles[low.triangles[i]][k], now).first->second;
-        if (torn(known, now)) return false;
+        if (are_apart(known, now)) return false;
         corners_[3 * std::size_t{low.triangles[i]} + k] = now;
       }
     }
@@ -281,9 +281,9 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     theirs = pieces_of(cage, positions, objects, first, count);
   }
   std::vector<std::uint32_t> pairs = pair_by_names(ours, theirs, false);
-  if (!complete(pairs)) pairs = pair_by_names(ours, theirs, true);
-  if (!complete(pairs) && ours.size() == theirs.size()) {
-    if (auto near = pair_by_distance(ours, theirs); complete(near)) pairs = std::move(near);
+  if (!has_all_partners(pairs)) pairs = pair_by_names(ours, theirs, true);
+  if (!has_all_partners(pairs) && ours.size() == theirs.size()) {
+    if (auto near = pair_by_distance(ours, theirs); has_all_partners(near)) pairs = std::move(near);
   }
   const bool some =
       std::any_of(pairs.begin(), pairs.end(), [](auto pair) { return pair != kNoPartner; });
@@ -302,7 +302,7 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
       (named && cage.triangles.size() != low.triangles.size())) {
     return {};
   }
-  const bool by_piece = complete(pairs) && ours.size() == theirs.size();
+  const bool by_piece = has_all_partners(pairs) && ours.size() == theirs.size();
   if (!by_piece) {
     const auto whole = [](const Mesh& mesh, std::size_t from, std::size_t triangles) {
       Piece piece;
@@ -345,7 +345,7 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
   theirs = parts_of(cage, positions, first, low.triangles.size());
   pairs =
       ours.size() == theirs.size() ? pair_by_distance(ours, theirs) : std::vector<std::uint32_t>{};
-  corners = complete(pairs) ? pair_all() : std::vector<Vec3>{};
+  corners = has_all_partners(pairs) ? pair_all() : std::vector<Vec3>{};
   if (const double found = far(); found < far_in_order && found <= kMaxFarShare) return corners;
   misfit = far_in_order <= kMaxFarShare ? "" : wrong;
   return far_in_order <= kMaxFarShare ? in_order : std::vector<Vec3>{};

@@ -11,9 +11,9 @@ namespace kiln {
 namespace {
 
 /// Hash map that keeps the first value of each key: open addressing, at most half full.
-class FirstValues {
+class FirstValueMap {
  public:
-  explicit FirstValues(std::size_t largest_count)
+  explicit FirstValueMap(std::size_t largest_count)
       : mask_(std::bit_ceil(largest_count * 2 + 2) - 1), keys_(mask_ + 1), values_(mask_ + 1) {}
 
   std::uint32_t get_or_put(std::uint64_t key, std::uint32_t value) {
@@ -56,8 +56,8 @@ std::vector<std::uint32_t> uv_charts(const Mesh& mesh) {
 
   std::vector<std::uint32_t> parent(count);
   for (std::uint32_t t = 0; t < count; ++t) parent[t] = t;
-  FirstValues corners(std::size_t{3} * count);
-  FirstValues edges(std::size_t{3} * count);
+  FirstValueMap corners(std::size_t{3} * count);
+  FirstValueMap edges(std::size_t{3} * count);
   for (std::uint32_t t = 0; t < count; ++t) {
     Triangle corner{};
     for (std::uint32_t k = 0; k < 3; ++k) {

@@ -119,14 +119,14 @@ class Ears {
 
   bool run(CornerTriangles& triangles) {
     bool clean = true;
-    for (std::uint32_t i = 0; i < flat_.size(); ++i) consider(i);
+    for (std::uint32_t i = 0; i < flat_.size(); ++i) queue_if_ear(i);
     while (left_ > 3) {
       if (cuts_.empty()) {
         clean = cut_non_ear(triangles) && clean;
       } else {
         const Cut cut = cuts_.top();
         cuts_.pop();
-        if (cut.version == version_[cut.tip] && is_ear(cut.tip)) take(cut.tip, triangles);
+        if (cut.version == version_[cut.tip] && is_ear(cut.tip)) cut_off(cut.tip, triangles);
       }
       if (tests_ == 0) {
         clean = false;
@@ -165,7 +165,7 @@ class Ears {
     return a == b || b == c || c == a;
   }
 
-  void consider(std::uint32_t tip) {
+  void queue_if_ear(std::uint32_t tip) {
     if (has_no_sides(tip)) {
       cuts_.push({0, tip, version_[tip]});
     } else if (turn(tip) > 0) {
@@ -202,7 +202,7 @@ class Ears {
     return false;
   }
 
-  void take(std::uint32_t tip, CornerTriangles& triangles) {
+  void cut_off(std::uint32_t tip, CornerTriangles& triangles) {
     const std::uint32_t before = before_[tip], next = next_[tip];
     triangles.push_back({before, tip, next});
     next_[before] = next;
@@ -211,10 +211,10 @@ class Ears {
     --left_;
     for (const std::uint32_t beside : {before, next}) {
       ++version_[beside];
-      consider(beside);
+      queue_if_ear(beside);
     }
     for (std::uint32_t w = last_blocked_[tip]; w != kNoCorner; w = blocked_[w].next) {
-      if (blocked_[w].version == version_[blocked_[w].tip]) consider(blocked_[w].tip);
+      if (blocked_[w].version == version_[blocked_[w].tip]) queue_if_ear(blocked_[w].tip);
     }
   }
 
@@ -230,7 +230,7 @@ class Ears {
     }
     tests_ -= std::min<std::uint64_t>(tests_, first + left_);
     const bool straight = std::abs(turn(best)) < kSignRounding;
-    take(best, triangles);
+    cut_off(best, triangles);
     return straight;
   }
 

@@ -24,9 +24,10 @@ std::string joined_name(std::span<const Mesh> meshes) {
 }
 
 /// Collects names of one kind: groups, objects or materials.
-class Names {
+class NameTable {
  public:
-  Names(std::vector<std::uint32_t>& of, std::vector<std::string>& names) : of_(of), names_(names) {}
+  NameTable(std::vector<std::uint32_t>& of, std::vector<std::string>& names)
+      : of_(of), names_(names) {}
 
   /// \param alone  name for all triangles of a mesh without names of this kind
   void add(const std::vector<std::uint32_t>& of, const std::vector<std::string>& names,
@@ -194,7 +195,7 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings) {
     has.materials = has.materials || !mesh.materials.empty();
     has.polygons = has.polygons || !mesh.polygons.empty();
   }
-  Names groups(whole.groups, whole.group_names), objects(whole.objects, whole.object_names),
+  NameTable groups(whole.groups, whole.group_names), objects(whole.objects, whole.object_names),
       materials(whole.materials, whole.material_names);
   for (const Mesh& mesh : meshes) {
     const std::size_t triangles = mesh.triangles.size();

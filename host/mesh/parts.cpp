@@ -100,7 +100,7 @@ class PartNamer {
  private:
   /// Patterns of one side of a list; the first match counts. Indexed by the text before the first star, the text
   /// after the last, and the longest text between stars, so that not every name is compared with every pattern.
-  class List {
+  class PatternList {
    public:
     void add(const std::string& pattern, std::size_t pair) {
       const std::size_t first = pattern.find('*');
@@ -151,7 +151,7 @@ class PartNamer {
 
   const PartNames& names_;
   std::vector<std::string> low_, high_;  // In lower case
-  List of_low_, of_high_;
+  PatternList of_low_, of_high_;
 };
 
 /// Edit distance (Levenshtein) if below `limit`; else `limit`. Only the band around the diagonal is computed (Ukkonen
@@ -192,13 +192,13 @@ std::string quoted(const std::string& name) {
 }
 
 /// Terms for a kind of names, and its statement in an OBJ file.
-struct Kind {
+struct NameKind {
   const char* one;
   const char* many;
   const char* advice;
 };
 
-Kind kind_of(PartsBy by) {
+NameKind name_kind_of(PartsBy by) {
   if (by == PartsBy::object) {
     return {"object", "objects", "use an OBJ whose objects have names (lines `o NAME`)"};
   }
@@ -229,7 +229,7 @@ struct NamedGroups {
     const std::vector<std::string>& all = objects     ? mesh.object_names
                                           : materials ? mesh.material_names
                                                       : mesh.group_names;
-    const Kind kind = kind_of(names.by);
+    const NameKind kind = name_kind_of(names.by);
     if (of->size() != mesh.triangles.size()) {
       throw Error(ErrorCode::input, std::string(side == PartSide::low ? "The low" : "The high") +
                                         " poly '" + mesh.name + "' has no " + kind.many +
@@ -420,7 +420,7 @@ void warn(PartSide side, const NamedGroups& groups, PartsBy by, const NamedGroup
   if (count == 0) return;
   if (count > kMaxNamesInWarning)
     list += " and " + std::to_string(count - kMaxNamesInWarning) + " more";
-  std::string kind = kind_of(by).one;
+  std::string kind = name_kind_of(by).one;
   kind[0] = static_cast<char>(kind[0] - 'a' + 'A');
   warnings.push_back({"unmatched-parts",
                       kind + "s of the " + (side == PartSide::low ? "low" : "high") +
@@ -472,7 +472,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     const std::string* nearest = most_similar_name(name, of_high.used);
     throw Error(
         ErrorCode::input,
-        "No " + std::string(kind_of(names.by).one) +
+        "No " + std::string(name_kind_of(names.by).one) +
             (names.by == PartsBy::list ? " of the low poly has a pair in the list: "
                                        : " of the low poly has its name in the high poly: ") +
             quoted(name) + " is " +

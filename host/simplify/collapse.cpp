@@ -33,7 +33,7 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule, Snap 
       fixed_(std::move(fixed)),
       border_(mesh.points.size(), 0),
       penalty_(rule == nullptr ? kBadShapeFactor : kBadShapeFactorOfSquares) {
-  renew_queue();
+  rebuild_queue();
 }
 
 /// True if a triangle of `a` and one of `b` share their other two corners.
@@ -145,7 +145,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
 }
 
 /// Collapses an edge if allowed. A collapse that only leaves bad shapes is queued again at a higher cost.
-bool EdgeCollapser::take(const Entry& entry) {
+bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
   Step step = step_for(entry.a, entry.b);
   if (!step.allowed) return false;
   if (step.anchor != Anchor::none) {
@@ -171,7 +171,7 @@ bool EdgeCollapser::take(const Entry& entry) {
     return false;
   }
   if (!keeps_topology(entry.a, entry.b) || !is_within_bound(entry, step)) return false;
-  if (rule_ != nullptr) return take_with_twins(entry, step);
+  if (rule_ != nullptr) return collapse_with_twins(entry, step);
   collapse(entry.a, entry.b, step);
   return true;
 }
@@ -188,7 +188,7 @@ std::optional<EdgeCollapser::Step> EdgeCollapser::step_of_twin(const Entry& twin
 }
 
 /// Collapses an edge and its UV copies, or none of them if one is not allowed.
-bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
+bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
   std::vector<std::array<std::uint32_t, 2>> twins;
   bool all = rule_->find_twins(mesh_, entry.a, entry.b, step.anchor, step.target, twins);
   const auto entry_of = [&](const std::array<std::uint32_t, 2>& edge) {
@@ -231,17 +231,17 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
 /// surface that has moved; planes of the current mesh place vertices better (Lindstrom and Turk 1998, "Fast and
 /// Memory Efficient Polygonal Simplification"). It happens at powers of two triangles, so that the result does not
 /// depend on intermediate targets.
-bool EdgeCollapser::renew() {
-  if (rule_ != nullptr || mesh_.faces > next_renewal_) return false;
+bool EdgeCollapser::rebuild_when_due() {
+  if (rule_ != nullptr || mesh_.faces > next_rebuild_) return false;
   // No rebuild if there is a hub: most of its edges are deferred, and evaluating all of them each time is too slow.
   const auto is_hub = [](std::uint32_t valence) { return valence > CollapseMesh::kMaxValence; };
   if (std::any_of(mesh_.valence.begin(), mesh_.valence.end(), is_hub)) {
-    next_renewal_ = 0;
+    next_rebuild_ = 0;
     return false;
   }
   queue_.assign({});
   if (deviation_bound_ == nullptr) compact();
-  renew_queue();
+  rebuild_queue();
   return true;
 }
 
@@ -259,14 +259,14 @@ void EdgeCollapser::compact() {
 /// Prefetches data of the next queue entries, since the cheapest edges are scattered in memory.
 void EdgeCollapser::fetch_ahead() const {
   constexpr std::size_t kCornersAhead = 1, kTrianglesAhead = 2, kListAhead = 4, kVertexAhead = 8;
-  if (const Entry* e = queue_.ahead(kVertexAhead)) {
+  if (const Entry* e = queue_.peek(kVertexAhead)) {
     for (const std::uint32_t v : {e->a, e->b}) {
       prefetch(&stamps_[v]);
       mesh_.fetch(v);
     }
   }
   const auto current = [&](std::size_t others) {
-    const Entry* const e = queue_.ahead(others);
+    const Entry* const e = queue_.peek(others);
     return e != nullptr && is_current(*e) ? e : nullptr;
   };
   if (const Entry* e = current(kListAhead)) {
@@ -290,7 +290,7 @@ void EdgeCollapser::run_cheap(double cost) {
     const Entry entry = *front;
     if (entry.cost > cost) break;
     queue_.pop();
-    if (is_current(entry)) take(entry);
+    if (is_current(entry)) collapse_if_allowed(entry);
   }
   const std::vector<std::uint32_t> changed = std::move(*deferred_);
   deferred_.reset();
@@ -315,11 +315,11 @@ void EdgeCollapser::run(std::size_t faces) {
     std::size_t taken = 0;
     while (mesh_.all_faces() > faces && queue_.front(stamps_) != nullptr) {
       if (++looked % kPollInterval == 0) ProgressGuard::poll();
-      if (renew()) continue;
+      if (rebuild_when_due()) continue;
       const Entry entry = *queue_.front(stamps_);
       queue_.pop();
       fetch_ahead();
-      if (is_current(entry)) taken += take(entry);
+      if (is_current(entry)) taken += collapse_if_allowed(entry);
     }
     if (mesh_.all_faces() <= faces || taken == 0) return;
     if (taken * kTrianglesPerCollapse < mesh_.faces && ++poor > kMaxUnproductiveRounds) return;

@@ -90,10 +90,10 @@ class EdgeCollapser {
   };
 
   std::vector<std::uint64_t> build_quadrics();
-  void renew_queue();
+  void rebuild_queue();
   void bound_lines(double bound);
   bool keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const;
-  bool renew();
+  bool rebuild_when_due();
   void compact();
   void fetch_ahead() const;
   void fetch_planes(std::uint32_t vertex) const {
@@ -116,12 +116,12 @@ class EdgeCollapser {
   bool keeps_shapes(const Entry& entry, const Step& step);
   void collapse(std::uint32_t a, std::uint32_t b, const Step& step);
   void relax_at(std::uint32_t vertex, Distances which);
-  bool bound_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor, const Vec3d& target);
+  bool bound_allows(std::uint32_t a, std::uint32_t b, Anchor anchor, const Vec3d& target);
   bool is_within_bound(const Entry& entry, Step& step);
-  bool take(const Entry& entry);
+  bool collapse_if_allowed(const Entry& entry);
   bool has_twins(std::uint32_t a, std::uint32_t b, const Step& step);
   std::optional<Step> step_of_twin(const Entry& twin);
-  bool take_with_twins(const Entry& entry, Step& step);
+  bool collapse_with_twins(const Entry& entry, Step& step);
   bool mend_by_moving(std::uint32_t triangle, const auto& bad);
   bool mend_by_collapse(std::uint32_t triangle, const auto& bad);
 
@@ -138,7 +138,7 @@ class EdgeCollapser {
   /// With a bound: planes upright on lines between labels; empty if there are no labels.
   std::vector<Quadric> lines_;
   double lines_bound_ = 0;
-  std::size_t next_renewal_ = 0;  ///< Triangle count at which quadrics are rebuilt next.
+  std::size_t next_rebuild_ = 0;  ///< Triangle count at which quadrics are rebuilt next.
   std::vector<std::uint32_t> stamps_;
   std::vector<std::uint8_t> fixed_;  ///< By vertex, 1 if it may not move; empty: all may.
   /// By vertex, 1 if a vertex on an open border was merged into it.

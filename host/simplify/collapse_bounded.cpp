@@ -4,8 +4,8 @@
 namespace kiln {
 
 /// \param b  kNoVertex: `a` is moved alone
-bool EdgeCollapser::bound_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor,
-                                const Vec3d& target) {
+bool EdgeCollapser::bound_allows(std::uint32_t a, std::uint32_t b, Anchor anchor,
+                                 const Vec3d& target) {
   return deviation_bound_ == nullptr ||
          (keeps_lines(a, b, target) && deviation_bound_->keeps(mesh_, a, b, anchor, target));
 }
@@ -20,29 +20,29 @@ bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& t
 /// True if the bound allows the collapse, or one to a position close by, which then replaces it.
 bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
   if (!keeps_lines(entry.a, entry.b, step.target)) return false;
-  if (bound_keeps(entry.a, entry.b, step.anchor, step.target)) return true;
+  if (bound_allows(entry.a, entry.b, step.anchor, step.target)) return true;
   if (rule_ != nullptr || step.anchor != Anchor::none || border_[entry.a] != 0 ||
       border_[entry.b] != 0 || !deviation_bound_->may_be_near()) {
     return false;
   }
-  const Vec3d target = deviation_bound_->better(step.target, Distances::large);
+  const Vec3d target = deviation_bound_->improved_position(step.target, Distances::large);
   step.target = snap_ ? snap_(target) : target;
-  return keeps_shapes(entry, step) && bound_keeps(entry.a, entry.b, step.anchor, step.target);
+  return keeps_shapes(entry, step) && bound_allows(entry.a, entry.b, step.anchor, step.target);
 }
 
 void EdgeCollapser::relax_at(std::uint32_t v, Distances which) {
   const Vec3d from = mesh_.points[v];
-  if (!bound_keeps(v, kNoVertex, Anchor::none, from)) return;
+  if (!bound_allows(v, kNoVertex, Anchor::none, from)) return;
   const double before = deviation_bound_->energy(which);
   // Reassigns samples, which may be nearer to other triangles of the star now.
   deviation_bound_->collapse();
-  const Vec3d way = deviation_bound_->better(from, which) - from;
+  const Vec3d way = deviation_bound_->improved_position(from, which) - from;
   if (!(dot(way, way) > 0)) return;
   for (const double part : {1.0, 0.5, 0.2}) {
     const Vec3d target = snap_ ? snap_(from + way * part) : from + way * part;
     if (!shape_.keeps(mesh_, v, kNoVertex, target, kNoVertex, 0)) continue;
     if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
-    if (!bound_keeps(v, kNoVertex, Anchor::none, target)) continue;
+    if (!bound_allows(v, kNoVertex, Anchor::none, target)) continue;
     if (!(deviation_bound_->energy(which) < before)) continue;
     deviation_bound_->collapse();
     mesh_.points[v] = target;
@@ -55,7 +55,7 @@ void EdgeCollapser::relax(Distances which) {
     if (mesh_.valence[v] != 0 && border_[v] == 0 && !mesh_.is_hub(v)) relax_at(v, which);
   }
   touched_.assign(mesh_.points.size(), 1);
-  renew_queue();
+  rebuild_queue();
 }
 
 }  // namespace kiln

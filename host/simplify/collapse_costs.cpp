@@ -93,7 +93,7 @@ void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched
 }
 
 /// Rebuilds the quadrics and the queue.
-void EdgeCollapser::renew_queue() {
+void EdgeCollapser::rebuild_queue() {
   std::vector<std::uint64_t> edges = build_quadrics();
   if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
   fill_queue(std::move(edges));

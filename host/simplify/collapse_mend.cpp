@@ -26,7 +26,7 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
       if (!(cost < least)) continue;
       if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
       if (!bad.none_around(v, kNoVertex, target)) continue;
-      if (!bound_keeps(v, kNoVertex, Anchor::none, target)) continue;
+      if (!bound_allows(v, kNoVertex, Anchor::none, target)) continue;
       least = cost;
       mover = v;
       best = target;
@@ -34,7 +34,7 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
   }
   if (mover == kNoVertex) return false;
   if (deviation_bound_ != nullptr) {
-    bound_keeps(mover, kNoVertex, Anchor::none, best);
+    bound_allows(mover, kNoVertex, Anchor::none, best);
     deviation_bound_->collapse();
   }
   mesh_.points[mover] = best;
@@ -79,14 +79,14 @@ bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
         continue;
       }
       if (!bad.none_around(a, b, step.target) || !bad.none_around(b, a, step.target)) continue;
-      if (!bound_keeps(a, b, step.anchor, step.target)) continue;
+      if (!bound_allows(a, b, step.anchor, step.target)) continue;
       best = step;
       best_a = a;
       best_b = b;
     }
   }
   if (!std::isfinite(best.cost)) return false;
-  bound_keeps(best_a, best_b, best.anchor, best.target);
+  bound_allows(best_a, best_b, best.anchor, best.target);
   collapse(best_a, best_b, best);
   return true;
 }

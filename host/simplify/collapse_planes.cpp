@@ -124,7 +124,7 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
   const LiveTriangles left(mesh_);
   const std::vector<Triangle>& triangles = left.triangles;
   for (Quadric& sum : quadrics_) sum *= kPreviousQuadricWeight;
-  next_renewal_ = std::bit_floor(std::max<std::size_t>(mesh_.faces, 1) - 1);
+  next_rebuild_ = std::bit_floor(std::max<std::size_t>(mesh_.faces, 1) - 1);
   const auto normal_of = [&](const Triangle& v) { return normal_at(points, v); };
   compute_in_batches<Quadric>(
       triangles.size(),

@@ -29,12 +29,12 @@ class CollapseQueue {
   /// \param stamps  by vertex; entries with an older stamp are dropped
   /// \returns the cheapest entry; null if the queue is empty
   const CollapseEntry* front(const std::vector<std::uint32_t>& stamps) {
-    if (sorted_.empty() && late_.empty() && !far_.empty()) sort_next_batch(stamps);
-    if (late_.empty()) return sorted_.empty() ? nullptr : &sorted_.back();
-    return is_late_first() ? &late_.front() : &sorted_.back();
+    if (sorted_.empty() && added_.empty() && !unsorted_.empty()) sort_next_batch(stamps);
+    if (added_.empty()) return sorted_.empty() ? nullptr : &sorted_.back();
+    return is_added_first() ? &added_.front() : &sorted_.back();
   }
   /// An entry that becomes the cheapest after at least `others` pops; null if unknown. For prefetching.
-  const CollapseEntry* ahead(std::size_t others) const {
+  const CollapseEntry* peek(std::size_t others) const {
     return others < sorted_.size() ? &sorted_[sorted_.size() - 1 - others] : nullptr;
   }
   /// Renumbers vertices; they must keep their order. Drops outdated entries.
@@ -44,11 +44,11 @@ class CollapseQueue {
 
  private:
   void sort_next_batch(const std::vector<std::uint32_t>& stamps);
-  bool is_late_first() const { return sorted_.empty() || sorted_.back() < late_.front(); }
+  bool is_added_first() const { return sorted_.empty() || sorted_.back() < added_.front(); }
 
   std::vector<CollapseEntry> sorted_;  ///< Entries with costs up to `limit_`, the cheapest last.
-  std::vector<CollapseEntry> late_;    ///< Heap of entries added after sorting.
-  std::vector<CollapseEntry> far_;
+  std::vector<CollapseEntry> added_;   ///< Heap of entries added after sorting.
+  std::vector<CollapseEntry> unsorted_;
   std::vector<double> costs_;
   double limit_ = 0;
 };

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Largest number of samples that better() uses.
+/// Largest number of samples that improved_position() uses.
 constexpr std::size_t kMaxMoveSamples = 128;
 /// Weight of close samples relative to those at the bound, and of moving along the surface.
 constexpr double kUniformWeight = 0.01, kBoundTangentialWeight = 0.02;
@@ -147,7 +147,7 @@ void DeviationBound::add_around(const CollapseMesh& mesh, std::uint32_t moved, s
     if (mesh.alive[t] == 0) continue;
     const bool common = other != kNoVertex && mesh.contains(t, other);
     if (common && !with_common) continue;
-    before_.push_back(t);
+    replaced_.push_back(t);
     slot_.push_back(common ? kNoVertex : static_cast<std::uint32_t>(star_.size()));
     if (common) continue;
     const Triangle& v = mesh.triangles[t];
@@ -159,7 +159,7 @@ void DeviationBound::add_around(const CollapseMesh& mesh, std::uint32_t moved, s
 
 void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                             Anchor anchor, const Vec3d& target) {
-  before_.clear();
+  replaced_.clear();
   slot_.clear();
   star_.clear();
   const Vec3d place = rounded(target);
@@ -189,17 +189,17 @@ DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size
 /// \returns false at the first one out of bounds, which is tested first next time
 bool DeviationBound::assign() {
   assigned_.clear();
-  for (std::size_t i = 0; i < before_.size(); ++i) {
+  for (std::size_t i = 0; i < replaced_.size(); ++i) {
     std::uint32_t previous = kNoVertex;
-    for (std::uint32_t s = first_[before_[i]]; s != kNoVertex; previous = s, s = next_[s]) {
+    for (std::uint32_t s = first_[replaced_[i]]; s != kNoVertex; previous = s, s = next_[s]) {
       assigned_.push_back(nearest(s, slot_[i] == kNoVertex ? 0 : slot_[i]));
       refused_ = assigned_.back().squared;
       if (refused_ <= 1) continue;
       has_refused_ = true;
       if (previous != kNoVertex) {
         next_[previous] = next_[s];
-        next_[s] = first_[before_[i]];
-        first_[before_[i]] = s;
+        next_[s] = first_[replaced_[i]];
+        first_[replaced_[i]] = s;
       }
       return false;
     }
@@ -237,7 +237,7 @@ bool DeviationBound::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint3
 }
 
 void DeviationBound::collapse() {
-  for (const std::uint32_t t : before_) {
+  for (const std::uint32_t t : replaced_) {
     first_[t] = kNoVertex;
     count_[t] = 0;
   }
@@ -250,16 +250,16 @@ void DeviationBound::collapse() {
 }
 
 /// Minimizes the squared distances in the directions of the samples; Distances::large weighs them by fourth powers.
-Vec3d DeviationBound::better(const Vec3d& target, Distances which) {
+Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, weight = 0;
   Vec3d right;
   std::size_t count = 0;
-  for (const std::uint32_t t : before_) count += count_[t];
+  for (const std::uint32_t t : replaced_) count += count_[t];
   const std::size_t stride = std::max<std::size_t>(1, count / kMaxMoveSamples);
-  for (std::size_t i = 0; i < before_.size(); ++i) {
+  for (std::size_t i = 0; i < replaced_.size(); ++i) {
     // Starts with a triangle's first sample, which often is the farthest.
     std::size_t skip = 0;
-    for (std::uint32_t s = first_[before_[i]]; s != kNoVertex; s = next_[s]) {
+    for (std::uint32_t s = first_[replaced_[i]]; s != kNoVertex; s = next_[s]) {
       if (skip++ % stride != 0) continue;
       const Assigned found = nearest(s, slot_[i] == kNoVertex ? 0 : slot_[i]);
       const Face& f = star_[found.face];

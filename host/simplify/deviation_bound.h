@@ -53,7 +53,7 @@ class DeviationBound {
   /// True if a position close to the one that keeps() just rejected may be within the bound.
   bool may_be_near() const { return refused_ < kMaxRecoverableRatio; }
   /// A position whose distances to the samples of the last keeps() are less.
-  Vec3d better(const Vec3d& target, Distances which);
+  Vec3d improved_position(const Vec3d& target, Distances which);
   /// True if it ever rejected a collapse.
   bool has_refused() const { return has_refused_; }
   /// Applies the assignment of the last keeps(), which must have returned true.
@@ -90,11 +90,11 @@ class DeviationBound {
   bool holds_ = true, has_refused_ = false;
   double refused_ =
       0;  ///< Ratio of squared distance to squared limit that made keeps() return false.
-  std::vector<std::uint32_t> first_;   ///< First sample of each triangle, or kNoVertex.
-  std::vector<std::uint32_t> count_;   ///< Number of samples of each triangle.
-  std::vector<std::uint32_t> next_;    ///< The next sample in the same triangle, or kNoVertex.
-  std::vector<std::uint32_t> before_;  ///< Triangles whose samples a collapse reassigns.
-  /// By triangle of before_, its place in star_; kNoVertex: removed.
+  std::vector<std::uint32_t> first_;     ///< First sample of each triangle, or kNoVertex.
+  std::vector<std::uint32_t> count_;     ///< Number of samples of each triangle.
+  std::vector<std::uint32_t> next_;      ///< The next sample in the same triangle, or kNoVertex.
+  std::vector<std::uint32_t> replaced_;  ///< Triangles whose samples a collapse reassigns.
+  /// By triangle of replaced_, its place in star_; kNoVertex: removed.
   std::vector<std::uint32_t> slot_;
   std::vector<Face> star_;
   std::vector<Assigned> assigned_;

@@ -30,7 +30,7 @@ namespace {
 /// Denser meshes are presimplified to kDirectLimit triangles, or down to kMinDirectLimit for small goals. Finely curved
 /// meshes, which meshoptimizer spoils, are collapsed in pieces instead, up to kFineLimit triangles.
 constexpr std::size_t kDirectLimit = 100'000, kMinDirectLimit = 50'000, kFineLimit = 2'500'000;
-/// Smallest ratio of presimplified triangles to the goal: for meshes up to kDirectLimit, and for larger goals.
+/// Smallest ratio of presimplified triangles to the goal: up to kDirectLimit triangles, and beyond.
 constexpr std::size_t kMinStartRatio = 10, kMinLargeStartRatio = 4;
 /// Fewest faces of a closed component.
 constexpr std::uint32_t kMinComponentFaces = 4;
@@ -221,7 +221,7 @@ DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
 /// Simplifies `work`, which is presimplified or the high poly itself.
 /// \returns true if the result has no flaws
 /// \param last  true: accept the result in any case
-bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) {
+bool SimplifyJob::simplify_from(const Work& work, bool last, SimplifyResult& result) {
   const bool by_error = options_.faces == 0;
   if (by_error) {
     result = within(options_.max_error, work);
@@ -264,20 +264,21 @@ SimplifyResult SimplifyJob::solve() {
     const Work work = start(options_.faces, places, true, fine, &known);
     report_progress(0.2);
     if (work.triangles.size() == dense_.triangles.size()) break;
-    if (try_from(work, false, result)) return result;
+    if (simplify_from(work, false, result)) return result;
     if (result.triangles.empty()) break;
     const std::vector<Place> flawed = flawed_places(result, work);
     places.insert(places.end(), flawed.begin(), flawed.end());
     if (flawed.empty() || places.size() > kMaxFlawedPlaces) break;
   }
-  try_from(dense_, true, result);
+  simplify_from(dense_, true, result);
   return result;
 }
 
 /// Removes components of the high poly.
 /// \param dropped  by component
-void SimplifyJob::leave_out(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
-                            const std::string& why) {
+void SimplifyJob::drop_components(const ComponentSizes& parts,
+                                  const std::vector<std::uint8_t>& dropped,
+                                  const std::string& why) {
   const auto count = static_cast<std::uint64_t>(std::count(dropped.begin(), dropped.end(), 1));
   report_.dropped_parts += count;
   dense_ = parts.without(dense_, dropped);
@@ -306,7 +307,7 @@ bool SimplifyJob::drop_small_components() {
   const std::string faces = counted(options_.faces, "face");
   const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side, kMinComponentFaces);
   if (std::find(surplus.begin(), surplus.end(), 1) != surplus.end()) {
-    leave_out(parts, surplus, "others that need all of the " + faces + " asked for");
+    drop_components(parts, surplus, "others that need all of the " + faces + " asked for");
     return true;
   }
   // A low poly never deviates by more than its edge length.
@@ -319,8 +320,9 @@ bool SimplifyJob::drop_small_components() {
                           .largest;
   const std::vector<std::uint8_t> below = parts.below(size);
   if (std::find(below.begin(), below.end(), 1) == below.end()) return false;
-  leave_out(parts, below,
-            percent(size, 2) + " of its diagonal, which a low poly of " + faces + " is off by");
+  drop_components(
+      parts, below,
+      percent(size, 2) + " of its diagonal, which a low poly of " + faces + " is off by");
   return true;
 }
 
@@ -340,8 +342,8 @@ bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
       std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
   const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side, least);
   if (std::find(surplus.begin(), surplus.end(), 1) == surplus.end()) return false;
-  leave_out(parts, surplus,
-            "others that need all of the " + counted(options_.faces, "face") + " asked for");
+  drop_components(parts, surplus,
+                  "others that need all of the " + counted(options_.faces, "face") + " asked for");
   return true;
 }
 
@@ -378,7 +380,7 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   for (const Vec3d& p : points) mesh.positions.push_back(scale_.to_mesh(p));
   mesh.normals = vertex_normals(to_floats(points), mesh.triangles);
   mesh.normal_triangles = mesh.triangles;
-  name(result, mesh);
+  assign_labels(result, mesh);
   if (!options_.keep_uvs) return mesh;
   std::vector<std::uint32_t> number(result.layout.uvs.size(), kNoVertex);
   for (const Triangle& t : result.layout.corners) {

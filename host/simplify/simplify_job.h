@@ -212,8 +212,8 @@ class SimplifyJob {
   Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine,
              PresimplifiedPieces* known = nullptr) const;
   void find_labels();
-  void leave_out(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
-                 const std::string& why);
+  void drop_components(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
+                       const std::string& why);
   bool drop_small_components();
   bool drop_surplus(const SimplifyResult& result);
   bool is_fitted(std::size_t faces) const;
@@ -224,11 +224,11 @@ class SimplifyJob {
   void revert_flawed(SimplifyResult& fitted, const SimplifyResult& before);
   std::size_t mend(SimplifyResult& result);
   bool is_good(SimplifyResult& result);
-  bool try_from(const Work& work, bool last, SimplifyResult& result);
+  bool simplify_from(const Work& work, bool last, SimplifyResult& result);
   std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
   void warn_of_uvs_outside(const Mesh& mesh);
-  void name(const SimplifyResult& result, Mesh& mesh) const;
+  void assign_labels(const SimplifyResult& result, Mesh& mesh) const;
   void warn_of_bound(const SimplifyResult& result);
   std::string place_in_words(const Vec3d& place) const;
   Mesh assemble(const SimplifyResult& result) const;

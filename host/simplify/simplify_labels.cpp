@@ -40,7 +40,7 @@ void SimplifyJob::find_labels() {
 }
 
 /// Copies group, object and material from the triangles of origin, first for fronts, then for backs.
-void SimplifyJob::name(const SimplifyResult& result, Mesh& mesh) const {
+void SimplifyJob::assign_labels(const SimplifyResult& result, Mesh& mesh) const {
   const bool laid_out = options_.keep_uvs;
   const std::vector<std::uint32_t> one(label_source_.size() == 1 ? result.triangles.size() : 0, 0);
   const std::vector<std::uint32_t>& labels = laid_out      ? result.layout.groups

@@ -50,7 +50,7 @@ bool continues_chart(const Mesh& mesh, std::size_t t, std::size_t other, std::ui
   return false;
 }
 
-BareCorners find_bare(const Mesh& mesh, std::span<const std::uint32_t> partly) {
+BareCorners find_bare_corners(const Mesh& mesh, std::span<const std::uint32_t> partly) {
   BareCorners found;
   std::map<std::uint32_t, std::vector<std::uint32_t>> at;  // By vertex, triangles that lack its UV
   for (const std::uint32_t t : partly) {
@@ -100,7 +100,7 @@ std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warn
                           "the mean of its triangles' others",
                       bad});
   Mesh result = mesh;
-  BareCorners corners = find_bare(mesh, partly);
+  BareCorners corners = find_bare_corners(mesh, partly);
   for (auto& [key, corner] : corners) {
     if (corner.given != kNone) continue;
     corner.given = static_cast<std::uint32_t>(result.uvs.size());
@@ -132,10 +132,10 @@ namespace {
 
 /// Triangles of finite UVs in the plane z = 0, without duplicates: a search among thousands of copies at one place
 /// would visit all of them, since their distances differ by rounding only.
-struct FlatUvs {
+struct UvTriangles {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  explicit FlatUvs(const Mesh& mesh) {
+  explicit UvTriangles(const Mesh& mesh) {
     for (const Vec2& uv : mesh.uvs) positions.push_back({uv.x, uv.y, 0});
     std::set<std::array<std::pair<float, float>, 3>> known;
     for (std::size_t t = 0; t < mesh.uv_triangles.size(); ++t) {
@@ -152,7 +152,7 @@ struct FlatUvs {
 }  // namespace
 
 double uvs_stray(const Mesh& low, const Mesh& high) {
-  const FlatUvs from(low), to(high);
+  const UvTriangles from(low), to(high);
   if (from.triangles.empty() || to.triangles.empty()) return 0;
   return distance_back(SurfaceDistance(to.positions, to.triangles), from.positions, from.triangles)
       .largest;

@@ -124,7 +124,7 @@ std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
 }
 
 /// Normal equations of a vertex's step: a weighted sum of squared distances.
-struct Pull {
+struct StepEquations {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   Vec3d right;
   /// Sum of weights, and weighted sum of squared distances at the current position.
@@ -141,17 +141,17 @@ struct Pull {
   }
   /// Pulls towards a plane, but not along it: tangential pull displaced vertices that their quadrics hardly hold, as
   /// on shallow fillets.
-  void draw(const Vec3d& normal, const Vec3d& missing, double w) {
+  void pull_to_plane(const Vec3d& normal, const Vec3d& missing, double w) {
     add(normal, normal * dot(normal, missing), 1, w);
   }
   /// Penalizes moving across lines, in proportion to the total weight so far.
-  void hold(const AcrossLines& lines) {
+  void restrict_to_lines(const AcrossLines& lines) {
     xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
     yy += weight * lines.yy, yz += weight * lines.yz, zz += weight * lines.zz;
   }
   /// Pulls towards the planes of the vertex's quadric.
   /// \param met  its position after the collapses
-  void hold(const Quadric& planes, const Vec3d& met, const Vec3d& p) {
+  void pull_to_quadric(const Quadric& planes, const Vec3d& met, const Vec3d& p) {
     if (!(missed > 0) || !(planes.area > 0)) return;
     const double off = planes.at(met) / planes.area + missed / weight / kMaxQuadricFactor;
     const double w = kQuadricWeight * missed / off / planes.area;
@@ -168,9 +168,9 @@ struct Pull {
 };
 
 /// A low poly during the fit, with its movable vertices.
-class Moving {
+class MovingMesh {
  public:
-  Moving(std::vector<Vec3d>& points, const std::vector<Triangle>& triangles, bool height_field)
+  MovingMesh(std::vector<Vec3d>& points, const std::vector<Triangle>& triangles, bool height_field)
       : points_(points),
         triangles_(triangles),
         height_field_(height_field),
@@ -239,7 +239,7 @@ std::size_t SurfaceFit::wanted_for(std::size_t faces, bool rough) {
 }
 
 /// Weighs samples by area, and (except on height fields) by curvature.
-void SurfaceFit::weigh() {
+void SurfaceFit::set_weights() {
   share_.resize(triangles_.size());
   std::optional<CurvatureWeights> bent;
   if (!height_field_) bent.emplace(positions_, triangles_);
@@ -258,7 +258,7 @@ void SurfaceFit::weigh() {
 void SurfaceFit::take_samples(std::size_t wanted) {
   if (wanted_ == wanted) return;
   wanted_ = wanted;
-  if (share_.empty()) weigh();
+  if (share_.empty()) set_weights();
   using Shares = std::array<double, 3>;
   constexpr std::array<Shares, 3> kThreePoints{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
@@ -363,7 +363,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
   take_samples(wanted_for(low.size(), rough));
   std::vector<Sample> found, before;
   const std::vector<Vec3d> met = points;
-  const Moving moving(points, low, height_field_);
+  const MovingMesh moving(points, low, height_field_);
   const std::vector<std::uint8_t> loose = moving.loose();
   if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return;
   const std::vector<AcrossLines> lines = lines_of(points, low, labels);
@@ -375,7 +375,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
         [](std::size_t) { return std::uint64_t{0}; });
     for (std::uint32_t v = 0; v < points.size(); ++v) {
       if (moving.fixed(v)) continue;
-      Pull pull;
+      StepEquations equations;
       const Sample* nearest = nullptr;
       double least = std::numeric_limits<double>::infinity();
       for (const VertexLists::Item& corner : moving.corners(v)) {
@@ -384,16 +384,16 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
           if (s.weight == 0) continue;
           const Vec3d way = s.point - points[v];
           if (const double square = dot(way, way); square < least) least = square, nearest = &s;
-          pull.add(s.normal, s.point - place_of(s, points, low), s.share[corner.index % 3],
-                   s.weight);
+          equations.add(s.normal, s.point - place_of(s, points, low), s.share[corner.index % 3],
+                        s.weight);
         }
       }
-      if (!(pull.weight > 0)) continue;
-      const double onto = height_field_ ? 0 : kNearestPlaneWeight * pull.weight;
-      pull.draw(nearest->normal, nearest->point - points[v], onto);
-      if (!planes.empty()) pull.hold(planes[v], met[v], points[v]);
-      if (!lines.empty()) pull.hold(lines[v]);
-      Vec3d step = pull.step();
+      if (!(equations.weight > 0)) continue;
+      const double onto = height_field_ ? 0 : kNearestPlaneWeight * equations.weight;
+      equations.pull_to_plane(nearest->normal, nearest->point - points[v], onto);
+      if (!planes.empty()) equations.pull_to_quadric(planes[v], met[v], points[v]);
+      if (!lines.empty()) equations.restrict_to_lines(lines[v]);
+      Vec3d step = equations.step();
       const double size = length(step), longest = moving.longest_step(v);
       if (!(size > 0)) continue;  // Also skips NaN.
       if (size > longest) step = step * (longest / size);

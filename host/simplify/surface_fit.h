@@ -57,7 +57,7 @@ class SurfaceFit {
   };
   static std::size_t wanted_for(std::size_t faces, bool rough);
   void take_samples(std::size_t wanted);
-  void weigh();
+  void set_weights();
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
                         const std::vector<Triangle>& low);
   static double surely_within(const Sample& known, const Vec3d& point,

@@ -230,7 +230,7 @@ FineSurface fine_surface(cl::Context& context, const Volume& volume, const Conto
                          bool with_qefs, ContourReport& report, std::size_t slab_bytes) {
   FineContour contour(context, options, with_qefs, false, slab_bytes);
   contour.update(volume, {}, report);
-  return contour.take();
+  return contour.release_surface();
 }
 
 }  // namespace kiln

@@ -32,7 +32,7 @@ class FineContour {
   KeptVertices update(const Volume& volume, const Planes& voxel_planes, ContourReport& report);
 
   const FineSurface& surface() const { return surface_; }
-  FineSurface take() { return std::move(surface_); }
+  FineSurface release_surface() { return std::move(surface_); }
 
  private:
   struct Kernels {
