@@ -293,7 +293,7 @@ std::vector<Block> blocks_of(const Mesh& mesh, std::span<const std::uint32_t> tr
 
 std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std::uint32_t> group,
                                           std::size_t groups, const OutsideViews& wanted,
-                                          std::span<const std::uint8_t> asked) {
+                                          std::span<const std::uint8_t> counted) {
   std::vector<SeenPixels> seen(groups);
   const Ball ball = ball_around(mesh, mesh.triangles);
   if (!(ball.radius > 0)) return seen;
@@ -301,7 +301,7 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   views.pixels = bounded_side(mesh, ball, wanted.pixels);
   std::vector<std::uint32_t> shown, others;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    (asked.empty() || asked[group[t]] != 0 ? shown : others).push_back(t);
+    (counted.empty() || counted[group[t]] != 0 ? shown : others).push_back(t);
   }
   const std::vector<Block> blocks = blocks_of(mesh, others);
   std::vector<Triangle> triangles = mesh.triangles;

@@ -30,9 +30,9 @@ struct OutsideViews {
 /// pictures are smaller if triangles cover them over 32 times.
 /// \param group   group of each triangle
 /// \param groups  number of groups
-/// \param asked   by group, 0: it only occludes others and is not counted; empty: all are counted
+/// \param counted   by group, 0: it only occludes others and is not counted; empty: all are counted
 std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std::uint32_t> group,
                                           std::size_t groups, const OutsideViews& views,
-                                          std::span<const std::uint8_t> asked = {});
+                                          std::span<const std::uint8_t> counted = {});
 
 }  // namespace kiln

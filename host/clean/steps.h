@@ -1,4 +1,4 @@
-// The steps of clean_mesh(), each in a file of its own.
+// The steps of clean_mesh(), one file each.
 #pragma once
 
 #include <cstdint>

@@ -85,7 +85,7 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<Sour
 struct Labels {
   std::vector<std::uint32_t> of;      ///< By triangle; empty: the mesh has no labels.
   std::vector<std::uint32_t> source;  ///< By label, a triangle of the given mesh that has it.
-  /// By label, a triangle on the back of such a one, or TwoSided::kNone; empty: none is two-sided.
+  /// By label, a triangle on the back of one that has it, or TwoSided::kNone; empty: none is two-sided.
   std::vector<std::uint32_t> backs;
 };
 Labels labels_of(const Mesh& mesh, const Work& work);

@@ -21,7 +21,7 @@ class ComponentSizes {
   /// By component, 1 if count_below() counts it.
   std::vector<std::uint8_t> below(double size) const;
   /// By component, 1 for the smallest ones, which must go if `faces` are too few: each remaining component needs
-  /// `least` triangles, or all of its own if it has fewer.
+  /// `least` triangles, or all that it has if these are fewer.
   std::vector<std::uint8_t> surplus(std::size_t faces, std::uint32_t least) const;
   /// The mesh without some components, vertices renumbered.
   /// \param dropped  by component

@@ -31,7 +31,7 @@ using flaw_rules::unit_or_zero;
 
 /// Largest number of rounds of finding and repairing flaws.
 constexpr int kMaxRepairRounds = 4;
-/// Another round only follows if at least one in this many flaws was repaired.
+/// Another round only follows if at least one in kFlawsPerRepair flaws was repaired.
 constexpr std::size_t kFlawsPerRepair = 2;
 /// Smallest height of a repaired triangle, as a share of its longest side.
 constexpr double kMinHeightShare = 1e-4;
