@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Checked, and without maps: none is made.
+/// Checked options without maps.
 BakeOptions match_alone(BakeOptions options) {
   check_options(options);
   ask_for(options, {});
@@ -21,7 +21,7 @@ BakeOptions match_alone(BakeOptions options) {
 
 }  // namespace
 
-/// A pipeline whose match is made view by view: its bands stay, and no map is read.
+/// A pipeline that matches view by view: its bands stay, and it has no maps.
 struct KILN_HIDDEN ViewSession::Impl {
   Impl(const Source& dense, const Mesh& low_mesh, const BakeOptions& wanted)
       : source(dense),

@@ -14,12 +14,11 @@ namespace {
 
 /// Bounds that separate background from drawn content.
 struct BackgroundBounds {
-  std::size_t samples = std::size_t{1}
-                        << 16;  ///< About the number of texels outside charts that are sampled
-  double share = 0.25;          ///< Least share of the samples that has the background's colour
-  float near =
-      /// Greatest deviation from the background in any channel: JPEG artefacts at an edge
-      12.0F / 255;
+  /// About the number of texels outside charts that are sampled
+  std::size_t samples = std::size_t{1} << 16;
+  double share = 0.25;  ///< Least share of the samples that has the background's colour
+  /// Greatest deviation from the background in any channel: JPEG artefacts at an edge
+  float near = 12.0F / 255;
   /// Texels between charts and background: pictures with more padding stay as they are
   int reach = 8;
 };

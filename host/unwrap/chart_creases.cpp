@@ -85,9 +85,8 @@ class Creases {
   ChartSurface& surface_;
   double side_;
   std::vector<std::uint8_t> flat_;  ///< Triangles with a neighbour in their plane.
-  std::vector<std::uint8_t>
-      /// Triangles with a neighbour that turns too much for a smooth surface, but is no crease.
-      bent_;
+  /// Triangles with a neighbour that turns too much for a smooth surface, but is no crease.
+  std::vector<std::uint8_t> bent_;
   std::vector<std::uint8_t> smooth_;  ///< Triangles with a neighbour that turns little.
 };
 
