@@ -94,7 +94,7 @@ void AoDenoiser::prepare(const Texels& texels) {
   const TexelLinks links = TexelLinks::of(surface_, topology_, {triangle.get(), pixels}, width_,
                                           height_, texels.first_row);
   const std::size_t neighbour_count = std::size_t{KILN_SHARE_NEIGHBOURS} * count_;
-  const auto numbered = [&](std::uint32_t own, std::uint32_t place) {
+  const auto neighbour_or_self = [&](std::uint32_t own, std::uint32_t place) {
     const std::uint32_t found = place == KILN_VISIBILITY_NO_LINK ? kNone : number[place];
     return found == kNone ? own : found;
   };
@@ -108,7 +108,7 @@ void AoDenoiser::prepare(const Texels& texels) {
         const std::array<std::uint32_t, KILN_SHARE_NEIGHBOURS> beside{
             at - 1, at + 1, at - w, at + w, at - w - 1, at - w + 1, at + w - 1, at + w + 1};
         for (std::size_t k = 0; k < beside.size(); ++k) {
-          neighbours[i * beside.size() + k] = inner ? numbered(own, beside[k]) : own;
+          neighbours[i * beside.size() + k] = inner ? neighbour_or_self(own, beside[k]) : own;
         }
       }
     });
@@ -118,7 +118,8 @@ void AoDenoiser::prepare(const Texels& texels) {
         const std::uint32_t* link = &links.links[b * kLink];
         const std::uint32_t own = number[link[0]];
         for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-          neighbours[std::size_t{KILN_SHARE_NEIGHBOURS} * own + k] = numbered(own, link[k + 1]);
+          neighbours[std::size_t{KILN_SHARE_NEIGHBOURS} * own + k] =
+              neighbour_or_self(own, link[k + 1]);
         }
       }
     });
@@ -275,8 +276,9 @@ void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
 }
 
 /// The tiles before and after each place along a side, and the interpolation weight between their centres.
-std::vector<AoDenoiser::Between> AoDenoiser::between(std::uint32_t places, std::uint32_t tiles) {
-  std::vector<Between> result(places);
+std::vector<AoDenoiser::TileInterpolation> AoDenoiser::interpolate_tiles(std::uint32_t places,
+                                                                         std::uint32_t tiles) {
+  std::vector<TileInterpolation> result(places);
   for (std::uint32_t at = 0; at < places; ++at) {
     const double middle = (at + 0.5) / kTile - 0.5, before = std::floor(middle);
     const auto tile = [&](double number) {
@@ -347,8 +349,8 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plai
     halves.resize(std::size_t{2} * count_);
     result.unsure.resize(count_);
   }
-  const std::vector<Between> columns = between(width_, tiles_across_);
-  const std::vector<Between> rows = between(tiles_down_ * kTile, tiles_down_);
+  const std::vector<TileInterpolation> columns = interpolate_tiles(width_, tiles_across_);
+  const std::vector<TileInterpolation> rows = interpolate_tiles(tiles_down_ * kTile, tiles_down_);
   parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t x = place_[i] % width_, y = place_[i] / width_;

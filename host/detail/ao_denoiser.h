@@ -40,7 +40,7 @@ class AoDenoiser {
   static constexpr std::uint64_t kBytesPerTexelToFindUnsure = 3 * 2 * sizeof(float) + 1;
 
   struct Result {
-    std::vector<float> shares;  ///< Per texel
+    std::vector<float> shares;  ///< Smoothed share of each texel
     /// Expected root mean square error around the texel, over some 2,000 texels
     std::vector<float> errors;
     /// Per texel: 1 where plain rays may have less error; see run()
@@ -60,15 +60,16 @@ class AoDenoiser {
     std::array<std::span<const float>, kSteps.size()> of;
     std::array<std::unique_ptr<float[]>, kSteps.size()> memory;
   };
-  struct Between {
-    std::uint32_t before = 0, behind = 0;
-    double way = 0;
+  struct TileInterpolation {
+    std::uint32_t before = 0, after = 0;
+    double weight = 0;
   };
 
   /// Sums over some texels: their number, and for each level the squared error and the squared noise.
   struct Tile {
-    double count = 0, blur = 0;                          // blur: squared blur of the first step
-    std::array<double, kSteps.size()> error{}, noise{};  // error: without blur
+    double count = 0, blur = 0;  // blur: squared blur of the first step
+    // error: squared error without the blur of the first step
+    std::array<double, kSteps.size()> error{}, noise{};
     void add(const Tile& other);
   };
   struct Choice {
@@ -81,7 +82,8 @@ class AoDenoiser {
     return place / width_ / kTile * tiles_across_ + place % width_ / kTile;
   }
   void sort_into_tiles(const Texels& texels);
-  static std::vector<Between> between(std::uint32_t places, std::uint32_t tiles);
+  static std::vector<TileInterpolation> interpolate_tiles(std::uint32_t places,
+                                                          std::uint32_t tiles);
   Levels smoothed(std::span<const float> estimates);
   /// Smooths pairs of values in place.
   void smooth(std::uint32_t steps, std::span<float> pairs);
@@ -99,7 +101,7 @@ class AoDenoiser {
   std::vector<std::uint32_t> place_;       // place of each texel in the band
   std::vector<std::uint32_t> tile_first_;  // [tiles + 1] first entry of each tile in by_tile_
   std::vector<std::uint32_t> by_tile_;     // texels in the order of tiles
-  cl::Array<std::uint32_t> neighbours_;    // of each texel, with their weights
+  cl::Array<std::uint32_t> neighbours_;    // neighbours of each texel, with their weights
   cl::Array<float> from_, to_;
 };
 

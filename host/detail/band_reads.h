@@ -40,9 +40,9 @@ class BandReads : public SharedWork {
   }
 
  private:
+  /// Downloads by array and offset.
   template <typename T>
-  using Kept =
-      std::map<std::pair<const void*, std::size_t>, std::vector<T>>;  // by array and offset
+  using Kept = std::map<std::pair<const void*, std::size_t>, std::vector<T>>;
   using AllKept = std::tuple<Kept<std::uint32_t>, Kept<float>, Kept<std::uint8_t>>;
 
   template <typename T>

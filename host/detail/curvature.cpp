@@ -41,7 +41,7 @@ class SharedCurvature : public SharedWork {
 
   double radius() const { return radius_ / source_.frame.scale; }
 
-  /// In 1 / world unit.
+  /// Mean curvature in 1 / world unit.
   double at(const HighPoint& point) const {
     auto& scratch = static_cast<Scratch&>(*point.scratch);
     const double bend = checks_
@@ -61,10 +61,10 @@ class SharedCurvature : public SharedWork {
 
   const Source::Impl& source_;
   std::optional<Length> wanted_;
-  double radius_ = 0;  // frame units
+  double radius_ = 0;  // of the averaging ball, frame units
   bool checks_;
   std::optional<CurvatureCheck> check_;     // exactly one of these two is set
-  std::optional<MeanCurvature> curvature_;  // frame units
+  std::optional<MeanCurvature> curvature_;  // works in frame units
   std::optional<std::uint64_t> source_version_;
 };
 
@@ -85,7 +85,7 @@ class Curvature : public PointFunction {
     map.curvature_radius = shared_->radius();
   }
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // keeps 0
+    if (!point.found) return;  // misses keep the value 0
     const auto bend = static_cast<float>(shared_->at(point));
     if (!apart_) {
       value[0] = bend;

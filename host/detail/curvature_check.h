@@ -39,10 +39,10 @@ class CurvatureCheck {
     std::array<double, 3> angle{};  ///< Angle of edge k, from corner k; signed
     std::array<std::uint32_t, 3>
         beside{};  ///< Ring of the pieces around edge k: 3 * piece + edge of the next one
-    Vec3d normal;  ///< Unit
+    Vec3d normal;  ///< Unit normal of the triangle
     std::uint32_t triangle = 0;
     int order = 0;  ///< Binary exponent of its size along x
-    double x = 0;   ///< Its least x
+    double x = 0;   ///< Least x of its corners
   };
 
   void find_angles();
@@ -50,7 +50,7 @@ class CurvatureCheck {
   void find_connected(const Vec3d& point, std::uint32_t seed, Scratch& scratch) const;
 
   double radius_;
-  std::vector<std::uint32_t> piece_of_;  // of each triangle
+  std::vector<std::uint32_t> piece_of_;  // index of each triangle's piece
   std::vector<Piece> pieces_;            // sorted by `order`, then by `x`, for range queries
 };
 

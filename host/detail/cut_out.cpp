@@ -372,12 +372,12 @@ class Cutter {
   std::size_t triangle_ = 0;  // the triangle that is being cut
   std::array<Vec2, 3> uv_;
   const BoundedChannel* picture_ = nullptr;
-  std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // of the picture's UVs
+  std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // transform of the picture's UVs
   std::uint32_t set_ = Texture::kNone;                // set of tiles that picture_ belongs to
   std::array<double, 2> corner_{};                    // lower left corner of the tile in UV space
   BoundedChannel::Wraps wraps_{};
-  double opacity_scale_ = 1,
-         opacity_offset_ = 0;    // opacity = opacity_scale_ * texture + opacity_offset_
+  // opacity = opacity_scale_ * texture + opacity_offset_
+  double opacity_scale_ = 1, opacity_offset_ = 0;
   Weights alpha_{1, 1, 1};       // vertex alpha at the triangle's corners
   double constant_opacity_ = 1;  // opacity without a picture
   std::vector<Part> parts_;

@@ -121,8 +121,8 @@ class Hemispheres : public SharedWork {
   const RayCaster& occluders_of(std::uint32_t part);
   /// Per sample of a group: number of rays that hit nothing, and optionally the sum of their directions.
   struct RayCounts {
-    std::vector<std::uint32_t> open;  // indexed by sample of the band
-    std::vector<float> bent_sum;      // 3 planes of plane_of(band)
+    std::vector<std::uint32_t> open;  // counts, indexed by sample of the band
+    std::vector<float> bent_sum;      // sums: 3 planes of plane_of(band)
   };
   /// \param rounds  each casts different rays and has counts of its own; the points are computed once. None: the turns
   ///     of make_turns()
@@ -216,15 +216,15 @@ class Hemispheres : public SharedWork {
   std::uint32_t width_, height_, slot_bits_;
   bool keep_, two_sided_, back_faces_, by_high_, by_low_;
   const Parts* parts_;  // only triangles of a sample's own part occlude it; null: all do
-  float unbounded_, occlusion_reach_, thickness_reach_;  // frame units
+  float unbounded_, occlusion_reach_, thickness_reach_;  // ray lengths in frame units
   OcclusionFalloff falloff_ = OcclusionFalloff::none;
-  double length_share_ = 1;  // share of occlusion_reach_
+  double length_share_ = 1;  // longest ray as a share of occlusion_reach_
   bool needs_bent_sum_ = false;
   std::uint32_t view_directions_ = 0;  // 0: visibility is gathered by rays
 
   cl::Array<kiln_low_shading> shading_;
   RaySet rays_out_, rays_in_, rays_to_light_;
-  std::map<std::uint32_t, RaySet> ray_sets_;  // by number of rays
+  std::map<std::uint32_t, RaySet> ray_sets_;  // sets of rays, by their number of rays
   double max_error_;
   Vec3 light_;
   cl::Array<float> turn_table_;
@@ -242,7 +242,7 @@ class Hemispheres : public SharedWork {
   std::uint32_t ray_capacity_ = 0;
   cl::Array<float> points_, texel_points_, rays_, scratch_, distances_;
   cl::Array<std::uint32_t> lit_;
-  TexelBand picked_samples_;  // samples that are not converged
+  TexelBand picked_samples_;  // samples of the texels that have not converged
   DeviceCorrespondence picked_match_;
   cl::Array<std::uint32_t> picked_, picked_turns_, second_turns_, picked_open_, second_open_;
   cl::Array<float> picked_bent_sum_;

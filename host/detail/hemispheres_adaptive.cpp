@@ -26,7 +26,7 @@ constexpr float kMaxRemainingError = 0.85F;
 constexpr std::uint32_t kMaxGrowth = 8;  // limits the growth of rays in one round
 // Bytes a texel beside the filter's: two estimates and ray counts, both estimates as floats, and the previous errors.
 constexpr std::uint64_t kBytesPerTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
-constexpr std::uint64_t kBytesPerLaunch = 25'000'000;  // rays of one launch
+constexpr std::uint64_t kBytesPerLaunch = 25'000'000;  // memory for the rays of one launch
 
 /// For max_error of at least this, smoothing never adds rays to OcclusionOptions::rays.
 constexpr double kMinErrorToSmoothOnly = 1;

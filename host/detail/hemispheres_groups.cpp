@@ -71,7 +71,7 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
 void Hemispheres::cast_group(const Group& group, const TexelBand& band,
                              const DeviceCorrespondence& match, bool second, const RaySet& set,
                              std::span<const std::uint32_t> rounds, std::span<RayCounts> counted) {
-  const RayQuery query = query_up_to(unbounded_, back_faces_);  // as rays to the light have
+  const RayQuery query = query_up_to(unbounded_, back_faces_);  // the query of rays to the light
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);

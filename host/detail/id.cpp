@@ -83,7 +83,7 @@ class Ids : public PointFunction {
     return {.position = false, .normal = false, .distance = false};
   }
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // keeps black
+    if (!point.found) return;  // misses keep black
     const std::array<float, 3> color = by_ == IdBy::color
                                            ? fraction(source_.colors[nearest_corner(point)])
                                            : legend_[number_[point.triangle]].color;
@@ -147,7 +147,7 @@ class Ids : public PointFunction {
   const Source::Impl& source_;
   IdBy by_;
   std::optional<std::uint64_t> source_version_;
-  std::vector<std::uint32_t> number_;  // of each triangle
+  std::vector<std::uint32_t> number_;  // component of each triangle
   std::vector<IdEntry> legend_;
 };
 

@@ -255,19 +255,19 @@ bool has_assembly(std::string_view line) {
 
 /// Rejects sources that compile but cannot work, or that fail with a linker's message only.
 void check_source(const OwnMap& map) {
-  const auto refuse = [&](const std::string& problem) {
+  const auto fail = [&](const std::string& problem) {
     throw Error(ErrorCode::input, "The map " + map.name + " ('" + map.file + "') " + problem);
   };
   const std::string source = preprocessed(map.source);
   if (source.find("kiln_map") == std::string::npos) {
-    refuse("has no function kiln_map(): write float4 kiln_map(const kiln_point* p) { ... }.");
+    fail("has no function kiln_map(): write float4 kiln_map(const kiln_point* p) { ... }.");
   }
   std::istringstream lines(source);
   std::string line;
   for (std::size_t number = 1; std::getline(lines, line); ++number) {
     if (has_assembly(line)) {
-      refuse("holds assembly in line " + std::to_string(number) +
-             ", which devices differ in: write OpenCL C.");
+      fail("holds assembly in line " + std::to_string(number) +
+           ", which devices differ in: write OpenCL C.");
     }
     const auto skip = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };
     const std::size_t mark = skip(0);
@@ -277,8 +277,8 @@ void check_source(const OwnMap& map) {
         (line.compare(word, 7, "include") != 0 && line.compare(word, 6, "import") != 0)) {
       continue;
     }
-    refuse("includes another file in line " + std::to_string(number) +
-           ": what it needs must stand in the map itself.");
+    fail("includes another file in line " + std::to_string(number) +
+         ": what it needs must stand in the map itself.");
   }
 }
 

@@ -31,8 +31,8 @@ struct HostCorrespondence {
   }
   std::span<const std::uint32_t> triangle;
   std::span<const float> u, v, distance;       // a match without distances has 0
-  std::span<const std::uint8_t> status;        // all 0 if empty
-  std::array<std::span<const float>, 3> seen;  // all 0 if empty
+  std::span<const std::uint8_t> status;        // an empty array means all 0
+  std::array<std::span<const float>, 3> seen;  // an empty array means all 0
 };
 
 /// A band's samples in host memory.
@@ -291,11 +291,11 @@ class PointMap : public MapMaker {
 
   void locate(HighPoint& point) const {
     const auto& of_low = surface_.triangles[point.low_triangle];
-    const auto low = [&] {
+    const auto low_position = [&] {
       return low_point(point, of_low[0].position, of_low[1].position, of_low[2].position);
     };
     if (!point.found) {
-      point.position = to_world(low());
+      point.position = to_world(low_position());
       point.offset = {};
       return;
     }
@@ -308,7 +308,7 @@ class PointMap : public MapMaker {
     point.position = to_world(position);
     if (!needs_.offset) return;
     // Subtracts in the frame, where coordinates are small: far from the origin, world coordinates lose digits.
-    point.offset = (position - low()) * (1 / source_.frame.scale);
+    point.offset = (position - low_position()) * (1 / source_.frame.scale);
   }
 
   /// Sets the point's normal and UVs, as far as they are needed.
@@ -368,7 +368,7 @@ class PointMap : public MapMaker {
   PointNeeds needs_;
   std::vector<std::array<Vec3d, 2>>
       sides_;  // of a sample, for each triangle of the low poly; empty: not needed
-  std::span<const float> normals_;  // read for the last band
+  std::span<const float> normals_;  // normals that were read for the last band
   std::span<const std::uint32_t> normal_indices_;
 };
 

@@ -23,14 +23,14 @@ struct HighPoint {
   float u = 0, v = 0;          ///< Weights of its corners 1 and 2
   double distance =
       0;           ///< Along the match's direction, world units, outward positive; 0 for a miss
-  Vec3d position;  ///< World units
-  Vec3d normal;    ///< Unit, interpolated
+  Vec3d position;  ///< Position in world units
+  Vec3d normal;    ///< Interpolated unit normal
   std::uint8_t status = 0;         ///< kiln_sample_status: which match found it, or a miss
   std::uint32_t low_triangle = 0;  ///< The low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
   Vec3d offset;                    ///< From the low poly's point to this one, world units
   bool has_uv = false;  ///< uv and uv_sides are set: they were requested, and the high poly has UVs
-  std::array<double, 2> uv;  ///< Of the high poly's point
+  std::array<double, 2> uv;  ///< UV of the high poly's point
   /// Sides of the sample's square in its texel (rightwards, downwards), in UVs of the high poly's triangle: projected
   /// along the low poly's normal.
   std::array<std::array<double, 2>, 2> uv_sides;
@@ -45,7 +45,7 @@ struct HighPoint {
 struct PointNeeds {
   bool position = true;
   bool normal = true;
-  bool uv = false;            ///< uv and uv_sides
+  bool uv = false;            ///< Computes uv and uv_sides
   bool weight_sides = false;  ///< Requires uv
   bool offset = true;         ///< Requires position
   bool distance = true;

@@ -31,7 +31,7 @@ struct MapRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   const BakeOptions& options;
-  SharedWorks& shared;  ///< One for all maps of the bake
+  SharedWorks& shared;  ///< Results shared by all maps of the bake
   /// Samples represent a square whose side is this many times smaller than their share of a texel, for maps that are
   /// read at points.
   std::uint32_t finer = 1;

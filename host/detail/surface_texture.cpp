@@ -370,7 +370,7 @@ float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const 
   } else if (place.picture->channels() == 3) {
     value[3] = 1;
   }
-  const float weight = place.is_weighted ? std::max(value[3], FilteredTexture::kLeastWeight) : 1.0F;
+  const float weight = place.is_weighted ? std::max(value[3], FilteredTexture::kMinWeight) : 1.0F;
   if (factors_.empty()) return weight;
   const Texture::Factor& factor = factors_[source_.materials.of[point.triangle]];
   for (std::size_t c = 0; c < 4; ++c) {
@@ -416,15 +416,15 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
                         count});
   };
   // Only formats that were detected are reported, not those that were requested.
-  const auto is_found = [&](std::size_t i) {
+  const auto is_detected = [&](std::size_t i) {
     return normal_format_ == NormalTextureFormat::automatic && normals_[i].rebuilt;
   };
   warn(
-      "two-channel-normals", [&](std::size_t i) { return is_found(i) && !normals_[i].in_alpha; },
+      "two-channel-normals", [&](std::size_t i) { return is_detected(i) && !normals_[i].in_alpha; },
       "held x and y alone (blue is constant, or below 0 all over): z was computed. Where that is "
       "wrong, say what it holds (--high-normal-map gl).");
   warn(
-      "two-channel-normals", [&](std::size_t i) { return is_found(i) && normals_[i].in_alpha; },
+      "two-channel-normals", [&](std::size_t i) { return is_detected(i) && normals_[i].in_alpha; },
       "held x in alpha and y in green (DXT5nm): z was computed. Where that is wrong, say what it "
       "holds (--high-normal-map gl).");
   warn(

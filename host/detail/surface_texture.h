@@ -18,7 +18,7 @@ namespace kiln {
 
 /// Which part of a texture a map reads, and how.
 struct TextureUseOfMap {
-  std::string_view map;  ///< For messages
+  std::string_view map;  ///< Name of the map, for messages
   bool fill = true;      ///< BakeOptions::fill_high
   std::optional<std::uint32_t> channel =
       std::nullopt;  ///< The channel that is read; none: all of them
@@ -32,7 +32,7 @@ class SurfaceTexture {
   /// The texture's mean over the point's sides, times the vertices' colour if the texture has that factor. \param value
   /// four numbers: channels that the picture lacks repeat the first one (grey) or are 1 (alpha)
   /// \returns the value's weight in means: for colours weighted by opacity, the opacity, at least
-  ///     FilteredTexture::kLeastWeight; otherwise 1
+  ///     FilteredTexture::kMinWeight; otherwise 1
   float read(const HighPoint& point, float* value) const;
 
   /// True if weights may differ from 1.
@@ -53,7 +53,7 @@ class SurfaceTexture {
   void report(std::vector<Warning>& warnings) const;
 
  private:
-  enum class Factor { color, alpha };  // of the vertices' colours
+  enum class Factor { color, alpha };  // Factors from the vertices' colours
   /// A point's UV and the sides around it, in the UV set of its picture.
   struct UvPoint {
     bool is_there = false;
@@ -63,7 +63,7 @@ class SurfaceTexture {
   struct Place {
     const FilteredTexture* picture = nullptr;
     double u = 0, v = 0;
-    std::array<std::array<double, 2>, 2> sides{};  ///< In UVs before the transform
+    std::array<std::array<double, 2>, 2> sides{};  ///< Sides in UVs, before the texture's transform
     bool is_tile = false;
     bool is_channel = false;
     bool is_weighted = false;
@@ -100,7 +100,7 @@ class SurfaceTexture {
   std::vector<bool> multiplies_vertices_;
   Factor vertex_factor_;
   NormalTextureFormat normal_format_;
-  std::vector<NormalChannels> normals_;  ///< Per picture of normals
+  std::vector<NormalChannels> normals_;  ///< Channels of each normal map
   /// Normal maps whose green channel probably points down
   std::vector<std::size_t> doubtful_green_;
   std::map<std::uint32_t, std::uint64_t>

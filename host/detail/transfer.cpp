@@ -138,7 +138,7 @@ class NormalTransfer : public PointFunction {
   std::shared_ptr<BandReads> reads_;
   std::vector<float> normals_;
   std::vector<std::uint32_t> indices_;
-  std::vector<CornerTangent> tangents_;  // of the corners
+  std::vector<CornerTangent> tangents_;  // tangents of the corners
   std::optional<std::uint64_t> source_version_;
 };
 

@@ -17,7 +17,7 @@ MapRow uv_map() {
                   "the map out.");
     }
     return make_point_map(request, uv_map().info, [&source](const HighPoint& point, float* value) {
-      if (!point.found) return;  // keeps 0
+      if (!point.found) return;  // misses keep the value 0
       const Triangle& corners = source.uv_triangles[point.triangle];
       const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
       double u = 0, v = 0;

@@ -44,11 +44,13 @@ ValueRange range_of_bounds(const RangeRequest& request, std::uint32_t channel) {
   const Frame& frame = source.frame;
   const double step = power_of_ten_below(frame.diagonal) / 10;
   const double origin = map_origin(request.options, frame)[channel];
-  const auto world = [&](double at) { return at / frame.scale + (frame.center[channel] - origin); };
+  const auto to_world = [&](double at) {
+    return at / frame.scale + (frame.center[channel] - origin);
+  };
   // The tolerance covers rounding of the frame's positions and of the map's values.
   const double slack = kSlack + 1e-6 * frame.diagonal / step;
-  const auto first = static_cast<float>(std::floor(world(low) / step + slack) * step);
-  const auto last = static_cast<float>(std::ceil(world(high) / step - slack) * step);
+  const auto first = static_cast<float>(std::floor(to_world(low) / step + slack) * step);
+  const auto last = static_cast<float>(std::ceil(to_world(high) / step - slack) * step);
   // A flat mesh has one value, which becomes the middle of the range.
   if (first < last) return {first, last};
   return {static_cast<float>(first - step), static_cast<float>(last + step)};

@@ -25,7 +25,7 @@ class Wireframe : public PointFunction {
   }
 
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // keeps 0
+    if (!point.found) return;  // misses keep the value 0
     const Triangle& corners = source_.triangles[point.triangle];
     const Vec3d p[3] = {Vec3d(source_.positions[corners[0]]), Vec3d(source_.positions[corners[1]]),
                         Vec3d(source_.positions[corners[2]])};
