@@ -100,7 +100,8 @@ class Sweep {
       const std::uint32_t a = find_root(node_of_, edge.a), b = find_root(node_of_, edge.b);
       node_of_[std::max(a, b)] = std::min(a, b);
     }
-    for (std::uint32_t i = 0; i < count_; ++i) {  // Earlier triangles of the node have it already.
+    // The root is the first triangle of its node, so it is renumbered before the others read it.
+    for (std::uint32_t i = 0; i < count_; ++i) {
       if (node_of_[i] == i) {
         node_of_[i] = static_cast<std::uint32_t>(nodes_.size());
         nodes_.push_back({band[i], 0});
@@ -288,10 +289,10 @@ class Sweep {
   const CutShape& shape_;
   std::span<const CutPrice> prices_;
   std::uint32_t count_;
-  std::vector<std::uint32_t> node_of_;  ///< Node of each triangle.
+  std::vector<std::uint32_t> node_of_;  ///< Node that each triangle belongs to.
   std::vector<Node> nodes_;
   std::vector<Link> links_;
-  std::vector<CutShape::Edge> across_;  ///< Edges between bands.
+  std::vector<CutShape::Edge> across_;  ///< Edges of triangles between bands.
   std::vector<Reach> reaches_;          ///< Extent of each node; empty until needed.
   std::vector<Reach> below_,
       above_;  ///< Extents below and above each line, computed with reaches_.

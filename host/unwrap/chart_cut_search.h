@@ -65,11 +65,11 @@ class CutShape {
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 
   const FlatChart& chart;
-  std::vector<Edge> edges;   ///< Each edge once.
+  std::vector<Edge> edges;   ///< Every inner edge once.
   std::vector<Rim> rim;      ///< All triangles and vertices at the border.
-  std::vector<Reach> reach;  ///< One per vertex.
+  std::vector<Reach> reach;  ///< Extent of each vertex.
   Reach whole;               ///< Extent of the whole chart.
-  double area = 0;           ///< On the surface.
+  double area = 0;           ///< Area on the surface.
   double box = 0;            ///< Area of the smallest bounding box.
 };
 

@@ -182,7 +182,7 @@ class CutTree {
         prices.push_back(node.prices[q]);
         if (q != p) best[q].gain = 0;
       }
-      if (!scratch) scratch = borrow(node);
+      if (!scratch) scratch = acquire(node);
       Parts parts{{node.chart, {}, prices, {}}, {{}, {}, prices, {}}};
       const std::vector<std::uint8_t>& apart = best[p].apart;
       const bool done = cut_apart(surface_, scratch->borders, apart, scratch->local,
@@ -193,7 +193,7 @@ class CutTree {
       parts.apart.neighbour = part_of(node.neighbour, apart, 1);
       result.push_back(std::move(parts));
     }
-    if (scratch) give_back(node, std::move(scratch));
+    if (scratch) release(node, std::move(scratch));
     return result;
   }
 
@@ -209,7 +209,7 @@ class CutTree {
     }
   }
 
-  std::unique_ptr<Scratch> borrow(const Node& node) {
+  std::unique_ptr<Scratch> acquire(const Node& node) {
     std::unique_ptr<Scratch> scratch;
     {
       const std::lock_guard lock(mutex_);
@@ -226,7 +226,7 @@ class CutTree {
     return scratch;
   }
 
-  void give_back(const Node& node, std::unique_ptr<Scratch> scratch) {
+  void release(const Node& node, std::unique_ptr<Scratch> scratch) {
     mark(node, *scratch, false);
     const std::lock_guard lock(mutex_);
     free_.push_back(std::move(scratch));

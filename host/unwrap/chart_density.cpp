@@ -48,7 +48,7 @@ PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
   TexelErrors e{};
   for (std::size_t k = 0; k < e.size(); ++k) {
     e[k] = kErrorFloor + (need.errors[k] + kMeanWeight * whole.errors[k]) /
-                         (need.area + kMeanWeight * whole.area);
+                             (need.area + kMeanWeight * whole.area);
   }
   const double power = std::log2(e[0] / e[2]) / std::log2(kTexelSides[0] / kTexelSides[2]);
   return {need.area, std::cbrt(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxPower)};
@@ -56,7 +56,7 @@ PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
 
 /// Lagrange multiplier at which the optimal scales fill the area: the error that one texel's area must save.
 double lagrange_multiplier(const std::vector<PowerLaw>& laws, double area) {
-  const double least = 1 / std::sqrt(kMostDenser), most = std::sqrt(kMostDenser);
+  const double least = 1 / std::sqrt(kMaxDensityRatio), most = std::sqrt(kMaxDensityRatio);
   double low = 1e-12, high = 1e6;
   for (int i = 0; i < 100; ++i) {
     const double weight = std::sqrt(low * high);
@@ -117,7 +117,8 @@ class DensityCut {
   /// Error plus the price of texels at the optimal scale.
   Cost cost(const TexelNeed& need) const {
     const PowerLaw law = fit_power_law(need, whole_);
-    const double s = law.best(weight_, 1 / std::sqrt(kMostDenser), std::sqrt(kMostDenser));
+    const double s =
+        law.best(weight_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     return {law.error(s) / weight_ + law.area * s * s, s};
   }
 
@@ -244,7 +245,7 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
   std::vector<double> scales;
   double taken = 0;
   for (const PowerLaw& law : laws) {
-    const double s = law.best(weight, 1 / std::sqrt(kMostDenser), std::sqrt(kMostDenser));
+    const double s = law.best(weight, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     scales.push_back(s);
     taken += law.area * s * s;
   }

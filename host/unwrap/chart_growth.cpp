@@ -46,9 +46,9 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
 /// A patch, and the path down its tree of merges through the larger part, for a binary search of the largest part that
 /// can be flattened.
 struct Descent {
-  std::vector<std::uint32_t> path;  ///< From the patch to a triangle.
+  std::vector<std::uint32_t> path;  ///< Merge tree nodes from the patch to a triangle.
   int fails = -1, fits = 0;  ///< Indices in the path: the last that fails, the first that fits.
-  FlatChart chart;           ///< The flattened chart, if it fits.
+  FlatChart chart;           ///< The flattened chart of the largest part that fits.
 
   bool is_done() const { return fails + 1 == fits && !chart.source.empty(); }
   /// The index to try next: much smaller parts until one fits, then bisection.
@@ -90,9 +90,9 @@ class PatchFlattener {
     std::vector<FlatChart> charts;
     while (!waiting.empty()) {
       const auto lay = [&](std::size_t begin, std::size_t end) {
-        std::unique_ptr<CutScratch> scratch = scratches_.take();
+        std::unique_ptr<CutScratch> scratch = scratches_.acquire();
         for (std::size_t i = begin; i < end; ++i) try_next(waiting[i], *scratch);
-        scratches_.give_back(std::move(scratch));
+        scratches_.release(std::move(scratch));
       };
       parallel_for(waiting.size(), waiting.size() / kFlatteningTasks + 1, lay, threads);
       std::vector<Descent> next;
@@ -150,7 +150,7 @@ class PatchFlattener {
   const std::vector<ChartPatch>& patches_;
   const ChartLimits& limits_;
   ChartBorders& borders_;
-  std::vector<std::uint32_t> sizes_;  ///< Triangles of each patch.
+  std::vector<std::uint32_t> sizes_;  ///< Number of triangles of each patch.
   ScratchPool scratches_;
 };
 
@@ -297,7 +297,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
                               std::pair(trials.has_rival(p), sizes[q]);
                      });
     const auto lay = [&](std::size_t begin, std::size_t end) {
-      std::unique_ptr<CutScratch> scratch = scratches.take();
+      std::unique_ptr<CutScratch> scratch = scratches.acquire();
       for (std::size_t n = begin; n < end; ++n) {
         const std::size_t i = order[n];
         if (trials.is_superseded(i)) {
@@ -309,7 +309,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
         accepted[i] = lay_joined(laid[i], limits) ? 1 : 0;
         trials.record(i, accepted[i] != 0);
       }
-      scratches.give_back(std::move(scratch));
+      scratches.release(std::move(scratch));
     };
     parallel_for(joined.size(), 1, lay, triangles < kMinTrianglesForThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {

@@ -102,7 +102,7 @@ class ChartMerger {
     std::vector<std::uint8_t> accepted;
     while (!queue_.empty()) {
       ProgressGuard::poll();
-      take(width, joined);
+      pop_pairs(width, joined);
       accepted.assign(joined.size(), 1);
       accept(std::span<const ChartPatch>(joined), accepted);
       for (std::size_t i = 0; i < joined.size(); ++i) {
@@ -134,7 +134,7 @@ class ChartMerger {
   };
 
   /// Pops the cheapest pairs that can be glued.
-  void take(std::size_t width, std::vector<ChartPatch>& joined) {
+  void pop_pairs(std::size_t width, std::vector<ChartPatch>& joined) {
     joined.clear();
     while (joined.size() < width && !queue_.empty()) {
       const Pair pair = queue_.top();

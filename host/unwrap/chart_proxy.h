@@ -26,7 +26,7 @@ struct ChartProxy {
 struct VertexFans {
   explicit VertexFans(const ChartSurface& surface);
 
-  std::vector<std::uint32_t> of;  ///< Fan at the start of each half-edge
+  std::vector<std::uint32_t> of;  ///< Index of the fan at the start of each half-edge
   std::vector<std::uint32_t>
       first;  ///< A half-edge of each fan; at a border, the one without a mate
 };

@@ -14,13 +14,13 @@ namespace kiln {
 struct ChartSurface {
   /// Moved to the origin, scaled by a power of two to a size of about 1.
   std::vector<Vec3d> positions;
-  std::vector<Triangle> triangles;    ///< With area only; corners are welded.
-  std::vector<std::uint32_t> source;  ///< Their indices in the mesh.
+  std::vector<Triangle> triangles;    ///< Triangles with area; corners are welded.
+  std::vector<std::uint32_t> source;  ///< Indices of the triangles in the mesh.
   std::vector<std::uint32_t> mate;  ///< The opposite half-edge; kNoIndex at borders and where more
                                     ///< than two triangles meet or two are oriented inconsistently.
-  std::vector<double> length;       ///< Per half-edge.
-  std::vector<double> area;         ///< Per triangle.
-  std::vector<Vec3d> normal;        ///< Per triangle, unit.
+  std::vector<double> length;       ///< Length of each half-edge.
+  std::vector<double> area;         ///< Area of each triangle.
+  std::vector<Vec3d> normal;        ///< Unit normal of each triangle.
   /// Per triangle, means over its corners of a corner's bend and of the squared bend. The bend is the logarithm of the
   /// angle sum around the corner over a full turn: 0 for a flat corner and at borders.
   std::vector<double> bend, bend_squared;

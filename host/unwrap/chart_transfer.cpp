@@ -259,14 +259,14 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   const ProxyLayout layout(surface, proxy, chosen);
   ScratchPool scratches(surface);
   const auto lay = [&](std::size_t begin, std::size_t end) {
-    std::unique_ptr<CutScratch> scratch = scratches.take();
+    std::unique_ptr<CutScratch> scratch = scratches.acquire();
     for (std::size_t c = begin; c < end; ++c) {
       charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->local);
       const FlatStart start = layout.start_of(charts[c], static_cast<std::uint32_t>(c),
                                               made.borders.glued(), scratch->local);
       done[c] = is_disc(charts[c]) && lay_near(charts[c], start, limits) ? 1 : 0;
     }
-    scratches.give_back(std::move(scratch));
+    scratches.release(std::move(scratch));
   };
   parallel_for(charts.size(), 1, lay, threads);
   if (std::find(done.begin(), done.end(), 0) == done.end()) return made;

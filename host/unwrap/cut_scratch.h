@@ -15,7 +15,7 @@ namespace kiln {
 /// Scratch of cut_open() with edges whose glue state differs from the borders'.
 struct CutScratch {
   std::vector<std::uint32_t> local;
-  std::vector<std::uint8_t> other;  ///< 0 while not in use.
+  std::vector<std::uint8_t> other;  ///< 0 for all half-edges while not in use.
 
   explicit CutScratch(const ChartSurface& surface)
       : local(surface.triangles.size()), other(surface.mate.size(), 0) {}
@@ -30,14 +30,14 @@ class ScratchPool {
  public:
   explicit ScratchPool(const ChartSurface& surface) : surface_(surface) {}
 
-  std::unique_ptr<CutScratch> take() {
+  std::unique_ptr<CutScratch> acquire() {
     const std::lock_guard lock(mutex_);
     if (free_.empty()) return std::make_unique<CutScratch>(surface_);
     std::unique_ptr<CutScratch> one = std::move(free_.back());
     free_.pop_back();
     return one;
   }
-  void give_back(std::unique_ptr<CutScratch> one) {
+  void release(std::unique_ptr<CutScratch> one) {
     const std::lock_guard lock(mutex_);
     free_.push_back(std::move(one));
   }

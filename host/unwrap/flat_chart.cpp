@@ -17,9 +17,9 @@ namespace {
 
 /// Least height of a triangle over its longest side; flatter needles are treated as this high.
 constexpr double kMinHeightRatio = 2e-3;
-/// Energy of the best flat maps of rough balls, over the variance of their bends.
+/// FlatChart::forced over the variance of the chart's bends. Measured: the energy of the best flat maps of rough balls.
 constexpr double kForcedEnergyFactor = 3.5;
-/// Increase of a single triangle's limit with the roughness, over the limit and that energy.
+/// Relative increase of the distortion limit of single triangles, for each unit of FlatChart::forced.
 constexpr double kForcedWorstFactor = 6;
 /// Least distance between border sides, over the square root of the surface's area: a few steps of UVs.
 constexpr double kMinBorderDistance = 1e-6;

@@ -23,12 +23,12 @@ struct RestShape {
 };
 
 struct FlatChart {
-  std::vector<std::uint32_t> source;    ///< Triangles of the surface.
-  std::vector<Triangle> triangles;      ///< By vertices of the chart.
-  std::vector<RestShape> rest;          ///< Per triangle.
+  std::vector<std::uint32_t> source;    ///< Indices of the chart's triangles in the surface.
+  std::vector<Triangle> triangles;      ///< The same triangles, by vertices of the chart.
+  std::vector<RestShape> rest;          ///< Rest shape of each triangle.
   std::vector<std::uint32_t> boundary;  ///< Vertices along the border, counter-clockwise.
   std::vector<Vec2d> points;            ///< UV position of each vertex.
-  std::vector<std::uint32_t> vertex;    ///< The surface's vertex of each.
+  std::vector<std::uint32_t> vertex;    ///< The surface's vertex of each vertex.
   double forced = 0;  ///< Estimated energy that the surface's roughness forces on any map.
   double apart = 0;   ///< Solvers keep border sides this far apart: more than rounding moves UVs.
 };
@@ -42,8 +42,8 @@ struct FlatDistortion {
 /// Limits of a chart's distortion.
 struct ChartLimits {
   double energy = 0.05;  ///< Mean energy beyond FlatChart::forced, see FlatDistortion.
-  double worst = 5;      ///< Of any triangle.
-  double length = std::numeric_limits<double>::infinity();  ///< Extent of the flat chart.
+  double worst = 5;      ///< Greatest distortion of any triangle.
+  double length = std::numeric_limits<double>::infinity();  ///< Greatest extent of the flat chart.
 };
 
 /// Cuts a chart open: corners become one vertex where glued half-edges connect them.

@@ -144,10 +144,10 @@ class StepSystem {
 /// Adds border vertices that would touch after a full step. \returns whether there are any
 bool pin_touching(const FlatChart& chart, const std::vector<Vec2d>& to,
                   std::vector<std::uint32_t>& pinned) {
-  constexpr std::size_t kMost = 1000, kPinReach = 2;
+  constexpr std::size_t kMaxTouches = 1000, kPinReach = 2;
   std::vector<Vec2d> border;
   for (const std::uint32_t v : chart.boundary) border.push_back(to[v]);
-  const auto found = touches(border, chart.apart, kMost);
+  const auto found = touches(border, chart.apart, kMaxTouches);
   if (found.empty()) return false;
   const std::size_t count = border.size();
   std::vector<std::uint8_t> is_pinned(chart.points.size(), 0);

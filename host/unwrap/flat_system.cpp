@@ -136,7 +136,7 @@ template <int N>
 bool FlatSystem<N>::solve(std::vector<Vec2d>& points) {
   auto& right = solver_->right;
   right.resize(solver_->matrix.cols(), N == 1 ? 2 : 1);
-  double* const values = right.data();  // all x, then all y
+  double* const values = right.data();  // x of all points, then y of all points
   for (std::size_t v = 0; v < points.size(); ++v) {
     double* const p = values + std::size_t{2} * pattern_->place[v];
     p[0] = points[v].x;

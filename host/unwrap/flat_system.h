@@ -60,7 +60,7 @@ class FlatSystem {
   struct Solver;  ///< Wraps Eigen's solver
 
   std::shared_ptr<const FlatPattern> pattern_;
-  std::vector<Block> blocks_;  ///< One per vertex, then one per edge
+  std::vector<Block> blocks_;  ///< Block of each vertex, then of each edge
   std::unique_ptr<Solver> solver_;
 };
 

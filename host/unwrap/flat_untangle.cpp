@@ -149,19 +149,19 @@ class Untangler {
       }
     }
     system_.fill(chart_, weight_);
-    const auto hold = [&](std::uint32_t v, const Vec2d& at, double by) {
+    const auto hold_at = [&](std::uint32_t v, const Vec2d& at, double by) {
       double& own = system_.diagonal(v)[0];
       const double held = by * own;
       own += held;
       points[v] = points[v] + at * held;
     };
     for (std::uint32_t v = 0; start_ != nullptr && v < push_.size(); ++v) {
-      if (push_[v] == 0) hold(v, start_->places[v], start_->holds[v]);
+      if (push_[v] == 0) hold_at(v, start_->places[v], start_->holds[v]);
     }
-    for (const std::uint32_t v : pushed_) hold(v, target_[v], kHoldWeight);
-    constexpr double kAnchorWeight =
-        1e-6;  // Makes the system definite: the whole chart can move freely.
-    hold(0, chart_.points[0], kAnchorWeight);
+    for (const std::uint32_t v : pushed_) hold_at(v, target_[v], kHoldWeight);
+    // Makes the system definite: the whole chart can move freely.
+    constexpr double kAnchorWeight = 1e-6;
+    hold_at(0, chart_.points[0], kAnchorWeight);
     if (!system_.factorize() || !system_.solve(points)) return false;
     chart_.points = std::move(points);
     return true;

@@ -16,7 +16,7 @@ constexpr double kStretchLimit = 0.7;
 
 struct Link {
   float stretch;
-  std::uint32_t a, b;  ///< Triangles, a < b.
+  std::uint32_t a, b;  ///< Linked triangles, a < b.
   std::uint8_t apex_a, apex_b;
 };
 
@@ -138,8 +138,8 @@ class Matching {
   const std::vector<std::uint32_t>& mate() const { return mate_; }
 
  private:
-  static constexpr std::size_t kMaxVisited =
-      256;  ///< Most triangles visited from one single triangle.
+  /// Most triangles visited from one single triangle.
+  static constexpr std::size_t kMaxVisited = 256;
 
   std::uint32_t across(std::uint32_t link, std::uint32_t triangle) const {
     return links_[link].a == triangle ? links_[link].b : links_[link].a;
@@ -160,7 +160,7 @@ class Matching {
   }
 
   std::span<const Link> links_;
-  std::vector<std::uint32_t> mate_;                     ///< Link of each triangle.
+  std::vector<std::uint32_t> mate_;                     ///< Link of each triangle's current pair.
   std::vector<std::array<std::uint32_t, 3>> links_of_;  ///< Links of each triangle, the best first.
   std::vector<std::uint32_t> via_;  ///< Link by which a queue entry was reached.
 };

@@ -190,7 +190,7 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
   double total = 0;
   for (std::size_t t = 0; t < result.size(); ++t) total += walk.area(t);
   const double side = std::sqrt(total / kCoveredShare) / size;
-  const auto look_at = [&](std::uint32_t t) {
+  const auto measure_triangle = [&](std::uint32_t t) {
     const auto& [a, b, c] = flat.corners[t];
     const auto places = 1 + static_cast<std::size_t>(kSampleCount * walk.area(t) / total);
     double seen = 0;
@@ -216,7 +216,7 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
   };
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      if (walk.area(t) > 0) look_at(static_cast<std::uint32_t>(t));
+      if (walk.area(t) > 0) measure_triangle(static_cast<std::uint32_t>(t));
     }
   };
   if (total > 0) parallel_for(result.size(), kTrianglesPerTask, body, threads);

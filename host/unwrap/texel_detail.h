@@ -52,7 +52,7 @@ class TexelDetail {
   Frame frame_;
   std::vector<Vec3> positions_;
   std::vector<std::uint32_t> source_;  ///< Indices of the mesh's triangles with finite corners.
-  std::vector<Triangle> triangles_;    ///< The triangles of source_.
+  std::vector<Triangle> triangles_;    ///< Triangles listed in source_.
   CornerNormals normals_;
   SurfaceDistance surface_;
 };

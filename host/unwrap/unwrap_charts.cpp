@@ -289,7 +289,7 @@ class RoundedChart {
 
 Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
-  result.tangents.clear();  // they belong to the previous UVs
+  result.tangents.clear();  // tangents belong to the previous UVs
   result.uvs = {{0, 0}};    // All corners of triangles that cover nothing
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   for (const FlatChart& chart : charts) {

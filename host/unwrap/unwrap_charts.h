@@ -12,7 +12,7 @@ namespace kiln {
 /// many charts.
 class KnownCharts {
  public:
-  KnownCharts();  ///< Empty.
+  KnownCharts();  ///< An empty cache.
   ~KnownCharts();
   KnownCharts(const KnownCharts&) = delete;
   KnownCharts& operator=(const KnownCharts&) = delete;

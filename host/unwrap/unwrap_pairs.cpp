@@ -116,7 +116,7 @@ struct GridRules {
   std::uint32_t side = 0;      ///< Steps a side of the grid.
   std::uint32_t border = 1;    ///< Padding between charts in steps.
   std::uint32_t smallest = 2;  ///< Shortest leg in steps. A triangle has at least one grid square.
-  bool squares = false;        ///< Both legs alike
+  bool squares = false;        ///< Legs of equal length
 };
 
 struct Legs {
@@ -125,22 +125,22 @@ struct Legs {
 
 Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
   const double most = 1e9;
-  const auto whole = [&](double value) {
+  const auto round_to_steps = [&](double value) {
     return std::max(rule.smallest, static_cast<std::uint32_t>(std::min(value + 0.5, most)));
   };
   if (rule.squares) {
-    const std::uint32_t leg = std::max(2U, whole(patch.width * scale));
+    const std::uint32_t leg = std::max(2U, round_to_steps(patch.width * scale));
     return {leg, leg};
   }
   // The second side compensates for the first one's rounding.
   const double area = patch.width * scale * (patch.height * scale);
   Legs legs{};
   if (patch.width >= patch.height) {
-    legs.height = whole(patch.height * scale);
-    legs.width = whole(area / legs.height);
+    legs.height = round_to_steps(patch.height * scale);
+    legs.width = round_to_steps(area / legs.height);
   } else {
-    legs.width = whole(patch.width * scale);
-    legs.height = whole(area / legs.width);
+    legs.width = round_to_steps(patch.width * scale);
+    legs.height = round_to_steps(area / legs.width);
   }
   if (legs.width == 1 && legs.height == 1)
     (patch.width >= patch.height ? legs.width : legs.height) = 2;
@@ -296,7 +296,7 @@ class UvWriter {
 double density_spread(const std::vector<Patch>& patches, const PairLayout& layout,
                       const std::vector<TriangleShape>& shapes) {
   double weight = 0, sum = 0, squares = 0;
-  const auto each = [&](const auto& body) {
+  const auto for_each_triangle = [&](const auto& body) {
     for (const Patch& patch : patches) {
       const Legs legs = legs_of(patch, layout.scale, layout.rule);
       const double uv_area = 0.5 * legs.width * legs.height;
@@ -305,9 +305,10 @@ double density_spread(const std::vector<Patch>& patches, const PairLayout& layou
       }
     }
   };
-  each([&](double area, double density) { weight += area, sum += area * density; });
+  for_each_triangle([&](double area, double density) { weight += area, sum += area * density; });
   const double mean = sum / weight;
-  each([&](double area, double density) { squares += area * (density - mean) * (density - mean); });
+  for_each_triangle(
+      [&](double area, double density) { squares += area * (density - mean) * (density - mean); });
   return std::sqrt(squares / weight);
 }
 
@@ -320,7 +321,7 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
   const PairLayout layout = find_layout(patches, options);
 
   Mesh result = mesh;
-  result.tangents.clear();  // they belong to the previous UVs
+  result.tangents.clear();  // tangents belong to the previous UVs
   result.uvs.clear();
   result.uvs.reserve(patches.size() * 4 + 1);
   result.uvs.push_back({0, 0});  // All corners of triangles that cover nothing
