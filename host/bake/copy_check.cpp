@@ -18,7 +18,7 @@ constexpr std::uint32_t kPlacesOfCopies = 4096;
 constexpr double kMinShareToWarn = 0.05;  // share of the copies' area that differs
 // greatest distance of equal points, as a share of the diagonal; if no map holds lengths
 constexpr double kMaxPointDistance = 0.02;
-constexpr double kMaxLengthDistance = 0.001;   // the same if a map does
+constexpr double kMaxLengthDistance = 0.001;   // the same bound if a map holds lengths
 constexpr double kMinNormalCosine = 0.9962;    // cosine between equal normals: 5 degrees
 constexpr double kMaxColorDifference = 32;     // greatest difference between equal colours, of 255
 constexpr std::uint32_t kSampleMultiple = 64;  // kernels read up to this multiple of samples
@@ -208,7 +208,7 @@ std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
 
 double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) {
   std::vector<std::uint32_t> copies;
-  std::vector<double> until;  // cumulative area
+  std::vector<double> until;  // cumulative area up to each copy
   double area = 0;
   for (std::uint32_t t = 0; t < surface_.copy_of.size(); ++t) {
     if (!surface_.is_copy(t)) continue;

@@ -31,7 +31,7 @@ class CopyCheck {
 
   struct Finding {
     Verdict verdict = Verdict::missed;
-    std::uint32_t baked = 0;  ///< The baked triangle
+    std::uint32_t baked = 0;  ///< Triangle that is baked in the copy's place
     Vec3d found;              ///< The copy's point, frame units; undefined if missed
   };
 
@@ -55,7 +55,7 @@ class CopyCheck {
   /// The matched point of a place.
   struct Point {
     bool found = false;
-    std::uint32_t triangle = 0;  ///< Triangle of the high poly
+    std::uint32_t triangle = 0;  ///< Matched triangle of the high poly
     Vec3d at, offset, normal;    ///< Position; offset from the place; unit normal. Frame units
     std::array<double, 4> color{};
   };
@@ -72,9 +72,9 @@ class CopyCheck {
   std::function<void(TexelBand&)> prepare_;
   bool two_sided_;
   double max_distance_;
-  std::vector<UvPlace> uv_places_;  // of triangles
+  std::vector<UvPlace> uv_places_;  // UV mapping of triangles
   UvSquares baked_;
-  std::vector<float> normals_;  // of the high poly
+  std::vector<float> normals_;  // normals of the high poly
   std::vector<std::uint32_t> normal_indices_;
 };
 

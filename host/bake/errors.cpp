@@ -184,7 +184,7 @@ class FinerEvaluation {
   std::vector<std::vector<float>> values_;  // per map, values of the band's texels
   std::vector<std::uint8_t> coverage_;
   std::uint64_t passed_ = 0;                 // texels since the last multiple of the step
-  std::vector<std::vector<double>> errors_;  // per map
+  std::vector<std::vector<double>> errors_;  // errors of each map
 };
 
 /// The bake's options, reduced to the maps that a finer evaluation compares.

@@ -26,7 +26,7 @@ struct BakedScene {
   /// Makes the bake's matcher for options with another number of samples.
   std::function<std::unique_ptr<Matcher>(const BakeOptions& options)> make_matcher;
   FallbackBlend* blend;  ///< Planned; null: the match and its fallback are not blended
-  const Layers& layers;  ///< Before padding
+  const Layers& layers;  ///< Maps before padding
 };
 
 /// Fills BakeReport::errors. Up to 2,000 texels, spread evenly over the baked texels, are evaluated again in one of two

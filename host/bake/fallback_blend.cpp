@@ -65,7 +65,7 @@ void FallbackBlend::store(BandReads& reads, const TexelBand& band,
   const std::vector<std::uint32_t>& triangle = reads.read(band.triangle, band.sample_count);
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    Decider decider = Decider::nothing;  // sorted by precedence
+    Decider decider = Decider::nothing;  // deciding method; values are sorted by precedence
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
       decider = std::max(decider, deciders[s]);
     }
@@ -85,7 +85,8 @@ void FallbackBlend::plan(const LowSurface& surface) {
   cost_.assign(decider_.size(), kFarFromBorder);
   // The border runs half a texel on the fallback's side of the nearest texel's centre.
   const std::uint32_t farthest = reach_ * kStraight + kStraight / 2;
-  using Step = std::pair<std::uint32_t, std::uint32_t>;  // cost of the path, texel
+  // cost of a path, and the texel that it leads to
+  using Step = std::pair<std::uint32_t, std::uint32_t>;
   std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
   const auto reach = [&](std::uint32_t texel, std::uint32_t cost) {
     if (cost >= farthest || cost >= cost_[texel]) return;

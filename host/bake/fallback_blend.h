@@ -54,8 +54,9 @@ class FallbackBlend {
  private:
   std::uint32_t width_, height_, reach_;
   std::vector<std::uint32_t> triangle_;  // of the low poly, per texel; freed by plan()
-  std::vector<std::uint8_t> decider_;    // per texel
-  std::vector<std::uint32_t> cost_;      // distance from the border; kStraight is one texel
+  std::vector<std::uint8_t> decider_;    // deciding method of each texel
+  // distance of each texel from the border, in 1 / kStraight texels
+  std::vector<std::uint32_t> cost_;
   DeviceCorrespondence found_, other_;
 };
 

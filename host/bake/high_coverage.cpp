@@ -122,7 +122,7 @@ HighCoverage::Places HighCoverage::spread(const Source::Impl& high, std::uint32_
   });
   const double whole = std::accumulate(area.begin(), area.end(), 0.0);
   Places places;
-  places.spacing = std::sqrt(whole / 2 / std::max(count, 1U));  // areas are doubled
+  places.spacing = std::sqrt(whole / 2 / std::max(count, 1U));  // sums hold doubled areas
   double before = 0;
   std::size_t t = 0;
   for (std::uint32_t i = 0; i < count && whole > 0; ++i) {
@@ -206,7 +206,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
     const auto& corners = surface.triangles[triangle[i]];
-    if (std::isnan(corners[0].uv.x)) continue;  // mostly of another texture set
+    if (std::isnan(corners[0].uv.x)) continue;  // without UVs: mostly of another texture set
     const double cosine = dot(low->normals[face_of_tree], Vec3d(places_[i].normal));
     if (!(cosine > kMinFaceCosine)) continue;
     const LowFace face(corners, columns, rows);
@@ -328,7 +328,7 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   std::vector<std::uint32_t> seen;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
-  Vec3d least = Vec3d{1, 1, 1} * INFINITY, most = least * -1;  // of the places that count
+  Vec3d least = Vec3d{1, 1, 1} * INFINITY, most = least * -1;  // bounds of the places that count
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
     if (!(visibility_[i] > 0)) continue;
@@ -367,8 +367,8 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
       });
       if (places.size() == before) continue;
       triangles.push_back(static_cast<std::uint32_t>(t));
-      if (places.size() > before + kMaxListedPlaces)
-        places.resize(before);  // the grid serves these
+      // Longer lists are left to the grid.
+      if (places.size() > before + kMaxListedPlaces) places.resize(before);
       ends.push_back(static_cast<std::uint32_t>(places.size()));
     }
   });

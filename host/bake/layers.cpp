@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrainOfLayer = std::size_t{1} << 16;
+constexpr std::size_t kTexelsPerTask = std::size_t{1} << 16;
 // Padding that reaches across any map.
 constexpr std::int32_t kUnlimitedPadding = 16384;
 
@@ -62,7 +62,7 @@ void encode(const MapInfo& map, const BakeOptions& options,
   const bool plain = map.type != MapType::unit_vector && !marks;
   const bool halves = map.type == MapType::unit_vector && !marks && !options.encoding.raw &&
                       !options.encoding.two_component;
-  parallel_for(coverage.size(), kGrainOfLayer, [&](std::size_t begin, std::size_t end) {
+  parallel_for(coverage.size(), kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (coverage[i] == kCoverageEmpty) {
         std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
@@ -91,7 +91,7 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
 /// Memory that grows with the map: maps, temporary arrays of padding, mip levels, a band, and a stored match. Checked
 /// before the bake, so that it does not fail halfway.
 std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> own) {
-  std::uint64_t channels = 1;  // of coverage and charts
+  std::uint64_t channels = 1;  // channels of coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
   for (const MapRow& row : own) channels += row.info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
@@ -161,7 +161,7 @@ void Layers::run_some(const TexelBand& part, const DeviceCorrespondence& match,
   std::vector<float> values;
   std::vector<std::uint8_t> coverage(places.size());
   for (Layer& layer : layers_) {
-    if (layer.row->follows_positions) continue;  // these cannot be updated partially
+    if (layer.row->follows_positions) continue;  // maps of positions cannot be updated partially
     const std::size_t channels = layer.image.channels;
     values.resize(channels * places.size());
     layer.maker->run(part, match, {values, coverage});
@@ -278,7 +278,7 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
   std::vector<Image> images;
   for (Layer& layer : layers_) images.push_back(keep ? layer.image : std::move(layer.image));
   std::vector<std::uint8_t> done(images.size());
-  std::size_t last = 0;  // highest padded index
+  std::size_t last = 0;  // highest index of a padded map
   coverage.clear();
   for (std::size_t first = 0; first < images.size(); ++first) {
     if (done[first] != 0 || layers_[first].row->info.type == MapType::coverage) continue;
@@ -318,7 +318,7 @@ void Layers::finish_some(const BakeOptions& options, std::span<const std::size_t
     const Image& raw = layers_[l].image;
     Image& finished = maps[l].image;
     const std::size_t channels = raw.channels;
-    const auto put = [&](std::size_t from, std::size_t to, std::uint8_t coverage) {
+    const auto write_texel = [&](std::size_t from, std::size_t to, std::uint8_t coverage) {
       float* pixel = &finished.pixels[channels * to];
       std::copy_n(&raw.pixels[channels * from], channels, pixel);
       encode_texel(map, options, coverage, pixel);
@@ -326,8 +326,9 @@ void Layers::finish_some(const BakeOptions& options, std::span<const std::size_t
     parallel_for(places.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t place = places[i];
-        put(place, place, coverage_[place]);
-        for (const std::uint32_t copy : padding.of(place)) put(place, copy, kCoverageGutter);
+        write_texel(place, place, coverage_[place]);
+        for (const std::uint32_t copy : padding.of(place))
+          write_texel(place, copy, kCoverageGutter);
       }
     });
   }

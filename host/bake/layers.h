@@ -86,7 +86,7 @@ class Layers {
                                     std::vector<std::uint8_t>& coverage,
                                     std::uint64_t& padded) const;
 
-  SharedWorks shared_;  // of the maps
+  SharedWorks shared_;  // results shared by the maps
   std::shared_ptr<BandReads> reads_;
   std::vector<MapRow> own_rows_;  // of transfers, variants and custom maps
   std::vector<Layer> layers_;

@@ -28,8 +28,8 @@ class MatchTransitions {
  private:
   std::uint32_t width_;
   std::vector<std::uint32_t> chart_of_triangle_;
-  std::vector<std::uint8_t> method_;  // per texel; 0: not covered, otherwise 1 + Decider
-  std::vector<std::uint32_t> chart_;  // per texel
+  std::vector<std::uint8_t> method_;  // 1 + Decider of each texel; 0: not covered
+  std::vector<std::uint32_t> chart_;  // chart of each texel
 };
 
 }  // namespace kiln

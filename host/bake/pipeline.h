@@ -30,9 +30,9 @@ enum class Bands { pass, stay };
 
 /// Steps of a pass over the bands.
 struct Pass {
-  bool match = true;     ///< Matches points
-  bool measure = false;  ///< Keeps points, but updates their distances
-  bool read = true;      ///< Computes all maps
+  bool match = true;     ///< Match the samples again
+  bool measure = false;  ///< Keep the points, but update their distances
+  bool read = true;      ///< Compute all maps
 };
 
 class Pipeline {
@@ -113,11 +113,11 @@ class Pipeline {
   EdgeTurn turn_;
   SheetReach sheets_;
   Layers layers_;
-  std::vector<PipelineBand> bands_;  // one; or all, for Bands::stay
+  std::vector<PipelineBand> bands_;  // one band; or all, for Bands::stay
   bool sampled_ = false;             // all bands are sampled and stored
   std::unique_ptr<Matcher> matcher_;
-  std::optional<CopyCheck> copies_;     // if triangles share texels
-  std::vector<Warning> made_warnings_;  // from making the matcher
+  std::optional<CopyCheck> copies_;     // set if triangles share texels
+  std::vector<Warning> made_warnings_;  // warnings from making the matcher
   std::vector<std::uint32_t> chart_of_triangle_;
   ChartMap charts_;
   std::optional<MatchTransitions> transitions_;

@@ -119,8 +119,8 @@ void flatten_below_surface(std::string_view map, Image& image,
 }
 
 void warn_about_coverage(std::uint64_t size, BakeReport& report) {
-  constexpr std::uint64_t kLeastShare = 100;  // 1 / share: 1%
-  if (report.texels == 0 || report.texels * kLeastShare >= size) return;
+  constexpr std::uint64_t kCoverageDivisor = 100;  // 1 / share: 1%
+  if (report.texels == 0 || report.texels * kCoverageDivisor >= size) return;
   report.warnings.push_back(
       {"little-coverage",
        "UVs of the low poly cover " + std::to_string(report.texels) + " of " +

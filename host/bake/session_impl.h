@@ -63,7 +63,7 @@ class SessionTexels {
  private:
   /// A band's texels on the host.
   struct Band {
-    std::vector<std::uint32_t> index, first;  // as in TexelBand
+    std::vector<std::uint32_t> index, first;  // arrays as in TexelBand
     std::uint32_t first_texel = 0;
   };
 
@@ -79,11 +79,11 @@ class SessionTexels {
   std::uint32_t width_;
   std::vector<Band> bands_;
   std::size_t count_ = 0;
-  Adjacency texels_of_;  // of each triangle of the high poly; empty: out of date
-  Adjacency padding_;    // texels that copy each one; empty: unknown
-  std::vector<std::uint8_t> padded_coverage_;  // for which padding_ was computed
+  Adjacency texels_of_;  // texels of each triangle of the high poly; empty: out of date
+  Adjacency padding_;    // padding texels that copy each texel; empty: unknown
+  std::vector<std::uint8_t> padded_coverage_;  // coverage for which padding_ was computed
   IndexSet chosen_;
-  std::vector<std::size_t> places_;  // of the chosen texels, in the map
+  std::vector<std::size_t> places_;  // indices of the chosen texels in the map
   std::vector<std::size_t> all_places_;
 };
 
@@ -98,13 +98,13 @@ struct KILN_HIDDEN BakeSession::Impl {
 
   Mesh high, low;
   BakeOptions options;
-  SessionOptions settings;  // with bounds
+  SessionOptions settings;  // including the session's bounds
   Source::Impl source;
   HighPolyNormals normals;
   Pipeline pipeline;
   SessionTexels texels;
-  Clusters visibility;  // of the low poly, which does not change
-  Adjacency users;      // corners of each vertex
+  Clusters visibility;  // clusters of the low poly, which does not change
+  Adjacency users;      // corners that use each vertex
   IndexSet moved, set;  // vertices moved and normals set since the last bake
   bool baked = false;
   bool failed = false;  // the last bake threw, so the state of its data is unknown

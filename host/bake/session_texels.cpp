@@ -53,7 +53,7 @@ void SessionTexels::find_padding(const BakeOptions& options) {
 
 /// Builds the index from triangles of the high poly to the texels matched to them.
 void SessionTexels::index() {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // triangle, texel
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // pairs of triangle and texel
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     const Band& band = bands_[b];
     const PipelineBand& on_device = pipeline_.bands()[b];
@@ -155,8 +155,8 @@ Rectangle SessionTexels::box() const {
     for (const std::uint32_t copy : padding_.of(place)) add(copy);
   }
   if (right == 0) return {};
-  const auto narrow = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
-  return {narrow(left), narrow(top), narrow(right - left), narrow(bottom - top)};
+  const auto to_u32 = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
+  return {to_u32(left), to_u32(top), to_u32(right - left), to_u32(bottom - top)};
 }
 
 bool SessionTexels::coverage_stays() const {
