@@ -14,8 +14,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::int64_t kMaxDistance =
-    8;                                   // texels; greatest distance of a free texel from its chart
+// Texels: greatest distance of a free texel from its chart.
+constexpr std::int64_t kMaxDistance = 8;
 constexpr std::uint32_t kTileShift = 6;  // tiles of 64 x 64 texels are searched as a whole
 constexpr std::size_t kTrianglesPerTask = 1 << 14;
 // least radius of an inscribed circle in samples, above sqrt(1/2)
@@ -225,18 +225,18 @@ class Finder {
   template <class Visit>
   void for_texels_near(const Outline& outline, std::int64_t reach, const Visit& visit) const {
     const auto [top, bottom] = std::minmax({outline.y[0], outline.y[1], outline.y[2]});
-    const auto whole = [](double x, std::uint32_t size) {
+    const auto to_texel = [](double x, std::uint32_t size) {
       return static_cast<std::int64_t>(std::clamp(x, -16.0, size + 16.0));
     };
-    const std::int64_t first = whole(std::floor(top), height_) - reach;
-    const std::int64_t last = whole(std::ceil(bottom), height_) - 1 + reach;
+    const std::int64_t first = to_texel(std::floor(top), height_) - reach;
+    const std::int64_t last = to_texel(std::ceil(bottom), height_) - 1 + reach;
     for (std::int64_t row = std::max<std::int64_t>(first, 0);
          row <= std::min<std::int64_t>(last, std::int64_t{height_} - 1); ++row) {
       const auto [low, high] =
           outline.across(static_cast<double>(row - reach), static_cast<double>(row + reach + 1));
       if (low > high) continue;
-      const std::int64_t left = whole(std::floor(low), width_) - reach;
-      const std::int64_t right = whole(std::ceil(high), width_) - 1 + reach;
+      const std::int64_t left = to_texel(std::floor(low), width_) - reach;
+      const std::int64_t right = to_texel(std::ceil(high), width_) - 1 + reach;
       for (std::int64_t column = std::max<std::int64_t>(left, 0);
            column <= std::min<std::int64_t>(right, std::int64_t{width_} - 1); ++column) {
         visit(column, row);
@@ -371,14 +371,14 @@ class Finder {
   std::uint32_t width_, height_, samples_;
   UvGrid grid_;
   SmallCharts result_;
-  std::vector<std::uint8_t> coverage_;  // per triangle
+  std::vector<std::uint8_t> coverage_;  // state of each triangle
   std::vector<std::uint32_t> uncovered_;
-  std::vector<Outline> outlines_;                   // of result_.triangles
+  std::vector<Outline> outlines_;                   // outlines of result_.triangles
   std::vector<std::vector<std::uint32_t>> charts_;  // indices into result_.triangles
   std::vector<std::uint8_t> has_, search_failed_;
   std::int64_t tiles_across_ = 0;
   std::vector<std::uint8_t> tiles_;  // tiles near small charts
-  std::vector<bool> taken_;          // per texel
+  std::vector<bool> taken_;          // texels that are covered or assigned
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace kiln {
 
 /// Texels for charts that contain no sample's centre.
 struct SmallCharts {
-  std::vector<OwnedTexel> texels;        ///< By row, then column; unique
+  std::vector<OwnedTexel> texels;        ///< Sorted by row, then column; unique
   std::vector<std::uint32_t> triangles;  ///< Triangles of these charts, ascending
   std::vector<std::uint32_t> without;    ///< Those for which no texel was found, ascending
 

@@ -12,7 +12,7 @@ namespace kiln {
 /// Division of a map into blocks (squares of texels, about 8x8 samples, one work-item each), tiles (squares of blocks
 /// in the order of a Morton curve) and bands (rows of tiles).
 struct TexelGrid {
-  std::uint32_t width = 0, height = 0;  ///< Texels
+  std::uint32_t width = 0, height = 0;  ///< Size of the map in texels
   std::uint32_t samples = 1;            ///< N of the N x N samples a texel
   std::uint32_t block_texels = 8;       ///< Side of a block, texels: a power of two
   std::uint32_t block_samples = 8;      ///< Side of a block, samples
@@ -51,10 +51,10 @@ class TexelBins {
 
   TexelGrid grid_;
   const TexelPieces& pieces_;
-  std::vector<std::uint32_t> band_first_;  // [bands + 1] into band_pieces_
+  std::vector<std::uint32_t> band_first_;  // [bands + 1] first entry of each band in band_pieces_
   std::vector<std::uint32_t> band_pieces_;
   std::vector<Span> spans_;
-  std::vector<std::uint32_t> cursor_;  // per block of the band
+  std::vector<std::uint32_t> cursor_;  // write position of each block of the band
 };
 
 }  // namespace kiln
