@@ -128,7 +128,7 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
                            std::vector<std::uint8_t>& coverage, std::uint32_t radius,
                            bool missed_is_source) {
   const Image& image = *images.front().image;
-  radius = std::min(radius, image.width + image.height);  // at least the diagonal
+  radius = std::min(radius, image.width + image.height);  // at least the image's diagonal
   if (radius <= KILN_GUTTER_NARROW_RADIUS) {
     return fill_nearest<std::uint32_t, std::uint16_t, KILN_GUTTER_NARROW_SHIFT>(
         context, images, coverage, radius, missed_is_source, "");

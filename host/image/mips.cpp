@@ -75,7 +75,7 @@ struct Chain {
     std::vector<Part<kChannels>> parts;
   };
   std::uint32_t level_width = 0, level_height = 0;
-  std::vector<Block> blocks;           // each of kBlockRows rows
+  std::vector<Block> blocks;           // blocks of kBlockRows rows
   std::vector<std::uint8_t> coverage;  // if missed texels have no values; otherwise empty
 
   std::uint32_t width() const { return level_width; }
@@ -192,7 +192,7 @@ class RowMaker {
     const bool alone = std::all_of(&cursors_[0], &cursors_[count_], [&](const Cursor& cursor) {
       return cursor.at + 1 == cursor.end && cursor.at->chart == own;
     });
-    if (alone) {  // the common case
+    if (alone) {  // the common case: one part
       Sum<kChannels> sum;
       for (std::size_t k = 0; k < count_; ++k) sum.add(*cursors_[k].at, cursors_[k].weight);
       parts.push_back(sum.part(own, unit_vectors_));

@@ -73,7 +73,7 @@ std::uint16_t half_of(float value) {
   const std::uint32_t size = bits & 0x7FFFFFFFU;
   std::uint32_t half = 0;
   if (size > 0x7F800000U) {
-    half = 0x7E00U;  // NaN
+    half = 0x7E00U;  // NaN stays NaN
   } else if (size >= 0x477FF000U) {
     half = 0x7C00U;  // 65520 and above round to infinity
   } else if (size >= 0x38800000U) {

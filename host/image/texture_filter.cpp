@@ -219,8 +219,8 @@ void FilteredTexture::convert(const Image& image, TextureKind kind, const Textur
         std::copy_n(texel.begin(), stored_, to);
         continue;
       }
-      float weight = transparent ? std::max(alpha, kLeastWeight) : 1;
-      if (reading.empty != nullptr && reading.empty->has(i)) weight *= kLeastWeight;
+      float weight = transparent ? std::max(alpha, kMinWeight) : 1;
+      if (reading.empty != nullptr && reading.empty->has(i)) weight *= kMinWeight;
       for (std::size_t c = 0; c < values; ++c) to[c] = texel[c] * weight;
       to[values] = weight;
     }
@@ -284,13 +284,13 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
   number = std::min(number, levels_.size() - 1);
   const auto parts_of = [&](std::size_t side) { return texels_along(squared(side, number)); };
   double along_a = parts_of(0), along_b = parts_of(1);
-  while (number + 1 < levels_.size() && !(along_a * along_b <= kMostParts)) {
+  while (number + 1 < levels_.size() && !(along_a * along_b <= kMaxParts)) {
     ++number;
     along_a = parts_of(0);
     along_b = parts_of(1);
   }
   const Level& level = this->level(number);
-  const double most = kMostParts;  // bounds the loop on the last level: one texel with the mean
+  const double most = kMaxParts;  // bounds the loop on the last level: one texel with the mean
   Spread spread{};
   spread.columns = static_cast<int>(std::min(along_a, most));
   spread.rows = static_cast<int>(std::min(along_b, most / spread.columns));
@@ -324,10 +324,10 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
   }
   const std::size_t values = stored_ - 1;
   for (std::size_t c = 0; c < values; ++c) value[c] = static_cast<float>(sum[c] / sum[values]);
-  // Weights near kLeastWeight represent an alpha of 0.
+  // Weights near kMinWeight represent an alpha of 0.
   const double alpha = sum[values] * share;
   if (channels_ > values)
-    value[values] = alpha > 2 * double{kLeastWeight} ? static_cast<float>(alpha) : 0;
+    value[values] = alpha > 2 * double{kMinWeight} ? static_cast<float>(alpha) : 0;
 }
 
 }  // namespace kiln

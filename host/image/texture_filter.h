@@ -17,7 +17,7 @@ namespace kiln {
 
 /// How a picture's values are interpreted.
 struct TextureReading {
-  NormalChannels normals = {};  ///< For pictures of normals
+  NormalChannels normals = {};  ///< Channels of x, y and z in pictures of normals
   /// Colours are weighted by alpha, if present, so that transparent texels do not contribute.
   bool by_alpha = false;
   /// Background texels; null: none. They contribute only where nothing else does.
@@ -30,11 +30,11 @@ struct TextureReading {
 /// their first use.
 ///
 /// Weights are an additional channel: texels hold value * weight and weight; both are averaged, then divided. The
-/// weight is alpha, times kLeastWeight for background texels, and at least kLeastWeight, so that the mean over texels
+/// weight is alpha, times kMinWeight for background texels, and at least kMinWeight, so that the mean over texels
 /// without weight is the unweighted one.
 class FilteredTexture {
  public:
-  using Wraps = std::array<TextureWrap, 2>;            ///< Along u and v
+  using Wraps = std::array<TextureWrap, 2>;            ///< Wrap modes along u and v
   using Sides = std::array<std::array<double, 2>, 2>;  ///< Two vectors, each u and v
 
   /// \throws Error(input) for a picture without pixels, or of normals with fewer than three channels
@@ -63,12 +63,12 @@ class FilteredTexture {
   ///
   /// The level is chosen such that the parallelogram's narrow side is 2 to 4 texels wide. It is divided into parts of
   /// at most a texel's length, each sampled bilinearly. So anisotropic footprints are integrated along their whole
-  /// length, up to kMostParts parts; longer ones use coarser levels.
+  /// length, up to kMaxParts parts; longer ones use coarser levels.
   /// \param value  channels() numbers; vectors are not normalized. With weights, alpha is their mean.
   void mean(double u, double v, const Sides& given, float* value, const Wraps& wraps = {}) const;
 
-  static constexpr std::uint32_t kMostParts = 4096;
-  static constexpr float kLeastWeight = 0x1p-20F;
+  static constexpr std::uint32_t kMaxParts = 4096;
+  static constexpr float kMinWeight = 0x1p-20F;
 
  private:
   struct Level {
@@ -84,7 +84,7 @@ class FilteredTexture {
   std::shared_ptr<const Image> image_;
   std::uint32_t channels_;
   std::uint32_t stored_ = 0;  ///< Channels of a stored texel
-  bool weighted_ = false;     ///< The last of them is a weight
+  bool weighted_ = false;     ///< The last stored channel is a weight
   std::uint64_t replaced_ = 0;
   mutable std::vector<Level> levels_;  ///< Sizes of all levels; pixels of those in use
   mutable std::atomic<std::size_t> made_{1};

@@ -14,7 +14,7 @@ constexpr std::int64_t kMaxBlocks = 3;
 double fraction_of(double value) { return value - std::floor(value); }
 
 struct TexelSpan {
-  std::int64_t begin, end;  // inclusive; below `begin`: empty
+  std::int64_t begin, end;  // inclusive range; below `begin`: empty
 };
 
 /// Texels of a row shown by a span of the infinitely repeated row; the span is shorter than the row.
@@ -42,7 +42,7 @@ std::array<TexelSpan, 2> shown_spans(double begin, double end, std::int64_t size
 }  // namespace
 
 BoundedChannel::BoundedChannel(const Image& image, std::uint32_t channel) {
-  if (channel == 3 && image.channels == 2) channel = 1;  // grey and alpha
+  if (channel == 3 && image.channels == 2) channel = 1;  // alpha of a picture with grey and alpha
   Level level{image.width, image.height, {}};
   level.ranges.resize(std::size_t{image.width} * image.height);
   for (std::size_t i = 0; i < level.ranges.size(); ++i) {

@@ -14,7 +14,7 @@ namespace kiln {
 /// count as 0, missing channels as 1.
 class BoundedChannel {
  public:
-  using Wraps = std::array<TextureWrap, 2>;  ///< Along u and v
+  using Wraps = std::array<TextureWrap, 2>;  ///< Wrap modes along u and v
 
   BoundedChannel(const Image& image, std::uint32_t channel);
 
@@ -24,7 +24,7 @@ class BoundedChannel {
 
   double texels_across() const { return levels_[0].width; }
   double texels_down() const { return levels_[0].height; }
-  /// Bilinear. \param u, v  finite
+  /// Bilinear lookup. \param u, v  finite
   double at(double u, double v, const Wraps& wraps = {}) const;
   /// Bounds of at() over a rectangle of UV; conservative.
   Range over(double u0, double v0, double u1, double v1, const Wraps& wraps = {}) const;
