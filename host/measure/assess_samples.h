@@ -13,8 +13,8 @@ namespace kiln {
 struct AssessedSamples {
   std::vector<std::size_t> element;     ///< Element of the match's grid
   std::vector<std::uint32_t> triangle;  ///< Triangle of the low poly
-  std::vector<Vec3> position;           ///< p, frame units
-  std::vector<Vec3> normal;             ///< Unit, of the low poly's triangle
+  std::vector<Vec3> position;           ///< The sample's point p, frame units
+  std::vector<Vec3> normal;             ///< Unit normal of the low poly's triangle
   std::vector<double> area;  ///< Area of the low poly that the sample represents, frame units
   std::vector<std::uint8_t> found;  ///< 0: a miss
   std::vector<Vec3d> match;         ///< F(p), the matched point, frame units; 0 for a miss

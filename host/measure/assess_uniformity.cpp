@@ -103,19 +103,19 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
     Percentages around;
-    const auto look = [&](int right, int below, bool counts) {
+    const auto add_pair = [&](int right, int below, bool counts) {
       const std::uint32_t other = grid.neighbour(i, right, below);
       if (other == SampleGrid::kNone || !(distance.low(i, other) > 0)) return;
       const double percent = distance.percent(i, other);
       around.add(percent);
       if (counts) pairs.add(percent);
     };
-    // Visits every pair once.
-    look(1, 0, true);
-    look(0, 1, true);
+    // Counts every pair once.
+    add_pair(1, 0, true);
+    add_pair(0, 1, true);
     if (!fields) continue;
-    look(-1, 0, false);
-    look(0, -1, false);
+    add_pair(-1, 0, false);
+    add_pair(0, -1, false);
     if (around.count() == 0) continue;
     result.fields.uniformity.pixels[samples.element[i]] = static_cast<float>(around.mean());
   }

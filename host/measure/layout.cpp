@@ -20,7 +20,7 @@ namespace {
 
 /// A triangle's map from texels to the surface.
 struct TexelMap {
-  double area = 0;    ///< Area of the surface
+  double area = 0;    ///< Area of the triangle on the surface
   double texels = 0;  ///< Signed area in texels; negative: mirrored
   Vec3d along_s, along_t;
 

@@ -68,7 +68,7 @@ class NormalProbe {
   /// Errors of a match with a map of infinite size.
   struct InfiniteMap {
     NormalError error;
-    double missed = 0;           ///< Share of the places
+    double missed = 0;           ///< Share of the places that the match misses
     std::vector<float> normals;  ///< Matched normals, in the mesh's space
   };
   /// Error of a match with a map of infinite size. For matches by UVs, layouts are not checked.

@@ -17,7 +17,7 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
     std::size_t place = 0;
     double cosine = 0;
     Vec3d toward, at;
-    double distance = 0;  // from the ray's origin to the place
+    double distance = 0;  // distance from the ray's origin to the place
   };
   std::vector<ViewedPlace> looks;
   for (const Vec3d& toward : toward_) {

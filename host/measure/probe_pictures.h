@@ -18,7 +18,7 @@ struct Picture {
   Vec3d right, up, toward;
   Vec3d middle;
   double half_side = 0;
-  std::uint32_t pixels = 0;     ///< A side
+  std::uint32_t pixels = 0;     ///< Pixels a side of the picture
   std::uint32_t subpixels = 1;  ///< Points a side of each pixel
   double footprint = 0;         ///< Side of the square that a pixel's points cover
 
