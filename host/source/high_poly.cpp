@@ -218,7 +218,8 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
   made.layout = hash_bytes(low.uvs, low.uv_triangles, tangents, std::array{copies});
   {
     const auto lock = lock_polling(mutex_);
-    if (last_low_.shape != made.shape) last_low_ = {};  // freed before the next one is made
+    // frees the cached surface before the next one is made
+    if (last_low_.shape != made.shape) last_low_ = {};
     if (last_low_.layout == made.layout) return last_low_.surface;
     made.surface = std::exchange(last_low_, {}).surface;
   }
@@ -256,7 +257,7 @@ Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
   }
-  if (bounds) validate(high);  // otherwise with bounds of its own
+  if (bounds) validate(high);  // otherwise validated when its own bounds are computed
   if (traversal < RayTraversal::automatic || traversal > RayTraversal::gpu) {
     throw Error(ErrorCode::usage, "traversal is no RayTraversal: use one of its names.",
                 "option-enum");

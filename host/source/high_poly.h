@@ -40,12 +40,12 @@ struct KILN_HIDDEN Source::Impl {
   Device device;
   Frame frame;
   Traversal traversal;
-  std::vector<Vec3> positions;  ///< In the frame
+  std::vector<Vec3> positions;  ///< Positions in the frame
   std::vector<Triangle> triangles;
   std::vector<Vec2> uvs;  ///< UVs of corners; may be empty
   std::vector<Triangle> uv_triangles;
   std::uint32_t uv_set = 0;      ///< The file's number of `uvs`
-  std::vector<UvSet> other_uvs;  ///< Indexed by the same uv_triangles
+  std::vector<UvSet> other_uvs;  ///< Other UV sets, indexed by the same uv_triangles
   SourceAttributes attributes;
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Colours of vertices; may be empty
   /// Names of triangles as in Mesh: an index for each, or none, and the names.
