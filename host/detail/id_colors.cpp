@@ -12,8 +12,8 @@ namespace {
 
 using Bytes = std::array<std::uint8_t, 3>;
 
-// Least distances between two colours, of 255 a channel. After kTriesPerDistance colours that are too near, the next smaller
-// distance applies.
+// Least distances between two colours, of 255 a channel. After kTriesPerDistance colours that are too near, the next
+// smaller distance applies.
 constexpr std::array<int, 4> kMinDistances = {80, 40, 20, 1};
 constexpr int kTriesPerDistance = 48;
 // Above this number of names, colours are merely distinct.
