@@ -176,7 +176,8 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
   const VertexFans fans(surface);
   const ChartProxy proxy = chart_proxy(surface, fans, kProxyTriangles);
   // A mesh of many small components is hardly reduced by the proxy.
-  if (proxy.surface.triangles.size() > kMaxDirectTriangles) return choose(surface, options, {}, threads);
+  if (proxy.surface.triangles.size() > kMaxDirectTriangles)
+    return choose(surface, options, {}, threads);
   const ChosenCharts chosen = choose(proxy.surface, options, kProxyLimits, threads);
   std::size_t anew = 0;
   ChartCandidate made{

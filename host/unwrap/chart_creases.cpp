@@ -11,13 +11,13 @@
 namespace kiln {
 namespace {
 
-/// Bounds for single creases. They turn by at least 60 degrees (cosine kMaxCreaseCosine) and are longer than kCreaseLength
-/// mean sides: square roots of the mean triangle area. A triangle is flat if a neighbour turns by less than half a
-/// degree (kMinFlatCosine).
+/// Bounds for single creases. They turn by at least 60 degrees (cosine kMaxCreaseCosine) and are longer than
+/// kCreaseLength mean sides: square roots of the mean triangle area. A triangle is flat if a neighbour turns by less
+/// than half a degree (kMinFlatCosine).
 constexpr double kMaxCreaseCosine = 0.5, kCreaseLength = 3, kMinFlatCosine = 0.99996;
-/// Bounds for chains of creases, in the same units. Their edges turn by at least 75 degrees (kMaxChainCosine), while the
-/// triangles beside them otherwise turn by less than 25 (kMinSmoothCosine). A chain is longer than kChainLength, or than
-/// kFlatChainLength between flat triangles, so that a box of twelve triangles stays one net.
+/// Bounds for chains of creases, in the same units. Their edges turn by at least 75 degrees (kMaxChainCosine), while
+/// the triangles beside them otherwise turn by less than 25 (kMinSmoothCosine). A chain is longer than kChainLength, or
+/// than kFlatChainLength between flat triangles, so that a box of twelve triangles stays one net.
 constexpr double kMaxChainCosine = 0.26, kMinSmoothCosine = 0.906, kChainLength = 8,
                  kFlatChainLength = 18;
 

@@ -22,8 +22,8 @@ inline constexpr double kMaxDensityRatio = 4;
 
 /// Optimal scales of pieces on the map, relative to a uniform density. They minimize the sum of errors for a constant
 /// number of texels. Each piece's error is fitted by a power law e * s^-p in its scale s; by Lagrange, s is
-/// proportional to (p e)^(1 / (2 + p)). The largest scale is at most kMaxDensityRatio times the smallest. The sum of area *
-/// s^2 equals the sum of areas.
+/// proportional to (p e)^(1 / (2 + p)). The largest scale is at most kMaxDensityRatio times the smallest. The sum of
+/// area * s^2 equals the sum of areas.
 std::vector<double> texel_scales(std::span<const TexelNeed> needs);
 
 /// The price of a cut, in units of the surface at uniform density.
