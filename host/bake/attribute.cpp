@@ -1,4 +1,4 @@
-// The caller's own values, resolved from samples to texels.
+// Averages the caller's own values from samples to texels.
 #include "kiln/attribute.h"
 
 #include <algorithm>
@@ -45,7 +45,7 @@ void check(const Source::Impl& high, const Match& match, std::size_t values,
   }
 }
 
-/// Sums a texel's samples up.
+/// Averages a texel's samples.
 class Resolver {
  public:
   Resolver(const Source::Impl& high, const Match& match, std::span<const float> values,
@@ -56,7 +56,7 @@ class Resolver {
         channels_(channels),
         unit_(unit_vectors && channels == 3) {}
 
-  /// \param to  out: the mean, where a sample found a point
+  /// \param to  out: the mean, if any sample found a point
   TexelState texel(std::size_t x, std::size_t y, float* to) const {
     Value sum{};
     std::uint32_t found = 0;

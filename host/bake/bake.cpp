@@ -16,7 +16,7 @@ void check_saved(const BakeOptions& options, const Source::Impl& high, const Mes
   check_meshes(*options.match.saved, hash_source(high.positions, high.triangles), hash_low(low));
 }
 
-/// Adds a further cluster's maps and seconds to the first one's.
+/// Appends another cluster's maps to the first one's, and adds its seconds.
 void join(BakeResult& result, BakeResult baked) {
   for (BakedMap& map : baked.maps) {
     if (map.info.type != MapType::coverage) result.maps.push_back(std::move(map));

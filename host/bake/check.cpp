@@ -1,4 +1,4 @@
-// Checks of options that need no meshes.
+// Checks of options that do not depend on the meshes.
 #include <algorithm>
 #include <cmath>
 
@@ -12,8 +12,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kMostViews = 512;
-constexpr std::uint32_t kMostPlaces = 1U << 20;
+constexpr std::uint32_t kMaxViews = 512;
+constexpr std::uint32_t kMaxPlaces = 1U << 20;
 
 constexpr const char* kRange = "option-range";
 constexpr const char* kContradiction = "option-contradiction";
@@ -24,7 +24,7 @@ constexpr const char* kContradiction = "option-contradiction";
 
 std::string quoted(std::string_view name) { return std::string("'").append(name).append("'"); }
 
-/// A number that a caller cast to an enumeration, or memory that was never set.
+/// Rejects values outside of an enumeration, which come from casts or uninitialized memory.
 template <typename Enum>
 void check_enum(const char* name, Enum value, Enum last) {
   const auto number = static_cast<long long>(value);
@@ -48,7 +48,7 @@ void check_enums(const BakeOptions& options) {
   check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
 
-/// Runs a check of another folder, whose errors become those of options.
+/// Runs a check of another room and rethrows its errors as errors of options.
 template <typename Check>
 void in_range(const Check& check) {
   try {
@@ -58,7 +58,7 @@ void in_range(const Check& check) {
   }
 }
 
-/// The same of names.
+/// The same for errors about unknown names.
 template <typename Find>
 void named(const Find& find) {
   try {
@@ -76,8 +76,8 @@ void check_length(const char* name, const Length& length, bool may_be_zero) {
 }
 
 void check_views(const ViewOptions& views) {
-  if (views.count.value_or(1) > kMostViews || views.directions.size() > kMostViews) {
-    usage("More than " + std::to_string(kMostViews) + " views were asked for: use fewer.");
+  if (views.count.value_or(1) > kMaxViews || views.directions.size() > kMaxViews) {
+    usage("More than " + std::to_string(kMaxViews) + " views were asked for: use fewer.");
   }
   if (views.count && *views.count == 0 && views.directions.empty()) {
     usage("No view was asked for: use at least one.");
@@ -89,10 +89,10 @@ void check_views(const ViewOptions& views) {
 }
 
 void check_fallback(const BakeOptions& options) {
-  constexpr std::uint32_t kLongest = 256;
-  if (options.match.fallback_blend > kLongest) {
+  constexpr std::uint32_t kMaxBlend = 256;
+  if (options.match.fallback_blend > kMaxBlend) {
     usage("The fallback's blending is " + std::to_string(options.match.fallback_blend) +
-          " texels: it must be 0 to " + std::to_string(kLongest) + ".");
+          " texels: it must be 0 to " + std::to_string(kMaxBlend) + ".");
   }
   if (options.match.fallback.empty()) {
     if (options.match.fallback_blend == 0) return;
@@ -121,9 +121,9 @@ void check_fallback(const BakeOptions& options) {
 }
 
 void check_size(const BakeOptions& options) {
-  constexpr std::uint32_t kLargest = 16384;
-  if (options.width < 1 || options.width > kLargest || options.height < 1 ||
-      options.height > kLargest) {
+  constexpr std::uint32_t kMaxSize = 16384;
+  if (options.width < 1 || options.width > kMaxSize || options.height < 1 ||
+      options.height > kMaxSize) {
     usage("The map's size is " + std::to_string(options.width) + "x" +
           std::to_string(options.height) + ": each side must be 1 to 16384 texels.");
   }
@@ -165,7 +165,7 @@ void check_map(MapKind map, const BakeOptions& options) {
         kContradiction);
 }
 
-/// Refuses what a depth view cannot tell: it shows the first face alone, from outside.
+/// Rejects options that depth views cannot serve: a view contains only the nearest front faces.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
   const char* what = occlusion.distance                            ? "a distance"
@@ -179,7 +179,7 @@ void check_occlusion_views(const OcclusionOptions& occlusion) {
         kContradiction);
 }
 
-/// Checks options that single maps obey.
+/// Checks options of single maps.
 void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
     usage("`occlusion.rays` is " + std::to_string(options.occlusion.rays) +
@@ -230,7 +230,7 @@ void check_map_options(const BakeOptions& options) {
     check_length("`curvature_radius`", *options.curvature_radius, false);
 }
 
-/// A setting that a variant's map does not obey would change nothing.
+/// Rejects a variant's setting that its map ignores.
 void check_variant(const MapVariant& map, const BakeOptions& options) {
   const MapInfo& info = map_row(map.kind).info;
   const auto check = [&](bool given, const char* setting) {
@@ -334,9 +334,9 @@ void validate(const BakeOptions& options) {
   }
   check_two_component(options);
   check_ranges(options);
-  if (options.report.recall > kMostPlaces) {
+  if (options.report.recall > kMaxPlaces) {
     usage("recall is " + std::to_string(options.report.recall) + " places: it must be 0 to " +
-          std::to_string(kMostPlaces) + ".");
+          std::to_string(kMaxPlaces) + ".");
   }
   for (const MapKind map : kinds_of(options)) check_map(map, options);
   for (const MapVariant& map : options.variants) check_variant(map, options);

@@ -15,12 +15,13 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kPlacesOfCopies = 4096;
-constexpr double kWarnOfCopies = 0.05;    // share of the copies' area
-constexpr double kAway = 0.02;            // of the diagonal, where no map holds lengths
-constexpr double kAwayOfLengths = 0.001;  // ... where one does
-constexpr double kSameNormal = 0.9962;    // cosine of 5 degrees
-constexpr double kSameColor = 32;         // of 255
-constexpr std::uint32_t kRoundedTo = 64;  // kernels read that far beyond the last sample
+constexpr double kMinShareToWarn = 0.05;  // share of the copies' area that differs
+// greatest distance of equal points, as a share of the diagonal; if no map holds lengths
+constexpr double kMaxPointDistance = 0.02;
+constexpr double kMaxLengthDistance = 0.001;   // the same bound if a map holds lengths
+constexpr double kMinNormalCosine = 0.9962;    // cosine between equal normals: 5 degrees
+constexpr double kMaxColorDifference = 32;     // greatest difference between equal colours, of 255
+constexpr std::uint32_t kSampleMultiple = 64;  // kernels read up to this multiple of samples
 
 bool holds_lengths(const BakeOptions& options) {
   const std::vector<MapKind> kinds = kinds_of(options);
@@ -28,7 +29,7 @@ bool holds_lengths(const BakeOptions& options) {
                      [](MapKind map) { return map_row(map).unit == "world units"; });
 }
 
-/// The bake's own matcher; plain rays stand in for one that reads the places of its samples in the map.
+/// The bake's matcher. Matchers that read their samples' places in the map are replaced by plain rays.
 std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOptions& options) {
   if (!any_in_chain(options,
                     [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
@@ -42,10 +43,10 @@ std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOpti
   return rays->make(request, notes);
 }
 
-/// The sides of a triangle's UVs on the surface, and its unit normal.
+/// Derivatives of a triangle's surface by u and v, and its unit normal.
 struct UvFrame {
   Vec3d u, v, normal;
-  double size = 0;  // of the area that a unit of UVs has
+  double size = 0;  // surface area for a unit of UV area
 
   explicit UvFrame(const std::array<LowSurface::Corner, 3>& corners) {
     const auto& [a, b, c] = corners;
@@ -61,8 +62,8 @@ struct UvFrame {
     size = length(cross(u, v));
   }
 
-  /// A vector of this triangle as one of another.
-  Vec3d carry(const Vec3d& way, const UvFrame& to) const {
+  /// Transfers a vector from this triangle to another: keeps its components in u, v and normal.
+  Vec3d transfer(const Vec3d& way, const UvFrame& to) const {
     const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
     const double determinant = uu * vv - uv * uv;
     const double along_u = dot(way, u), along_v = dot(way, v);
@@ -89,8 +90,8 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
       matcher_(own_ != nullptr ? *own_ : matcher),
       prepare_(std::move(prepare)),
       two_sided_(options.match.two_sided),
-      most_away_((holds_lengths(options) ? kAwayOfLengths : kAway) * source_.frame.diagonal *
-                 source_.frame.scale),
+      max_distance_((holds_lengths(options) ? kMaxLengthDistance : kMaxPointDistance) *
+                    source_.frame.diagonal * source_.frame.scale),
       uv_places_(surface_.triangles.size()),
       baked_(uv_places_) {
   for (const std::uint32_t t : surface_.usable_triangles()) {
@@ -102,7 +103,7 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
   normal_indices_ = source_.attributes.normal_indices.download(context);
 }
 
-/// Place with the same UV on the triangle that is baked for a copy.
+/// The place of the same UV on the triangle that is baked for a copy.
 std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
   UvPosition at = uv_of(surface_, place);
   for (std::size_t axis = 0; axis < 2; ++axis) at[axis] -= uv_places_[place.triangle].offset[axis];
@@ -125,7 +126,7 @@ std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
 std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
   cl::Context& context = context_of(source_.device);
   TexelBand band = band_of_places(
-      context, surface_, places.size(), [&](std::size_t i) { return places[i]; }, kRoundedTo);
+      context, surface_, places.size(), [&](std::size_t i) { return places[i]; }, kSampleMultiple);
   prepare_(band);
   DeviceCorrespondence found(context, band.capacity);
   found.count = band.sample_count;
@@ -161,28 +162,28 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
 bool CopyCheck::are_same(const Place& place, const Point& point, const Place& baked,
                          const Point& other) const {
   const UvFrame from(surface_.triangles[place.triangle]), to(surface_.triangles[baked.triangle]);
-  const Vec3d away = from.carry(point.offset, to) - other.offset;
-  if (!(dot(away, away) <= most_away_ * most_away_)) return false;
+  const Vec3d away = from.transfer(point.offset, to) - other.offset;
+  if (!(dot(away, away) <= max_distance_ * max_distance_)) return false;
   if (!source_.materials.of.empty() &&
       source_.materials.of[point.triangle] != source_.materials.of[other.triangle]) {
     return false;
   }
   for (std::size_t c = 0; c < 4; ++c) {
-    if (std::abs(point.color[c] - other.color[c]) > kSameColor) return false;
+    if (std::abs(point.color[c] - other.color[c]) > kMaxColorDifference) return false;
   }
-  // As maps show them: back faces of two-sided meshes are turned to the low poly.
+  // Normals as maps show them: on two-sided meshes, back faces are flipped towards the low poly.
   const auto shown = [&](const Vec3d& normal, const UvFrame& low) {
     return two_sided_ && dot(normal, low.normal) < 0 ? normal * -1.0 : normal;
   };
-  Vec3d carried = from.carry(shown(point.normal, from), to);
+  Vec3d carried = from.transfer(shown(point.normal, from), to);
   const double size = length(carried);
   if (!(size > 0)) return true;
-  return dot(carried * (1 / size), shown(other.normal, to)) >= kSameNormal;
+  return dot(carried * (1 / size), shown(other.normal, to)) >= kMinNormalCosine;
 }
 
 std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
   std::vector<Finding> result(places.size());
-  std::vector<Place> both;  // of the copy, and of the other one
+  std::vector<Place> both;  // pairs: on the copy, on the baked triangle
   std::vector<std::size_t> of;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const std::optional<Place> baked = baked_at(places[i]);
@@ -205,9 +206,9 @@ std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
   return result;
 }
 
-double CopyCheck::tell(const Mesh& low, std::vector<Warning>& warnings) {
+double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) {
   std::vector<std::uint32_t> copies;
-  std::vector<double> until;  // area
+  std::vector<double> until;  // cumulative area up to each copy
   double area = 0;
   for (std::uint32_t t = 0; t < surface_.copy_of.size(); ++t) {
     if (!surface_.is_copy(t)) continue;
@@ -246,7 +247,7 @@ double CopyCheck::tell(const Mesh& low, std::vector<Warning>& warnings) {
     if (pair.count++ == 0) pair = {1, places[i].triangle, findings[i].baked};
   }
   const double share = static_cast<double>(others) / static_cast<double>(findings.size());
-  if (share <= kWarnOfCopies) return share;
+  if (share <= kMinShareToWarn) return share;
   const auto most = std::max_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
     return a.second.count < b.second.count;
   });

@@ -1,4 +1,4 @@
-// True if triangles that share texels stand for the same surface of the high poly.
+// Checks whether triangles that share texels represent the same surface of the high poly.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace kiln {
 
-/// Compares what a copy (LowSurface::copy_of) finds with what the triangle finds that is baked for it.
+/// Compares the match of a copy (LowSurface::copy_of) with the match of the baked triangle.
 class CopyCheck {
  public:
   static constexpr const char* kWarning = "uv-copies-differ";
@@ -24,39 +24,39 @@ class CopyCheck {
   using Place = LowPlace;
 
   enum class Verdict : std::uint8_t {
-    missed,  ///< The match finds nothing for the copy
-    same,    ///< ... finds what the map holds there
-    other,   ///< ... finds something else, which is lost
+    missed,  ///< The match finds no point for the copy
+    same,    ///< It finds the same as for the baked triangle
+    other,   ///< It finds another surface, which the map loses
   };
 
   struct Finding {
     Verdict verdict = Verdict::missed;
-    std::uint32_t baked = 0;  ///< The triangle that is baked there
-    Vec3d found;              ///< By the copy, frame units; not where missed
+    std::uint32_t baked = 0;  ///< Triangle that is baked in the copy's place
+    Vec3d found;              ///< The copy's point, frame units; undefined if missed
   };
 
-  /// All of it outlives the check.
-  /// \param matcher  of the bake
-  /// \param prepare  gives samples their directions, as the bake does
+  /// All arguments must outlive the check.
+  /// \param matcher  the bake's
+  /// \param prepare  sets the directions of samples, as the bake does
   CopyCheck(const MatchRequest& request, const BakeOptions& options, Matcher& matcher,
             std::function<void(TexelBand&)> prepare);
 
-  /// Both triangles' points with the same UV are matched. What they find, moved by the similarity that takes the
-  /// copy to the other triangle, is the same within 2% of the diagonal (0.1% where a map holds lengths), 5 degrees
-  /// between normals and 32 of 255 between vertex colours, and only of one material.
-  /// \param places  of copies
+  /// Matches points of equal UVs on the copy and on the baked triangle. The copy's point is moved by the similarity
+  /// between the triangles. Both are the same if they differ by at most 2% of the diagonal (0.1% if a map holds
+  /// lengths), 5 degrees between normals and 32 of 255 between vertex colours, and have the same material.
+  /// \param places  on copies
   std::vector<Finding> find(std::span<const Place> places);
 
-  /// Looks at places all over the copies. \returns the share of their area that finds something else; where that is
-  /// over a twentieth, a warning names the parts of most of it
-  double tell(const Mesh& low, std::vector<Warning>& warnings);
+  /// Checks places all over the copies. \returns the share of their area that differs; above a twentieth, a warning
+  /// names the parts with most of it
+  double check_copies(const Mesh& low, std::vector<Warning>& warnings);
 
  private:
-  /// The point that the match finds for a place.
+  /// The matched point of a place.
   struct Point {
     bool found = false;
-    std::uint32_t triangle = 0;  ///< Triangle of the high poly
-    Vec3d at, offset, normal;    ///< Frame units; from the place; unit
+    std::uint32_t triangle = 0;  ///< Matched triangle of the high poly
+    Vec3d at, offset, normal;    ///< Position; offset from the place; unit normal. Frame units
     std::array<double, 4> color{};
   };
 
@@ -67,14 +67,14 @@ class CopyCheck {
 
   const Source::Impl& source_;
   const LowSurface& surface_;
-  std::unique_ptr<Matcher> own_;  // where the bake's reads more of a band than points
+  std::unique_ptr<Matcher> own_;  // replaces a bake's matcher that reads more of a band than points
   Matcher& matcher_;
   std::function<void(TexelBand&)> prepare_;
   bool two_sided_;
-  double most_away_;
-  std::vector<UvPlace> uv_places_;  // of triangles
+  double max_distance_;
+  std::vector<UvPlace> uv_places_;  // UV mapping of triangles
   UvSquares baked_;
-  std::vector<float> normals_;  // of the high poly
+  std::vector<float> normals_;  // normals of the high poly
   std::vector<std::uint32_t> normal_indices_;
 };
 

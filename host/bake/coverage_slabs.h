@@ -1,4 +1,4 @@
-// Points in slabs of y, by x in each: what a small box looks at is few of them.
+// Points sorted into slabs of y and by x within each slab, so that a query of a small box visits few points.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,10 @@
 
 namespace kiln {
 
-/// Some of many points, as a triangle's box finds them.
+/// Range queries over a subset of points.
 class CoverageSlabs {
  public:
-  /// \param points  of all; \param some  which of them
+  /// \param points  all points; \param some  indices of the subset
   CoverageSlabs(std::span<const Vec3> points, std::vector<std::uint32_t> some)
       : points_(points), order_(std::move(some)) {
     if (order_.empty()) return;
@@ -33,7 +33,7 @@ class CoverageSlabs {
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
   }
 
-  /// Calls use(point) for those whose x and y lie within a box, and for some beside, until it says false.
+  /// Calls use(point) for all points whose x and y lie within a box, and for some others, until it returns false.
   template <typename Use>
   void around(const Vec3d& low, const Vec3d& top, const Use& use) const {
     if (order_.empty()) return;
@@ -53,7 +53,7 @@ class CoverageSlabs {
 
   std::size_t slab(double y) const {
     const double at = (y - least_) / size_ * kSlabs;
-    return at > 0 ? static_cast<std::size_t>(std::min(at, kSlabs - 1.0)) : 0;  // NaN: 0
+    return at > 0 ? static_cast<std::size_t>(std::min(at, kSlabs - 1.0)) : 0;  // NaN becomes 0
   }
 
   std::span<const Vec3> points_;

@@ -17,14 +17,15 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kTexels = 2000, kRays = 4096, kFiner = 4, kMostSamples = 16;
-constexpr std::uint32_t kLanes = 64;  // kernels read this far beyond the last sample
+constexpr std::uint32_t kComparedTexels = 2000, kReferenceRays = 4096, kFinerSamples = 4,
+                        kMaxSamples = 16;
+constexpr std::uint32_t kSampleGranularity = 64;  // kernels read up to this multiple of samples
 
 bool is_compared(const MapInfo& map) {
   return map.type != MapType::id && map.type != MapType::coverage;
 }
 
-/// Some texels of a band, with all of their samples.
+/// Copies some texels of a band, with all of their samples.
 TexelBand part_of(cl::Context& context, const TexelBand& band,
                   std::span<const std::uint32_t> places, std::span<const std::uint32_t> firsts,
                   const SamplePick& picker) {
@@ -45,10 +46,10 @@ TexelBand part_of(cl::Context& context, const TexelBand& band,
   return part;
 }
 
-/// One finer evaluation.
-class Finer {
+/// One finer evaluation of a bake's maps.
+class FinerEvaluation {
  public:
-  Finer(const BakedScene& scene, const BakeOptions& options)
+  FinerEvaluation(const BakedScene& scene, const BakeOptions& options)
       : scene_(scene),
         options_(options),
         context_(context_of(scene.high.device)),
@@ -61,7 +62,8 @@ class Finer {
         matcher_(own_ != nullptr ? *own_ : scene.matcher) {}
 
   void run(const BakeProgress& progress, std::uint64_t baked) {
-    const std::uint64_t step = std::max<std::uint64_t>(1, (baked + kTexels - 1) / kTexels);
+    const std::uint64_t step =
+        std::max<std::uint64_t>(1, (baked + kComparedTexels - 1) / kComparedTexels);
     errors_.resize(layers_.all().size());
     for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
       progress.at(static_cast<double>(b) / sampler_.band_count(), "measuring errors");
@@ -96,7 +98,7 @@ class Finer {
   }
 
  private:
-  /// The band's texels that are compared.
+  /// Chooses the texels of a band that are compared.
   std::vector<std::uint32_t> choose(std::span<const std::uint32_t> index, std::uint64_t step) {
     std::vector<std::uint32_t> chosen;
     const std::size_t offset = std::size_t{band_.first_row} * options_.width;
@@ -121,12 +123,12 @@ class Finer {
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) samples.push_back(s);
       firsts.push_back(static_cast<std::uint32_t>(samples.size()));
     }
-    const SamplePick picker(context_, samples, kLanes);
+    const SamplePick picker(context_, samples, kSampleGranularity);
     make(part_of(context_, band_, places, firsts, picker));
     for (std::size_t l = 0; l < errors_.size(); ++l) compare(l, places);
   }
 
-  /// Makes texels of a band in all maps. They are whole, so they are all that a match reads of the band.
+  /// Evaluates texels of a band in all maps. Texels are complete, so a match needs no others of the band.
   void make(const TexelBand& texels) {
     DeviceCorrespondence match(context_, texels.capacity, layers_.need_visibility());
     match.count = texels.sample_count;
@@ -175,16 +177,17 @@ class Finer {
   cl::Context& context_;
   Layers layers_;
   TexelSampler sampler_;
-  std::unique_ptr<Matcher> own_;  // where the bake's serves its own number of samples alone
+  // replaces a bake's matcher that works for its own number of samples only
+  std::unique_ptr<Matcher> own_;
   Matcher& matcher_;
   TexelBand band_;
-  std::vector<std::vector<float>> values_;  // of maps, of a band's texels
+  std::vector<std::vector<float>> values_;  // per map, values of the band's texels
   std::vector<std::uint8_t> coverage_;
-  std::uint64_t passed_ = 0;                 // since the last multiple of the step
-  std::vector<std::vector<double>> errors_;  // of maps
+  std::uint64_t passed_ = 0;                 // texels since the last multiple of the step
+  std::vector<std::vector<double>> errors_;  // errors of each map
 };
 
-/// The maps of a bake that a finer evaluation is for.
+/// The bake's options, reduced to the maps that a finer evaluation compares.
 template <typename Wanted>
 BakeOptions finer_options(const BakedScene& scene, const Wanted& wanted) {
   BakeOptions options = scene.options;
@@ -228,8 +231,8 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   if (!same.maps.empty() || !same.variants.empty()) {
     same.transfers.clear();
     same.own_maps.clear();
-    change_occlusion(same, [](OcclusionOptions& occlusion) { occlusion.rays = kRays; });
-    Finer finer(scene, same);
+    change_occlusion(same, [](OcclusionOptions& occlusion) { occlusion.rays = kReferenceRays; });
+    FinerEvaluation finer(scene, same);
     finer.run(progress.part(0, 0.5), baked);
     finer.add_to("4096 rays from the same points", report);
     warn_not_reached(scene.options, report);
@@ -237,13 +240,13 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   if (!all || scene.options.match.saved != nullptr) return;
   BakeOptions spread = finer_options(scene, is_compared);
   if (map_count(spread) == 0) return;
-  spread.samples = std::min(kMostSamples, kFiner * scene.options.samples);
+  spread.samples = std::min(kMaxSamples, kFinerSamples * scene.options.samples);
   change_occlusion(spread, [&](OcclusionOptions& occlusion) {
-    occlusion.rays = std::max(16U, kRays / (spread.samples * spread.samples));
+    occlusion.rays = std::max(16U, kReferenceRays / (spread.samples * spread.samples));
   });
-  Finer finer(scene, spread);
+  FinerEvaluation finer(scene, spread);
   finer.run(progress.part(0.5, 1), baked);
-  finer.add_to(spread.samples == kFiner * scene.options.samples
+  finer.add_to(spread.samples == kFinerSamples * scene.options.samples
                    ? "16 times as many points, matched by themselves"
                    : "256 points a texel, matched by themselves",
                report);

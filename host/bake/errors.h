@@ -1,4 +1,4 @@
-// The maps of a bake against finer evaluations of the same surface.
+// Measures the errors of a bake's maps against finer evaluations of the same surface.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-/// A bake whose errors are measured: meshes, options, matcher and maps.
+/// A bake whose errors are measured, with its matcher and maps.
 struct BakedScene {
   const Source::Impl& high;
   const LowSurface& surface;
@@ -23,19 +23,18 @@ struct BakedScene {
   const SheetReach& sheets;
   const CageReach& cage;
   Matcher& matcher;
-  /// Makes the bake's matcher for options that differ from the bake's in samples alone.
+  /// Makes the bake's matcher for options with another number of samples.
   std::function<std::unique_ptr<Matcher>(const BakeOptions& options)> make_matcher;
-  FallbackBlend* blend;  ///< As planned; null: the match and its fallback are not blended
-  const Layers& layers;  ///< As they are before padding
+  FallbackBlend* blend;  ///< Planned; null: the match and its fallback are not blended
+  const Layers& layers;  ///< Maps before padding
 };
 
-/// Fills BakeReport::errors. Up to 2,000 texels, spread evenly over the baked texels, are made anew
-/// in two ways: maps of rays at the same points with 4096 rays; maps that are averages from 4 x 4
-/// times as many points a texel (16 x 16 at most). There each point is matched by itself, and a texel
-/// has as many rays. The second takes the texel's own area into account, and whatever the match does
-/// between points. A saved match has no further points, so it is compared in the first way alone.
-/// Each evaluation prepares its samples, matches and blends them as the bake does, by a matcher made for their number
-/// where the match reads places within texels (Matcher::reads_sample_places()).
+/// Fills BakeReport::errors. Up to 2,000 texels, spread evenly over the baked texels, are evaluated again in one of two
+/// ways. Maps of rays are cast from the same points with 4096 rays. Maps of averages are sampled with 4 x 4 times as
+/// many points a texel (16 x 16 at most), each of which is matched; this includes the error of sampling the texel's
+/// area, and whatever the match does between points. A saved match has no further points, so its maps of averages are
+/// not compared. Each evaluation prepares, matches and blends its samples as the bake does. If the match reads places
+/// within texels (Matcher::reads_sample_places()), a matcher is made for the finer samples.
 void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeReport& report);
 
 }  // namespace kiln

@@ -1,7 +1,7 @@
-// No step in the map where a match gives way to its fallback.
+// Blends a match into its fallback, so that the map has no step where one ends.
 //
-// A fallback decides what the method leaves undecided, so it is the method's own samples that can take both:
-// next to the border they are the fallback's, and from there they become the method's, by smoothstep.
+// A fallback decides samples that the method leaves undecided. So only samples of the method have both values: at the
+// border they take the fallback's, and with distance they change to the method's, by smoothstep.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@
 
 namespace kiln {
 
-/// Collects who decided the texels, band by band; then bakes those near the border again, with both.
+/// Collects the deciding method of each texel, band by band, then bakes texels near the border again with both methods.
 ///
-/// A texel is the fallback's where any of its samples is. Distances are in texels, over steps to the eight
-/// neighbours on the surface (so seams are no border), on texels that the method decided: up to 8% more
-/// than they are straight on.
+/// A texel belongs to the fallback if any of its samples does. Distances are lengths of paths over texels that the
+/// method decided, with steps to the eight neighbours on the surface, also across seams. They exceed straight distances
+/// by up to 8%.
 class FallbackBlend {
  public:
   /// \param reach  texels, above 0
@@ -30,33 +30,33 @@ class FallbackBlend {
 
   void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
 
-  /// After all bands: the distance of every texel from the border.
+  /// Computes the distance of every texel from the border, after all bands.
   void plan(const LowSurface& surface);
 
-  /// Weight of the method's normal in a texel: 0 at the border, 1 from the reach on, and everywhere on
-  /// texels that are not the method's.
+  /// Weight of the method's normal in a texel: 0 at the border, 1 from the reach on, and 1 in texels that the method
+  /// did not decide.
   float share(std::size_t texel) const;
 
-  /// True if a band has texels that take both.
+  /// True if a band has texels to be blended.
   bool touches(const TexelBand& band) const;
 
-  /// Makes a band's texels again, blended: told what the fallback found, and how much of the match each
-  /// sample keeps.
+  /// Makes a band's texels again, blended, from the fallback's correspondence and the match's weight in each sample.
   using Make =
       std::function<void(const DeviceCorrespondence& other, const cl::Array<float>& shares)>;
 
-  /// Bakes a band again, blended. Texels of which the fallback finds nothing come out as before.
-  /// \param matcher  has run the band last
-  /// \param make     called once, or not at all where nothing is blended
-  /// \returns how many texels took some of the fallback's
+  /// Bakes a band again, blended. Texels for which the fallback finds no point stay unchanged.
+  /// \param matcher  has run on this band last
+  /// \param make     called once, or not at all if no texel is blended
+  /// \returns number of texels with a share of the fallback
   std::uint64_t run(cl::Context& context, const TexelBand& band, Matcher& matcher,
                     const Make& make);
 
  private:
   std::uint32_t width_, height_, reach_;
-  std::vector<std::uint32_t> triangle_;  // of the low poly, of each texel; gone after plan()
-  std::vector<std::uint8_t> decider_;    // of each texel
-  std::vector<std::uint32_t> cost_;      // from the border, in kStraight a texel
+  std::vector<std::uint32_t> triangle_;  // of the low poly, per texel; freed by plan()
+  std::vector<std::uint8_t> decider_;    // deciding method of each texel
+  // distance of each texel from the border, in 1 / kStraight texels
+  std::vector<std::uint32_t> cost_;
   DeviceCorrespondence found_, other_;
 };
 

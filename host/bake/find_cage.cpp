@@ -1,4 +1,4 @@
-// A cage by what lies above and below the low poly.
+// Finds a cage from the surface above and below the low poly.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -17,11 +17,11 @@ namespace kiln {
 namespace {
 
 // Shares of the high poly's diagonal.
-constexpr double kDistance = 0.04;  // how far to look where nobody says
-constexpr double kMargin =
-    0.0025;  // that shells lie off the mesh and its faces, where there is room
+constexpr double kDefaultSearchDistance = 0.04;  // default search distance
+constexpr double kShellMargin =
+    0.0025;  // distance of shells from the mesh and its faces, if space permits
 
-/// Direction of rays at each vertex; zero where its normals have no direction in common.
+/// Direction of rays at each vertex; zero if its faces' normals cancel out.
 std::vector<Vec3> directions_of(const Mesh& low, const std::vector<Vec3>& positions) {
   return continuous_directions(positions, low.triangles, corner_normals(low, positions));
 }
@@ -30,7 +30,7 @@ Vec3 moved(const Vec3& p, const Vec3& direction, double by) {
   return to_float(Vec3d(p) + Vec3d(direction) * by);
 }
 
-/// Both shells, by how far they lie off each vertex in the frame.
+/// A mesh of both shells, from each vertex's offsets in the frame.
 Mesh mesh_of(const Mesh& low, const std::vector<Vec3>& directions, const CageShells& shells,
              const std::vector<std::uint32_t>& vertex, double unit) {
   Mesh mesh;
@@ -57,7 +57,7 @@ Mesh mesh_of(const Mesh& low, const std::vector<Vec3>& directions, const CageShe
   return mesh;
 }
 
-/// Vertices that triangles use and that have no direction.
+/// Number of used vertices without a direction.
 std::uint64_t count_flat(const Mesh& low, const std::vector<Vec3>& directions) {
   std::vector<std::uint8_t> flat(low.positions.size());
   for (const Triangle& t : low.triangles) {
@@ -81,7 +81,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   BakeOptions options;
   options.match.ray.direction = given.match.ray.direction;
   options.match.ray.edge_width = given.match.ray.edge_width;
-  // As a fallback of other matches rays do not turn.
+  // If rays are only a fallback of the match, they do not turn.
   if (!obeys(match_row(given.match.method).info, "match.ray.direction"))
     options.match.ray.direction = RayDirection::averaged;
   options.match.two_sided = given.match.two_sided;
@@ -89,12 +89,12 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   options.match.max_distance = given.match.max_distance;
   check_options(options);
   const LowSurface surface = LowSurface::of(low, high.frame);
-  // Edges turn rays over the same widths, however far they look.
+  // The width over which rays turn at edges does not depend on the search distance.
   options.match.max_distance.reset();
   const EdgeTurn turn = edge_turn(options, high, surface);
   MatchRequest request = match_request(options, high, surface);
-  request.distance =
-      to_frame(given.match.max_distance.value_or(Length::share(kDistance)), high.frame);
+  request.distance = to_frame(
+      given.match.max_distance.value_or(Length::share(kDefaultSearchDistance)), high.frame);
   const CageNeeds needs = find_cage_needs(request, turn, options.match.parts);
 
   const std::vector<std::uint32_t> vertex = weld_vertices(low.positions);
@@ -105,7 +105,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   }
   const double diagonal = high.frame.diagonal * high.frame.scale;
   const CageShells shells =
-      fit_shells(needs, surface, corners, low.positions.size(), kMargin * diagonal);
+      fit_shells(needs, surface, corners, low.positions.size(), kShellMargin * diagonal);
   const std::vector<Vec3> directions = directions_of(low, high.frame.to_frame(low));
   FoundCage cage;
   cage.mesh = mesh_of(low, directions, shells, vertex, 1 / high.frame.scale);

@@ -20,24 +20,30 @@
 namespace kiln {
 namespace {
 
-// Fewer where a ray meets more leaves than this, as in fans of needles: the cost stays what it is elsewhere.
-constexpr std::uint32_t kDirections = 64, kFewestDirections = 8;
-constexpr double kManyLeaves = 1000;
-constexpr double kSteepest = 0.5;             // cosine to the low poly's face
-constexpr double kSteps = 1.5;                // of samples, within which one stands for a place
-constexpr double kInwardOfPlace = 1.0 / 256;  // of the way to the middle
-constexpr double kNearFinding = 0.01;         // frame units, around what a copy finds
-constexpr float kOff = 1e-5F;                 // off the place's own face
-constexpr float kFar = 4;                     // beyond the high poly, frame units
-constexpr std::size_t kGrainOfSeen = 1 << 14;
+// Directions per place, and the least number. Rays that visit more than kMaxMeanLeaves leaves on average, as in fans of
+// needles, get fewer directions, so that the cost stays bounded.
+constexpr std::uint32_t kDirections = 64, kMinDirections = 8;
+constexpr double kMaxMeanLeaves = 1000;
+constexpr double kMinFaceCosine = 0.5;  // least cosine between a ray and the low poly's face
+// a sample covers places within this many sample spacings
+constexpr double kRadiusInSamples = 1.5;
+// ray origins are moved by this share towards the triangle's centre
+constexpr double kOriginInset = 1.0 / 256;
+// radius in frame units around the point found for a copy
+constexpr double kCopyRadius = 0.01;
+constexpr float kOriginOffset = 1e-5F;  // offset of ray origins from their face
+constexpr float kRayLength = 4;         // ray length in frame units: beyond the high poly
+constexpr std::size_t kPlacesPerTask = 1 << 14;
 constexpr std::size_t kFilterBits = 1 << 20;
-constexpr std::size_t kAtOnce = 1 << 20;  // rays
-constexpr double kWider = 1.0001;         // than a radius, for what is rounded
-constexpr double kSamplesATriangle = 16;  // above which it pays to look at triangles first
-constexpr float kOutside = 1e-3F;         // of its sides, that a point may lie off its triangle
-constexpr std::size_t kFewPlaces = 16;    // above which a triangle's places are found by the grid
-// States of a triangle: no place reaches into it, or all that do are held; the grid knows them; a list.
-constexpr std::uint32_t kUnseen = 0, kGrid = 1, kFirstFew = 2;
+constexpr std::size_t kRaysPerLaunch = 1 << 20;  // rays of one launch
+constexpr double kRadiusSlack = 1.0001;          // widens radii by more than rounding errors
+constexpr double kMinSamplesToCull = 16;         // above this, culling by triangles first is faster
+// tolerance of a point outside of its triangle, as a share of the triangle's sides
+constexpr float kTriangleSlack = 1e-3F;
+// above this, a triangle's places are searched in the grid
+constexpr std::size_t kMaxListedPlaces = 16;
+// State of a triangle: no uncovered place in reach; search the grid; from kFirstList on: index of a list of places.
+constexpr std::uint32_t kNoPlaces = 0, kSearchGrid = 1, kFirstList = 2;
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
   const Vec3d a(high.positions[t[0]]);
@@ -54,13 +60,13 @@ std::array<Vec3d, 2> box_of(const Source::Impl& high, const Triangle& t) {
   return {low, top};
 }
 
-/// A share in [0, 1) of a number, evenly spread over numbers that follow each other.
+/// The i-th number of a low-discrepancy sequence in [0, 1).
 double spread_share(std::uint64_t i, double step) {
   const double x = static_cast<double>(i) * step;
   return x - std::floor(x);
 }
 
-/// Samples as the searches want them: position, direction, nothing more.
+/// Device array of samples with the members that searches need: position and direction.
 cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage::Place>& rays) {
   const std::size_t count = rays.size();
   std::vector<float> planes(7 * count);
@@ -74,8 +80,8 @@ cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage:
 
 /// A face of the low poly.
 struct LowFace {
-  Vec3d corner, ab, ac;  ///< Its first corner, and the ways to the others
-  double step = 0;       ///< Between samples, frame units; 0 without UVs
+  Vec3d corner, ab, ac;  ///< First corner, and edges to the others
+  double step = 0;       ///< Distance between samples, frame units; 0 without UVs
 
   LowFace(const std::array<LowSurface::Corner, 3>& corners, double columns, double rows)
       : corner(corners[0].position),
@@ -85,21 +91,21 @@ struct LowFace {
     const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
     const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
     const double area = bu * cv - bv * cu;
-    // The surface's way a step in u and in v.
+    // Lengths of a sample's steps on the surface along u and along v.
     const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
     const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
     step = std::isfinite(mean) ? mean : 0;
   }
 };
 
-/// The low poly's triangles that lie nearest to some places, which all of its texture sets share.
+/// For each place, the nearest triangle of the low poly; cached for all of its texture sets.
 struct NearestLow {
-  std::uint64_t of = 0;  ///< Hash of the places, and how far was looked
+  std::uint64_t of = 0;  ///< Hash of the places and of the search distance
   std::vector<std::uint32_t> triangle;
 };
 
-/// Distance from the low poly within which samples may find points.
-double reach_of(const MatchRequest& request) {
+/// Greatest distance from the low poly at which samples can find points.
+double search_distance(const MatchRequest& request) {
   if (request.cage) return std::max(*request.cage, request.distance - *request.cage);
   return request.cage_mesh ? request.distance / 2 : request.distance;
 }
@@ -108,7 +114,7 @@ double reach_of(const MatchRequest& request) {
 
 HighCoverage::Places HighCoverage::spread(const Source::Impl& high, std::uint32_t count) {
   std::vector<double> area(high.triangles.size());
-  parallel_for(area.size(), kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
+  parallel_for(area.size(), kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const double size = length(face_normal(high, high.triangles[t]));
       area[t] = std::isfinite(size) ? size : 0;
@@ -116,14 +122,14 @@ HighCoverage::Places HighCoverage::spread(const Source::Impl& high, std::uint32_
   });
   const double whole = std::accumulate(area.begin(), area.end(), 0.0);
   Places places;
-  places.spacing = std::sqrt(whole / 2 / std::max(count, 1U));  // areas are twice the triangles'
+  places.spacing = std::sqrt(whole / 2 / std::max(count, 1U));  // sums hold doubled areas
   double before = 0;
   std::size_t t = 0;
   for (std::uint32_t i = 0; i < count && whole > 0; ++i) {
     const double wanted = whole * (i + 0.5) / count;
     while (t + 1 < area.size() && before + area[t] <= wanted) before += area[t++];
     if (!(area[t] > 0)) continue;
-    // Weights of the corners, even over the triangle.
+    // Barycentric coordinates, evenly distributed over the triangle.
     double u = spread_share(i, 0.7548776662466927), v = spread_share(i, 0.5698402909980532);
     if (u + v > 1) {
       u = 1 - u;
@@ -159,8 +165,8 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
     : places_(std::move(places.list)),
       spacing_(places.spacing),
       radius_(places_.size()),
-      seen_(places_.size()),
-      held_(places_.size()),
+      visibility_(places_.size()),
+      covered_(places_.size()),
       by_copies_(places_.size()) {
   if (places_.empty()) return;
   find_near(request, copies);
@@ -169,9 +175,10 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
   const double samples =
       double{1} * request.width * request.height * request.samples * request.samples;
   const double triangles = static_cast<double>(request.source.triangles.size());
-  const auto counting = std::count_if(seen_.begin(), seen_.end(), [](float of) { return of > 0; });
+  const auto counting =
+      std::count_if(visibility_.begin(), visibility_.end(), [](float of) { return of > 0; });
   const double share = static_cast<double>(counting) / static_cast<double>(places_.size());
-  if (samples > kSamplesATriangle * triangles * share) find_triangles(request.source);
+  if (samples > kMinSamplesToCull * triangles * share) find_triangles(request.source);
 }
 
 void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
@@ -182,7 +189,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   const double rows = double{1} * request.height * request.samples;
   const auto count = static_cast<std::uint32_t>(places_.size());
   ClosestQuery query;
-  query.max_distance = static_cast<float>(std::min(reach_of(request), double{kFar}));
+  query.max_distance = static_cast<float>(std::min(search_distance(request), double{kRayLength}));
   NearestLow wanted;
   wanted.of = hash_bytes(places_, std::array{query.max_distance});
   const auto find = [&] {
@@ -199,11 +206,11 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
     const auto& corners = surface.triangles[triangle[i]];
-    if (std::isnan(corners[0].uv.x)) continue;  // of another texture set, mostly
+    if (std::isnan(corners[0].uv.x)) continue;  // without UVs: mostly of another texture set
     const double cosine = dot(low->normals[face_of_tree], Vec3d(places_[i].normal));
-    if (!(cosine > kSteepest)) continue;
+    if (!(cosine > kMinFaceCosine)) continue;
     const LowFace face(corners, columns, rows);
-    radius_[i] = static_cast<float>(kSteps * face.step / cosine);
+    radius_[i] = static_cast<float>(kRadiusInSamples * face.step / cosine);
   }
   if (copies == nullptr) return;
   std::vector<CopyCheck::Place> places;
@@ -214,11 +221,12 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     const Vec3d &ab = face.ab, &ac = face.ac, up = cross(ab, ac);
     const Vec3d way = Vec3d(places_[i].position) - face.corner;
     const double area = dot(up, up);
-    // The nearest point lies below the place, or on the triangle's border. There a ray may go by the high poly.
+    // The nearest point on the low poly is below the place, or on the triangle's border. From the border, a ray may
+    // miss the high poly.
     double u = std::clamp(dot(cross(way, ac), up) / area, 0.0, 1.0);
     double v = std::clamp(dot(cross(ab, way), up) / area, 0.0, 1 - u);
-    u += (1.0 / 3 - u) * kInwardOfPlace;
-    v += (1.0 / 3 - v) * kInwardOfPlace;
+    u += (1.0 / 3 - u) * kOriginInset;
+    v += (1.0 / 3 - v) * kOriginInset;
     places.push_back({triangle[i], static_cast<float>(u), static_cast<float>(v)});
     of.push_back(i);
   }
@@ -227,20 +235,20 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     const std::uint32_t i = of[k];
     by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
     if (findings[k].verdict != CopyCheck::Verdict::same) continue;
-    // The map holds it where the match finds this place, not a layer above it.
+    // The map covers the place if the match finds this place, rather than a layer above it.
     const Vec3d away = findings[k].found - Vec3d(places_[i].position);
-    const double near = std::max(double{radius_[i]}, kNearFinding);
-    held_[i] = dot(away, away) <= near * near ? 1 : 0;
+    const double near = std::max(double{radius_[i]}, kCopyRadius);
+    covered_[i] = dot(away, away) <= near * near ? 1 : 0;
   }
 }
 
 void HighCoverage::find_seen(const MatchRequest& request) {
   cl::Context& context = context_of(request.source.device);
   const RayCaster& caster = request.source.rays();
-  const double fewer = std::max(1.0, caster.stats().leaves_a_line / kManyLeaves);
+  const double fewer = std::max(1.0, caster.stats().leaves_a_line / kMaxMeanLeaves);
   std::vector<Vec3> directions;
   for (const Vec3d& direction : spread_directions(
-           std::max(static_cast<std::uint32_t>(kDirections / fewer), kFewestDirections))) {
+           std::max(static_cast<std::uint32_t>(kDirections / fewer), kMinDirections))) {
     directions.push_back(to_float(direction));
   }
   std::vector<Place> rays;
@@ -250,11 +258,11 @@ void HighCoverage::find_seen(const MatchRequest& request) {
     const auto count = static_cast<std::uint32_t>(rays.size());
     cl::Array<std::uint8_t> hit(context, count);
     caster.occluded(points_of(context, rays), count, count,
-                    {.t_min = kOff, .t_max = kFar, .two_sided = true}, hit);
+                    {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true}, hit);
     const std::vector<std::uint8_t> hidden = hit.download(context);
     for (std::size_t k = 0; k < of.size(); ++k) {
       const double cosine = dot(Vec3d(places_[of[k]].normal), Vec3d(rays[k].normal));
-      if (hidden[k] == 0) seen_[of[k]] += static_cast<float>(cosine);
+      if (hidden[k] == 0) visibility_[of[k]] += static_cast<float>(cosine);
     }
     rays.clear();
     of.clear();
@@ -262,13 +270,13 @@ void HighCoverage::find_seen(const MatchRequest& request) {
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!(radius_[i] > 0)) continue;
     const Vec3d normal(places_[i].normal);
-    const Vec3 from = to_float(Vec3d(places_[i].position) + normal * double{kOff});
+    const Vec3 from = to_float(Vec3d(places_[i].position) + normal * double{kOriginOffset});
     for (const Vec3& w : directions) {
       if (!(dot(normal, Vec3d(w)) > 0.05)) continue;
       rays.push_back({from, w});
       of.push_back(i);
     }
-    if (rays.size() > kAtOnce) cast();
+    if (rays.size() > kRaysPerLaunch) cast();
   }
   cast();
 }
@@ -280,32 +288,34 @@ std::uint64_t HighCoverage::cell(const std::array<std::int64_t, 3>& at) {
   return hash ^ (hash >> 30);
 }
 
-std::int64_t HighCoverage::slice(double x) const {
-  // Rounded down, without a call of floor(): it is asked three times a sample.
-  const double side = x * per_side_;
+std::int64_t HighCoverage::cell_coordinate(double x) const {
+  // Rounds down without calling floor(), since this runs three times a sample.
+  const double side = x * cells_per_unit_;
   const auto near = static_cast<std::int64_t>(side);
   return near - (side < static_cast<double>(near) ? 1 : 0);
 }
 
-/// Each place stands in all cells that it reaches into, so that a sample looks into one.
+/// Inserts each place into all cells within its radius, so that a sample looks up one cell.
 void HighCoverage::make_grid() {
-  maybe_.assign(kFilterBits / 64, 0);
-  constexpr float kLeast = 0x1p-22F;  // of the frame: numbers of cells stay far below 2^63
+  occupied_.assign(kFilterBits / 64, 0);
+  // least radius in frame units; keeps cell numbers far below 2^63
+  constexpr float kMinRadius = 0x1p-22F;
   float farthest = 0;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (seen_[i] > 0) farthest = std::max(farthest, radius_[i]);
+    if (visibility_[i] > 0) farthest = std::max(farthest, radius_[i]);
   }
   if (!(farthest > 0)) return;
-  per_side_ = 0.5 / std::max(farthest, kLeast);  // so that few places stand in more than eight
+  // so that few places extend over more than eight cells
+  cells_per_unit_ = 0.5 / std::max(farthest, kMinRadius);
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
-    if (!(seen_[i] > 0)) continue;
+    if (!(visibility_[i] > 0)) continue;
     const Vec3d p(places_[i].position);
-    const double r = double{radius_[i]} * kWider;
-    for (std::int64_t z = slice(p.z - r); z <= slice(p.z + r); ++z) {
-      for (std::int64_t y = slice(p.y - r); y <= slice(p.y + r); ++y) {
-        for (std::int64_t x = slice(p.x - r); x <= slice(p.x + r); ++x) {
+    const double r = double{radius_[i]} * kRadiusSlack;
+    for (std::int64_t z = cell_coordinate(p.z - r); z <= cell_coordinate(p.z + r); ++z) {
+      for (std::int64_t y = cell_coordinate(p.y - r); y <= cell_coordinate(p.y + r); ++y) {
+        for (std::int64_t x = cell_coordinate(p.x - r); x <= cell_coordinate(p.x + r); ++x) {
           const std::uint64_t key = cell({x, y, z});
-          maybe_[key % kFilterBits / 64] |= std::uint64_t{1} << (key % 64);
+          occupied_[key % kFilterBits / 64] |= std::uint64_t{1} << (key % 64);
           std::vector<std::uint32_t>& list = cells_[key];
           if (list.empty() || list.back() != i) list.push_back(i);
         }
@@ -318,12 +328,12 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   std::vector<std::uint32_t> seen;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
-  Vec3d least = Vec3d{1, 1, 1} * INFINITY, most = least * -1;  // of those that count
+  Vec3d least = Vec3d{1, 1, 1} * INFINITY, most = least * -1;  // bounds of the places that count
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
-    if (!(seen_[i] > 0)) continue;
+    if (!(visibility_[i] > 0)) continue;
     seen.push_back(i);
-    farthest = std::max(farthest, double{radius_[i]} * kWider);
+    farthest = std::max(farthest, double{radius_[i]} * kRadiusSlack);
     const Vec3d p(points[i]);
     least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
     most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
@@ -333,51 +343,52 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
     std::vector<std::uint32_t> triangles, ends, places;
   };
   const std::size_t count = high.triangles.size();
-  std::vector<Found> found((count + kGrainOfSeen - 1) / kGrainOfSeen);
-  parallel_for(count, kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
-    // Named, since the lambda within reads them.
-    std::vector<std::uint32_t>& triangles = found[begin / kGrainOfSeen].triangles;
-    std::vector<std::uint32_t>& ends = found[begin / kGrainOfSeen].ends;
-    std::vector<std::uint32_t>& places = found[begin / kGrainOfSeen].places;
+  std::vector<Found> found((count + kPlacesPerTask - 1) / kPlacesPerTask);
+  parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
+    // Named references, since the lambda inside captures them.
+    std::vector<std::uint32_t>& triangles = found[begin / kPlacesPerTask].triangles;
+    std::vector<std::uint32_t>& ends = found[begin / kPlacesPerTask].ends;
+    std::vector<std::uint32_t>& places = found[begin / kPlacesPerTask].places;
     for (std::size_t t = begin; t < end; ++t) {
       const auto box = box_of(high, high.triangles[t]);
       const Vec3d &low = box[0], &top = box[1];
-      const double slack = kOutside * 4 * length(top - low);
+      const double slack = kTriangleSlack * 4 * length(top - low);
       const std::size_t before = places.size();
       const Vec3d reach = Vec3d{1, 1, 1} * (slack + farthest);
       const Vec3d under = top + reach - least, over = most + reach - low;
       if (std::min({under.x, under.y, under.z, over.x, over.y, over.z}) < 0) continue;
       slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
         const Vec3d p(points[i]);
-        const double r = slack + double{radius_[i]} * kWider;
+        const double r = slack + double{radius_[i]} * kRadiusSlack;
         const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
                             p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
         if (within) places.push_back(i);
-        return places.size() <= before + kFewPlaces;
+        return places.size() <= before + kMaxListedPlaces;
       });
       if (places.size() == before) continue;
       triangles.push_back(static_cast<std::uint32_t>(t));
-      if (places.size() > before + kFewPlaces) places.resize(before);  // the grid has them
+      // Longer lists are left to the grid.
+      if (places.size() > before + kMaxListedPlaces) places.resize(before);
       ends.push_back(static_cast<std::uint32_t>(places.size()));
     }
   });
-  near_.assign(count, kUnseen);
-  few_first_ = {0};
+  triangle_state_.assign(count, kNoPlaces);
+  list_first_ = {0};
   for (const auto& [triangles, ends, places] : found) {
-    const auto base = static_cast<std::uint32_t>(few_.size());
-    few_.insert(few_.end(), places.begin(), places.end());
+    const auto base = static_cast<std::uint32_t>(lists_.size());
+    lists_.insert(lists_.end(), places.begin(), places.end());
     for (std::size_t k = 0; k < triangles.size(); ++k) {
       const bool many = ends[k] == (k == 0 ? 0 : ends[k - 1]);
-      near_[triangles[k]] =
-          many ? kGrid : kFirstFew + static_cast<std::uint32_t>(few_first_.size()) - 1;
-      if (!many) few_first_.push_back(base + ends[k]);
+      triangle_state_[triangles[k]] =
+          many ? kSearchGrid : kFirstList + static_cast<std::uint32_t>(list_first_.size()) - 1;
+      if (!many) list_first_.push_back(base + ends[k]);
     }
   }
 }
 
-/// True if a place is held, by this sample or an earlier one.
-bool HighCoverage::hold(std::uint32_t i, const Sample& sample) {
-  std::atomic_ref<std::uint8_t> held(held_[i]);
+/// Marks a place that this sample covers. \returns whether it is covered, by this or an earlier sample
+bool HighCoverage::cover(std::uint32_t i, const Sample& sample) {
+  std::atomic_ref<std::uint8_t> held(covered_[i]);
   if (held.load(std::memory_order_relaxed) != 0) return true;
   const Vec3d way = Vec3d(places_[i].position) - sample.point;
   if (dot(way, way) > double{radius_[i]} * radius_[i]) return false;
@@ -388,17 +399,18 @@ bool HighCoverage::hold(std::uint32_t i, const Sample& sample) {
 
 void HighCoverage::mark(const Sample& sample) {
   const Vec3d& p = sample.point;
-  const std::uint64_t key = cell({slice(p.x), slice(p.y), slice(p.z)});
-  if ((maybe_[key % kFilterBits / 64] >> (key % 64) & 1) == 0) return;
+  const std::uint64_t key =
+      cell({cell_coordinate(p.x), cell_coordinate(p.y), cell_coordinate(p.z)});
+  if ((occupied_[key % kFilterBits / 64] >> (key % 64) & 1) == 0) return;
   const auto found = cells_.find(key);
   if (found == cells_.end()) return;
-  for (const std::uint32_t i : found->second) hold(i, sample);
+  for (const std::uint32_t i : found->second) cover(i, sample);
 }
 
-bool HighCoverage::mark_few(std::uint32_t few, const Sample& sample) {
+bool HighCoverage::mark_listed(std::uint32_t few, const Sample& sample) {
   bool all = true;
-  for (std::uint32_t k = few_first_[few]; k < few_first_[few + std::size_t{1}]; ++k) {
-    if (!hold(few_[k], sample)) all = false;
+  for (std::uint32_t k = list_first_[few]; k < list_first_[few + std::size_t{1}]; ++k) {
+    if (!cover(lists_[k], sample)) all = false;
   }
   return all;
 }
@@ -409,25 +421,27 @@ void HighCoverage::store(const Source::Impl& high, BandReads& reads,
   const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, match.count);
   const std::vector<float>& u = reads.read(match.barycentric, match.count);
   const std::vector<float>& v = reads.read(match.barycentric, match.count, match.capacity);
-  parallel_for(match.count, kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
+  parallel_for(match.count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t of = triangle[i];
       if (of == KILN_NO_TRIANGLE) continue;
-      const bool inside = u[i] >= -kOutside && v[i] >= -kOutside && u[i] + v[i] <= 1 + kOutside;
-      std::uint32_t near = kGrid;
-      if (!near_.empty() && inside) {
-        near = std::atomic_ref<std::uint32_t>(near_[of]).load(std::memory_order_relaxed);
-        if (near == kUnseen) continue;
+      const bool inside =
+          u[i] >= -kTriangleSlack && v[i] >= -kTriangleSlack && u[i] + v[i] <= 1 + kTriangleSlack;
+      std::uint32_t near = kSearchGrid;
+      if (!triangle_state_.empty() && inside) {
+        near = std::atomic_ref<std::uint32_t>(triangle_state_[of]).load(std::memory_order_relaxed);
+        if (near == kNoPlaces) continue;
       }
       const Triangle& t = high.triangles[of];
       const Vec3d a(high.positions[t[0]]), b(high.positions[t[1]]), c(high.positions[t[2]]);
       const Vec3d ab = b - a, ac = c - a;
       const Sample sample{a + ab * double{u[i]} + ac * double{v[i]}, ab, ac};
-      if (near == kGrid) {
+      if (near == kSearchGrid) {
         mark(sample);
-      } else if (mark_few(near - kFirstFew, sample)) {
-        // No sample of this triangle can hold another place.
-        std::atomic_ref<std::uint32_t>(near_[of]).store(kUnseen, std::memory_order_relaxed);
+      } else if (mark_listed(near - kFirstList, sample)) {
+        // All places of this triangle are covered, so its samples are skipped from now on.
+        std::atomic_ref<std::uint32_t>(triangle_state_[of])
+            .store(kNoPlaces, std::memory_order_relaxed);
       }
     }
   });
@@ -436,9 +450,9 @@ void HighCoverage::store(const Source::Impl& high, BandReads& reads,
 std::vector<VertexCoverage> HighCoverage::marks() const {
   std::vector<VertexCoverage> result;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    result.push_back(!(seen_[i] > 0) ? VertexCoverage::beside
-                     : held_[i] != 0 ? VertexCoverage::held
-                                     : VertexCoverage::lost);
+    result.push_back(!(visibility_[i] > 0) ? VertexCoverage::beside
+                     : covered_[i] != 0    ? VertexCoverage::held
+                                           : VertexCoverage::lost);
   }
   return result;
 }

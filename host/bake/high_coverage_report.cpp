@@ -1,4 +1,4 @@
-// Lost detail, summed up: shares, and the largest connected part.
+// Reports lost detail: its shares, and the largest connected part.
 #include <algorithm>
 #include <numeric>
 #include <string>
@@ -10,10 +10,10 @@
 namespace kiln {
 namespace {
 
-constexpr double kLink = 2.5;  // spacings, within which lost places are of one part
-constexpr double kWarnFrom = 0.01;
+constexpr double kLinkDistance = 2.5;  // lost places within this many spacings are connected
+constexpr double kMinLossToWarn = 0.01;
 
-/// The part of each of some places, named by one of its members: neighbours within `link` are of one.
+/// Connected components of places, by a representative: places within `link` of each other are connected.
 std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double link) {
   std::vector<std::uint32_t> order(places.size()), part(places.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -58,20 +58,20 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
   std::vector<Vec3d> places;
   std::vector<double> weight;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (!(seen_[i] > 0)) continue;
+    if (!(visibility_[i] > 0)) continue;
     ++result.places;
-    all += double{seen_[i]};
-    if (held_[i] != 0) continue;
-    lost += double{seen_[i]};
-    if (by_copies_[i] != 0) by_copies += double{seen_[i]};
+    all += double{visibility_[i]};
+    if (covered_[i] != 0) continue;
+    lost += double{visibility_[i]};
+    if (by_copies_[i] != 0) by_copies += double{visibility_[i]};
     places.push_back(Vec3d(places_[i].position));
-    weight.push_back(double{seen_[i]});
+    weight.push_back(double{visibility_[i]});
   }
   result.weight = all;
   if (places.empty()) return result;
   result.lost = lost / all;
   result.by_copies = by_copies / all;
-  const std::vector<std::uint32_t> part = parts_of(places, kLink * spacing_);
+  const std::vector<std::uint32_t> part = parts_of(places, kLinkDistance * spacing_);
   std::vector<double> size(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) size[part[i]] += weight[i];
   const auto most =
@@ -97,11 +97,11 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
 
 void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
-  // Losses by copies may have a warning of their own.
-  const bool told = std::any_of(warnings.begin(), warnings.end(), [](const Warning& warning) {
-    return warning.code == CopyCheck::kWarning;
-  });
-  if (recall.lost - (told ? recall.by_copies : 0) < kWarnFrom) return;
+  // Losses by shared texels may have been reported already.
+  const bool is_reported =
+      std::any_of(warnings.begin(), warnings.end(),
+                  [](const Warning& warning) { return warning.code == CopyCheck::kWarning; });
+  if (recall.lost - (is_reported ? recall.by_copies : 0) < kMinLossToWarn) return;
   const std::string message = formatted(
                                   "%.1f%% of the high poly's visible surface near the low poly is "
                                   "on no texel, most of it (%.1f%%) around ",

@@ -10,9 +10,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrainOfLayer = std::size_t{1} << 16;
-// As far as any map reaches.
-constexpr std::int32_t kEverywhere = 16384;
+constexpr std::size_t kTexelsPerTask = std::size_t{1} << 16;
+// Padding that reaches across any map.
+constexpr std::int32_t kUnlimitedPadding = 16384;
 
 bool is_averaged(MapType type) { return type != MapType::id && type != MapType::coverage; }
 
@@ -21,13 +21,13 @@ GutterOptions gutter_of(const MapInfo& map, const BakeOptions& options, std::int
   return {texels, fill, map.type == MapType::unit_vector};
 }
 
-/// Fills what charts leave empty. \returns how many texels became padding
+/// Fills empty texels around charts. \returns number of texels that became padding
 std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& options,
                   std::int32_t texels, Image& image, std::vector<std::uint8_t>& coverage) {
   GutterOptions gutter = gutter_of(map, options, texels);
   if (map.type != MapType::id) return fill_gutter(context, image, coverage, gutter);
-  // Push-pull averages, which names never are: the nearest one is copied, over missed texels too.
-  if (texels < 0) gutter.texels = kEverywhere;
+  // Ids cannot be averaged by push-pull, so they copy the nearest one, also into missed texels.
+  if (texels < 0) gutter.texels = kUnlimitedPadding;
   gutter.fill_missed = false;
   std::vector<std::uint8_t> named = coverage;
   if (options.encoding.miss == MissPolicy::fill) {
@@ -41,19 +41,19 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
   return count;
 }
 
-/// Weights of colours: what is transparent does not show, and counts only where nothing else does.
+/// Weights of colours: transparent texels get the least weight, so they count only where no others do.
 ChartMap weighted_by(const Image& opacity, ChartMap charts) {
-  constexpr float kFull = 255;  // times 256 samples: within 16 bits
+  constexpr float kMaxWeight = 255;  // times 256 samples: fits 16 bits
   if (charts.weight.empty()) charts.weight.assign(charts.chart.size(), 1);
   for (std::size_t i = 0; i < charts.weight.size(); ++i) {
     const float share = std::clamp(opacity.pixels[i], 0.0F, 1.0F);
-    const float weight = static_cast<float>(charts.weight[i]) * kFull * share;
+    const float weight = static_cast<float>(charts.weight[i]) * kMaxWeight * share;
     charts.weight[i] = static_cast<std::uint16_t>(std::max(1.0F, weight));
   }
   return charts;
 }
 
-/// Background where padding did not reach, and what the map's values are encoded as.
+/// Fills texels beyond the padding with the background, and encodes all values.
 void encode(const MapInfo& map, const BakeOptions& options,
             const std::vector<std::uint8_t>& coverage, Image& image) {
   const std::array<float, 4> empty = map_background(map, options);
@@ -62,7 +62,7 @@ void encode(const MapInfo& map, const BakeOptions& options,
   const bool plain = map.type != MapType::unit_vector && !marks;
   const bool halves = map.type == MapType::unit_vector && !marks && !options.encoding.raw &&
                       !options.encoding.two_component;
-  parallel_for(coverage.size(), kGrainOfLayer, [&](std::size_t begin, std::size_t end) {
+  parallel_for(coverage.size(), kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (coverage[i] == kCoverageEmpty) {
         std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
@@ -72,13 +72,13 @@ void encode(const MapInfo& map, const BakeOptions& options,
       }
     }
     if (!halves) return;
-    // As encode_texel() would, several at once.
+    // A vectorizable version of encode_texel().
     float* const pixels = image.pixels.data();
     for (std::size_t i = begin * 3; i < end * 3; ++i) pixels[i] = pixels[i] * 0.5F + 0.5F;
   });
 }
 
-/// Normals as renderers read them, whatever the map holds: three channels, in [0, 1].
+/// Normals as renderers read them, whatever the encoding: three channels in [0, 1].
 Image as_drawn(const MapInfo& map, const BakeOptions& options,
                const std::vector<std::uint8_t>& coverage, Image image) {
   BakeOptions plain;
@@ -88,21 +88,21 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
   return image;
 }
 
-/// Bytes of the maps, of their padding while it is made, of levels below them, of a band and of the match that is kept: no
-/// less than all that grows with the map, so that a bake without the room ends before it begins.
+/// Memory that grows with the map: maps, temporary arrays of padding, mip levels, a band, and a stored match. Checked
+/// before the bake, so that it does not fail halfway.
 std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> own) {
-  std::uint64_t channels = 1;  // coverage and charts
+  std::uint64_t channels = 1;  // channels of coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
   for (const MapRow& row : own) channels += row.info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   const std::uint64_t samples = texels * options.samples * options.samples;
-  constexpr std::uint64_t kBytesOfBandSample = 64;  // 80 were measured
-  constexpr std::uint64_t kBytesOfKeptSample = 4 * sizeof(float) + 1;
-  // Mips: a third of the maps, with as much of the largest while it is made, and the chart of each texel.
+  constexpr std::uint64_t kBytesPerBandSample = 64;  // 80 measured, with the arrays above
+  constexpr std::uint64_t kBytesPerKeptSample = 4 * sizeof(float) + 1;
+  // Mip levels: a third of the maps, as much again of the largest one while it is made, and each texel's chart.
   return level + (options.encoding.mips ? level / 3 + texels * 2 * sizeof(float) : 0) +
-         kBytesOfBandSample * std::min<std::uint64_t>(samples, kBandSamples) +
-         (options.report.keep_match ? kBytesOfKeptSample * samples : 0);
+         kBytesPerBandSample * std::min<std::uint64_t>(samples, kBandSamples) +
+         (options.report.keep_match ? kBytesPerKeptSample * samples : 0);
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
   };
   for (const MapKind kind : options.maps) add(map_row(kind));
   for (const MapRow& row : own_rows_) add(row);
-  // The system clears the memory page by page, so several threads are faster.
+  // The operating system clears pages at their first use; several threads share this.
   parallel_for(layers_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Image& image = layers_[i].image;
@@ -161,7 +161,7 @@ void Layers::run_some(const TexelBand& part, const DeviceCorrespondence& match,
   std::vector<float> values;
   std::vector<std::uint8_t> coverage(places.size());
   for (Layer& layer : layers_) {
-    if (layer.row->follows_positions) continue;  // they stay, or all are made
+    if (layer.row->follows_positions) continue;  // maps of positions cannot be updated partially
     const std::size_t channels = layer.image.channels;
     values.resize(channels * places.size());
     layer.maker->run(part, match, {values, coverage});
@@ -190,7 +190,7 @@ bool Layers::read_around() const {
 
 bool Layers::obey_max_error(const BakeOptions& options) const {
   const auto obeys = [&](MapKind kind, const BakeOptions& with) {
-    // No map is further off than 1.
+    // No map differs by more than 1 from the truth.
     const double wanted = with.occlusion.max_error;
     return wanted > 0 && wanted < 1 && kiln::obeys(map_row(kind).info, "occlusion.max_error");
   };
@@ -240,20 +240,20 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
   return all;
 }
 
-/// Pads one map, and with it all that have the same charts and rules. \returns their numbers
+/// Pads a map, and all others with the same charts and rules. \returns their indices
 std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOptions& options,
                                           std::size_t first, std::vector<Image>& images,
                                           std::vector<std::uint8_t>& coverage,
                                           std::uint64_t& padded) const {
   const bool missed =
       std::find(coverage_.begin(), coverage_.end(), kCoverageMissed) != coverage_.end();
-  // Names are padded otherwise where something was missed, or everything is padded.
-  const auto apart = [&](const MapInfo& map) {
+  // Maps of ids need rules of their own if texels were missed, or if padding is unlimited.
+  const auto needs_own_rules = [&](const MapInfo& map) {
     return map.type == MapType::id && (missed || options.encoding.gutter < 0);
   };
   const MapInfo& map = layers_[first].row->info;
   coverage = coverage_;
-  if (apart(map)) {
+  if (needs_own_rules(map)) {
     padded = pad(context, map, options, options.encoding.gutter, images[first], coverage);
     return {first};
   }
@@ -263,7 +263,7 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
   for (std::size_t l = first; l < images.size(); ++l) {
     const MapInfo& other = layers_[l].row->info;
     const GutterOptions wanted = gutter_of(other, options, options.encoding.gutter);
-    if (other.type == MapType::coverage || apart(other)) continue;
+    if (other.type == MapType::coverage || needs_own_rules(other)) continue;
     if (missed && wanted.fill_missed != gutter.fill_missed) continue;
     numbers.push_back(l);
     together.push_back({&images[l], wanted.unit_vectors});
@@ -278,7 +278,7 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
   std::vector<Image> images;
   for (Layer& layer : layers_) images.push_back(keep ? layer.image : std::move(layer.image));
   std::vector<std::uint8_t> done(images.size());
-  std::size_t last = 0;  // of those done
+  std::size_t last = 0;  // highest index of a padded map
   coverage.clear();
   for (std::size_t first = 0; first < images.size(); ++first) {
     if (done[first] != 0 || layers_[first].row->info.type == MapType::coverage) continue;
@@ -300,7 +300,7 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
     if (coverage.empty()) coverage = std::move(own);
   }
   if (coverage.empty()) {
-    // Which texels padding would reach is said all the same.
+    // The coverage reports where padding would reach, even without a map to pad.
     coverage = coverage_;
     Image none{options.width, options.height, 1, std::vector<float>(coverage.size())};
     padded =
@@ -318,7 +318,7 @@ void Layers::finish_some(const BakeOptions& options, std::span<const std::size_t
     const Image& raw = layers_[l].image;
     Image& finished = maps[l].image;
     const std::size_t channels = raw.channels;
-    const auto put = [&](std::size_t from, std::size_t to, std::uint8_t coverage) {
+    const auto write_texel = [&](std::size_t from, std::size_t to, std::uint8_t coverage) {
       float* pixel = &finished.pixels[channels * to];
       std::copy_n(&raw.pixels[channels * from], channels, pixel);
       encode_texel(map, options, coverage, pixel);
@@ -326,8 +326,9 @@ void Layers::finish_some(const BakeOptions& options, std::span<const std::size_t
     parallel_for(places.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t place = places[i];
-        put(place, place, coverage_[place]);
-        for (const std::uint32_t copy : padding.of(place)) put(place, copy, kCoverageGutter);
+        write_texel(place, place, coverage_[place]);
+        for (const std::uint32_t copy : padding.of(place))
+          write_texel(place, copy, kCoverageGutter);
       }
     });
   }

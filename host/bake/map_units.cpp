@@ -9,15 +9,17 @@
 namespace kiln {
 namespace {
 
-/// CIELAB of linear sRGB, whose white is D65 (IEC 61966-2-1; CIE 15).
+/// CIELAB coordinates of linear sRGB (D65 white; IEC 61966-2-1, CIE 15).
 Vec3d lab(const float* rgb) {
   const double r = rgb[0], g = rgb[1], b = rgb[2];
   const std::array<double, 3> xyz{(0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505,
                                   0.2126 * r + 0.7152 * g + 0.0722 * b,
                                   (0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089};
   const auto root = [](double t) {
-    constexpr double kBend = 6.0 / 29;
-    return t > kBend * kBend * kBend ? std::cbrt(t) : t / (3 * kBend * kBend) + 4.0 / 29;
+    constexpr double kLinearLimit = 6.0 / 29;
+    return t > kLinearLimit * kLinearLimit * kLinearLimit
+               ? std::cbrt(t)
+               : t / (3 * kLinearLimit * kLinearLimit) + 4.0 / 29;
   };
   const double x = root(xyz[0]), y = root(xyz[1]), z = root(xyz[2]);
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};

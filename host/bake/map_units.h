@@ -1,4 +1,4 @@
-// In which unit a map's errors are told, and how far two of its values are apart.
+// Units in which maps' errors are reported, and differences between values.
 #pragma once
 
 #include <string_view>
@@ -7,16 +7,16 @@
 
 namespace kiln {
 
-/// The unit of a map's errors, and what its values are multiplied with to be in it.
+/// Unit of a map's errors, and the factor from values to it.
 struct MapUnit {
   std::string_view name;
   double scale = 1;
 };
 MapUnit unit_of(const MapRow& row);
 
-/// Difference of two values in the map's unit: unit vectors by their angle, other vectors by their length, over
-/// MapRow::compared_channels.
-/// Colours by the CIE 1976 difference, the length between them in CIELAB; alpha counts as 100 from clear to solid.
+/// Difference of two values in the map's unit: the angle of unit vectors, the length of other vectors over
+/// MapRow::compared_channels, and the CIE 1976 difference of colours, a distance in CIELAB. Alpha counts as 100 from
+/// transparent to opaque.
 double map_difference(const MapRow& row, const float* a, const float* b);
 
 }  // namespace kiln

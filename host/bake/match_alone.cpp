@@ -1,4 +1,4 @@
-// The first half of a bake by itself.
+// The stages of a bake up to the match.
 #include <utility>
 
 #include "bake/pipeline.h"
@@ -31,7 +31,7 @@ MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions o
   pipeline.over_bands({.match = true, .measure = false, .read = false});
   pipeline.finish_match(true);
   pipeline.finish_report();
-  progress.tell(1, "done");
+  progress.report(1, "done");
   BakeResult& baked = pipeline.result();
   return {std::move(*baked.match), std::move(baked.report), false};
 }

@@ -13,19 +13,19 @@
 namespace kiln {
 namespace {
 
-/// Frame units; see MatchOptions::max_distance for what is taken where none is given.
+/// Frame units; for the default see MatchOptions::max_distance.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
-  // Longer than any scene is as good as that.
-  constexpr double kFarthest = 1048576;
+  // Longer distances would change nothing.
+  constexpr double kMaxSearchDistance = 1048576;
   if (options.match.max_distance)
-    return std::min(to_frame(*options.match.max_distance, frame), kFarthest);
+    return std::min(to_frame(*options.match.max_distance, frame), kMaxSearchDistance);
   double distance = 0;
   if (options.match.cage) distance = 2 * to_frame(*options.match.cage, frame);
   if (options.match.cage_mesh != nullptr) distance = surface.cage_length;
   return distance > 0 ? distance : to_frame(Length::share(kSearchDistance), frame);
 }
 
-/// A length as long as the high poly is likely a slip: of a unit, or of a % sign.
+/// Warns about a length as large as the high poly: likely a wrong unit or a missing % sign.
 void warn_about_length(const char* name, const std::optional<Length>& length, const Frame& frame,
                        std::vector<Warning>& warnings) {
   if (!length) return;
@@ -38,14 +38,14 @@ void warn_about_length(const char* name, const std::optional<Length>& length, co
   warnings.push_back({"far-rays", text, 1});
 }
 
-/// True if a cage mesh says where rays leave to.
+/// True if rays follow the offsets of a cage mesh.
 bool has_offsets(const LowSurface& surface) {
   return surface.has_cage_mesh && surface.cage_kind == CageKind::offsets;
 }
 
-/// The bevels of a whole high poly that stays as it is.
-struct KnownBevels {
-  double distance = 0;  ///< To look at most
+/// Cached bevels of a high poly that does not change.
+struct CachedBevels {
+  double distance = 0;  ///< Greatest search distance
   Bevels bevels;
 };
 
@@ -56,7 +56,7 @@ EdgeReport edge_report(const Bevels& bevels, double unit) {
           double{widths[widths.size() / 2]} * unit, double{widths.back()} * unit};
 }
 
-/// Matcher of all of the mesh, or one that goes part by part.
+/// A matcher of the whole mesh, or one for each part.
 std::unique_ptr<Matcher> matcher_of(const MatchRow& row, const MatchRequest& request,
                                     const Parts* parts, MatchNotes& notes) {
   return parts != nullptr ? part_matcher(row, request, *parts, notes) : row.make(request, notes);
@@ -107,11 +107,11 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
   } else {
     const double distance = match_distance(options, surface, source.frame);
     const auto find = [&] {
-      return KnownBevels{distance,
-                         find_bevels(source, surface, hard, distance, options.match.parts)};
+      return CachedBevels{distance,
+                          find_bevels(source, surface, hard, distance, options.match.parts)};
     };
     const bool all_alike = options.match.parts == nullptr && !source.will_move;
-    const auto known = all_alike ? surface.made->get<KnownBevels>(find) : nullptr;
+    const auto known = all_alike ? surface.made->get<CachedBevels>(find) : nullptr;
     bevels = known != nullptr && known->distance == distance ? known->bevels : find().bevels;
   }
   if (report != nullptr) *report = edge_report(bevels, 1 / source.frame.scale);
@@ -131,14 +131,14 @@ SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
   return *surface.made->get<SheetReach>([&] { return SheetReach(surface); });
 }
 
-void take_notes(MatchNotes notes, BakeReport& report) {
+void add_notes(MatchNotes notes, BakeReport& report) {
   if (notes.views) report.views = std::move(notes.views);
   if (notes.visibility) report.visibility = notes.visibility;
   if (notes.uv) report.uv = notes.uv;
   report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
 }
 
-// By what was asked for, not by what another bake from the same source has made.
+// Depends on the options alone, not on structures that another bake of the same source has built.
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
   const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.follows_bvh; }) &&
@@ -165,7 +165,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   if (progress) {
     request.prepares = [preparing = progress.part(0, kPreparingShare)](double done,
                                                                        std::string_view doing) {
-      return preparing.tell(done, doing);
+      return preparing.report(done, doing);
     };
   }
   report.max_distance = options.match.saved == nullptr ? request.distance * unit : 0;
@@ -206,7 +206,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     }
     matcher = with_fallbacks(context_of(source.device), std::move(matcher), std::move(rest));
   }
-  take_notes(std::move(notes), report);
+  add_notes(std::move(notes), report);
   warn_about_duplicates(source, options, report);
   report.seconds_build += source.stats().build_seconds - built;
   return matcher;

@@ -44,12 +44,12 @@ TransitionReport MatchTransitions::measure(const Image& image) const {
     std::uint64_t switched = 0, kept = 0;
     double across = 0, elsewhere = 0;
   };
-  constexpr std::size_t kRows = 64;
+  constexpr std::size_t kRowsPerBlock = 64;
   const std::size_t rows = method_.size() / width_;
-  std::vector<Sums> blocks((rows + kRows - 1) / kRows);
-  parallel_for(rows, kRows, [&](std::size_t begin, std::size_t end) {
+  std::vector<Sums> blocks((rows + kRowsPerBlock - 1) / kRowsPerBlock);
+  parallel_for(rows, kRowsPerBlock, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
-      Sums& sums = blocks[y / kRows];
+      Sums& sums = blocks[y / kRowsPerBlock];
       for (std::size_t x = 0; x < width_; ++x) {
         const std::size_t i = y * width_ + x;
         if (method_[i] == kNotCovered) continue;

@@ -1,4 +1,4 @@
-// Steps in the map between neighbouring texels that different methods decided.
+// Measures steps in the map between neighbouring texels that different methods decided.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,24 @@
 
 namespace kiln {
 
-/// Collects which method decided each texel, band by band.
+/// Collects the deciding method of each texel, band by band.
 class MatchTransitions {
  public:
   /// \param low  with UVs
   MatchTransitions(const Mesh& low, std::uint32_t width, std::uint32_t height);
 
-  /// A texel counts by its first sample. \param deciders  of the band's samples
+  /// A texel has the method of its first sample. \param deciders  of the band's samples
   void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
 
-  /// Compares the map's unit vectors over sides that two texels of one chart share. Texels whose charts lie
-  /// edge to edge are not compared, nor are those across a seam.
+  /// Compares the map's unit vectors between neighbouring texels of one chart. Neighbours of different charts, and
+  /// texels across a seam, are not compared.
   TransitionReport measure(const Image& image) const;
 
  private:
   std::uint32_t width_;
   std::vector<std::uint32_t> chart_of_triangle_;
-  std::vector<std::uint8_t> method_;  // of each texel, 0: not covered, else 1 + Decider
-  std::vector<std::uint32_t> chart_;  // of each texel
+  std::vector<std::uint8_t> method_;  // 1 + Decider of each texel; 0: not covered
+  std::vector<std::uint32_t> chart_;  // chart of each texel
 };
 
 }  // namespace kiln

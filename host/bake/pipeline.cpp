@@ -16,11 +16,11 @@
 namespace kiln {
 namespace {
 
-// Shares of the whole at which stages begin.
-constexpr double kAtBlend = 0.97, kAtMips = 0.97, kAtGutter = 0.98;
+// Progress at which stages begin, as shares of the whole.
+constexpr double kBlendProgress = 0.97, kMipsProgress = 0.97, kPaddingProgress = 0.98;
 
-/// Words on the low poly's coordinates, see coarse_steps().
-struct CoarseSteps {
+/// Cached advice about the low poly's coordinates, see coarse_steps().
+struct CoarseAdvice {
   std::string words;
 };
 
@@ -58,7 +58,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
   result_.report.seconds_mips = watch_.lap();
 }
 
-/// Finds the turn of directions; it may build the hierarchy.
+/// Determines the turn of directions, which may build the high poly's BVH.
 EdgeTurn Pipeline::find_turn() {
   const BakeOptions& options = scene_.options;
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
@@ -83,12 +83,12 @@ void Pipeline::start_watch() {
 }
 
 void Pipeline::sample() {
-  for (std::uint32_t b = 0; b < bands_.size(); ++b) take(b);
+  for (std::uint32_t b = 0; b < bands_.size(); ++b) load_band(b);
   sampled_ = bands_stay_ == Bands::stay;
 }
 
-/// A band's samples, with room for their points.
-PipelineBand& Pipeline::sampled(std::uint32_t number) {
+/// Samples a band and allocates its correspondence.
+PipelineBand& Pipeline::sample_band(std::uint32_t number) {
   PipelineBand& band = bands_[bands_stay_ == Bands::stay ? number : 0];
   band.texels = sampler_.sample(number, std::move(band.texels));
   turn_.apply(context_, band.texels);
@@ -102,10 +102,10 @@ PipelineBand& Pipeline::sampled(std::uint32_t number) {
   return band;
 }
 
-/// A band as it stays, or sampled anew; with it, which charts its texels belong to.
-PipelineBand& Pipeline::take(std::uint32_t number) {
+/// A stored band, or a newly sampled one whose texels' charts are recorded.
+PipelineBand& Pipeline::load_band(std::uint32_t number) {
   if (sampled_) return bands_[number];
-  PipelineBand& band = sampled(number);
+  PipelineBand& band = sample_band(number);
   context_.finish();
   result_.report.seconds_texels += watch_.lap();
   if (scene_.options.encoding.mips) {
@@ -128,7 +128,7 @@ void Pipeline::prepare_match(Clusters& clusters) {
   cluster_ = clusters.cluster;
   report.views.reset();
   report.warnings.clear();
-  matcher_ = nullptr;  // its memory goes first
+  matcher_ = nullptr;  // frees its memory before the next one is made
   matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_,
                           turn_.turns());
   made_warnings_ = std::exchange(report.warnings, {});
@@ -137,7 +137,8 @@ void Pipeline::prepare_match(Clusters& clusters) {
   report.seconds_match += watch_.lap() - (report.seconds_build - built);
 }
 
-/// For triangles that share texels. Matches by UVs find the same for both, and saved ones have no other points.
+/// Prepares the check of triangles that share texels. Matches by UVs find the same for both, and saved matches have no
+/// other points.
 void Pipeline::prepare_copies() {
   const BakeOptions& options = scene_.options;
   copies_.reset();
@@ -161,7 +162,7 @@ void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   sample();
 }
 
-/// Makes what collects measures beside the maps as bands pass.
+/// Creates the collectors of measurements that accompany the bands.
 void Pipeline::make_collectors() {
   const BakeOptions& options = scene_.options;
   if (!options.match.fallback.empty() && layers_.unit_vectors() != nullptr) {
@@ -170,7 +171,7 @@ void Pipeline::make_collectors() {
   if (options.match.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
-  // Not for a mesh without a hierarchy: building it would take longer than the bake.
+  // Skipped for matches that need no BVH: building one would take longer than the bake.
   if (options.match.saved != nullptr ||
       !obeys(match_row(options.match.method).info, "report.recall"))
     return;
@@ -184,7 +185,7 @@ void Pipeline::make_collectors() {
   result_.report.seconds_recall += watch_.lap();
 }
 
-/// A match without samples yet, with the hashes of its meshes.
+/// A match without samples yet, but with the hashes of its meshes.
 Match Pipeline::empty_match() {
   const BakeOptions& options = scene_.options;
   Match match =
@@ -206,20 +207,20 @@ void Pipeline::over_bands(const Pass& pass) {
     result_.match = empty_match();
   }
   report.seconds_image += watch_.lap();
-  // Matches that prepare for long have reported their progress.
+  // Matches with a long preparation have reported it as progress.
   const double prepared = report.visibility ? kPreparingShare : 0;
   const std::uint32_t count = sampler_.band_count();
   for (std::uint32_t b = 0; b < count; ++b) {
-    progress_.at(prepared + (kAtBlend - prepared) * b / count, "baking");
-    PipelineBand& band = take(b);
+    progress_.at(prepared + (kBlendProgress - prepared) * b / count, "baking");
+    PipelineBand& band = load_band(b);
     find(band, pass);
     if (pass.read) layers_.run(band.texels, band.match);
     report.seconds_detail += watch_.lap();
-    note(band, pass);
+    record(band, pass);
   }
 }
 
-/// The points of a band's samples.
+/// Matches a band's samples.
 void Pipeline::find(PipelineBand& band, const Pass& pass) {
   layers_.next_band();
   if (pass.match) {
@@ -231,8 +232,8 @@ void Pipeline::find(PipelineBand& band, const Pass& pass) {
   result_.report.seconds_match += watch_.lap();
 }
 
-/// Counts a band's samples, and feeds the collectors.
-void Pipeline::note(const PipelineBand& band, const Pass& pass) {
+/// Counts a band's samples, and passes the band to the collectors.
+void Pipeline::record(const PipelineBand& band, const Pass& pass) {
   BakeReport& report = result_.report;
   if (transitions_) transitions_->store(layers_.reads(), band.texels, matcher_->deciders());
   if (blend_) blend_->store(layers_.reads(), band.texels, matcher_->deciders());
@@ -258,12 +259,12 @@ void Pipeline::finish_match(bool first_time) {
   report.warnings = made_warnings_;
   MatchNotes notes;
   if (first_time) matcher_->finish(notes);
-  take_notes(std::move(notes), report);
+  add_notes(std::move(notes), report);
   const std::vector<Warning>& sampling = sampler_.report().warnings;
   report.warnings.insert(report.warnings.end(), sampling.begin(), sampling.end());
   warn_of_normals(scene_.low, report.warnings);
-  const auto coarse = surface_.made->get<CoarseSteps>(
-      [&] { return CoarseSteps{coarse_steps(scene_.low, scene_.high.frame)}; });
+  const auto coarse = surface_.made->get<CoarseAdvice>(
+      [&] { return CoarseAdvice{coarse_steps(scene_.low, scene_.high.frame)}; });
   if (!coarse->words.empty()) {
     report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse->words, 1});
   }
@@ -276,14 +277,14 @@ void Pipeline::finish_match(bool first_time) {
   }
   warn_about_small_charts(sampler_.small_charts(), scene_.low, report.warnings);
   if (copies_ && first_time) {
-    report.uv_copies_differ = copies_->tell(scene_.low, report.warnings);
+    report.uv_copies_differ = copies_->check_copies(scene_.low, report.warnings);
   }
   warn_about_coverage(std::uint64_t{scene_.options.width} * scene_.options.height, report);
   warn_about_misses(report);
   warn_about_pixels();
 }
 
-/// Views of a high poly that is much larger than the low poly may show too little of it.
+/// Warns if the high poly is so much larger than the low poly that views barely resolve the latter.
 void Pipeline::warn_about_pixels() {
   BakeReport& report = result_.report;
   if (!report.views) return;
@@ -302,7 +303,7 @@ void Pipeline::warn_about_pixels() {
 void Pipeline::report_coverage() {
   BakeReport& report = result_.report;
   if (coverage_) report.recall = coverage_->report(scene_.high.frame);
-  // If little was found at all, the misses say so.
+  // If almost everything was missed, the warnings about misses suffice.
   if (report.recall && report.missed * 50 <= report.samples) {
     warn_about_loss(*report.recall, scene_.options, report.warnings);
   }
@@ -315,8 +316,8 @@ void Pipeline::blend() {
   BakeReport& report = result_.report;
   blend_->plan(surface_);
   for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
-    progress_.at(kAtBlend, "blending");
-    PipelineBand& band = sampled(b);
+    progress_.at(kBlendProgress, "blending");
+    PipelineBand& band = sample_band(b);
     if (!blend_->touches(band.texels)) continue;
     matcher_->run(band.texels, band.match);
     report.blended_texels +=
@@ -329,9 +330,9 @@ void Pipeline::blend() {
   report.seconds_match += watch_.lap();
 }
 
-/// The tail: mip chain, padding, encoding.
+/// The last stages: mip chain, padding, encoding.
 void Pipeline::finish_maps(Image* drawn) {
-  if (bands_stay_ == Bands::pass) bands_.clear();  // What follows takes memory of its own.
+  if (bands_stay_ == Bands::pass) bands_.clear();  // frees memory for the next stages
   const BakeOptions& options = scene_.options;
   BakeReport& report = result_.report;
   if (options.encoding.two_component) {
@@ -342,12 +343,12 @@ void Pipeline::finish_maps(Image* drawn) {
   }
   std::vector<std::vector<Image>> mips(layers_.all().size());
   if (options.encoding.mips) {
-    progress_.at(kAtMips, "mip-maps");
+    progress_.at(kMipsProgress, "mip-maps");
     mips = layers_.mips(context_, options, charts_);
     if (bands_stay_ == Bands::pass) charts_ = {};
     report.seconds_mips += watch_.lap();
   }
-  progress_.at(kAtGutter, "gutter");
+  progress_.at(kPaddingProgress, "gutter");
   std::vector<Image> images = layers_.finish(context_, options, bands_stay_ == Bands::stay,
                                              result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();
@@ -364,17 +365,17 @@ void Pipeline::measure_errors(Clusters& clusters) {
   BakeReport& report = result_.report;
   report.seconds_image += watch_.lap();
   const auto make = [&](const BakeOptions& options) {
-    BakeReport aside;  // what matchers say has been said by the bake's own
+    BakeReport aside;  // discarded: it would repeat the bake's own notes
     return make_matcher(scene_.high, surface_, options, aside, clusters, BakeProgress(),
                         turn_.turns());
   };
   kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, sheets_, cage_, *matcher_,
                         make, blend_ ? &*blend_ : nullptr, layers_},
-                       progress_.part(kAtBlend, kAtMips), report);
+                       progress_.part(kBlendProgress, kMipsProgress), report);
   report.seconds_errors += watch_.lap();
 }
 
-/// Largest distance of points from the low poly, world units.
+/// Greatest distance of points from the low poly, world units.
 double Pipeline::reach() const {
   const BakeOptions& options = scene_.options;
   const bool looks =
@@ -386,7 +387,7 @@ double Pipeline::reach() const {
   const double cage =
       std::max(request.cage.value_or(0) * unit_,
                result_.report.cage_mesh ? result_.report.cage_mesh->outward_most : 0);
-  // From a cage, rays pass the low poly on their way.
+  // Rays that start on a cage pass the low poly on their way.
   return std::max(cage, request.distance * unit_ - (request.cage ? cage : 0));
 }
 
@@ -421,7 +422,7 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   }
   finish_maps(drawn);
   finish_report();
-  progress_.tell(1, "done");
+  progress_.report(1, "done");
   return std::move(result_);
 }
 

@@ -1,5 +1,5 @@
-// The stages of a bake, on one object: samples, match, fallback, maps, blend, mip chain, padding, encoding.
-// bake(), sessions, clusters and plans run them; nobody repeats them.
+// The stages of a bake in one class: samples, match, fallback, maps, blend, mip chain, padding, encoding. bake(),
+// sessions, clusters and plans all run these stages.
 #pragma once
 
 #include <functional>
@@ -19,59 +19,59 @@
 
 namespace kiln {
 
-/// A band of rows: its samples, and their points of the high poly.
+/// A band of rows: its samples, and their matched points of the high poly.
 struct PipelineBand {
   TexelBand texels;
   DeviceCorrespondence match;
 };
 
-/// True if each band takes the place of the last one, or all stay on the device, for baking again.
+/// pass: each band reuses the memory of the last one. stay: all bands stay on the device, to bake again.
 enum class Bands { pass, stay };
 
-/// Steps that a pass over the bands does with each.
+/// Steps of a pass over the bands.
 struct Pass {
-  bool match = true;     ///< Points are found
-  bool measure = false;  ///< ... or stay, and have other distances
-  bool read = true;      ///< All maps are made
+  bool match = true;     ///< Match the samples again
+  bool measure = false;  ///< Keep the points, but update their distances
+  bool read = true;      ///< Compute all maps
 };
 
 class Pipeline {
  public:
-  /// Input of the bake; all of it outlives the pipeline.
+  /// Input of a bake; all of it must outlive the pipeline.
   struct Scene {
     const Source::Impl& high;
     const Mesh& low;
     const BakeOptions& options;
-    std::uint32_t finer = 1;  ///< MapRequest::finer
+    std::uint32_t finer = 1;  ///< See MapRequest::finer
   };
 
   Pipeline(const Scene& scene, Bands bands, BakeProgress progress = BakeProgress());
 
-  /// One bake from the first stage to the last. \throws Cancelled
-  /// \param drawn  see Layers::finish; null where nobody draws the map
+  /// Runs all stages. \throws Cancelled
+  /// \param drawn  see Layers::finish(); null: not computed
   BakeResult run(Clusters& clusters, Image* drawn = nullptr);
 
-  // For those who bake again, stage by stage:
+  // Single stages, for callers that bake again:
 
   /// Samples all bands; for Bands::stay.
   void sample();
-  /// Makes the matcher, unless one is there that follows the high poly as it moves.
+  /// Makes the matcher, unless the present one follows the high poly's changes.
   void prepare_match(Clusters& clusters);
-  /// True if points stay as the high poly moves, and only distances change.
+  /// True if points stay valid as the high poly moves, and only distances change.
   bool points_stay() const { return matcher_ != nullptr && matcher_->points_stay(); }
-  /// The high poly's vertices [first, first + positions.size()) moved. Frame units
+  /// Moves the high poly's vertices [first, first + positions.size()). Frame units
   void move(std::uint32_t first, std::span<const Vec3> positions);
-  /// All bands, through the stages of a pass.
+  /// Runs a pass over all bands.
   void over_bands(const Pass& pass);
-  /// Sums up what the pass matched. \param first_time  the match may check its conditions, and refuse
+  /// Sums up the match of a pass. \param first_time  the match may check its conditions, and throw
   void finish_match(bool first_time);
-  /// Mip chain, padding and encoding of all maps.
+  /// Runs mip chain, padding and encoding of all maps.
   void finish_maps(Image* drawn = nullptr);
-  /// Reports on the whole at the end.
+  /// Completes the report.
   void finish_report();
-  /// Seconds of the report start from 0.
+  /// Resets the report's seconds to 0.
   void start_watch();
-  /// Seconds since the last stage, for stages of the caller's own.
+  /// Seconds since the last stage, for stages of the caller.
   double lap() { return watch_.lap(); }
 
   cl::Context& context() const { return context_; }
@@ -80,17 +80,17 @@ class Pipeline {
   std::vector<PipelineBand>& bands() { return bands_; }
   const std::vector<PipelineBand>& bands() const { return bands_; }
   BakeResult& result() { return result_; }
-  /// The points of all bands that stay, as the caller's arrays.
+  /// Correspondence of all stored bands, as host arrays.
   Match whole_match();
 
  private:
   double reach() const;
   bool keeps_matcher() const;
   void prepare_copies();
-  PipelineBand& sampled(std::uint32_t number);
-  PipelineBand& take(std::uint32_t number);
+  PipelineBand& sample_band(std::uint32_t number);
+  PipelineBand& load_band(std::uint32_t number);
   void find(PipelineBand& band, const Pass& pass);
-  void note(const PipelineBand& band, const Pass& pass);
+  void record(const PipelineBand& band, const Pass& pass);
   EdgeTurn find_turn();
   Match empty_match();
   void make_collectors();
@@ -103,7 +103,7 @@ class Pipeline {
   cl::Context& context_;
   Bands bands_stay_;
   BakeProgress progress_;
-  double unit_;  // world length of a frame unit
+  double unit_;  // world units per frame unit
   Stopwatch watch_;
   BakeResult result_;
   std::shared_ptr<LowSurface> low_;
@@ -113,11 +113,11 @@ class Pipeline {
   EdgeTurn turn_;
   SheetReach sheets_;
   Layers layers_;
-  std::vector<PipelineBand> bands_;  // one, or all
-  bool sampled_ = false;             // all, and they stay
+  std::vector<PipelineBand> bands_;  // one band; or all, for Bands::stay
+  bool sampled_ = false;             // all bands are sampled and stored
   std::unique_ptr<Matcher> matcher_;
-  std::optional<CopyCheck> copies_;     // where triangles share texels
-  std::vector<Warning> made_warnings_;  // of making the matcher
+  std::optional<CopyCheck> copies_;     // set if triangles share texels
+  std::vector<Warning> made_warnings_;  // warnings from making the matcher
   std::vector<std::uint32_t> chart_of_triangle_;
   ChartMap charts_;
   std::optional<MatchTransitions> transitions_;
@@ -128,8 +128,8 @@ class Pipeline {
   std::optional<std::uint64_t> source_hash_, low_hash_;
 };
 
-/// bake() of one cluster, whose normals are rendered next. \throws Cancelled
-/// \param drawn  out: the normals as renderers read them, whatever the map's encoding; null: not wanted
+/// bake() of one cluster, whose normals are to be rendered. \throws Cancelled
+/// \param drawn  out: the normals as renderers read them, whatever the encoding; null: not computed
 BakeResult bake_drawn(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
                       Image* drawn);
 

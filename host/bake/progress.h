@@ -9,25 +9,25 @@
 
 namespace kiln {
 
-/// Tells the caller's callback about a part of a bake.
+/// Reports a part of a bake to the caller's callback.
 class BakeProgress {
  public:
   explicit BakeProgress(Progress callback = {}, double from = 0, double to = 1)
       : callback_(std::move(callback)), from_(from), to_(to) {}
 
-  /// Progress of a part of this one's work.
+  /// Progress of a part of this part's work.
   BakeProgress part(double from, double to) const {
     return BakeProgress(callback_, whole(from), whole(to));
   }
 
   explicit operator bool() const { return static_cast<bool>(callback_); }
-  /// \param done  of this part, [0, 1]. \returns whether to go on
-  bool tell(double done, std::string_view stage) const {
+  /// \param done  share of this part, [0, 1]. \returns false to cancel
+  bool report(double done, std::string_view stage) const {
     return !callback_ || callback_(whole(done), stage);
   }
-  /// \throws Cancelled where the callback says stop
+  /// \throws Cancelled if the callback returns false
   void at(double done, std::string_view stage) const {
-    if (!tell(done, stage)) throw Cancelled();
+    if (!report(done, stage)) throw Cancelled();
   }
 
  private:
@@ -37,7 +37,7 @@ class BakeProgress {
   double from_, to_;
 };
 
-/// Result of `work`; or an empty one marked by `mark` where it was cancelled.
+/// Result of `work`; if it was cancelled, an empty result marked by `mark`.
 template <typename Result, typename Work, typename Mark>
 Result unless_cancelled(const Work& work, const Mark& mark) {
   try {

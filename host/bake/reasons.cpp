@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-constexpr float kFarFromHigh = 4;  // beyond any mesh, frame units
+constexpr float kMaxRayLength = 4;  // ray length in frame units: beyond any mesh
 
 class Explainer {
  public:
@@ -75,8 +75,8 @@ class Explainer {
     const cl::Array<float> rays = SamplePick(context_, missed).of(band.points, band.capacity, 7);
     RayQuery two_sided = query_, far = query_;
     two_sided.two_sided = true;
-    far.t_max = kFarFromHigh;
-    if (!far.inward) far.t_min = -kFarFromHigh;
+    far.t_max = kMaxRayLength;
+    if (!far.inward) far.t_min = -kMaxRayLength;
     const HostCorrespondence same = cast(rays, count, query_), back = cast(rays, count, two_sided),
                              farther = cast(rays, count, far);
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -107,7 +107,7 @@ class Explainer {
     return HostCorrespondence(context_, found, count);
   }
 
-  /// True if what rays meet and do not take lies beyond an inner shell, not on another part.
+  /// True if a rejected hit lies beyond an inner shell, rather than on another part.
   bool ends_at_shell() const {
     return surface_.has_cage_mesh && surface_.cage_kind == CageKind::shells &&
            options_.match.parts == nullptr;

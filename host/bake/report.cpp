@@ -15,13 +15,13 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostNamed = 5;
+constexpr std::size_t kMaxNamed = 5;
 
 std::string finders() {
   return match_names([](const MatchRow& row) { return row.finds_the_rest; });
 }
 
-/// Advice for samples that are missed.
+/// Advice about missed samples.
 std::string miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
@@ -58,22 +58,22 @@ void count_samples(BandReads& reads, const DeviceCorrespondence& match, double u
     std::array<std::uint64_t, KILN_STATUS_COUNT> counts{};
     double distance = 0;
   };
-  constexpr std::size_t kBlock = 1 << 16;
-  std::vector<Sums> blocks((match.count + kBlock - 1) / kBlock);
-  parallel_for(match.count, kBlock, [&](std::size_t begin, std::size_t end) {
-    // Each sum waits for the one before it: so there are four of each, added up in order.
-    constexpr std::size_t kSumsAtOnce = 4;
-    std::array<Sums, kSumsAtOnce> lanes;
+  constexpr std::size_t kSamplesPerBlock = 1 << 16;
+  std::vector<Sums> blocks((match.count + kSamplesPerBlock - 1) / kSamplesPerBlock);
+  parallel_for(match.count, kSamplesPerBlock, [&](std::size_t begin, std::size_t end) {
+    // Independent sums hide the latency of additions; they are added in a fixed order.
+    constexpr std::size_t kParallelSums = 4;
+    std::array<Sums, kParallelSums> lanes;
     const auto add = [&](std::size_t i, Sums& sums) {
       ++sums.counts[std::min<std::size_t>(status[i], KILN_STATUS_COUNT - 1)];
       sums.distance += status[i] != KILN_STATUS_MISS ? double{std::abs(distance[i])} : 0.0;
     };
     std::size_t i = begin;
-    for (; i + kSumsAtOnce <= end; i += kSumsAtOnce) {
-      for (std::size_t k = 0; k < kSumsAtOnce; ++k) add(i + k, lanes[k]);
+    for (; i + kParallelSums <= end; i += kParallelSums) {
+      for (std::size_t k = 0; k < kParallelSums; ++k) add(i + k, lanes[k]);
     }
     for (; i < end; ++i) add(i, lanes[0]);
-    Sums& sums = blocks[begin / kBlock];
+    Sums& sums = blocks[begin / kSamplesPerBlock];
     for (const Sums& lane : lanes) {
       for (std::size_t s = 0; s < sums.counts.size(); ++s) sums.counts[s] += lane.counts[s];
       sums.distance += lane.distance;
@@ -105,7 +105,7 @@ void flatten_below_surface(std::string_view map, Image& image,
     const float size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1]);
     normal[0] = size > 0 ? normal[0] / size : 1;
     normal[1] = size > 0 ? normal[1] / size : 0;
-    normal[2] = -0.0F;  // the sign tells that it was pulled up
+    normal[2] = -0.0F;  // the sign marks the texel as pulled up
   }
   if (below == 0) return;
   const std::string share =
@@ -119,8 +119,8 @@ void flatten_below_surface(std::string_view map, Image& image,
 }
 
 void warn_about_coverage(std::uint64_t size, BakeReport& report) {
-  constexpr std::uint64_t kLeastShare = 100;  // 1 / share: 1%
-  if (report.texels == 0 || report.texels * kLeastShare >= size) return;
+  constexpr std::uint64_t kCoverageDivisor = 100;  // 1 / share: 1%
+  if (report.texels == 0 || report.texels * kCoverageDivisor >= size) return;
   report.warnings.push_back(
       {"little-coverage",
        "UVs of the low poly cover " + std::to_string(report.texels) + " of " +
@@ -152,11 +152,11 @@ std::string names_of(const Mesh& mesh, std::uint32_t triangle) {
   std::string names;
   const auto add = [&](const char* what, const std::vector<std::uint32_t>& of,
                        const std::vector<std::string>& list) {
-    // Meshes of files without names have the file's as object and group.
+    // Meshes from files without names have the file's name as object and group.
     if (of.empty() || names.find("'" + list[of[triangle]] + "'") != std::string::npos) return;
     names += (names.empty() ? "" : ", ") + std::string(what) + " '" + list[of[triangle]] + "'";
     std::replace(names.begin(), names.end(), '\n',
-                 ' ');  // of glTF's names; a message's lines are its own
+                 ' ');  // glTF names may hold line breaks, which would break up the message
   };
   add("object", mesh.objects, mesh.object_names);
   add("group", mesh.groups, mesh.group_names);
@@ -185,13 +185,13 @@ void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
   if (!small.without.empty()) {
     message += in_words(small.without.size()) + " found none within 8 texels and are not baked: " +
                name_of(low, small.without.front());
-    // Others of the same names say nothing new.
+    // Further triangles with the same names add no information.
     std::set<std::string> seen;
     seen.insert(names_of(low, small.without.front()));
     std::size_t more = 0;
     for (const std::uint32_t t : small.without) {
       if (!seen.insert(names_of(low, t)).second) continue;
-      if (seen.size() <= kMostNamed) {
+      if (seen.size() <= kMaxNamed) {
         message += ", " + name_of(low, t);
       } else {
         ++more;

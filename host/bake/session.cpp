@@ -25,7 +25,7 @@ const Mesh& checked(const Mesh& high) {
   return high;
 }
 
-/// Checks what a session cannot take.
+/// Rejects options that sessions do not support.
 const BakeOptions& checked(const BakeOptions& options) {
   if (options.match.saved != nullptr || options.progress) {
     throw Error(ErrorCode::usage, "A session takes neither a saved match nor a progress callback.");
@@ -43,7 +43,7 @@ const BakeOptions& checked(const BakeOptions& options) {
   return options;
 }
 
-/// Before the pipeline is made of it.
+/// Marks the source as moving, before the pipeline is constructed from it.
 Source::Impl& moving(Source::Impl& source) {
   source.will_move = true;
   return source;
@@ -66,14 +66,14 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
       moved(high.positions.size()),
       set(high.normals.size()) {}
 
-/// True if each texel of padding is a copy of one baked texel, always the same.
+/// True if each padding texel is always a copy of the same baked texel.
 bool BakeSession::Impl::padding_is_copied() {
   return options.encoding.gutter >= 0 && !options.encoding.mips &&
          ((options.encoding.miss == MissPolicy::keep && !pipeline.layers().fill_misses()) ||
           pipeline.result().report.missed == 0);
 }
 
-/// Runs the stages that what changed calls for.
+/// Runs the stages that a change requires.
 void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool any_moved) {
   Layers& layers = pipeline.layers();
   Pass pass;
@@ -89,11 +89,11 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool an
   update.matched = pass.match;
   pass.read = pass.read || !texels.choose(normals, change);
   if (pass.match || pass.measure || pass.read) pipeline.over_bands(pass);
-  if (pass.match) pipeline.finish_match(!baked);  // its conditions are those of the first bake
+  if (pass.match) pipeline.finish_match(!baked);  // conditions are checked at the first bake only
   if (!pass.read) texels.read();
   update.texels = pass.read ? texels.count() : texels.chosen();
   update.seconds_detail = pipeline.lap();
-  // finish_maps() alone finds what there is to warn of with two_component.
+  // Only finish_maps() warns about normals below the surface, which two_component needs.
   const bool quick = padding_is_copied() && !options.encoding.two_component;
   if (pass.read && baked && quick && texels.coverage_stays()) {
     texels.finish_all(options);
@@ -174,7 +174,7 @@ void BakeSession::set_positions(std::uint32_t first, std::span<const Vec3> posit
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const double p[3] = {positions[i].x, positions[i].y, positions[i].z};
     for (std::size_t k = 0; k < 3; ++k) {
-      // Within the bounds it is at most 0.5; kernels count on about 1.
+      // Positions within the bounds have coordinates up to 0.5; kernels require at most about 1.
       const double place = (p[k] + (mesh.origin[k] - frame.center[k])) * frame.scale;
       if (std::abs(place) <= 1) continue;
       throw Error(ErrorCode::usage,

@@ -1,4 +1,4 @@
-// A session's parts: a pipeline whose bands stay, and what changed since its last bake.
+// Parts of a session: a pipeline whose bands stay, and the changes since its last bake.
 #pragma once
 
 #include <algorithm>
@@ -12,48 +12,49 @@
 
 namespace kiln {
 
-/// A list without repetitions of what was added since it was cleared.
-class Stamps {
+/// A set of indices in the order of insertion.
+class IndexSet {
  public:
-  explicit Stamps(std::size_t size = 0) : stamped_(size, 0) {}
+  explicit IndexSet(std::size_t size = 0) : is_member_(size, 0) {}
   void add(std::uint32_t item) {
-    if (stamped_[item] != 0) return;
-    stamped_[item] = 1;
+    if (is_member_[item] != 0) return;
+    is_member_[item] = 1;
     items_.push_back(item);
   }
   void sort() { std::sort(items_.begin(), items_.end()); }
   void clear() {
-    for (const std::uint32_t item : items_) stamped_[item] = 0;
+    for (const std::uint32_t item : items_) is_member_[item] = 0;
     items_.clear();
   }
   const std::vector<std::uint32_t>& items() const { return items_; }
 
  private:
-  std::vector<std::uint8_t> stamped_;
+  std::vector<std::uint8_t> is_member_;
   std::vector<std::uint32_t> items_;
 };
 
-/// Which texels show changed normals, and the padding that copies them. Texels of all bands are numbered one
-/// after another.
+/// Texels affected by changed normals, and the padding that copies them. Texels of all bands are numbered
+/// consecutively.
 class SessionTexels {
  public:
-  /// \param pipeline  with all bands sampled; it outlives this
+  /// \param pipeline  with all bands sampled; must outlive this
   SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width);
 
-  /// Marks as out of date what was found out of points.
+  /// Invalidates everything computed from points.
   void forget();
-  /// Finds out what the next partial update would: it shall not be slower than those after it.
+  /// Precomputes everything a partial update needs, so that the first one is not slower than the following.
   /// \param copied  padding is copied from texels
   void prepare(const BakeOptions& options, bool copied);
-  /// Chooses the texels whose triangles have a changed normal. \returns false for more than half of all
+  /// Selects the texels whose triangles have a changed normal. \returns false if they are more than half of all
   bool choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change);
-  /// Makes the chosen texels of all maps that read no positions.
+  /// Computes the selected texels of all maps that do not depend on positions.
   void read();
-  /// Puts them into the finished maps. \returns where they and the padding that copies them lie
+  /// Writes them into the finished maps. \returns bounds of these texels and of the padding that copies them
   Rectangle finish(const BakeOptions& options);
-  /// True if the same texels are baked as when padding was found last.
+  /// True if the coverage is the one that the padding was computed for.
   bool coverage_stays() const;
-  /// Finishes all texels of all maps if coverage_stays(): cheaper than finding their padding again.
+  /// If coverage_stays(): finishes all texels of all maps with the known padding, which is cheaper than computing
+  /// padding again.
   void finish_all(const BakeOptions& options);
 
   std::size_t count() const { return count_; }
@@ -62,7 +63,7 @@ class SessionTexels {
  private:
   /// A band's texels on the host.
   struct Band {
-    std::vector<std::uint32_t> index, first;  // as on the device
+    std::vector<std::uint32_t> index, first;  // arrays as in TexelBand
     std::uint32_t first_texel = 0;
   };
 
@@ -78,11 +79,11 @@ class SessionTexels {
   std::uint32_t width_;
   std::vector<Band> bands_;
   std::size_t count_ = 0;
-  Adjacency texels_of_;  // of each triangle of the high poly; empty where out of date
-  Adjacency padding_;    // texels that copy each one; empty where not known
-  std::vector<std::uint8_t> padded_coverage_;  // that the padding was found for
-  Stamps chosen_;
-  std::vector<std::size_t> places_;  // of the chosen texels, in the map
+  Adjacency texels_of_;  // texels of each triangle of the high poly; empty: out of date
+  Adjacency padding_;    // padding texels that copy each texel; empty: unknown
+  std::vector<std::uint8_t> padded_coverage_;  // coverage for which padding_ was computed
+  IndexSet chosen_;
+  std::vector<std::size_t> places_;  // indices of the chosen texels in the map
   std::vector<std::size_t> all_places_;
 };
 
@@ -91,27 +92,27 @@ struct KILN_HIDDEN BakeSession::Impl {
        const SessionOptions& session);
 
   const BakeResult& bake();
-  /// Takes over what moved and turned. \returns the entries of the pool of normals that changed
+  /// Applies moved vertices and changed normals. \returns the changed entries of the pool of normals
   HighPolyNormals::Change update_source();
   void bake_maps(const HighPolyNormals::Change& change, bool any_moved);
 
   Mesh high, low;
   BakeOptions options;
-  SessionOptions settings;  // with bounds
+  SessionOptions settings;  // including the session's bounds
   Source::Impl source;
   HighPolyNormals normals;
   Pipeline pipeline;
   SessionTexels texels;
-  Clusters visibility;  // of the low poly: it stays
-  Adjacency users;      // corners of each vertex
-  Stamps moved, set;    // vertices and normals changed since the last bake
+  Clusters visibility;  // clusters of the low poly, which does not change
+  Adjacency users;      // corners that use each vertex
+  IndexSet moved, set;  // vertices moved and normals set since the last bake
   bool baked = false;
-  bool failed = false;  // the last bake did not end: what it brought up to date is not known
+  bool failed = false;  // the last bake threw, so the state of its data is unknown
   Update update;
 
  private:
-  void move_vertices(Stamps& triangles, HighPolyNormals::Change& change);
-  void upload_normals(Stamps& triangles, const HighPolyNormals::Change& change);
+  void move_vertices(IndexSet& triangles, HighPolyNormals::Change& change);
+  void upload_normals(IndexSet& triangles, const HighPolyNormals::Change& change);
   bool padding_is_copied();
 };
 

@@ -3,8 +3,8 @@
 
 namespace kiln {
 
-/// Takes over positions, and normals that follow from them. \param triangles  out: whose corners moved
-void BakeSession::Impl::move_vertices(Stamps& triangles, HighPolyNormals::Change& change) {
+/// Applies new positions and recomputes normals that depend on them. \param triangles  out: those with moved corners
+void BakeSession::Impl::move_vertices(IndexSet& triangles, HighPolyNormals::Change& change) {
   if (moved.items().empty()) return;
   moved.sort();
   for (const std::uint32_t vertex : moved.items()) {
@@ -21,8 +21,8 @@ void BakeSession::Impl::move_vertices(Stamps& triangles, HighPolyNormals::Change
   change = normals.move(high, source.positions, triangles.items());
 }
 
-/// Brings the device's normals up to date. \param triangles  in and out: those that changed
-void BakeSession::Impl::upload_normals(Stamps& triangles, const HighPolyNormals::Change& change) {
+/// Uploads changed normals. \param triangles  in and out: those that changed
+void BakeSession::Impl::upload_normals(IndexSet& triangles, const HighPolyNormals::Change& change) {
   cl::Context& context = pipeline.context();
   const CornerNormals& corners = normals.corners();
   if (change.rebuilt) {
@@ -43,7 +43,7 @@ void BakeSession::Impl::upload_normals(Stamps& triangles, const HighPolyNormals:
 
 HighPolyNormals::Change BakeSession::Impl::update_source() {
   HighPolyNormals::Change change;
-  Stamps triangles(high.triangles.size());
+  IndexSet triangles(high.triangles.size());
   move_vertices(triangles, change);
   if (!set.items().empty() && !change.rebuilt) {
     set.sort();

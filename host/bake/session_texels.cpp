@@ -18,7 +18,7 @@ SessionTexels::SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uin
     count_ += texels;
     bands_.push_back(std::move(band));
   }
-  chosen_ = Stamps(count_);
+  chosen_ = IndexSet(count_);
 }
 
 void SessionTexels::forget() { texels_of_ = {}; }
@@ -29,8 +29,8 @@ void SessionTexels::prepare(const BakeOptions& options, bool copied) {
   warm_up();
 }
 
-/// Reads some texels anew, as they are: drivers compile kernels at their first launch, PoCL once for grids below
-/// 2^16 and once for others, and the first change should not wait for that.
+/// Computes some texels again without a change, to have kernels compiled before the first update: drivers compile at a
+/// kernel's first launch, PoCL once for grids below 2^16 and once for others.
 void SessionTexels::warm_up() {
   if (pipeline_.layers().read_around()) return;
   for (const std::size_t some : {std::size_t{1}, std::size_t{1} << 16}) {
@@ -43,7 +43,7 @@ void SessionTexels::warm_up() {
   places_.clear();
 }
 
-/// It stays as long as the same texels are baked.
+/// Padding stays valid while the coverage does.
 void SessionTexels::find_padding(const BakeOptions& options) {
   const Layers& layers = pipeline_.layers();
   if (coverage_stays()) return;
@@ -51,9 +51,9 @@ void SessionTexels::find_padding(const BakeOptions& options) {
   padded_coverage_ = layers.coverage();
 }
 
-/// Which texels each triangle of the high poly is matched by.
+/// Builds the index from triangles of the high poly to the texels matched to them.
 void SessionTexels::index() {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // triangle, texel
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // pairs of triangle and texel
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     const Band& band = bands_[b];
     const PipelineBand& on_device = pipeline_.bands()[b];
@@ -75,7 +75,7 @@ void SessionTexels::index() {
 
 bool SessionTexels::choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change) {
   chosen_.clear();
-  // Most normals are most texels: no need to look them up.
+  // If most normals changed, so did most texels: the lookup is skipped.
   if (change.entries.size() > normals.corners().normals.size() / 2) return false;
   if (texels_of_.first.empty()) index();
   for (const std::uint32_t entry : change.entries) {
@@ -140,7 +140,7 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   pipeline_.layers().run_some(part, match, std::span(places_).last(count));
 }
 
-/// Box around places in the map and the padding that copies them.
+/// Bounds of places in the map and of the padding that copies them.
 Rectangle SessionTexels::box() const {
   std::size_t left = width_, right = 0, top = ~std::size_t{0}, bottom = 0;
   const auto add = [&](std::size_t place) {
@@ -155,8 +155,8 @@ Rectangle SessionTexels::box() const {
     for (const std::uint32_t copy : padding_.of(place)) add(copy);
   }
   if (right == 0) return {};
-  const auto narrow = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
-  return {narrow(left), narrow(top), narrow(right - left), narrow(bottom - top)};
+  const auto to_u32 = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
+  return {to_u32(left), to_u32(top), to_u32(right - left), to_u32(bottom - top)};
 }
 
 bool SessionTexels::coverage_stays() const {

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Checked, and without maps: none is made.
+/// Checked options without maps.
 BakeOptions match_alone(BakeOptions options) {
   check_options(options);
   ask_for(options, {});
@@ -21,7 +21,7 @@ BakeOptions match_alone(BakeOptions options) {
 
 }  // namespace
 
-/// A pipeline whose match is made view by view: its bands stay, and no map is read.
+/// A pipeline that matches view by view: its bands stay, and it has no maps.
 struct KILN_HIDDEN ViewSession::Impl {
   Impl(const Source& dense, const Mesh& low_mesh, const BakeOptions& wanted)
       : source(dense),
@@ -53,7 +53,7 @@ struct KILN_HIDDEN ViewSession::Impl {
   ViewQuery query;
   std::uint32_t size = 0;
   std::uint64_t samples = 0;
-  std::vector<cl::Array<float>> scores;  // of each band's samples
+  std::vector<cl::Array<float>> scores;  // scores of each band's samples
 };
 
 ViewSession::ViewSession(const Source& source, const Mesh& low, const BakeOptions& options)

@@ -1,4 +1,4 @@
-// Work on a thread of its own, beside what its caller does meanwhile.
+// Asynchronous work on a thread of its own.
 #pragma once
 
 #include <chrono>
@@ -13,28 +13,29 @@
 
 namespace kiln {
 
-/// Starts work at once, where there is more than one thread; else it is done when it is asked for. What it uses must
-/// outlive this, and nobody else may change it meanwhile. Its end waits for the work.
+/// Starts work immediately if there is more than one thread; otherwise get() runs it. Everything the work uses must
+/// outlive this, and must not be changed by others meanwhile. The destructor waits for the work.
 template <typename Result>
 class AsyncTask {
  public:
   explicit AsyncTask(std::function<Result()> work)
-      : made_(std::async(thread_count() > 1 ? std::launch::async : std::launch::deferred,
-                         [work = std::move(work), log = current_input_log()] {
-                           const InputLogScope scope(log);
-                           obey_memory_limit();
-                           return work();
-                         })) {}
+      : result_(std::async(thread_count() > 1 ? std::launch::async : std::launch::deferred,
+                           [work = std::move(work), log = current_input_log()] {
+                             const InputLogScope scope(log);
+                             obey_memory_limit();
+                             return work();
+                           })) {}
 
-  /// Once. Gives signs of life while it waits. \throws what the work threw; as ProgressGuard::poll()
+  /// Waits for the result; call once. Polls progress while waiting. \throws what the work threw; as
+  /// ProgressGuard::poll()
   Result get() {
-    constexpr std::chrono::milliseconds kBetweenBeats(20);
-    while (made_.wait_for(kBetweenBeats) == std::future_status::timeout) ProgressGuard::poll();
-    return made_.get();
+    constexpr std::chrono::milliseconds kPollInterval(20);
+    while (result_.wait_for(kPollInterval) == std::future_status::timeout) ProgressGuard::poll();
+    return result_.get();
   }
 
  private:
-  std::future<Result> made_;
+  std::future<Result> result_;
 };
 
 }  // namespace kiln

@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// 64 bits of a mesh's bytes: blocks by FNV-1a over words, in parallel, then over the blocks' hashes.
+/// 64-bit hash of bytes: FNV-1a over the words of each block, in parallel, then over the blocks' hashes.
 class ByteHash {
  public:
   void add(std::span<const std::byte> bytes) {
@@ -32,14 +32,14 @@ class ByteHash {
     hash_.add(bytes.size());
     for (const std::uint64_t block : blocks) hash_.add(block);
   }
-  /// Never 0, which means "not known".
+  /// Never 0, which callers use for "unknown".
   std::uint64_t value() const { return hash_.value != 0 ? hash_.value : 1; }
 
  private:
   Fnv1a hash_;
 };
 
-/// Hash of several arrays, one after another.
+/// Hash of the concatenation of several arrays.
 template <typename... Arrays>
 std::uint64_t hash_bytes(const Arrays&... arrays) {
   ByteHash hash;

@@ -33,9 +33,10 @@ ChildEnd run_in_child(const ChildLimits& /*limits*/, const std::function<std::st
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::uint64_t kClockTimes = 10;  // of the processor time: a busy machine gives a tenth
+// wall-clock limit as a multiple of processor time: on a busy machine, a process gets a tenth
+constexpr std::uint64_t kClockFactor = 10;
 
-/// Address space of this process, by Linux; 0: not to be known.
+/// Size of this process's address space, on Linux; 0: unknown.
 rlim_t address_space() {
   std::FILE* const file = std::fopen("/proc/self/statm", "r");
   if (file == nullptr) return 0;
@@ -45,13 +46,13 @@ rlim_t address_space() {
   return read ? rlim_t{pages} * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-/// In the child: works within limits, writes what that returns, and ends.
-[[noreturn]] void end_by_working(const ChildLimits& limits,
-                                 const std::function<std::string()>& work, int to) {
+/// Runs in the child: executes the work within limits, writes its result, and exits.
+[[noreturn]] void work_and_exit(const ChildLimits& limits, const std::function<std::string()>& work,
+                                int to) {
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) std::signal(signal, SIG_DFL);
   std::set_terminate([] { _exit(1); });
   const int nowhere = open("/dev/null", O_WRONLY);
-  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // of the C library's own words
+  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // silences messages of the C library
   const auto limit = [](auto what, rlim_t most) {
     const rlimit both{most, most};
     setrlimit(what, &both);
@@ -66,8 +67,8 @@ rlim_t address_space() {
     said = "it takes too much memory";
   }
 #ifdef __GLIBC__
-  malloc_trim(
-      0);  // it goes through free blocks: a heap that the work broke ends the child, and not its parent later
+  // Walks the free blocks, so that a heap corrupted by the work crashes the child rather than its parent later.
+  malloc_trim(0);
 #endif
   const bool written = write(to, said.data(), said.size()) == static_cast<ssize_t>(said.size());
   _exit(written ? 0 : 1);
@@ -80,13 +81,13 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
   int ends[2];
   if (pipe(ends) != 0) return ChildEnd::none;
   const pid_t child = fork();
-  if (child == 0) end_by_working(limits, work, ends[1]);
+  if (child == 0) work_and_exit(limits, work, ends[1]);
   close(ends[1]);
   std::exception_ptr cancelled;
   const auto stop = [&] {
     if (child > 0) kill(child, SIGKILL);
   };
-  const auto end = Clock::now() + std::chrono::seconds(kClockTimes * limits.seconds);
+  const auto end = Clock::now() + std::chrono::seconds(kClockFactor * limits.seconds);
   char part[512];
   for (;;) {
     pollfd answer{ends[0], POLLIN, 0};
@@ -114,7 +115,7 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
     ended = waitpid(child, &status, 0);
   } while (ended < 0 && errno == EINTR);
   if (cancelled) std::rethrow_exception(cancelled);
-  // A program may have ways of its own to end by an abort().
+  // A program may turn abort() into an exit, so exit statuses other than 0 count as a crash.
   if (ended != child || (WIFEXITED(status) && WEXITSTATUS(status) == 0)) return ChildEnd::done;
   const bool slow =
       WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);

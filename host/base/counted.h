@@ -1,4 +1,4 @@
-// Counts in sentences.
+// Counts with their nouns, in messages.
 #pragma once
 
 #include <cstdint>
@@ -6,12 +6,12 @@
 
 namespace kiln {
 
-/// "1 triangle", "2 triangles": a count and its noun.
+/// A count and its noun: "1 triangle", "2 triangles".
 inline std::string counted(std::uint64_t count, const char* noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-/// The same of a noun whose plural is not an "s" more: "2 meshes".
+/// The same for a noun with an irregular plural: "2 meshes".
 inline std::string counted(std::uint64_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }

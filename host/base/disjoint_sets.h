@@ -1,4 +1,4 @@
-// Which items belong together.
+// Union-find.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// A forest of sets; the lowest member stands for each, so that the order of joins does not matter.
+/// Disjoint-set forest. The lowest member represents a set, so the result does not depend on the order of joins.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) {

@@ -57,7 +57,7 @@ std::optional<FileFacts> facts_of(const fs::path& path) noexcept {
   struct _stat64 status {};
   if (_wstat64(path.c_str(), &status) != 0) return std::nullopt;
   FileFacts found = facts(status);
-  // Files have no numbers here: names stand for them.
+  // Without file numbers, the path's hash identifies a file.
   std::error_code error;
   found.id.file = fs::hash_value(fs::weakly_canonical(path, error));
   return found;
@@ -101,7 +101,7 @@ std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcep
 }
 
 bool sync(int file) noexcept {
-  // A file that is open to read cannot be; it is closed after it was written.
+  // _commit() fails for files opened for reading; these need no sync.
   return _commit(file) == 0 || errno == EBADF;
 }
 void begin_sync(int /*file*/) noexcept {}
@@ -121,12 +121,13 @@ bool add_name(const fs::path& of, const fs::path& name) noexcept {
 bool remove_file(const wchar_t* path) noexcept { return _wunlink(path) == 0; }
 bool remove_folder(const wchar_t* path) noexcept { return _wrmdir(path) == 0; }
 
-fs::path shared_level(const fs::path& /*path*/) { return {}; }  // not to be known
+fs::path shared_level(const fs::path& /*path*/) { return {}; }  // unknown on this system
 void create_private_folders(const fs::path& path) noexcept {
   std::error_code error;
   fs::create_directories(path, error);
 }
-fs::path user_folder() { return temporary_folder() / "kiln"; }  // the folder is the user's own
+// temporary folders belong to the user here
+fs::path user_folder() { return temporary_folder() / "kiln"; }
 void set_variable(const char* name, const char* value) noexcept {
   _putenv_s(name, value == nullptr ? "" : value);
 }
@@ -136,7 +137,7 @@ const std::string& process_mark() {
   static const std::string none(16, '0');
   return none;
 }
-bool is_gone(long /*process*/) noexcept { return false; }  // not to be known
+bool is_gone(long /*process*/) noexcept { return false; }  // unknown on this system
 
 #else
 
@@ -191,14 +192,14 @@ int create_file(const fs::path& path, unsigned permissions) noexcept {
 int create_unnamed(const fs::path& folder) noexcept {
 #ifdef O_TMPFILE
   const int file = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
-  // The file is given its name through /proc: without that it could never appear.
+  // name_file() needs /proc to give the file a name, so it is required now.
   if (file < 0 || access(("/proc/self/fd/" + std::to_string(file)).c_str(), F_OK) == 0) return file;
   ::close(file);
 #endif
   return -1;
 }
 int lock_folder(const fs::path& folder, double seconds) noexcept {
-  constexpr std::chrono::milliseconds kPause(20);
+  constexpr std::chrono::milliseconds kRetryInterval(20);
   const int file = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (file >= 0 && flock(file, LOCK_EX | LOCK_NB) != 0) {
@@ -208,7 +209,7 @@ int lock_folder(const fs::path& folder, double seconds) noexcept {
       errno = EWOULDBLOCK;
       return -1;
     }
-    std::this_thread::sleep_for(kPause);
+    std::this_thread::sleep_for(kRetryInterval);
   }
   return file;
 }
@@ -263,7 +264,7 @@ std::string line_of(const char* path) {
   return line;
 }
 
-/// The owner by which files of the system's show within a namespace of users that does not have root; else none.
+/// On Linux, the user id that root's files appear to have in a user namespace without root; otherwise none.
 std::optional<uid_t> root_without_number() {
   std::ifstream map("/proc/self/uid_map");
   unsigned long inside = 0, outside = 0, count = 0;
@@ -277,7 +278,8 @@ std::optional<uid_t> root_without_number() {
   return static_cast<uid_t>(std::strtoul(shown.c_str(), nullptr, 10));
 }
 
-/// True of root's group, and of one that has this user's name and no other member, as many systems give each user.
+/// True for root's group, and for a group with this user's name and no other member, which many systems create for each
+/// user.
 bool is_private(gid_t group) {
   if (group == 0) return true;
   std::array<char, 4096> user_text{}, group_text{};
@@ -304,7 +306,7 @@ bool others_may_write(const struct stat& status) {
 }  // namespace
 
 fs::path shared_level(const fs::path& path) {
-  constexpr int kMostLinks = 40;  // as Linux follows
+  constexpr int kMaxLinks = 40;  // the limit of Linux
   static const std::optional<uid_t> system = root_without_number();
   const auto parts_of = [](const fs::path& whole) {
     std::list<fs::path> parts(whole.begin(), whole.end());
@@ -315,26 +317,27 @@ fs::path shared_level(const fs::path& path) {
   std::list<fs::path> left = parts_of(fs::absolute(path, error));
   if (error) return path;
   fs::path at;
-  bool open_to_all = false;   // others may make names in `at`
-  bool among_others = false;  // or in one of the levels before
+  bool open_to_all = false;   // others may create names in the folder `at`
+  bool among_others = false;  // others may create names in a level above
   for (int links = 0; !left.empty();) {
     const fs::path part = left.front();
     left.pop_front();
     if (part == "..") {
-      left.splice(left.begin(), parts_of(at.parent_path()));  // looked at again, from the root on
+      // resolved again, starting at the root
+      left.splice(left.begin(), parts_of(at.parent_path()));
       at.clear();
       continue;
     }
     const fs::path next = at / part;
     struct stat status {};
-    // What is not there yet is this process's to make, unless others can do so first.
+    // A missing level will be created by this process, unless others may create it first.
     if (lstat(next.c_str(), &status) != 0) return open_to_all ? next : fs::path();
     const bool is_trusted = status.st_uid == geteuid() || status.st_uid == 0 ||
                             (!among_others && status.st_uid == system);
     if (!is_trusted) return next;
     if (S_ISLNK(status.st_mode)) {
       const fs::path to = fs::read_symlink(next, error);
-      if (error || ++links > kMostLinks) return next;
+      if (error || ++links > kMaxLinks) return next;
       left.splice(left.begin(), parts_of(to));
       continue;
     }
@@ -351,7 +354,8 @@ void create_private_folders(const fs::path& path) noexcept {
     fs::path folder;
     for (const fs::path& part : path) {
       folder /= part;
-      if (mkdir(folder.c_str(), 0700) != 0) errno = 0;  // it is there, or its use fails
+      // ignored if it exists; other errors show at its first use
+      if (mkdir(folder.c_str(), 0700) != 0) errno = 0;
     }
   } catch (const std::exception&) {
   }

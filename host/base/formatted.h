@@ -1,4 +1,4 @@
-// Numbers in words, the same in programs of any locale.
+// Formats numbers independently of the locale.
 #pragma once
 
 #include <clocale>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// As vprintf(), of any length, with decimal points whatever the program's locale (on Windows: as that has it).
+/// As vprintf(), of any length, with decimal points in any locale (on Windows, the locale's).
 [[gnu::format(printf, 1, 0)]] inline std::string formatted_list(const char* format,
                                                                 std::va_list values) {
 #ifndef _WIN32
@@ -27,7 +27,7 @@ namespace kiln {
   return text;
 }
 
-/// As printf(), likewise.
+/// As printf(), of any length, with decimal points in any locale.
 [[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
   std::va_list values;
   va_start(values, format);
@@ -36,10 +36,10 @@ namespace kiln {
   return text;
 }
 
-/// A number in a message: 0.5, 1e+30.
+/// Formats a number for a message: 0.5, 1e+30.
 inline std::string decimal(double value) { return formatted("%.6g", value); }
 
-/// A place in a message: (0.5, 1, 1e+30).
+/// Formats a position for a message: (0.5, 1, 1e+30).
 inline std::string place_text(double x, double y, double z) {
   return formatted("(%.6g, %.6g, %.6g)", x, y, z);
 }

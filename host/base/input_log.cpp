@@ -21,9 +21,9 @@ std::string whole_path(const fs::path& path) {
   return (error ? path : whole).lexically_normal().string();
 }
 
-/// Calls a function of the thread's log, or of all.
+/// Calls a function for the thread's log; for all logs if it has none.
 template <typename Function>
-void to_logs(const Function& function) {
+void for_each_log(const Function& function) {
   if (own_log != nullptr) {
     function(*own_log);
     return;
@@ -58,7 +58,7 @@ void InputLog::add(const fs::path& path) {
     const std::lock_guard lock(mutex_);
     if (inputs_.files.count(whole) != 0) return;
   }
-  // Before the caller reads: what is read later has another identity where it changed meanwhile.
+  // Identified before the caller reads: if the file changes later, its identity differs.
   std::string identity = identify_(whole);
   const std::lock_guard lock(mutex_);
   inputs_.files.try_emplace(whole, std::move(identity));
@@ -70,12 +70,12 @@ InputLog* current_input_log() noexcept { return own_log; }
 
 void note_input(const fs::path& path) {
   if (log_count == 0) return;
-  to_logs([&](InputLog& log) { log.add(path); });
+  for_each_log([&](InputLog& log) { log.add(path); });
 }
 
 void note_absent(const fs::path& path) {
   if (log_count == 0) return;
-  to_logs([&](InputLog& log) {
+  for_each_log([&](InputLog& log) {
     const std::lock_guard lock(log.mutex_);
     log.inputs_.absent.insert(whole_path(path));
   });
@@ -83,7 +83,7 @@ void note_absent(const fs::path& path) {
 
 void note_answer(const fs::path& path, const std::string& question, const std::string& answer) {
   if (log_count == 0) return;
-  to_logs([&](InputLog& log) {
+  for_each_log([&](InputLog& log) {
     const std::lock_guard lock(log.mutex_);
     log.inputs_.answers[{whole_path(path), question}] = answer;
   });

@@ -1,4 +1,4 @@
-// What a run reads from the file system, so that whoever keeps its results knows what they depend on.
+// Records what a run reads from the file system: the dependencies of its results.
 #pragma once
 
 #include <filesystem>
@@ -11,10 +11,10 @@
 
 namespace kiln {
 
-/// Files that were read, files that were looked for and not there, and answers of folders. Any thread.
+/// Files that were read, files that were missing, and answers of queries about folders. Thread-safe.
 class InputLog {
  public:
-  /// \param identify  of a file's contents, as they are now: called before a file is read for the first time
+  /// \param identify  identity of a file's contents; called before a file's first read
   explicit InputLog(std::function<std::string(const std::filesystem::path&)> identify);
   ~InputLog();
   InputLog(const InputLog&) = delete;
@@ -23,7 +23,7 @@ class InputLog {
   struct Inputs {
     std::map<std::string, std::string> files;  ///< Absolute path to identity
     std::set<std::string> absent;              ///< Absolute paths
-    /// Absolute path and question to the answer: "tiles" of a name, "named crate.png" of a folder
+    /// Absolute path and query, to the answer. Queries: "tiles" of a name, "named crate.png" of a folder
     std::map<std::pair<std::string, std::string>, std::string> answers;
   };
   Inputs inputs() const;
@@ -40,9 +40,9 @@ class InputLog {
   Inputs inputs_;
 };
 
-/// While it lives, what the calling thread reads goes to a log; so does what threads read that it starts by
-/// parallel_for() and AsyncTask. Threads without a log write to all that there are: too much is known rather than too
-/// little.
+/// While it lives, reads of the calling thread are recorded in a log, and so are those of threads that it starts by
+/// parallel_for() and AsyncTask. Reads of threads without a log are recorded in all logs: an unneeded dependency is
+/// safer than a missing one.
 class InputLogScope {
  public:
   explicit InputLogScope(InputLog* log) noexcept;
@@ -53,17 +53,17 @@ class InputLogScope {
  private:
   InputLog* before_;
 };
-/// Of the calling thread; null: none.
+/// The calling thread's log; null: none.
 InputLog* current_input_log() noexcept;
 
-/// A file is about to be read, or was found to be there. Nothing where there is no log.
+/// Records a file that is about to be read, or that was found. Does nothing without a log.
 void note_input(const std::filesystem::path& path);
-/// A file was looked for and is not there.
+/// Records a file that was looked for and is missing.
 void note_absent(const std::filesystem::path& path);
-/// A folder, or names in it, were asked.
+/// Records a query about a folder or names in it, with its answer.
 void note_answer(const std::filesystem::path& path, const std::string& question,
                  const std::string& answer);
-/// note_input() or note_absent(). \returns true if there is such a regular file
+/// Calls note_input() or note_absent(). \returns true if a regular file exists there
 bool note_whether_file(const std::filesystem::path& path);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Nesting of JSON text, counted before it is parsed.
+// Limits the nesting of JSON text before it is parsed.
 #pragma once
 
 #include <cstddef>
@@ -6,13 +6,12 @@
 
 namespace kiln {
 
-/// Lists and objects within each other that Kiln reads and writes. A value of JSON is destroyed, copied and written by
-/// functions that call themselves once a level: text that is nested further would end in a stack overflow. No exporter
-/// writes more than some tens of levels.
+/// Greatest nesting of JSON that Kiln reads and writes. JSON values are destroyed, copied and written recursively, so
+/// deeper nesting would overflow the stack. Exporters write at most some tens of levels.
 inline constexpr std::size_t kMostJsonDepth = 200;
 
-/// True if lists and objects of a JSON text lie in more than kMostJsonDepth others. Of text that is no JSON it says so
-/// only if a parser would come to that depth before it fails. Takes one pass and no memory.
+/// True if a JSON text nests lists and objects deeper than kMostJsonDepth. For invalid JSON, true only if a parser
+/// would reach that depth before it fails. One pass, no memory.
 inline bool is_nested_too_deep(std::string_view json) {
   std::size_t depth = 0;
   bool in_text = false;

@@ -1,4 +1,4 @@
-// Names that live as long as the program.
+// Interned names, which live as long as the program.
 #pragma once
 
 #include <mutex>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// A copy of a name, one for all that are alike, that is never freed.
+/// Interns a name: returns the same copy for equal names, which is never freed.
 inline std::string_view kept_name(std::string_view name) {
   static std::mutex mutex;
   static auto& names = *new std::set<std::string, std::less<>>;

@@ -1,4 +1,4 @@
-// Words and names of files in lower case.
+// Conversion of ASCII text to lower case.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace kiln {
 
-/// ASCII letters in lower case; all other bytes as they are.
+/// Converts ASCII letters to lower case; all other bytes stay.
 inline std::string lower_case(std::string_view text) {
   std::string result(text);
   for (char& c : result) {
@@ -16,7 +16,7 @@ inline std::string lower_case(std::string_view text) {
   return result;
 }
 
-/// Extension of a file's name in lower case: ".png".
+/// A file's extension in lower case: ".png".
 inline std::string lower_extension(const std::filesystem::path& path) {
   return lower_case(path.extension().string());
 }

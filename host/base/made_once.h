@@ -1,4 +1,4 @@
-// Values that are made once, for whoever asks first.
+// Values that are created at their first use.
 #pragma once
 
 #include <map>
@@ -8,10 +8,10 @@
 
 namespace kiln {
 
-/// One value of each type. Any number of threads may ask.
+/// At most one value of each type. Thread-safe.
 class MadeOnce {
  public:
-  /// The value of a type; `make()` gives it where it is missing. What it throws leaves it missing.
+  /// The value of a type, created by `make()` at the first call. If that throws, the next call tries again.
   template <typename Value, typename Make>
   std::shared_ptr<const Value> get(const Make& make) {
     const std::lock_guard lock(mutex_);

@@ -24,9 +24,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
-/// The number after `key` in a file of lines "KEY NUMBER ..."; kMost where there is none.
+/// The number after `key` in a file of lines "KEY NUMBER ..."; kUnlimited: not found.
 std::uint64_t number_of(const char* path, const std::string& key) {
   std::ifstream file(path);
   std::string word;
@@ -34,54 +34,55 @@ std::uint64_t number_of(const char* path, const std::string& key) {
     std::uint64_t value = 0;
     if (word == key && file >> value) return value;
   }
-  return kMost;
+  return kUnlimited;
 }
 
 std::uint64_t first_number(const char* path) {
   std::ifstream file(path);
   std::uint64_t value = 0;
-  return file >> value ? value : kMost;  // "max" is no number
+  return file >> value ? value : kUnlimited;  // "max" does not parse
 }
 
-std::uint64_t left_of(std::uint64_t limit, std::uint64_t used) {
-  if (limit == kMost || used == kMost) return kMost;
+std::uint64_t remaining(std::uint64_t limit, std::uint64_t used) {
+  if (limit == kUnlimited || used == kUnlimited) return kUnlimited;
   return limit > used ? limit - used : 0;
 }
 
 #ifdef _WIN32
-std::uint64_t free_addresses() { return kMost; }
+std::uint64_t free_addresses() { return kUnlimited; }
 #else
 std::uint64_t free_addresses() {
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kMost;
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;
   const std::uint64_t pages = first_number("/proc/self/statm");
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  return left_of(limit.rlim_cur, pages == kMost ? kMost : pages * page);
+  return remaining(limit.rlim_cur, pages == kUnlimited ? kUnlimited : pages * page);
 }
 #endif
 
 std::uint64_t free_in_machine() {
   const std::uint64_t available = number_of("/proc/meminfo", "MemAvailable:");
   const std::uint64_t swap = number_of("/proc/meminfo", "SwapFree:");
-  if (available == kMost) return kMost;
-  return (available + (swap == kMost ? 0 : swap)) * 1024;
+  if (available == kUnlimited) return kUnlimited;
+  return (available + (swap == kUnlimited ? 0 : swap)) * 1024;
 }
 
-/// Memory left in the control group, version 2 as a container sees it. Cached files count as used there but
-/// are given back at need.
+/// Memory left in the control group, version 2, as seen in a container. The page cache counts as used there, but is
+/// reclaimed on demand.
 std::uint64_t free_in_group() {
   const std::uint64_t limit = first_number("/sys/fs/cgroup/memory.max");
-  if (limit == kMost) return kMost;
+  if (limit == kUnlimited) return kUnlimited;
   const std::uint64_t used = first_number("/sys/fs/cgroup/memory.current");
   const std::uint64_t cached = number_of("/sys/fs/cgroup/memory.stat", "file");
-  return left_of(limit, used == kMost ? kMost : left_of(used, cached == kMost ? 0 : cached));
+  return remaining(
+      limit, used == kUnlimited ? kUnlimited : remaining(used, cached == kUnlimited ? 0 : cached));
 }
 
-/// Bytes that the process holds in memory; 0 where the system does not say. Allocates nothing.
+/// Resident bytes of the process; 0: unknown. Does not allocate.
 #ifdef _WIN32
-std::uint64_t held_memory() noexcept { return 0; }
+std::uint64_t resident_memory() noexcept { return 0; }
 #else
-std::uint64_t held_memory() noexcept {
+std::uint64_t resident_memory() noexcept {
   std::array<char, 128> text{};
   const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
   if (file < 0) return 0;
@@ -93,12 +94,12 @@ std::uint64_t held_memory() noexcept {
 }
 #endif
 
-std::atomic<std::uint64_t> limit_that_was_set{0};
+std::atomic<std::uint64_t> explicit_limit{0};
 std::atomic<std::int64_t> untouched{0};
 
 std::uint64_t default_limit() {
   const std::uint64_t free = free_memory();
-  return free == kMost ? kMost : held_memory() + free / 4 * 3;
+  return free == kUnlimited ? kUnlimited : resident_memory() + free / 4 * 3;
 }
 
 }  // namespace
@@ -114,7 +115,7 @@ std::uint64_t peak_resident_bytes() noexcept {
 #endif
 
 std::uint64_t capped_product(std::uint64_t a, std::uint64_t b) {
-  return b != 0 && a > kMost / b ? kMost : a * b;
+  return b != 0 && a > kUnlimited / b ? kUnlimited : a * b;
 }
 
 std::string mebibytes(std::uint64_t bytes) {
@@ -126,9 +127,9 @@ std::uint64_t free_memory() {
 }
 
 std::uint64_t memory_limit() {
-  const std::uint64_t set = limit_that_was_set;
+  const std::uint64_t set = explicit_limit;
   if (set != 0) return set;
-  // No static of a function: what it allocates asks for the limit again.
+  // Not a static with a dynamic initializer: its allocations would query the limit recursively.
   static std::atomic<std::uint64_t> unset{0};
   std::uint64_t first = unset;
   if (first != 0) return first;
@@ -136,11 +137,11 @@ std::uint64_t memory_limit() {
   return unset.compare_exchange_strong(first, made) ? made : first;
 }
 
-void set_memory_limit(std::uint64_t bytes) noexcept { limit_that_was_set = bytes; }
+void set_memory_limit(std::uint64_t bytes) noexcept { explicit_limit = bytes; }
 
 std::uint64_t memory_left() {
   const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
-  return left_of(std::min(left_of(memory_limit(), held_memory()), free_memory()), more);
+  return remaining(std::min(remaining(memory_limit(), resident_memory()), free_memory()), more);
 }
 
 void count_untouched(std::int64_t bytes) noexcept { untouched += bytes; }
@@ -155,19 +156,20 @@ bool memory_fits(std::uint64_t bytes) {
 
 namespace {
 thread_local bool obeys_limit = false;
-thread_local std::size_t taken_unasked = 0;
+thread_local std::size_t unchecked_bytes = 0;
 }  // namespace
 
 void obey_memory_limit() noexcept { obeys_limit = true; }
 
 bool may_take(std::size_t bytes) {
-  constexpr std::size_t kBetweenLooks = std::size_t{1} << 20;
-  if (!obeys_limit || (taken_unasked += std::min(bytes, kBetweenLooks)) < kBetweenLooks)
+  constexpr std::size_t kBytesBetweenChecks = std::size_t{1} << 20;
+  if (!obeys_limit ||
+      (unchecked_bytes += std::min(bytes, kBytesBetweenChecks)) < kBytesBetweenChecks)
     return true;
-  taken_unasked = 0;
+  unchecked_bytes = 0;
   const auto fits = [bytes] {
     const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
-    return held_memory() + more + bytes <= memory_limit();
+    return resident_memory() + more + bytes <= memory_limit();
   };
   if (fits()) return true;
 #ifdef __GLIBC__
@@ -182,7 +184,7 @@ void fail_for_stage(const std::string& problem) {
 }
 
 void require_memory(const std::string& what, std::uint64_t bytes, const MemoryFailure& fail) {
-  if (bytes <= kLittleMemory) return;
+  if (bytes <= kMaxUncheckedBytes) return;
   if (memory_fits(bytes)) return;
   const std::uint64_t left = memory_left();
   fail(what + " would take " + mebibytes(bytes) + " of memory, but only " + mebibytes(left) +

@@ -1,4 +1,4 @@
-// Memory is asked for before it is taken.
+// Checks of the memory budget before allocations.
 #pragma once
 
 #include <cstddef>
@@ -10,23 +10,23 @@
 
 namespace kiln {
 
-/// Blocks up to this are not asked for.
-inline constexpr std::uint64_t kLittleMemory = std::uint64_t{16} << 20;
+/// Allocations up to this size skip the budget check.
+inline constexpr std::uint64_t kMaxUncheckedBytes = std::uint64_t{16} << 20;
 
-/// a * b, at most 2^64 - 1.
+/// a * b, saturated at 2^64 - 1.
 std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
 
 /// "17 MiB", rounded up.
 std::string mebibytes(std::uint64_t bytes);
 
-/// Most memory the process ever had resident, bytes; 0 where the system does not say.
+/// Peak resident memory of the process in bytes; 0: unknown.
 std::uint64_t peak_resident_bytes() noexcept;
 
-/// Counts memory that was taken but not yet written to, which the system does not count as held: memory_left() is so
-/// much less. \param bytes  below 0 once it is written to, or given back
+/// Counts memory that is allocated but not written yet, which the system does not count as resident; it is deducted
+/// from memory_left(). \param bytes  negative once it is written or freed
 void count_untouched(std::int64_t bytes) noexcept;
 
-/// Counts memory that work still to come will take, as long as it lives: what is asked for first fails then, not late.
+/// Reserves memory for later work while it lives, so that the work fails at its start rather than late.
 class ReservedMemory {
  public:
   explicit ReservedMemory(std::uint64_t bytes) noexcept : bytes_(static_cast<std::int64_t>(bytes)) {
@@ -40,26 +40,27 @@ class ReservedMemory {
   std::int64_t bytes_;
 };
 
-/// True if so many bytes fit into what is left; else what the allocator keeps of freed memory is given back first.
+/// True if this many bytes fit into the budget. Otherwise returns the allocator's free memory to the system and tries
+/// again.
 bool memory_fits(std::uint64_t bytes);
 
-/// From here on the calling thread's blocks are asked for by may_take(): it is none of a driver's.
+/// From now on, allocations of the calling thread are checked by may_take(). For threads that are not a driver's.
 void obey_memory_limit() noexcept;
 
-/// For a program's operator new: false where the calling thread obeys the limit and a block of so many bytes would pass
-/// it. Looks once in a MiB, some microseconds.
+/// For a program's operator new: false if the calling thread is checked and a block of this size exceeds the budget.
+/// Queries the system once a MiB, which takes some microseconds.
 bool may_take(std::size_t bytes);
 
-/// Says that memory is short; must throw. \param problem  such as "The maps would take 3 MiB of memory, but
-/// only 2 MiB are left"
+/// Reports a lack of memory; must throw. \param problem  such as "The maps would take 3 MiB of memory, but only 2 MiB
+/// are left"
 using MemoryFailure = std::function<void(const std::string& problem)>;
 
-/// For stages. \throws Error(internal)
+/// A MemoryFailure for stages. \throws Error(internal)
 [[noreturn]] void fail_for_stage(const std::string& problem);
 
-/// Asks for a block that a reader or a stage is about to take: calls `fail` where it does not fit. Takes
-/// some tens of microseconds; blocks up to kLittleMemory are not looked up.
-/// \param what  such as "The maps", for the message
+/// Checks the budget before a large allocation; calls `fail` if it does not fit. Takes some tens of microseconds;
+/// skipped up to kMaxUncheckedBytes.
+/// \param what  subject of the message, such as "The maps"
 void require_memory(const std::string& what, std::uint64_t bytes,
                     const MemoryFailure& fail = fail_for_stage);
 

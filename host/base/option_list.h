@@ -1,13 +1,13 @@
-// Lists of options, as paths in BakeOptions: "occlusion match.ray.rule".
+// Lists of options as paths in BakeOptions, such as "occlusion match.ray.rule".
 #pragma once
 
 #include <string_view>
 
 namespace kiln {
 
-/// True if a list has an option, one of its group, or its group.
+/// True if a list contains an option, another one of its group, or its group.
 /// \param list    paths separated by blanks
-/// \param option  a path, such as "occlusion.rays", or that of a group, "occlusion"
+/// \param option  a path, such as "occlusion.rays", or a group, "occlusion"
 inline bool lists_option(std::string_view list, std::string_view option) {
   const auto is_within = [](std::string_view path, std::string_view group) {
     return path.starts_with(group) && (path.size() == group.size() || path[group.size()] == '.');

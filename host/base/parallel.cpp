@@ -18,15 +18,15 @@
 namespace kiln {
 namespace {
 
-constexpr int kMostThreads = 1024;
+constexpr int kMaxThreads = 1024;
 std::atomic<int> asked_limit{0};
 
-/// Number of threads if no limit is set.
-int usual_count() {
+/// Number of threads without a limit.
+int default_thread_count() {
   static const int count = [] {
     if (const char* text = std::getenv("KILN_THREADS")) {
       const int value = std::atoi(text);
-      if (value >= 1 && value <= kMostThreads) return value;
+      if (value >= 1 && value <= kMaxThreads) return value;
     }
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   }();
@@ -37,11 +37,11 @@ int usual_count() {
 
 int thread_count() {
   const int set = asked_limit;
-  return set != 0 ? set : usual_count();
+  return set != 0 ? set : default_thread_count();
 }
 
 void set_thread_limit(int threads) {
-  if (threads < 0 || threads > kMostThreads) {
+  if (threads < 0 || threads > kMaxThreads) {
     throw Error(ErrorCode::usage,
                 "The thread limit is " + std::to_string(threads) +
                     ": it must be 1 to 1024, or 0 for as many as the machine has.",
@@ -72,7 +72,7 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
     try {
       for (std::size_t piece = next++; piece < pieces; piece = next++) {
         call(body, piece * grain, std::min(count, (piece + 1) * grain));
-        ProgressGuard::poll();  // of the calling thread: others have none
+        ProgressGuard::poll();  // polls the calling thread's callback; other threads have none
       }
     } catch (...) {
       next = pieces;

@@ -1,4 +1,4 @@
-// Shares in messages.
+// Percentages in messages.
 #pragma once
 
 #include <cmath>
@@ -8,15 +8,15 @@
 
 namespace kiln {
 
-/// A share in percent, with so many digits that count but never an exponent: "0.0031%", "12.3%", "750%".
+/// A share in percent with the given significant digits, never with an exponent: "0.0031%", "12.3%", "750%".
 inline std::string percent(double share, int digits = 3) {
-  constexpr double kMost = 1e6;
-  constexpr int kMostDecimals = 6;
+  constexpr double kMaxPercent = 1e6;
+  constexpr int kMaxDecimals = 6;
   const double value = 100 * share;
-  if (!(value < kMost)) return "over 1000000%";
+  if (!(value < kMaxPercent)) return "over 1000000%";
   int decimals = 0;
   const double enough = std::pow(10.0, digits - 1);
-  for (double v = value; v > 0 && v < enough && decimals < kMostDecimals; v *= 10) ++decimals;
+  for (double v = value; v > 0 && v < enough && decimals < kMaxDecimals; v *= 10) ++decimals;
   std::string number = formatted("%.*f", decimals, value);
   if (decimals > 0) number.erase(number.find_last_not_of('0') + 1);
   if (number.back() == '.') number.pop_back();

@@ -4,7 +4,7 @@
 
 namespace kiln {
 
-/// Between two calls. Tests that count polls declare it and set 0.
+/// Least time between two calls. Tests that count polls declare it and set it to 0.
 std::chrono::milliseconds pause_of_progress{50};
 
 namespace {
@@ -22,7 +22,7 @@ ProgressGuard::~ProgressGuard() {
   if (callback_) of_thread = outer_;
 }
 
-bool ProgressGuard::tell(double done, std::string_view stage) {
+bool ProgressGuard::report(double done, std::string_view stage) {
   if (!callback_) return true;
   done_ = done;
   if (stage_ != stage) stage_ = stage;
@@ -39,13 +39,13 @@ bool ProgressGuard::tell(double done, std::string_view stage) {
 
 Progress ProgressGuard::progress() {
   if (!callback_) return {};
-  return [this](double done, std::string_view stage) { return tell(done, stage); };
+  return [this](double done, std::string_view stage) { return report(done, stage); };
 }
 
 void ProgressGuard::poll_at(double done, std::string_view stage) {
   ProgressGuard* const guard = of_thread;
   if (guard == nullptr || guard->calling_) return;
-  if (!guard->tell(done, stage)) throw Cancelled();
+  if (!guard->report(done, stage)) throw Cancelled();
 }
 
 bool ProgressGuard::active() { return of_thread != nullptr; }
@@ -54,7 +54,7 @@ void ProgressGuard::poll() {
   ProgressGuard* const guard = of_thread;
   if (guard == nullptr || guard->calling_) return;
   if (std::chrono::steady_clock::now() - guard->last_ < pause_of_progress) return;
-  if (!guard->tell(guard->done_, guard->stage_)) throw Cancelled();
+  if (!guard->report(guard->done_, guard->stage_)) throw Cancelled();
 }
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Progress and cancelling of long work: whoever works polls, and the caller is told about twenty times a second.
+// Progress and cancelling of long work: workers poll, and the callback is called about twenty times a second.
 #pragma once
 
 #include <chrono>
@@ -12,30 +12,30 @@
 
 namespace kiln {
 
-/// Thrown by what is under way where its caller says stop.
+/// Thrown by running work when the progress callback returns false.
 struct Cancelled : Error {
   Cancelled() : Error(ErrorCode::cancelled, "Stopped: the progress callback said so.") {}
 };
 
-/// Carries the caller's progress callback on the thread that made it: parallel loops and waits for the device
-/// poll it while it lives. Of several on one thread the innermost with a callback counts.
+/// Installs a progress callback on the calling thread; parallel loops and waits for the device poll it while this
+/// lives. The innermost guard with a callback counts.
 class ProgressGuard {
  public:
-  /// \param callback  may be empty: then nothing changes
+  /// \param callback  may be empty: then this has no effect
   explicit ProgressGuard(Progress callback);
   ~ProgressGuard();
   ProgressGuard(const ProgressGuard&) = delete;
   ProgressGuard& operator=(const ProgressGuard&) = delete;
 
-  /// Calls the callback now. \returns whether to go on
-  bool tell(double done, std::string_view stage);
-  /// tell() as a callback, for work that knows how far it is; empty where this one is. Good while this lives.
+  /// Calls the callback now. \returns false to cancel
+  bool report(double done, std::string_view stage);
+  /// report() as a callback, for work that knows its progress; empty if this one's is. Valid while this lives.
   Progress progress();
 
-  /// Calls the calling thread's callback with what it was told last, if that was more than 50 ms ago. Costs the
-  /// reading of a clock. \throws Cancelled where it says stop
+  /// Repeats the last progress to the calling thread's callback, if more than 50 ms have passed. Costs the reading of a
+  /// clock. \throws Cancelled if the callback returns false
   static void poll();
-  /// Calls the calling thread's callback now. \throws Cancelled where it says stop
+  /// Calls the calling thread's callback now. \throws Cancelled if the callback returns false
   static void poll_at(double done, std::string_view stage);
   /// True if the calling thread has a callback.
   static bool active();
@@ -46,10 +46,10 @@ class ProgressGuard {
   double done_ = 0;
   std::string stage_ = "preparing";
   std::chrono::steady_clock::time_point last_;
-  bool calling_ = false;  // calls of Kiln by the callback itself are not reported
+  bool calling_ = false;  // suppresses progress of Kiln's functions that the callback itself calls
 };
 
-/// Locks; polls while another thread holds the mutex. \throws as ProgressGuard::poll()
+/// Locks a mutex; polls progress while another thread holds it. \throws as ProgressGuard::poll()
 template <typename Mutex>
 std::unique_lock<Mutex> lock_polling(Mutex& mutex) {
   std::unique_lock lock(mutex, std::try_to_lock);

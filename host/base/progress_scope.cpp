@@ -15,7 +15,7 @@ ProgressScope::ProgressScope(Progress progress) : impl_(new Impl(std::move(progr
 ProgressScope::~ProgressScope() { delete impl_; }
 
 void ProgressScope::at(double done, std::string_view stage) {
-  if (!impl_->guard.tell(done, stage)) throw Cancelled();
+  if (!impl_->guard.report(done, stage)) throw Cancelled();
 }
 
 }  // namespace kiln

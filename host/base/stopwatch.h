@@ -1,11 +1,11 @@
-// Seconds of stages.
+// Measures the seconds of stages.
 #pragma once
 
 #include <chrono>
 
 namespace kiln {
 
-/// Starts when it is made.
+/// Starts on construction.
 class Stopwatch {
  public:
   /// Seconds since the last lap, or since the start.

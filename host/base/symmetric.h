@@ -9,8 +9,8 @@ namespace kiln {
 
 using Matrix3 = std::array<std::array<double, 3>, 3>;
 
-/// Leaves the eigenvalues on the diagonal of the symmetric matrix `m`, eigenvectors in the columns of `v`: cyclic
-/// Jacobi sweeps.
+/// Diagonalizes the symmetric matrix `m` by cyclic Jacobi sweeps: eigenvalues end on its diagonal, eigenvectors in the
+/// columns of `v`.
 inline void diagonalise(Matrix3& m, Matrix3& v) {
   v = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (int sweep = 0; sweep < 8; ++sweep) {

@@ -1,5 +1,5 @@
-// Two or four numbers in a register: the vector extension of GCC and Clang (SSE2 on any x86-64, NEON on ARM), and
-// plain loops for other compilers, or with KILN_PLAIN_VECTORS. Both give the same bits.
+// SIMD vectors of two or four numbers: the vector extension of GCC and Clang (SSE2 on any x86-64, NEON on ARM), or
+// plain loops for other compilers and with KILN_PLAIN_VECTORS. Both give the same bits.
 #pragma once
 
 #include <cstddef>
@@ -15,16 +15,16 @@ using Int4 = std::int32_t __attribute__((vector_size(16)));
 using Double2 = double __attribute__((vector_size(16)));
 using Word2 = std::uint64_t __attribute__((vector_size(16)));
 
-/// Lane by lane. \param mask  of a comparison
+/// Selects lane by lane. \param mask  result of a comparison
 template <typename Mask, typename T>
 T select(Mask mask, T yes, T no) {
   return mask ? yes : no;
 }
 inline Float4 to_float4(Int4 value) { return __builtin_convertvector(value, Float4); }
-/// Towards 0.
+/// Rounds towards 0.
 inline Int4 to_int4(Float4 value) { return __builtin_convertvector(value, Int4); }
 
-/// Starts to load memory that is soon read.
+/// Prefetches memory into the cache.
 inline void prefetch(const void* from) { __builtin_prefetch(from); }
 
 #else
@@ -87,7 +87,7 @@ inline Float4 to_float4(const Int4& value) {
   return Float4::each<Float4>([&](std::size_t i) { return static_cast<float>(value[i]); });
 }
 inline Int4 to_int4(const Float4& value) {
-  // A value that no whole number holds becomes the least one, as in SSE2.
+  // Values outside of the integer range become the least integer, as in SSE2.
   return Float4::each<Int4>([&](std::size_t i) {
     const bool fits = value[i] >= -2147483648.0F && value[i] < 2147483648.0F;
     return fits ? static_cast<std::int32_t>(value[i]) : INT32_MIN;
@@ -102,17 +102,17 @@ inline Float4 lower(Float4 a, Float4 b) { return select(a < b, a, b); }
 inline Float4 upper(Float4 a, Float4 b) { return select(a > b, a, b); }
 inline Double2 larger(Double2 a, Double2 b) { return select(a < b, b, a); }
 
-/// Four floats in a row, from any address.
+/// Loads four consecutive floats from any address.
 inline Float4 load_float4(const float* from) {
   Float4 value;
   std::memcpy(&value, from, sizeof value);
   return value;
 }
 
-/// The greatest whole numbers that are not above, for numbers within +-2^31.
+/// Rounds down, for numbers within +-2^31.
 inline Int4 floor_int4(Float4 value) {
   const Int4 whole = to_int4(value);
-  return whole + (to_float4(whole) > value);  // true is -1
+  return whole + (to_float4(whole) > value);  // a true lane is -1
 }
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Code that is written once for all voxel types.
+// Dispatch over voxel types.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace kiln {
 
-/// Calls visit with a value of the type.
+/// Calls visit with a value of the voxel type.
 template <typename Visit>
 auto with_voxel_type(VoxelType type, const Visit& visit) {
   switch (type) {

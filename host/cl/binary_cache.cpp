@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "kiln binary 1\n";
-constexpr std::uint64_t kLargest = std::uint64_t{64} << 20U;  // bytes of a file
+constexpr std::uint64_t kMaxFileBytes = std::uint64_t{64} << 20U;  // largest file in bytes
 constexpr const char* kEnding = ".bin";
 
 std::string hex(std::uint64_t number) {
@@ -53,17 +53,17 @@ fs::path BinaryCache::file(const std::string& key) const {
   return folder_ / (hex(fnv1a(key)) + kEnding);
 }
 
-// A file: the magic words, the key, a hash of the binary, the binary.
+// File format: magic bytes, key, hash of the binary, binary.
 std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view source,
                                                             std::string_view options) const {
   if (folder_.empty()) return std::nullopt;
   const std::string wanted = key(source, options);
   std::error_code failed;
   const fs::path path = file(wanted);
-  const std::uintmax_t size = fs::file_size(path, failed);  // not of folders, pipes and the like
+  const std::uintmax_t size = fs::file_size(path, failed);  // fails for folders, pipes and the like
   const std::size_t head = kMagic.size() + wanted.size() + 17;
-  if (failed || size <= head || size > kLargest) return std::nullopt;
-  // Of the folder, kernel_folder() has warned.
+  if (failed || size <= head || size > kMaxFileBytes) return std::nullopt;
+  // Skips files that others may replace. For the folder itself, kernel_folder() has warned.
   if (os::shared_level(path).filename() == path.filename()) return std::nullopt;
   std::string text(size, '\0');
   std::ifstream in(path, std::ios::binary);
@@ -76,7 +76,7 @@ std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view sou
 
 void BinaryCache::keep(std::string_view source, std::string_view options,
                        const std::vector<unsigned char>& binary) const noexcept {
-  if (folder_.empty() || binary.empty() || binary.size() > kLargest / 2) return;
+  if (folder_.empty() || binary.empty() || binary.size() > kMaxFileBytes / 2) return;
   try {
     static std::atomic<unsigned> count{0};
     const std::string wanted = key(source, options);
@@ -95,7 +95,7 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
     if (file >= 0) os::close(file);
     if (!written || !os::replace(temporary, path)) os::remove_file(temporary.c_str());
     remove_oldest();
-  } catch (const std::exception&) {  // The next run builds it again.
+  } catch (const std::exception&) {  // not cached: the next run builds it again
   }
 }
 
@@ -108,7 +108,7 @@ void BinaryCache::forget(std::string_view source, std::string_view options) cons
   }
 }
 
-/// Also what a process left half-written: it is never loaded, and grows old.
+/// Also removes files that a killed process left incomplete: they are never loaded, and become the oldest.
 void BinaryCache::remove_oldest() const {
   std::error_code failed;
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
@@ -118,10 +118,9 @@ void BinaryCache::remove_oldest() const {
     const fs::file_time_type time = fs::last_write_time(at->path(), gone);
     if (!gone && at->is_regular_file(gone)) files.emplace_back(time, at->path());
   }
-  if (files.size() <= kMostBinaries) return;
+  if (files.size() <= kMaxBinaries) return;
   std::sort(files.begin(), files.end());
-  for (std::size_t i = 0; i < files.size() - kMostBinaries; ++i)
-    fs::remove(files[i].second, failed);
+  for (std::size_t i = 0; i < files.size() - kMaxBinaries; ++i) fs::remove(files[i].second, failed);
 }
 
 }  // namespace kiln::ocl

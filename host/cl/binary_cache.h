@@ -1,4 +1,4 @@
-// Built programs that later runs load in place of their sources.
+// Cache of built programs, which later runs load instead of compiling sources.
 #pragma once
 
 #include <cstdint>
@@ -12,33 +12,33 @@
 
 namespace kiln::ocl {
 
-/// Binaries of programs, a file each.
+/// Binaries of programs, one file each.
 ///
-/// PoCL keeps what it compiles, but runs the preprocessor over each source to find it: 25 to 45 ms of a core for
-/// each of a bake's eight programs. From a binary it takes 1 to 5. Other drivers find theirs by themselves, so
-/// no programs are kept for them: only that they passed the self-test.
+/// PoCL caches what it compiles, but runs the preprocessor over each source to find it: 25 to 45 ms of a core for each
+/// of a bake's eight programs. From a binary it takes 1 to 5. Other drivers have effective caches of their own, so for
+/// them only the result of the self-test is stored.
 ///
-/// A file that is not whole, of another driver, or that others may write to is as if it were not there. Files are replaced as a whole, so
-/// any number of processes may share a folder. The oldest go where there are more than kMostBinaries.
+/// Files that are incomplete, from another driver, or writable by others are ignored. Files are replaced atomically, so
+/// any number of processes may share a folder. Above kMaxBinaries, the oldest files are removed.
 class BinaryCache {
  public:
-  static constexpr std::size_t kMostBinaries = 256;
+  static constexpr std::size_t kMaxBinaries = 256;
 
-  /// \param folder  empty: nothing is kept or found. Made with the first file, for this user alone
-  /// \param driver  all that binaries depend on, besides source and options
-  /// \param programs  programs are kept, too
+  /// \param folder  empty: disables the cache. Created with the first file, for this user only
+  /// \param driver  everything that binaries depend on, besides source and options
+  /// \param programs  true: binaries of programs are stored, too
   BinaryCache(std::filesystem::path folder, std::string driver, bool programs = true);
-  /// Cache of a device. Keeps nothing where POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0, and programs for PoCL alone.
+  /// Cache of a device. Disabled if POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0; stores programs for PoCL only.
   /// \param folder  KernelFolder::kiln
   static BinaryCache of(const DeviceInfo& device, std::string_view platform_version,
                         const std::filesystem::path& folder);
 
   std::optional<std::vector<unsigned char>> find(std::string_view source,
                                                  std::string_view options) const;
-  /// Nothing where it cannot be written.
+  /// Stores a binary; does nothing if it cannot be written.
   void keep(std::string_view source, std::string_view options,
             const std::vector<unsigned char>& binary) const noexcept;
-  /// Removes what the driver would not load.
+  /// Removes a binary that the driver rejected.
   void forget(std::string_view source, std::string_view options) const noexcept;
   bool keeps_programs() const { return programs_ && !folder_.empty(); }
 

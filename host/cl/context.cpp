@@ -43,7 +43,7 @@ constexpr StatusName kStatusNames[] = {
     {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
 };
 
-/// Platform and version: for PoCL, its compiler's, too. Empty where the driver does not say.
+/// Platform and version; for PoCL, this includes its compiler's. Empty if the driver does not provide them.
 std::string platform_version(cl_device_id device) {
   cl_platform_id platform = nullptr;
   std::size_t size = 0;
@@ -51,13 +51,13 @@ std::string platform_version(cl_device_id device) {
   driver([&] {
     return clGetDeviceInfo(device, CL_DEVICE_PLATFORM, sizeof(void*), &platform, nullptr);
   });
-  const auto ask = [&](std::size_t room, char* to) {
+  const auto query = [&](std::size_t room, char* to) {
     return driver(
         [&] { return clGetPlatformInfo(platform, CL_PLATFORM_VERSION, room, to, &size); });
   };
-  if (platform == nullptr || ask(0, nullptr) != CL_SUCCESS) return {};
+  if (platform == nullptr || query(0, nullptr) != CL_SUCCESS) return {};
   text.resize(size);
-  return ask(text.size(), text.data()) == CL_SUCCESS ? text : std::string();
+  return query(text.size(), text.data()) == CL_SUCCESS ? text : std::string();
 }
 
 std::unique_ptr<const BinaryCache> binaries_of(cl_device_id device, const DeviceInfo& info) {
@@ -93,7 +93,7 @@ Buffer::Buffer(Context& context, std::size_t bytes, const void* data)
                                        megabytes(info.largest_buffer_bytes) +
                                        " in one. Use a smaller mesh, or another device.");
   }
-  // A CPU's memory is ours. Small buffers are not asked for.
+  // A CPU device uses the process's memory, so the budget is checked; small buffers skip the check.
   if (!info.is_gpu && bytes > (std::size_t{1} << 20) && !memory_fits(bytes)) {
     throw Error(ErrorCode::internal, "A buffer of the device would take " + megabytes(bytes) +
                                          " of memory, but only " + megabytes(memory_left()) +
@@ -102,7 +102,7 @@ Buffer::Buffer(Context& context, std::size_t bytes, const void* data)
   }
   cl_int status = CL_SUCCESS;
   driver([&] {
-    // The driver only reads what it copies, though the pointer is to what may be written.
+    // The driver only reads the data that it copies, though the parameter is not const.
     memory_ = clCreateBuffer(context.get(),
                              CL_MEM_READ_WRITE | (data == nullptr ? 0 : CL_MEM_COPY_HOST_PTR),
                              bytes, const_cast<void*>(data), &status);
@@ -138,15 +138,15 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
   check(driver([&] {
           context_ = clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
           if (status == CL_INVALID_PLATFORM) {
-            // ocl-icd's own answer where it lists no platform, as with KILN_OPENCL_DRIVER. The driver is asked then:
-            // its table of functions comes first in each of its objects.
+            // ocl-icd rejects a device if it lists no platform, as with KILN_OPENCL_DRIVER. Then the driver's function
+            // is called directly: each of its objects starts with the table of functions.
             const cl_icd_dispatch& table = **reinterpret_cast<const cl_icd_dispatch**>(device);
             context_ = table.clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
           }
           return status;
         }),
         "Opening " + info_.name);
-  note_opened();
+  record_opened();
   try {
     check(driver([&] {
             queue_ = clCreateCommandQueue(context_, device, 0, &status);
@@ -166,7 +166,7 @@ Context::Context(cl_context context, cl_device_id device, cl_command_queue queue
       context_(context),
       queue_(queue) {
   check(driver([&] { return clRetainContext(context_); }), "Sharing a context of " + info_.name);
-  note_opened();
+  record_opened();
   try {
     check(driver([&] { return clRetainCommandQueue(queue_); }),
           "Sharing a command queue of " + info_.name);
@@ -177,7 +177,7 @@ Context::Context(cl_context context, cl_device_id device, cl_command_queue queue
 }
 
 Context::~Context() {
-  // Nobody may wait for a program any more, but its compiler works with this context.
+  // No thread can wait for these programs any more, but their compilers use this context.
   for (const auto& [key, build] : programs_) {
     if (build->thread.joinable()) build->thread.join();
   }
@@ -224,7 +224,7 @@ void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local
         "Launching " + kernel.name() + " on " + info_.name);
 }
 
-/// Waits for everything enqueued where somebody wants to know meanwhile.
+/// Waits for all commands; with a progress callback, polls meanwhile.
 void Context::wait() {
   if (ProgressGuard::active()) wait_within(std::chrono::steady_clock::duration::max());
 }
@@ -240,7 +240,7 @@ bool Context::wait_within(std::chrono::steady_clock::duration most) {
   check(driver([&] { return clEnqueueMarkerWithWaitList(queue_, 0, nullptr, &marker.event); }),
         what);
   check(driver([&] { return clFlush(queue_); }), what);
-  // Each pause is a sixteenth of the wait so far: none makes it much longer.
+  // Each pause is a sixteenth of the time waited so far, so that polling adds little to the wait.
   const auto start = std::chrono::steady_clock::now();
   for (;;) {
     cl_int status = CL_COMPLETE;
@@ -268,7 +268,7 @@ bool Context::finish_within(double seconds) {
   if (wait_within(
           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))))
     return true;
-  note_driver_failure();
+  record_driver_failure();
   return false;
 }
 
@@ -286,12 +286,13 @@ void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t va
 
 namespace {
 
-/// Calls copy(offset, bytes) for all, in pieces where somebody wants to know meanwhile.
+/// Calls copy(offset, bytes) for the whole range; with a progress callback, in pieces that poll.
 template <typename Copy>
 void in_pieces(std::size_t bytes, const Copy& copy) {
-  constexpr std::size_t kPiece = std::size_t{1} << 26;
+  constexpr std::size_t kBytesPerPiece = std::size_t{1} << 26;
   for (std::size_t at = 0; at < bytes;) {
-    const std::size_t piece = !ProgressGuard::active() ? bytes : std::min(kPiece, bytes - at);
+    const std::size_t piece =
+        !ProgressGuard::active() ? bytes : std::min(kBytesPerPiece, bytes - at);
     copy(at, piece);
     at += piece;
     if (ProgressGuard::active()) ProgressGuard::poll();
@@ -300,7 +301,7 @@ void in_pieces(std::size_t bytes, const Copy& copy) {
 
 }  // namespace
 
-// A blocking copy waits for all that was enqueued before it, which may be the driver's compiler, too.
+// A blocking copy waits for all earlier commands, which may include compiling.
 void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* data,
                           std::size_t bytes) {
   ++commands_;

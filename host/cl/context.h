@@ -1,4 +1,4 @@
-// The only folder that calls OpenCL. Everything else in host/ speaks Context, Array and Kernel.
+// OpenCL wrapper: Context, Array, Kernel. Only this room calls OpenCL.
 #pragma once
 
 #ifndef CL_TARGET_OPENCL_VERSION
@@ -26,24 +26,24 @@
 
 namespace kiln {
 namespace ocl {}
-/// Short name for the library's own code; public headers say `ocl`, since `cl` is OpenCL's own in C++.
+/// Alias for internal code. Public headers use `ocl`, since `cl` is the namespace of OpenCL's own C++ bindings.
 namespace cl = ocl;
-/// Work items of a group, of all kernels that do not say otherwise: a wave of every GPU fits in it.
+/// Default work-group size: at least a wave of every GPU.
 inline constexpr std::size_t kLocal = 64;
 }  // namespace kiln
 
 namespace kiln::ocl {
 
-/// Turns an OpenCL status into Error(device). The one conversion point.
+/// Throws Error(device) for an OpenCL status other than CL_SUCCESS. The only conversion of statuses.
 void check(cl_int status, std::string_view what);
 
 class BinaryCache;
 
-/// Device memory that owns itself. Byte-level; use Array.
+/// Owns device memory, in bytes. Array is the typed interface.
 class Buffer {
  public:
   Buffer() = default;
-  /// \param data  if not null, what it holds; it is copied at once: no command that waits for others
+  /// \param data  initial contents, or null; copied immediately, without a command that would wait for others
   Buffer(Context& context, std::size_t bytes, const void* data = nullptr);
   Buffer(Buffer&& other) noexcept { swap(other); }
   Buffer& operator=(Buffer&& other) noexcept {
@@ -57,7 +57,7 @@ class Buffer {
 
   cl_mem get() const { return memory_; }
   std::size_t bytes() const { return bytes_; }
-  /// It is about to be written to, or was.
+  /// Marks the memory as written to, which ends its count by count_untouched().
   void touch() const noexcept;
 
  private:
@@ -70,19 +70,19 @@ class Buffer {
   cl_mem memory_ = nullptr;
   std::size_t bytes_ = 0;
   Context* context_ = nullptr;
-  mutable std::atomic<bool> untouched_{false};  ///< In count_untouched()
+  mutable std::atomic<bool> untouched_{false};  ///< Counted by count_untouched()
 };
 
-/// A typed device array of fixed size. An empty one may be passed to kernels as a null pointer.
+/// A typed device array of fixed size. An empty array is passed to kernels as a null pointer.
 template <typename T>
 class Array {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
   Array() = default;
-  /// Uninitialised.
+  /// Allocates without initializing.
   Array(Context& context, std::size_t size) : buffer_(context, size * sizeof(T)), size_(size) {}
-  /// Copied from the host, at once.
+  /// Allocates, and copies from the host immediately.
   Array(Context& context, std::span<const T> data)
       : buffer_(context, data.size_bytes(), data.data()), size_(data.size()) {}
 
@@ -93,8 +93,8 @@ class Array {
   /// Blocking copies; offset in elements.
   void write(Context& context, std::span<const T> data, std::size_t offset = 0);
   void read(Context& context, std::span<T> data, std::size_t offset = 0) const;
-  /// Elements [0, count) are what `make` writes to a span of them, each of them: where the device has the host's
-  /// memory, in place. What they were is lost, also where it throws.
+  /// Lets `make` write elements [0, count) to a span, all of them: in place if the device shares the host's memory.
+  /// Previous contents are discarded, even if this throws.
   template <typename Make>
   void write_by(Context& context, std::size_t count, const Make& make);
   std::vector<T> download(Context& context) const {
@@ -108,8 +108,8 @@ class Array {
   std::size_t size_ = 0;
 };
 
-/// A kernel of a built program. Arguments are set in order by Context::launch. All threads share one object
-/// of the driver, which holds the arguments: hence the lock of a launch.
+/// A kernel of a built program. Context::launch sets arguments in order. All threads share the driver's kernel object,
+/// which holds the arguments, so a launch locks.
 class Kernel {
  public:
   Kernel() = default;
@@ -124,14 +124,13 @@ class Kernel {
 
 /// Context, in-order queue, built programs and memory account of one device.
 ///
-/// Any number of threads may use one. A thread sees its own commands done in its order, and those
-/// of others somewhere between; what a thread waits for includes what others had enqueued before.
-/// Arrays and buffers are not guarded: a thread that writes one keeps it to itself, or holds a
-/// lock. The lock lasts until the last command that needs the data is enqueued.
+/// Thread-safe. A thread's own commands run in its order, interleaved with those of other threads; waiting includes
+/// commands that others enqueued before. Arrays and buffers are not guarded: a thread that writes one must own it, or
+/// hold a lock until the last command that needs the data is enqueued.
 class KILN_HIDDEN Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
-  /// On what somebody else made, with references of its own. \param queue  in order
+  /// Wraps existing OpenCL objects, with references of its own. \param queue  in-order
   Context(cl_context context, cl_device_id device, cl_command_queue queue, DeviceInfo info);
   ~Context();
   Context(const Context&) = delete;
@@ -142,21 +141,21 @@ class KILN_HIDDEN Context {
   cl_command_queue queue() const { return queue_; }
   cl_device_id device() const { return device_; }
 
-  /// A kernel by program family ("ray" for kernels/accel/ray.cl) and full kernel name. The program is
-  /// built at first use and kept. `defines` is a string of -D options that change the code's shape.
+  /// A kernel by program family ("ray" for kernels/accel/ray.cl) and full kernel name. The program is built at its
+  /// first use and cached. `defines` holds -D options that change the code's shape.
   /// \throws Error(device) with the whole build log
   Kernel kernel(const std::string& family, const std::string& name,
                 const std::string& defines = {});
 
-  /// A kernel of a family whose program ends in a text of the user's.
-  /// \param more       the text; messages of the compiler call it `more_name` and count its lines from 1
-  /// \throws Error(input) with the whole build log where it does not compile
+  /// A kernel of a family whose program ends in a source of the user's.
+  /// \param more       the user's source; compiler messages name it `more_name` and count its lines from 1
+  /// \throws Error(input) with the whole build log if it does not compile
   Kernel kernel_with(const std::string& family, const std::string& name, const std::string& more,
                      const std::string& more_name);
 
-  /// Enqueues one dimension of work: `count` items, padded up to a multiple of `local`. Kernels must
-  /// check their index against a count that they are given. Trivially copyable values, Arrays and
-  /// Buffers may be arguments, in the order of the kernel's parameters.
+  /// Enqueues one dimension of work: `count` items, rounded up to a multiple of `local`. Kernels must check their index
+  /// against a count in their arguments. Arguments are trivially copyable values, Arrays and Buffers, in the order of
+  /// the kernel's parameters.
   template <typename... Args>
   void launch(const Kernel& kernel, std::size_t count, std::size_t local, const Args&... args) {
     if (count == 0) return;
@@ -166,43 +165,43 @@ class KILN_HIDDEN Context {
     enqueue(kernel, count, local);
   }
 
-  /// Fills with a repeated byte-pattern value.
+  /// Fills an array with a repeated value.
   template <typename T>
   void fill(const Array<T>& array, const T& value) {
     fill_bytes(array.buffer(), &value, sizeof(T), array.size() * sizeof(T));
   }
 
-  /// Waits for everything enqueued.
+  /// Waits for all commands.
   void finish();
-  /// Waits so long at most. \returns false where something is still running; then no driver is called any more
+  /// Waits at most this long. \returns false if commands are still running; then no driver is called any more
   bool finish_within(double seconds);
 
-  /// Refuses a device that computes wrongly (host/cl/selftest.h). Once a device and version of its driver: a pass
-  /// is kept beside the programs. \throws Error(device), id `self-test`
+  /// Rejects a device that computes wrongly (host/cl/selftest.h). Tested once for a device and driver version; a pass
+  /// is stored in the binary cache. \throws Error(device), id `self-test`
   void require_sound();
 
-  /// Seconds spent in clBuildProgram (and loading from the driver's cache) so far.
+  /// Seconds spent so far in clBuildProgram and in loading from caches.
   double build_seconds() const;
-  /// Bytes of device memory held now, and the most there ever were.
+  /// Bytes of device memory in use, and the peak.
   std::uint64_t device_bytes() const { return device_bytes_; }
   std::uint64_t peak_device_bytes() const { return peak_device_bytes_; }
-  /// Commands enqueued so far: what tests of growth count.
+  /// Number of commands enqueued so far; used by tests of complexity.
   std::uint64_t commands() const { return commands_; }
-  /// Bytes that this thread has taken of any device, less those that it has given back: what a piece of
-  /// work holds, whatever other threads do beside it.
+  /// Device memory that this thread has allocated less what it has freed: the balance of a piece of work, independent
+  /// of other threads.
   static std::int64_t bytes_of_thread();
 
  private:
   struct Program;
-  /// A program that is built, or that some thread is building.
+  /// A program that is built or being built.
   struct Build;
-  /// Builds a source. \param builds  its name in messages  \param code  of an error of the compiler's
+  /// Builds a source. \param builds  its name in messages  \param code  error code of compiler errors
   std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
   std::shared_ptr<Program> load(std::string_view source, const std::string& options);
   void keep(std::string_view source, const std::string& options, const Program& built);
-  /// Kernel of a program, which is built if there is none of its key yet. Whoever waits gives signs of life; where
-  /// those end the wait the build goes on, for the next who needs it.
+  /// Kernel of a program, which is built if the key is new. Waiting threads poll progress; if that cancels the wait,
+  /// the build continues for the next caller.
   Kernel kernel_by(const std::string& key, const std::string& name,
                    std::function<std::shared_ptr<Program>()> build);
   std::shared_ptr<Build> build_by(const std::string& key,
@@ -229,13 +228,14 @@ class KILN_HIDDEN Context {
   void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
   void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
   void wait();
-  /// \param most  waits no longer \returns false where it took longer
+  /// \param most  timeout \returns false if it expired
   bool wait_within(std::chrono::steady_clock::duration most);
   void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
   void read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes);
-  /// The first bytes of a buffer on the host, to be written. Content lost. unmap() makes them the device's.
+  /// Maps the first bytes of a buffer for writing; previous contents are discarded. unmap() transfers them to the
+  /// device.
   void* map_bytes(const Buffer& buffer, std::size_t bytes);
   void unmap(const Buffer& buffer, void* data);
 
@@ -250,7 +250,7 @@ class KILN_HIDDEN Context {
   std::map<std::string, std::shared_ptr<Build>> programs_;
   double build_seconds_ = 0;
   std::atomic<bool> has_compiled_{false};
-  std::mutex launch_mutex_;  ///< From the first argument of a launch to its place in the queue
+  std::mutex launch_mutex_;  ///< Held from a launch's first argument until it is enqueued
   std::atomic<std::uint64_t> commands_{0};
   std::atomic<std::uint64_t> device_bytes_{0};
   std::atomic<std::uint64_t> peak_device_bytes_{0};
@@ -287,13 +287,13 @@ void Array<T>::write_by(Context& context, std::size_t count, const Make& make) {
 
 namespace kiln {
 
-/// Access to the context that Device hides from its users.
+/// Access to the context inside a Device.
 struct KILN_HIDDEN DeviceAccess {
   static Device make(std::shared_ptr<ocl::Context> context) { return Device(std::move(context)); }
   static ocl::Context& context(const Device& device) { return *device.context_; }
 };
 
-/// OpenCL context of a device, for the library's own parts.
+/// A device's OpenCL context, for internal code.
 inline ocl::Context& context_of(const Device& device) { return DeviceAccess::context(device); }
 
 }  // namespace kiln

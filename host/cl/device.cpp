@@ -75,35 +75,35 @@ DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
   return info;
 }
 
-// The type of clGetPlatformIDs, and of clIcdGetPlatformIDsKHR, which the loader calls in each driver.
+// Type of clGetPlatformIDs and clIcdGetPlatformIDsKHR; the loader calls the latter in each driver.
 using PlatformsCall = cl_int(CL_API_CALL*)(cl_uint, cl_platform_id*, cl_uint*);
 
-/// The call that lists the platforms of the driver whose library KILN_OPENCL_DRIVER names: no loader lists it. Null where
-/// there is none.
-/// \param reason  why; empty where the variable is not set
+/// The function that lists the platforms of the driver named by KILN_OPENCL_DRIVER, which no loader lists. Null: none.
+/// \param reason  why it failed; empty if the variable is not set
 PlatformsCall own_driver(std::string& reason) {
   const char* path = std::getenv("KILN_OPENCL_DRIVER");
   if (path == nullptr || *path == '\0') return nullptr;
   reason = "KILN_OPENCL_DRIVER";
 #ifndef _WIN32
-  // It stays loaded: its threads do.
+  // The library is never unloaded, since the driver's threads run its code.
   void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
     reason += ": " + std::string(dlerror());
     return nullptr;
   }
-  using Ask = void*(CL_API_CALL*)(const char*);
-  const auto ask = reinterpret_cast<Ask>(dlsym(library, "clGetExtensionFunctionAddress"));
-  if (ask != nullptr) {
+  using GetFunction = void*(CL_API_CALL*)(const char*);
+  const auto get_function =
+      reinterpret_cast<GetFunction>(dlsym(library, "clGetExtensionFunctionAddress"));
+  if (get_function != nullptr) {
     reason += ": '" + std::string(path) + "' gives no device";
-    return reinterpret_cast<PlatformsCall>(ask("clIcdGetPlatformIDsKHR"));
+    return reinterpret_cast<PlatformsCall>(get_function("clIcdGetPlatformIDsKHR"));
   }
 #endif
   reason += ": '" + std::string(path) + "' is no OpenCL driver";
   return nullptr;
 }
 
-std::vector<Found> ask_for_devices(PlatformsCall get_platforms) {
+std::vector<Found> query_devices(PlatformsCall get_platforms) {
   cl_uint platform_count = 0;
   if (get_platforms == nullptr || get_platforms(0, nullptr, &platform_count) != CL_SUCCESS) {
     return {};
@@ -142,17 +142,18 @@ std::vector<Found> ask_for_devices(PlatformsCall get_platforms) {
   return found;
 }
 
-/// \param reason  why KILN_OPENCL_DRIVER gives none; empty where it was not asked
+/// \param reason  why KILN_OPENCL_DRIVER provides no device; empty if it was not used
 std::vector<Found> find_devices(std::string& reason) {
-  constexpr std::uint64_t kBytesOfDriver = std::uint64_t{60} << 20;  // 68 are PoCL's
-  require_memory("Loading OpenCL drivers", kBytesOfDriver);
-  cl::kernel_folder();  // PoCL reads the environment once
+  // a lower bound: PoCL's driver needs 68 MiB
+  constexpr std::uint64_t kDriverBytes = std::uint64_t{60} << 20;
+  require_memory("Loading OpenCL drivers", kDriverBytes);
+  cl::kernel_folder();  // set first, since PoCL reads the environment only once
   std::vector<Found> found;
   cl::driver([&] {
-    found = ask_for_devices(clGetPlatformIDs);
-    // A driver whose start fails, such as PoCL's where no folder can be made, is started anew.
-    if (found.empty()) found = ask_for_devices(clGetPlatformIDs);
-    if (found.empty()) found = ask_for_devices(own_driver(reason));
+    found = query_devices(clGetPlatformIDs);
+    // Repeated, since a driver whose start failed, such as PoCL without a writable folder, may succeed now.
+    if (found.empty()) found = query_devices(clGetPlatformIDs);
+    if (found.empty()) found = query_devices(own_driver(reason));
     return CL_SUCCESS;
   });
   return found;
@@ -188,7 +189,7 @@ Device sound_device(std::shared_ptr<cl::Context> context) {
   try {
     context->require_sound();
   } catch (const Error&) {
-    // PoCL 3.0, which computes wrongly, aborts where a context is released: then nobody would read why.
+    // Never freed: PoCL 3.0, which computes wrongly, aborts when a context is released, which would hide the message.
     static auto* const refused = new std::vector<std::shared_ptr<cl::Context>>();
     static std::mutex mutex;
     const std::lock_guard lock(mutex);

@@ -16,11 +16,11 @@ namespace {
 std::atomic<bool> failed{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 thread_local volatile int depth = 0;
-// Calls of all threads: how many have begun, and how many have ended.
+// Number of driver calls by all threads that have begun, and that have ended.
 std::atomic<std::uint64_t> begun{0}, ended{0};
 std::atomic<int> own_maps{0};
-std::array<char, 512> own_map_name{};  // of the first of them: a handler of signals reads it
-std::atomic<pid_t> opened_by{0};       // the process that opened the last device
+std::array<char, 512> own_map_name{};  // name of the first one; read by signal handlers
+std::atomic<pid_t> opened_by{0};       // process that opened the last device
 
 }  // namespace
 
@@ -70,7 +70,7 @@ std::uint64_t call_under_way() noexcept {
   return all > done ? all + done : 0;
 }
 
-void note_driver_failure() noexcept { failed = true; }
+void record_driver_failure() noexcept { failed = true; }
 
 void throw_driver_failure() {
   throw Error(ErrorCode::device,
@@ -78,7 +78,7 @@ void throw_driver_failure() {
               "memory, or use a smaller size; then run it again.");
 }
 
-void note_opened() noexcept { opened_by = getpid(); }
+void record_opened() noexcept { opened_by = getpid(); }
 
 bool is_forked() noexcept {
   const pid_t opener = opened_by;

@@ -1,4 +1,4 @@
-// Calls of the driver, which may throw: it is C++ inside.
+// Guards calls of OpenCL drivers, which may throw C++ exceptions.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kiln::ocl {
 
-/// Stands around a call of the driver: in_driver() is true meanwhile.
+/// Marks a driver call for its scope: in_driver() is true meanwhile.
 class DriverCall {
  public:
   DriverCall() noexcept;
@@ -17,23 +17,23 @@ class DriverCall {
   DriverCall(const DriverCall&) = delete;
 };
 
-/// A number that changes with every call that begins or ends on any thread; 0 where none is under way.
+/// A number that changes with every call that begins or ends on any thread; 0: no call is in progress.
 std::uint64_t call_under_way() noexcept;
 
-/// For a handler of an exception that came out of the driver: no call is made after this.
-void note_driver_failure() noexcept;
+/// Called in handlers of exceptions from a driver: disables all further calls.
+void record_driver_failure() noexcept;
 
-/// Around the build and the runs of a kernel that has a function of the user's: running_own_map() names it meanwhile.
+/// Scope of building and running a user's kernel function: running_own_map() returns its name meanwhile.
 class OwnMapRun {
  public:
-  /// \param label    of the map and its file, for messages
-  /// \param seconds  the most that its compiler may take
+  /// \param label    name of the map and its file, for messages
+  /// \param seconds  time limit of its compilation
   OwnMapRun(std::string label, double seconds);
   ~OwnMapRun();
   OwnMapRun(const OwnMapRun&) = delete;
   OwnMapRun& operator=(const OwnMapRun&) = delete;
 
-  /// The last that this thread made and that is still there; null: there is none.
+  /// The innermost scope of the calling thread; null: none.
   static const OwnMapRun* current() noexcept;
   const std::string& label() const { return label_; }
   double seconds() const { return seconds_; }
@@ -44,19 +44,19 @@ class OwnMapRun {
   const OwnMapRun* before_;
 };
 
-/// \throws Error(device) where the driver has failed, now or before
+/// \throws Error(device) because a driver has failed, now or before
 [[noreturn]] void throw_driver_failure();
 
-/// Notes that this process has opened a device. In a child that it forks the driver has no threads: a call there would
-/// not return.
-void note_opened() noexcept;
-/// True in such a child.
+/// Records that this process has opened a device. A forked child has none of the driver's threads, so calls there would
+/// never return.
+void record_opened() noexcept;
+/// True in a child that was forked after a device was opened.
 bool is_forked() noexcept;
-/// \throws Error(device)
+/// \throws Error(device) that explains the fork
 [[noreturn]] void throw_forked();
 
-/// Makes a call. \returns its status \throws Error(device) where the driver throws, or has done so before, and in a
-/// child of the process that opened a device
+/// Calls a driver. \returns its status \throws Error(device) if the driver throws, or has thrown before, and in a
+/// forked child of the process that opened a device
 template <typename Call>
 cl_int driver(const Call& call) {
   if (is_forked()) throw_forked();
@@ -65,13 +65,13 @@ cl_int driver(const Call& call) {
     const DriverCall here;
     return call();
   } catch (...) {
-    // Whatever it was: the driver's locks and lists are as the exception left them.
-    note_driver_failure();
+    // Any exception leaves the driver's locks and lists in an unknown state.
+    record_driver_failure();
   }
   throw_driver_failure();
 }
 
-/// Makes a call that gives something back, for destructors. None where the driver has failed.
+/// Calls a driver to release an object, for destructors. Skipped once a driver has failed.
 template <typename Call>
 void release(const Call& call) noexcept {
   if (driver_failed() || is_forked()) return;
@@ -79,11 +79,11 @@ void release(const Call& call) noexcept {
     const DriverCall here;
     call();
   } catch (...) {
-    note_driver_failure();
+    record_driver_failure();
   }
 }
 
-/// Likely cause beside the kernel of a build that fails, for a message; empty but for PoCL.
+/// For messages about failed builds: a likely cause besides the kernel. Empty for drivers other than PoCL.
 std::string cache_hint(const DeviceInfo& info);
 
 }  // namespace kiln::ocl

@@ -1,4 +1,4 @@
-// State of OpenCL drivers that a program asks when it ends: the command, and nobody else.
+// State of OpenCL drivers that the command checks at its exit.
 #pragma once
 
 #include <vector>
@@ -8,25 +8,24 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// True if an OpenCL driver has thrown a C++ exception in this process: memory ran out within it, say. It
-/// may hold its locks for good then, so Kiln calls no driver again, not even to release anything; whatever
-/// needs a device throws Error(device). A process should end by _exit(), since drivers have handlers that
-/// run at exit. \see in_driver()
+/// True if an OpenCL driver has thrown a C++ exception in this process, for example for lack of memory. It may hold its
+/// locks forever, so Kiln calls no driver again, not even to release objects; functions that need a device throw
+/// Error(device). The process should end by _exit(), since drivers register exit handlers. \see in_driver()
 bool driver_failed() noexcept;
 
-/// True if this thread is within a call of an OpenCL driver: for a handler of signals that drivers die by.
+/// True if this thread is within a call of an OpenCL driver; for handlers of signals that drivers die by.
 /// Async-signal-safe.
 bool in_driver() noexcept;
 
-/// Name of the map of the user's whose function is being compiled or runs, of several the first one's, printable; null:
-/// none is. Async-signal-safe.
+/// Name of the user's map that is being compiled or run, the first of several, printable; null: none.
+/// Async-signal-safe.
 const char* running_own_map() noexcept;
 
-/// Warnings of the folder of compiled kernels (`kernel-folder`), which a Source has, too.
+/// Warnings about the folder of compiled kernels (`kernel-folder`), which each Source repeats.
 std::vector<Warning> kernel_folder_warnings();
 
-/// True of PoCL's driver `basic`: kernels run on the thread that waits for them, and several threads may wait for each
-/// other without end. Device::open() takes another where there is one and none is named.
+/// True for PoCL's driver `basic`: it runs kernels on the waiting thread, and several waiting threads can deadlock.
+/// Device::open() avoids it unless it is requested by name.
 bool may_wait_for_itself(const DeviceInfo& info);
 
 }  // namespace kiln

@@ -23,7 +23,7 @@ fs::path shared_level(const fs::path& a, const fs::path& b) {
   return level.empty() ? os::shared_level(b) : level;
 }
 
-/// \param then  what is done about it
+/// \param then  the action taken
 Warning warning_of(const fs::path& level, const std::string& then) {
   return {"kernel-folder",
           "Compiled kernels are code, and another user owns '" + level.string() +
@@ -31,7 +31,7 @@ Warning warning_of(const fs::path& level, const std::string& then) {
           1};
 }
 
-/// True if the process may write to a folder, or make it.
+/// True if the process may write to a folder, or create it.
 bool can_write(fs::path folder) {
   while (!os::facts_of_link(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
     folder = folder.parent_path();
@@ -39,8 +39,8 @@ bool can_write(fs::path folder) {
   return os::may_write_in(folder);
 }
 
-/// In the environment from here on. \throws Error(device)
-fs::path take_user_folder() {
+/// Sets the environment variable to the user's folder. \throws Error(device)
+fs::path use_user_folder() {
   const fs::path folder = os::user_folder();
   os::create_private_folders(folder);
   const fs::path level = shared_level(folder, folder / "kiln");
@@ -61,12 +61,12 @@ fs::path take_user_folder() {
 
 KernelFolder kernel_folder() {
   static std::mutex mutex;
-  static std::string taken;  // the folder that was put into the environment
-  static std::vector<Warning> warnings_then;
+  static std::string chosen_folder;  // the folder that this process has set
+  static std::vector<Warning> warnings_of_choice;
   const std::lock_guard lock(mutex);
   if (const std::string given = variable(kPocl); !given.empty()) {
     const fs::path kiln = fs::path(given) / "kiln";
-    if (given == taken) return {kiln, warnings_then};
+    if (given == chosen_folder) return {kiln, warnings_of_choice};
     os::create_private_folders(given);
     const fs::path level = shared_level(given, kiln);
     if (level.empty()) return {kiln};
@@ -87,16 +87,16 @@ KernelFolder kernel_folder() {
                        "set XDG_CACHE_HOME or POCL_CACHE_DIR to a folder that is yours "
                        "alone."));
       }
-      os::set_variable(kPocl, nullptr);  // an empty one ends the process within PoCL
+      os::set_variable(kPocl, nullptr);  // an empty value would end the process within PoCL
       return {kiln, warnings};
     }
     warnings.push_back(
         warning_of(level, "they are kept in '" + os::user_folder().string() +
                               "'. Take that right away (chmod go-w), or set POCL_CACHE_DIR."));
   }
-  const fs::path folder = take_user_folder();
-  taken = folder.string();
-  warnings_then = warnings;
+  const fs::path folder = use_user_folder();
+  chosen_folder = folder.string();
+  warnings_of_choice = warnings;
   return {folder / "kiln", warnings};
 }
 

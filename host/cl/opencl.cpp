@@ -1,4 +1,4 @@
-// The caller's own OpenCL objects.
+// Interoperation with the caller's own OpenCL objects.
 #include "kiln/opencl.h"
 
 #include <string>
@@ -15,9 +15,9 @@ namespace {
   throw Error(ErrorCode::usage, message, id);
 }
 
-/// A property of an object that the caller gave.
+/// Queries a property of an object that the caller passed.
 template <typename T, typename Object, typename Info, typename Get>
-T ask(Get get, Object object, Info what, const char* name) {
+T query(Get get, Object object, Info what, const char* name) {
   struct {
     T value{};
   } answer;
@@ -31,11 +31,11 @@ T ask(Get get, Object object, Info what, const char* name) {
 
 void check_queue(const OpenClHandles& given) {
   const auto context =
-      ask<cl_context>(clGetCommandQueueInfo, given.queue, CL_QUEUE_CONTEXT, "queue");
+      query<cl_context>(clGetCommandQueueInfo, given.queue, CL_QUEUE_CONTEXT, "queue");
   const auto device =
-      ask<cl_device_id>(clGetCommandQueueInfo, given.queue, CL_QUEUE_DEVICE, "queue");
-  const auto properties = ask<cl_command_queue_properties>(clGetCommandQueueInfo, given.queue,
-                                                           CL_QUEUE_PROPERTIES, "queue");
+      query<cl_device_id>(clGetCommandQueueInfo, given.queue, CL_QUEUE_DEVICE, "queue");
+  const auto properties = query<cl_command_queue_properties>(clGetCommandQueueInfo, given.queue,
+                                                             CL_QUEUE_PROPERTIES, "queue");
   if (context != given.context || device != given.device) {
     fail("The queue belongs to another context or device: give those it was made for.",
          "opencl-queue");
@@ -56,7 +56,7 @@ Rectangle part_of(const Image& image, const OpenClTarget& target, const ConvertO
   return part;
 }
 
-/// The format's channels and type, as OpenCL names them.
+/// OpenCL's channel order and type for a pixel format.
 cl_image_format image_format(PixelFormat format) {
   switch (format) {
     case PixelFormat::rgba8:
@@ -74,17 +74,17 @@ cl_image_format image_format(PixelFormat format) {
 }
 
 struct Pixels {
-  std::vector<std::byte> bytes;  // of the whole image, rows side by side
-  std::size_t size;              // of one
-  std::size_t row;               // of the image
+  std::vector<std::byte> bytes;  // of the whole image, without row padding
+  std::size_t size;              // bytes of a pixel
+  std::size_t row;               // bytes of a row
 };
 
 void write_image(cl::Context& context, const Image& image, PixelFormat format,
                  const OpenClTarget& target, const Rectangle& part, const Pixels& pixels) {
   const auto size = [&](cl_image_info what) {
-    return ask<std::size_t>(clGetImageInfo, target.memory, what, "memory");
+    return query<std::size_t>(clGetImageInfo, target.memory, what, "memory");
   };
-  const auto has = ask<cl_image_format>(clGetImageInfo, target.memory, CL_IMAGE_FORMAT, "memory");
+  const auto has = query<cl_image_format>(clGetImageInfo, target.memory, CL_IMAGE_FORMAT, "memory");
   const cl_image_format wanted = image_format(format);
   if (size(CL_IMAGE_WIDTH) != image.width || size(CL_IMAGE_HEIGHT) != image.height ||
       has.image_channel_order != wanted.image_channel_order ||
@@ -103,7 +103,7 @@ void write_image(cl::Context& context, const Image& image, PixelFormat format,
 
 void write_buffer(cl::Context& context, const Image& image, const OpenClTarget& target,
                   const Rectangle& part, const Pixels& pixels, std::size_t row_bytes) {
-  const auto bytes = ask<std::size_t>(clGetMemObjectInfo, target.memory, CL_MEM_SIZE, "memory");
+  const auto bytes = query<std::size_t>(clGetMemObjectInfo, target.memory, CL_MEM_SIZE, "memory");
   const std::size_t needed = row_bytes * (image.height - std::size_t{1}) + pixels.row;
   if (target.offset > bytes || needed > bytes - target.offset) {
     fail("The buffer has " + std::to_string(bytes) + " bytes: the map needs " +
@@ -124,11 +124,11 @@ void write_buffer(cl::Context& context, const Image& image, const OpenClTarget& 
 }  // namespace
 
 Device opencl_device(const OpenClHandles& handles) {
-  ask<cl_uint>(clGetContextInfo, handles.context, CL_CONTEXT_REFERENCE_COUNT, "context");
+  query<cl_uint>(clGetContextInfo, handles.context, CL_CONTEXT_REFERENCE_COUNT, "context");
   const auto platform =
-      ask<cl_platform_id>(clGetDeviceInfo, handles.device, CL_DEVICE_PLATFORM, "device");
+      query<cl_platform_id>(clGetDeviceInfo, handles.device, CL_DEVICE_PLATFORM, "device");
   check_queue(handles);
-  if (ask<cl_bool>(clGetDeviceInfo, handles.device, CL_DEVICE_COMPILER_AVAILABLE, "device") ==
+  if (query<cl_bool>(clGetDeviceInfo, handles.device, CL_DEVICE_COMPILER_AVAILABLE, "device") ==
       CL_FALSE) {
     throw Error(ErrorCode::device, "The device has no compiler, so it cannot run Kiln's kernels.");
   }
@@ -147,7 +147,7 @@ void write_pixels(const Device& device, const Image& image, PixelFormat format,
                   const OpenClTarget& target, const ConvertOptions& options) {
   cl::Context& context = context_of(device);
   const Rectangle part = part_of(image, target, options);
-  if (ask<cl_context>(clGetMemObjectInfo, target.memory, CL_MEM_CONTEXT, "memory") !=
+  if (query<cl_context>(clGetMemObjectInfo, target.memory, CL_MEM_CONTEXT, "memory") !=
       context.get()) {
     fail("The memory object belongs to another context than the device.", "opencl-memory");
   }
@@ -159,7 +159,7 @@ void write_pixels(const Device& device, const Image& image, PixelFormat format,
   const std::size_t row_bytes = options.row_bytes != 0 ? options.row_bytes : pixels.row;
   if (row_bytes < pixels.row) fail("Rows are shorter than the map is wide.", "pixel-size");
   const auto type =
-      ask<cl_mem_object_type>(clGetMemObjectInfo, target.memory, CL_MEM_TYPE, "memory");
+      query<cl_mem_object_type>(clGetMemObjectInfo, target.memory, CL_MEM_TYPE, "memory");
   if (type == CL_MEM_OBJECT_IMAGE2D) {
     write_image(context, image, format, target, part, pixels);
   } else if (type == CL_MEM_OBJECT_BUFFER) {

@@ -1,4 +1,4 @@
-// Programs: built once, on a thread of their own where somebody wants signs of life meanwhile.
+// Builds programs, each once; on a separate thread if the caller polls progress meanwhile.
 #include "cl/program.h"
 
 #include <algorithm>
@@ -17,9 +17,9 @@
 namespace kiln::ocl {
 namespace {
 
-/// Before a source of the caller's: a function that forgets to return a value is an error, where the compiler can
-/// tell, and so is one that prints, since drivers write that to standard output.
-constexpr const char* kStrict =
+/// Prepended to the caller's sources: turns a missing return value into an error where the compiler detects it, and
+/// rejects printing, since drivers write that to standard output.
+constexpr const char* kSourcePrefix =
     "\n#ifdef __clang__\n#pragma clang diagnostic error \"-Wreturn-type\"\n#endif\n"
     "#define printf this_must_not_print\n";
 
@@ -27,12 +27,12 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// True if a build has a thread of its own, and whoever waits for it looks round meanwhile.
+/// True if a build runs on a separate thread while waiting threads poll.
 bool is_watched() { return ProgressGuard::active() || OwnMapRun::current() != nullptr; }
 
-/// For a build that nobody waits for any more, and that cannot be stopped. \throws Error(input)
-[[noreturn]] void give_up(const OwnMapRun& own) {
-  note_driver_failure();
+/// Abandons a build that exceeded its time limit, since compilers cannot be stopped. \throws Error(input)
+[[noreturn]] void abandon_build(const OwnMapRun& own) {
+  record_driver_failure();
   throw Error(ErrorCode::input, "The map " + own.label() + " is not compiled within " +
                                     formatted("%g s", own.seconds()) +
                                     ": what its macros and loops unfold to may be too large. "
@@ -46,7 +46,7 @@ double Context::build_seconds() const {
   return build_seconds_;
 }
 
-/// From a binary of an earlier run; null where there is none, or the driver does not take it.
+/// Loads the binary of an earlier run; null if there is none, or the driver rejects it.
 std::shared_ptr<Context::Program> Context::load(std::string_view source,
                                                 const std::string& options) {
   if (!binaries_->keeps_programs()) return nullptr;
@@ -71,17 +71,17 @@ std::shared_ptr<Context::Program> Context::load(std::string_view source,
   return nullptr;
 }
 
-/// For later runs. What fails here fails quietly: the program is there.
+/// Stores the binary for later runs. Errors are ignored, since the program itself is built.
 void Context::keep(std::string_view source, const std::string& options, const Program& built) {
   if (!binaries_->keeps_programs()) return;
   std::size_t size = 0;
-  const auto ask = [&](cl_program_info what, std::size_t room, void* to) {
+  const auto query = [&](cl_program_info what, std::size_t room, void* to) {
     return driver([&] { return clGetProgramInfo(built.program, what, room, to, nullptr); });
   };
-  if (ask(CL_PROGRAM_BINARY_SIZES, sizeof size, &size) != CL_SUCCESS || size == 0) return;
+  if (query(CL_PROGRAM_BINARY_SIZES, sizeof size, &size) != CL_SUCCESS || size == 0) return;
   std::vector<unsigned char> binary(size);
   unsigned char* bytes = binary.data();
-  if (ask(CL_PROGRAM_BINARIES, sizeof bytes, &bytes) == CL_SUCCESS) {
+  if (query(CL_PROGRAM_BINARIES, sizeof bytes, &bytes) == CL_SUCCESS) {
     binaries_->keep(source, options, binary);
   }
 }
@@ -92,15 +92,15 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (info_.is_gpu) options += " -DKILN_GPU=1";
   if (!defines.empty()) options += " " + defines;
-  // A text of the user's may include files that change. The self-test runs once.
+  // Not cached: sources of the user may include files that change, and the self-test runs once.
   const bool own = code != ErrorCode::input && source != embedded_source("selftest");
   if (own) {
     if (std::shared_ptr<Program> loaded = load(source, options)) return loaded;
   }
-  // Compilers of CPUs' drivers take that once, and keep it: LLVM, of PoCL.
-  constexpr std::uint64_t kBytesOfCompiler = std::uint64_t{150} << 20;
+  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and keeps.
+  constexpr std::uint64_t kCompilerBytes = std::uint64_t{150} << 20;
   if (!info_.is_gpu && !has_compiled_.exchange(true)) {
-    require_memory("Compiling kernels, which is kept for later runs,", kBytesOfCompiler);
+    require_memory("Compiling kernels, which is kept for later runs,", kCompilerBytes);
   }
   auto built = std::make_shared<Program>();
   const char* text = source.data();
@@ -127,7 +127,7 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   build_log(0, nullptr, &size);
   std::string log(size, '\0');
   build_log(size, log.data(), nullptr);
-  if (code == ErrorCode::input) {  // the caller's own source: no fault of the driver's
+  if (code == ErrorCode::input) {  // an error in the user's source, not in the driver
     throw Error(code,
                 builds + " does not compile on " + info_.name + " (" + options + "):\n" + log);
   }
@@ -173,7 +173,7 @@ std::shared_ptr<Context::Build> Context::build_by(
     try {
       made->thread = std::jthread([task] { (*task)(); });
       return made;
-    } catch (const std::system_error&) {  // no more threads: then without signs of life
+    } catch (const std::system_error&) {  // no thread available: builds without polling
     }
   }
   lock.unlock();
@@ -189,14 +189,14 @@ Kernel Context::kernel_by(const std::string& key, const std::string& name,
   while (made->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
     if (ProgressGuard::active()) ProgressGuard::poll();
     const OwnMapRun* const own = OwnMapRun::current();
-    if (own != nullptr && seconds_since(start) > own->seconds()) give_up(*own);
+    if (own != nullptr && seconds_since(start) > own->seconds()) abandon_build(*own);
   }
   const std::lock_guard lock(programs_mutex_);
   if (made->thread.joinable()) made->thread.join();
   const auto program = [&] {
     try {
       return made->program.get();
-    } catch (...) {  // the next who needs it tries again
+    } catch (...) {  // the next caller tries again
       const auto there = programs_.find(key);
       if (there != programs_.end() && there->second == made) programs_.erase(there);
       throw;
@@ -218,8 +218,9 @@ Kernel Context::kernel(const std::string& family, const std::string& name,
 
 namespace {
 
-/// NVIDIA's compiler counts the lines of the whole text, `<kernel>:1365:13`, whatever #line says.
-std::string by_lines_of(const std::string& file, const std::string& before, std::string log) {
+/// NVIDIA's compiler ignores #line and counts the lines of the whole text: `<kernel>:1365:13`. Converts these to lines
+/// of the user's file.
+std::string remap_lines(const std::string& file, const std::string& before, std::string log) {
   const auto lines = std::count(before.begin(), before.end(), '\n');
   const std::string mark = "<kernel>:";
   for (std::size_t at = log.find(mark); at != std::string::npos; at = log.find(mark, at)) {
@@ -241,17 +242,17 @@ Kernel Context::kernel_with(const std::string& family, const std::string& name,
   const OwnMapRun* const own = OwnMapRun::current();
   const std::string label = own != nullptr ? own->label() : more_name;
   return kernel_by(family + "\n" + more_name + "\n" + more, name, [=, this] {
-    const OwnMapRun here(label, 0);  // of this thread, which may outlast who waits for it
+    const OwnMapRun here(label, 0);  // a copy for this thread, which may outlive the waiting one
     std::string file = more_name;
     for (char& c : file) {
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
     }
     const std::string before =
-        std::string(embedded_source(family)) + kStrict + "#line 1 \"" + file + "\"\n";
+        std::string(embedded_source(family)) + kSourcePrefix + "#line 1 \"" + file + "\"\n";
     try {
       return build(before + more + "\n", "'" + more_name + "'", {}, ErrorCode::input);
     } catch (const Error& error) {
-      throw Error(error.code(), by_lines_of(file, before, error.what()));
+      throw Error(error.code(), remap_lines(file, before, error.what()));
     }
   });
 }

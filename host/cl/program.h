@@ -1,4 +1,4 @@
-// Programs that a context has built and keeps. For cl/context.cpp and cl/program.cpp alone.
+// Programs that a context has built and caches. For cl/context.cpp and cl/program.cpp only.
 #pragma once
 
 #include <future>
@@ -12,7 +12,7 @@
 
 namespace kiln::ocl {
 
-/// The symbol of an OpenCL status.
+/// Name of an OpenCL status.
 std::string status_name(cl_int status);
 
 struct Context::Program {
@@ -28,7 +28,7 @@ struct Context::Program {
 
 struct Context::Build {
   std::shared_future<std::shared_ptr<Program>> program;
-  std::jthread thread;  ///< Gives signs of life while the program builds
+  std::jthread thread;  ///< Builds the program while waiting threads poll
 };
 
 }  // namespace kiln::ocl

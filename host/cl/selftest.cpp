@@ -1,4 +1,4 @@
-// The self-test of a device. kernels/cl/selftest.cl is its other half.
+// The host's side of a device's self-test; the device's side is kernels/cl/selftest.cl.
 #include "cl/selftest.h"
 
 #include <algorithm>
@@ -23,11 +23,11 @@ constexpr std::uint32_t kItems = KILN_SELFTEST_ITEMS, kCells = KILN_SELFTEST_CEL
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-/// Numbers of all sizes, and where operations change: halves, zero, the least and the greatest.
+/// Inputs of all magnitudes, and edge cases of operations: halves, zero, extreme values.
 kiln_selftest_input make_input() {
   kiln_selftest_input in{};
   std::uint32_t state = 1;
-  const auto next = [&] {  // Knuth's linear congruential generator, its better half
+  const auto next = [&] {  // upper half of Knuth's linear congruential generator
     state = state * 1664525U + 1013904223U;
     return static_cast<std::int32_t>(std::rotl(state, 16));
   };
@@ -42,7 +42,7 @@ kiln_selftest_input make_input() {
   return in;
 }
 
-/// The operations on input i, as in the kernel.
+/// Results of the operations on input i, as in the kernel.
 std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const kiln_selftest_input& in,
                                                             std::uint32_t i) {
   const std::int32_t p = in.p[i], q = in.q[i];
@@ -73,9 +73,9 @@ std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const kiln_selftest_
   return words;
 }
 
-/// Squares over [k/8, (k+1)/8] x [0, 1] at eight heights, and as many below them: two triangles each, a leaf for what
-/// is above each other. The second four leaves lie in a node of their own. Every coordinate, and all that a ray's
-/// arithmetic makes of it, has few bits: results are exact, whatever the order of the operations.
+/// Test scene: squares over [k/8, (k+1)/8] x [0, 1] at eight heights, and as many below them. Each square is two
+/// triangles; squares above each other are a leaf. The second four leaves have an inner node of their own. All
+/// coordinates and intermediate results of a ray have few bits, so results are exact in any order of operations.
 struct Scene {
   static float height(int k, int level) {
     return static_cast<float>(k * 5 % 8) / 16 - static_cast<float>(level) / 32;
@@ -122,7 +122,7 @@ struct Scene {
     }
   }
 
-  /// From height 1 down, aslant. Neither edges nor diagonals are met.
+  /// Oblique rays downwards from height 1 that hit neither edges nor diagonals.
   static std::array<float, 6> ray_of(std::uint32_t i) {
     return {static_cast<float>(i % 32) / 32 + 0x1p-7F,
             static_cast<float>(i / 32) / 32 + 0x1p-9F,
@@ -132,7 +132,7 @@ struct Scene {
             -1};
   }
 
-  /// Triangle, t, and the weights of its second and third corner.
+  /// Expected hit: triangle, t, and weights of its second and third corner.
   static std::array<std::uint32_t, 4> hit_of(std::uint32_t i) {
     const auto ray = ray_of(i);
     float least = 4;
@@ -205,7 +205,7 @@ std::string name_of(std::uint32_t result) {
                                           : "atomic operations";
 }
 
-/// True if the device's own bits are right where its division is not correctly rounded.
+/// True if a result depends on division, whose bits may differ on devices without correct rounding.
 bool needs_division(std::uint32_t result) {
   if (result < KILN_SELFTEST_MASKS) {
     return result % KILN_SELFTEST_OPERATIONS == KILN_SELFTEST_DIVISION;
@@ -213,7 +213,7 @@ bool needs_division(std::uint32_t result) {
   return result > KILN_SELFTEST_RAY && result < KILN_SELFTEST_ATOMICS;
 }
 
-/// Names of the results [first, end) that differ.
+/// Names of the results in [first, end) that differ.
 std::string differing(const DeviceInfo& info, const Words& expected, const Words& results,
                       std::uint32_t first, std::uint32_t end) {
   std::string text, last;
@@ -274,7 +274,7 @@ std::string selftest_fault(Context& context, const std::string& more) {
 void Context::require_sound() {
   static std::mutex mutex;
   static std::map<std::string, std::string>
-      faults;  // of this process: a driver may fail otherwise the next time
+      faults;  // per process: the same driver may fail otherwise the next time
   constexpr std::string_view kPassed = "self-test passed";
   const std::string_view source = embedded_source("selftest");
   const std::string version =

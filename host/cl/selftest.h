@@ -1,4 +1,4 @@
-// Does a device compute, to the bit, what Kiln's kernels need?
+// Self-test: checks that a device computes Kiln's operations exactly.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace kiln::ocl {
 
-/// Runs the self-test (kernels/cl/selftest.cl). \returns what the device computes wrongly, for a message; empty: nothing
+/// Runs the self-test (kernels/cl/selftest.cl). \returns a message part naming the wrong results; empty: none
 ///
-/// Results are held to the host's own arithmetic, and rays to a scene in which all is exact. Division and root may
-/// have any bits where the device says that they are not exact.
-/// \param more  options of the compiler: a test makes a device compute wrongly
+/// Results are compared with the host's arithmetic, and rays with a scene whose results are exact. Division and square
+/// root are exempt if the device reports that they are not correctly rounded.
+/// \param more  compiler options, by which a test makes a device compute wrongly
 std::string selftest_fault(Context& context, const std::string& more = {});
 
 }  // namespace kiln::ocl

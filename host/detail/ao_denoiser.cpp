@@ -17,35 +17,37 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 double square(double value) { return value * value; }
 
-/// Where plain rays may be nearer to the truth than what is smoothed of few. Smoothing fails in several ways, each with a
-/// bound of its own. With r the smoothed share and a, b the estimates, whose noise is independent, the product
-/// (a - r_a) (b - r_b) is the square of what smoothing lost, plus noise that averages out: its deviation is the
-/// variance of one estimate, over the root of the number of texels averaged.
+/// Bounds beyond which a texel is cast with plain rays instead of being smoothed. Smoothing blurs in several ways, each
+/// with a bound of its own. Let r be the smoothed shares and a, b the two estimates, whose noise is independent. Then
+/// the product (a - r_a) (b - r_b) is the squared blur plus noise of mean 0. That noise averages out: over n texels its
+/// deviation is the variance of one estimate over sqrt(n).
 struct Guard {
-  /// A tile: all levels are expected to be above this share of the squared error of plain rays. 0: nothing is smoothed.
+  /// Highest squared error of the best level in a tile, as a share of the squared error of plain rays. 0: nothing is
+  /// smoothed.
   static constexpr double kMaxErrorShare = 0.8;
-  /// Tiles to each side that a tile is judged with: 5 x 5, 80 texels. 1: in every second flat tile the noise of what is
-  /// lost is as large as plain rays' error.
-  static constexpr std::int64_t kReach = 2;
-  /// Deviations that are added to what a tile is seen to lose. 0: half of the flat tiles would be taken for good ones
-  /// by chance where few texels are averaged.
-  static constexpr double kDoubt = 0.5;
-  /// What single texels, and 17 and 67 around each (2 and 8 steps), are seen to lose: in variances of an estimate, and
-  /// in deviations of the mean. Higher: thin lines are smoothed away. Lower: plain rays are cast where noise is.
-  static constexpr double kMaxSingle = 3, kMaxNear = 2, kMaxFar = 2;
+  /// Tiles to each side that are summed to judge a tile: 5 x 5 tiles, 80 x 80 texels. With 1 instead of 2, the noise of
+  /// the measured blur is as large as plain rays' error in every second flat tile.
+  static constexpr std::int64_t kTileReach = 2;
+  /// Deviations that are added to a tile's measured blur. 0: where few texels are averaged, half of the flat tiles
+  /// would pass by chance.
+  static constexpr double kBlurDeviations = 0.5;
+  /// Bounds on the measured blur of one texel, of the 17 texels within 2 steps and of the 67 within 8 steps: in
+  /// variances of an estimate (one texel), and in deviations of the mean. Higher: thin lines are smoothed away. Lower:
+  /// noise is mistaken for blur, and plain rays are cast in vain.
+  static constexpr double kMaxBlurAtTexel = 3, kMaxBlurNear = 2, kMaxBlurFar = 2;
   static constexpr double kRootNear = 4, kRootFar = 8;
-  /// What the result loses beyond two steps, which has little noise, in squared errors of plain rays.
-  static constexpr double kMaxFurther = 3;
-  /// Square of how far the centre of a texel's weights lies from it, texels, averaged over 8 steps. At charts' open
-  /// borders and at creases there are neighbours on one side alone, whose mean is off by the slope of the shares: 0.25
-  /// at a straight border, 0.09 when averaged. Lower: flat surfaces are cast anew.
+  /// Bound on the blur beyond two steps, which has little noise: in squared errors of plain rays.
+  static constexpr double kMaxBlurBeyondTwoSteps = 3;
+  /// Squared distance in texels from a texel to the centre of its smoothing weights, averaged over 8 steps. At charts'
+  /// open borders and at creases all neighbours lie on one side, so the mean is off by the slope of the shares. A
+  /// straight border has 0.25, or 0.09 when averaged. Lower bounds: flat surfaces are cast anew.
   static constexpr double kMaxLean = 0.01;
-  /// Squares below this do not show in 8 bits.
+  /// Squared errors below this do not show in 8 bits.
   static constexpr double kRounding = 1.0 / 255 / 255;
 };
 
-/// Squares of what each estimate is from the other one, smoothed.
-double crossed(std::span<const float> raw, std::span<const float> level, std::size_t a) {
+/// Squared differences of each smoothed estimate from the other, unsmoothed one; summed.
+double cross_error(std::span<const float> raw, std::span<const float> level, std::size_t a) {
   const std::size_t b = a + 1;
   return square(static_cast<double>(raw[a]) - level[b]) +
          square(static_cast<double>(raw[b]) - level[a]);
@@ -92,7 +94,7 @@ void AoDenoiser::prepare(const Texels& texels) {
   const TexelLinks links = TexelLinks::of(surface_, topology_, {triangle.get(), pixels}, width_,
                                           height_, texels.first_row);
   const std::size_t neighbour_count = std::size_t{KILN_SHARE_NEIGHBOURS} * count_;
-  const auto numbered = [&](std::uint32_t own, std::uint32_t place) {
+  const auto neighbour_or_self = [&](std::uint32_t own, std::uint32_t place) {
     const std::uint32_t found = place == KILN_VISIBILITY_NO_LINK ? kNone : number[place];
     return found == kNone ? own : found;
   };
@@ -106,7 +108,7 @@ void AoDenoiser::prepare(const Texels& texels) {
         const std::array<std::uint32_t, KILN_SHARE_NEIGHBOURS> beside{
             at - 1, at + 1, at - w, at + w, at - w - 1, at - w + 1, at + w - 1, at + w + 1};
         for (std::size_t k = 0; k < beside.size(); ++k) {
-          neighbours[i * beside.size() + k] = inner ? numbered(own, beside[k]) : own;
+          neighbours[i * beside.size() + k] = inner ? neighbour_or_self(own, beside[k]) : own;
         }
       }
     });
@@ -116,7 +118,8 @@ void AoDenoiser::prepare(const Texels& texels) {
         const std::uint32_t* link = &links.links[b * kLink];
         const std::uint32_t own = number[link[0]];
         for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-          neighbours[std::size_t{KILN_SHARE_NEIGHBOURS} * own + k] = numbered(own, link[k + 1]);
+          neighbours[std::size_t{KILN_SHARE_NEIGHBOURS} * own + k] =
+              neighbour_or_self(own, link[k + 1]);
         }
       }
     });
@@ -174,17 +177,18 @@ AoDenoiser::Tile AoDenoiser::errors_of(const Levels& levels, std::size_t tile) c
     const std::size_t a = std::size_t{2} * by_tile_[n], b = a + 1;
     for (std::size_t k = 0; k < levels.of.size(); ++k) {
       const std::span<const float> level = levels.of[k];
-      // Both estimates' mean has half of their noise, which is half the square of what they are apart.
+      // The mean of both estimates has half of their variance. The squared difference of the estimates is twice their
+      // variance, hence 1/4.
       const double noise = square(static_cast<double>(level[a]) - level[b]) / 4;
       sum.noise[k] += noise;
       if (k <= 1) {
         sum.error[k] += noise;
         continue;
       }
-      sum.error[k] += (crossed(raw, level, a) - crossed(raw, once, a)) / 2 +
+      sum.error[k] += (cross_error(raw, level, a) - cross_error(raw, once, a)) / 2 +
                       square(static_cast<double>(once[a]) - once[b]) / 2 - noise;
     }
-    sum.blur += crossed(raw, once, a) / 2 - square(static_cast<double>(raw[a]) - raw[b]) / 2 -
+    sum.blur += cross_error(raw, once, a) / 2 - square(static_cast<double>(raw[a]) - raw[b]) / 2 -
                 square(static_cast<double>(once[a]) - once[b]) / 2;
   }
   return sum;
@@ -216,8 +220,8 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
         return sum;
       };
       const Tile around = sum_within(1);
-      // The loss of the first step shows through the noise of single texels alone: two standard deviations of that
-      // are not taken for it. The loss of further steps is known better.
+      // The blur of the first step is measured from noisy single texels, so two standard deviations are deducted from
+      // it. The blur of further steps has less noise.
       const double doubt = 8 * around.noise[0] / std::sqrt(around.count);
       const double blur = std::max(0.0, around.blur - doubt);
       double least = 0;
@@ -229,10 +233,11 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
                         static_cast<float>(std::sqrt(squares / around.count))};
       }
       if (plain_variance == 0) continue;
-      // Fewer than two steps leave more noise than plain rays. What is lost beside so little noise shows over more texels.
-      const Tile wide = sum_within(Guard::kReach);
-      const double lost =
-          std::max(0.0, wide.blur + Guard::kDoubt * 2 * wide.noise[0] / std::sqrt(wide.count));
+      // Levels below two steps leave more noise than plain rays. Against so little noise, blur has to be averaged over
+      // more texels.
+      const Tile wide = sum_within(Guard::kTileReach);
+      const double lost = std::max(
+          0.0, wide.blur + Guard::kBlurDeviations * 2 * wide.noise[0] / std::sqrt(wide.count));
       double best = HUGE_VAL;
       for (std::size_t k = 2; k < kSteps.size(); ++k) {
         const double squares = std::max(wide.error[k], wide.noise[k]) + lost;
@@ -249,8 +254,8 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
   return choices;
 }
 
-/// Tiles with as many unsure neighbours as others become unsure, too: what is left of a map that smoothing serves badly
-/// gains little, and has its worst texels.
+/// A tile becomes unsure if most of its neighbours are. Where smoothing fails around a tile, smoothing the tile alone
+/// gains little, and its texels are the map's worst.
 void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
   const std::vector<Choice> before = choices;
   const auto across = static_cast<std::int64_t>(tiles_across_);
@@ -270,9 +275,10 @@ void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
   }
 }
 
-/// The tiles before and behind each place along a side, and how far it is on the way between their middles.
-std::vector<AoDenoiser::Between> AoDenoiser::between(std::uint32_t places, std::uint32_t tiles) {
-  std::vector<Between> result(places);
+/// The tiles before and after each place along a side, and the interpolation weight between their centres.
+std::vector<AoDenoiser::TileInterpolation> AoDenoiser::interpolate_tiles(std::uint32_t places,
+                                                                         std::uint32_t tiles) {
+  std::vector<TileInterpolation> result(places);
   for (std::uint32_t at = 0; at < places; ++at) {
     const double middle = (at + 0.5) / kTile - 0.5, before = std::floor(middle);
     const auto tile = [&](double number) {
@@ -283,7 +289,7 @@ std::vector<AoDenoiser::Between> AoDenoiser::between(std::uint32_t places, std::
   return result;
 }
 
-/// Adds the texels that Guard's bounds on their surroundings exclude.
+/// Marks texels whose surroundings exceed the bounds of Guard.
 void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result,
                              double plain_variance, std::span<std::uint8_t> unsure) {
   const std::span<const float> raw = levels.of[0], twice = levels.of[2];
@@ -294,7 +300,7 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result
   const kiln_share_params params{count_, 0};
   context_.launch(context_.kernel("ao_denoiser", "kiln_share_lean"), count_, kLocal, params,
                   neighbours_, from_);
-  from_.read(context_, further);  // what the weights lean, twice
+  from_.read(context_, further);  // lean of the weights, two numbers a texel
   const auto product = [&](std::span<const float> of, std::size_t a) {
     return (of[a] - result[a]) * (of[a + 1] - result[a + 1]);
   };
@@ -305,7 +311,8 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result
       lost[a] = product(raw, a);
       lost[b] = apart * apart / 2;
       further[a] = product(twice, a);
-      // Where parts enter each other, shares end at 0, where there is no noise to see a loss by: as at a border.
+      // Where surfaces interpenetrate, shares end at 0. They have no noise there to measure blur by, so they count as a
+      // border.
       if (raw[a] == 0 && raw[b] == 0) further[b] = 1;
     }
   });
@@ -320,14 +327,15 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result
   smooth(kSteps[2], further);
   visit([&](std::size_t a) {
     const double variance = lost[a + 1];
-    return product(raw, a) > Guard::kMaxSingle * variance + Guard::kRounding ||
-           lost[a] > Guard::kMaxNear / Guard::kRootNear * variance + Guard::kRounding ||
-           further[a] > Guard::kMaxFurther * plain_variance * variance / 2 + Guard::kRounding / 4;
+    return product(raw, a) > Guard::kMaxBlurAtTexel * variance + Guard::kRounding ||
+           lost[a] > Guard::kMaxBlurNear / Guard::kRootNear * variance + Guard::kRounding ||
+           further[a] >
+               Guard::kMaxBlurBeyondTwoSteps * plain_variance * variance / 2 + Guard::kRounding / 4;
   });
   smooth(kSteps[4] - kSteps[2], lost);
   smooth(kSteps[4] - kSteps[2], further);
   visit([&](std::size_t a) {
-    return lost[a] > Guard::kMaxFar / Guard::kRootFar * lost[a + 1] + Guard::kRounding ||
+    return lost[a] > Guard::kMaxBlurFar / Guard::kRootFar * lost[a + 1] + Guard::kRounding ||
            (further[a + 1] > Guard::kMaxLean && result[a] + result[a + 1] > 0);
   });
 }
@@ -336,13 +344,13 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plai
   const Levels levels = smoothed(estimates);
   const std::vector<Choice> choices = choose(levels, plain_variance);
   Result result{std::vector<float>(count_), std::vector<float>(count_), {}};
-  std::vector<float> halves;  // The result of each estimate
+  std::vector<float> halves;  // the result, once for each estimate
   if (plain_variance > 0) {
     halves.resize(std::size_t{2} * count_);
     result.unsure.resize(count_);
   }
-  const std::vector<Between> columns = between(width_, tiles_across_);
-  const std::vector<Between> rows = between(tiles_down_ * kTile, tiles_down_);
+  const std::vector<TileInterpolation> columns = interpolate_tiles(width_, tiles_across_);
+  const std::vector<TileInterpolation> rows = interpolate_tiles(tiles_down_ * kTile, tiles_down_);
   parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t x = place_[i] % width_, y = place_[i] / width_;

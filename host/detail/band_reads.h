@@ -1,4 +1,4 @@
-// Arrays of the device that all maps of a bake read: once a band, and of the high poly once a bake.
+// Device arrays that all maps of a bake read back: once a band, or once a bake for the high poly's.
 #pragma once
 
 #include <cstdint>
@@ -12,38 +12,37 @@
 
 namespace kiln {
 
-/// Copies of device arrays on the host, kept for as long as they are true. Not for several threads
-/// at once.
+/// Host copies of device arrays, valid for one band or one state of the high poly. Not thread-safe.
 class BandReads : public SharedWork {
  public:
   explicit BandReads(cl::Context& context) : context_(context) {}
 
-  /// Drops what read() gave.
+  /// Discards the results of read().
   void next_band() override { band_ = {}; }
-  /// Drops what read_source() gave, too.
+  /// Discards the results of read_source(), too.
   void next_source() override {
     next_band();
     source_ = {};
     ++source_version_;
   }
-  /// Another number after each next_source(), for what is made of the high poly.
+  /// Changes with each next_source(). Caches of data about the high poly compare it.
   std::uint64_t source_version() const { return source_version_; }
 
-  /// Elements [offset, offset + count) of an array of the band; read when first asked for.
+  /// Elements [offset, offset + count) of an array of the band; downloaded by the first call.
   template <typename T>
   const std::vector<T>& read(const cl::Array<T>& array, std::size_t count, std::size_t offset = 0) {
     return kept(band_, array, count, offset);
   }
-  /// All of an array of the high poly.
+  /// A whole array of the high poly.
   template <typename T>
   const std::vector<T>& read_source(const cl::Array<T>& array) {
     return kept(source_, array, array.size(), 0);
   }
 
  private:
+  /// Downloads by array and offset.
   template <typename T>
-  using Kept =
-      std::map<std::pair<const void*, std::size_t>, std::vector<T>>;  // by array and offset
+  using Kept = std::map<std::pair<const void*, std::size_t>, std::vector<T>>;
   using AllKept = std::tuple<Kept<std::uint32_t>, Kept<float>, Kept<std::uint8_t>>;
 
   template <typename T>

@@ -1,4 +1,4 @@
-// The direction from which most light reaches the high poly.
+// The bent normal: the mean unoccluded direction.
 #include "detail/hemisphere_map.h"
 #include "detail/normal.h"
 
@@ -14,7 +14,7 @@ class BentNormal : public MapMaker {
         miss_(request.options.encoding.miss),
         detail_(detail_params(request.options)),
         rays_(request.shared.of<Hemispheres>(request)) {
-    rays_->want_bent_sum();
+    rays_->request_bent_sum();
   }
 
   void report(BakedMap& map, std::vector<Warning>&) const override {
@@ -36,7 +36,7 @@ class BentNormal : public MapMaker {
   }
 
  private:
-  /// \param other  of no capacity: there is none
+  /// \param other  second correspondence of a blend; of capacity 0: none
   void make(const TexelBand& band, const DeviceCorrespondence& match,
             const DeviceCorrespondence& other, const cl::Array<float>& other_bent_sum,
             const cl::Array<float>& shares, const BandPixels& out) {

@@ -1,4 +1,4 @@
-// The high poly's own colour, and how opaque it is.
+// Colour and opacity of the high poly.
 #include <algorithm>
 
 #include "detail/surface_texture.h"
@@ -7,10 +7,10 @@
 namespace kiln {
 namespace {
 
-/// Channels of a texture, or of the vertices' colours where there is none.
+/// Channels of a texture; without a texture, of the vertices' colours.
 class OwnColor : public PointFunction {
  public:
-  /// \param one_channel  the texture's channel counts alone
+  /// \param one_channel  only the texture's selected channel is used
   OwnColor(const MapRequest& request, const std::optional<Texture>& texture, const char* map,
            bool one_channel)
       : source_(request.source) {
@@ -37,7 +37,7 @@ class OwnColor : public PointFunction {
   }
 
  protected:
-  /// \returns its weight in means
+  /// \returns the weight of the colour in means
   float color_at(const HighPoint& point, float* color) const {
     if (texture_) return texture_->read(point, color);
     read_vertex_color(source_, point, color);

@@ -13,35 +13,35 @@
 namespace kiln {
 namespace {
 
-/// The high poly's mean curvature, for all maps of it.
-class Bend : public SharedWork {
+/// Mean curvature of the high poly, shared by all maps that show it.
+class SharedCurvature : public SharedWork {
  public:
   struct Scratch : PointScratch {
     MeanCurvature::Scratch curvature;
     CurvatureCheck::Scratch check;
   };
 
-  explicit Bend(const MapRequest& request)
+  explicit SharedCurvature(const MapRequest& request)
       : source_(request.source),
         wanted_(request.options.curvature_radius),
         checks_(request.checks) {}
 
   void next_band() override {}
-  void next_source() override { made_of_.reset(); }
+  void next_source() override { source_version_.reset(); }
   void find(std::uint64_t source_version) {
-    if (made_of_ == source_version) return;
+    if (source_version_ == source_version) return;
     radius_ = curvature_radius(wanted_, source_);
     if (checks_) {
       check_.emplace(source_.positions, source_.triangles, radius_);
     } else {
       curvature_.emplace(source_.positions, source_.triangles, radius_);
     }
-    made_of_ = source_version;
+    source_version_ = source_version;
   }
 
   double radius() const { return radius_ / source_.frame.scale; }
 
-  /// 1 / world unit.
+  /// Mean curvature in 1 / world unit.
   double at(const HighPoint& point) const {
     auto& scratch = static_cast<Scratch&>(*point.scratch);
     const double bend = checks_
@@ -51,7 +51,7 @@ class Bend : public SharedWork {
   }
 
  private:
-  /// In the frame.
+  /// Position in the frame.
   Vec3d place_of(const HighPoint& point) const {
     const Triangle& t = source_.triangles[point.triangle];
     const double u = point.u, v = point.v;
@@ -61,32 +61,32 @@ class Bend : public SharedWork {
 
   const Source::Impl& source_;
   std::optional<Length> wanted_;
-  double radius_ = 0;  // in the frame
+  double radius_ = 0;  // of the averaging ball, frame units
   bool checks_;
-  std::optional<CurvatureCheck> check_;     // one of these two
-  std::optional<MeanCurvature> curvature_;  // in the frame
-  std::optional<std::uint64_t> made_of_;
+  std::optional<CurvatureCheck> check_;     // exactly one of these two is set
+  std::optional<MeanCurvature> curvature_;  // works in frame units
+  std::optional<std::uint64_t> source_version_;
 };
 
 class Curvature : public PointFunction {
  public:
-  /// \param apart  convex and concave in channels of their own
+  /// \param apart  true: convex and concave curvature in separate channels
   Curvature(const MapRequest& request, bool apart)
-      : bend_(request.shared.of<Bend>(request)), apart_(apart) {}
+      : shared_(request.shared.of<SharedCurvature>(request)), apart_(apart) {}
 
-  void prepare(std::uint64_t source_version) override { bend_->find(source_version); }
+  void prepare(std::uint64_t source_version) override { shared_->find(source_version); }
   PointNeeds needs() const override {
     return {.position = false, .normal = false, .distance = false};
   }
   std::unique_ptr<PointScratch> scratch() const override {
-    return std::make_unique<Bend::Scratch>();
+    return std::make_unique<SharedCurvature::Scratch>();
   }
   void report(BakedMap& map, std::vector<Warning>&) const override {
-    map.curvature_radius = bend_->radius();
+    map.curvature_radius = shared_->radius();
   }
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // 0
-    const auto bend = static_cast<float>(bend_->at(point));
+    if (!point.found) return;  // misses keep the value 0
+    const auto bend = static_cast<float>(shared_->at(point));
     if (!apart_) {
       value[0] = bend;
       return;
@@ -97,11 +97,11 @@ class Curvature : public PointFunction {
   }
 
  private:
-  std::shared_ptr<Bend> bend_;
+  std::shared_ptr<SharedCurvature> shared_;
   bool apart_;
 };
 
-MapRow bend_map(const MapInfo& info, bool apart) {
+MapRow curvature_row(const MapInfo& info, bool apart) {
   MapRow row;
   row.info = info;
   row.info.options = "curvature_radius";
@@ -117,25 +117,26 @@ MapRow bend_map(const MapInfo& info, bool apart) {
 }  // namespace
 
 MapRow curvature_map() {
-  MapRow row = bend_map({MapKind{"curvature"}, 1, MapType::signed_scalar,
-                         "signed mean curvature of the high poly around the point, positive where "
-                         "convex, 1 / world unit",
-                         0, 0},
-                        false);
+  MapRow row =
+      curvature_row({MapKind{"curvature"}, 1, MapType::signed_scalar,
+                     "signed mean curvature of the high poly around the point, positive where "
+                     "convex, 1 / world unit",
+                     0, 0},
+                    false);
   row.range = range_of_curvature_signed;
   row.info.other_names = "cavity";
   return row;
 }
 
 MapRow convexity_map() {
-  MapRow row =
-      bend_map({MapKind{"convexity"}, 3, MapType::vector,
-                "magnitude of that curvature: red where convex, green where concave, blue both, "
-                "1 / world unit",
-                0, 0},
-               true);
+  MapRow row = curvature_row(
+      {MapKind{"convexity"}, 3, MapType::vector,
+       "magnitude of that curvature: red where convex, green where concave, blue both, "
+       "1 / world unit",
+       0, 0},
+      true);
   row.range = range_of_curvature;
-  row.compared_channels = 2;  // the third has nothing of its own
+  row.compared_channels = 2;  // the third channel repeats the first two
   row.info.other_names = "concavity";
   return row;
 }

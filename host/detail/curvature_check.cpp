@@ -11,10 +11,11 @@
 namespace kiln {
 namespace {
 
-constexpr double kSlack =
-    0.25;  // of the radius, that points may be from where pieces were gathered
+constexpr double kGatherSlack =
+    0.25;  // share of the radius: points of one gathered list lie this far from its centre at most
 constexpr int kStrips = 64;
-constexpr double kOtherWay = -0.6;  // cosine from which on faces look away from each other
+// faces whose normals' cosine is below this look away from each other
+constexpr double kMaxOpposedCosine = -0.6;
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
 
 Vec3d unit_normal(const std::array<Vec3d, 3>& c) {
@@ -22,8 +23,8 @@ Vec3d unit_normal(const std::array<Vec3d, 3>& c) {
   return n * (1 / length(n));
 }
 
-/// Length of a segment in a ball around 0, by the foot of the perpendicular.
-double inside(const Vec3d& a, const Vec3d& b, double radius) {
+/// Length of a segment within a ball around the origin, by the foot of the perpendicular.
+double length_in_ball(const Vec3d& a, const Vec3d& b, double radius) {
   const double whole = length(b - a);
   if (!(whole > 0)) return 0;
   const Vec3d way = (b - a) * (1 / whole);
@@ -33,8 +34,8 @@ double inside(const Vec3d& a, const Vec3d& b, double radius) {
   return std::max(0.0, std::min(whole, foot + half) - std::max(0.0, foot - half));
 }
 
-/// True if the boxes of a triangle and of a ball are apart.
-bool apart(const std::array<Vec3d, 3>& t, const Vec3d& centre, double radius) {
+/// True if the bounding boxes of a triangle and of a ball are disjoint.
+bool are_disjoint(const std::array<Vec3d, 3>& t, const Vec3d& centre, double radius) {
   const auto along = [&](double p, double q, double r, double at) {
     return std::min({p, q, r}) > at + radius || std::max({p, q, r}) < at - radius;
   };
@@ -43,8 +44,8 @@ bool apart(const std::array<Vec3d, 3>& t, const Vec3d& centre, double radius) {
 }
 
 double least_x(const std::array<Vec3d, 3>& c) { return std::min({c[0].x, c[1].x, c[2].x}); }
-/// Binary order of a triangle's width along x, or of a radius.
-int order_of_size(const std::array<Vec3d, 3>& c, double radius) {
+/// Binary exponent of a triangle's width along x, at least that of the radius.
+int size_exponent(const std::array<Vec3d, 3>& c, double radius) {
   return std::ilogb(std::max(std::max({c[0].x, c[1].x, c[2].x}) - least_x(c), radius));
 }
 
@@ -60,7 +61,7 @@ CurvatureCheck::CurvatureCheck(std::span<const Vec3> positions, std::span<const 
     piece.triangle = i;
     for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = Vec3d(positions[t[k]]);
     piece.normal = unit_normal(piece.corner);
-    piece.order = order_of_size(piece.corner, radius);
+    piece.order = size_exponent(piece.corner, radius);
     piece.x = least_x(piece.corner);
   }
   std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) {
@@ -103,18 +104,18 @@ void CurvatureCheck::find_angles() {
     Piece &one = pieces_[sides[i].piece], &other = pieces_[sides[i + 1].piece];
     const Vec3d &n = one.normal, &m = other.normal;
     const double angle = std::acos(std::clamp(dot(n, m), -1.0, 1.0));
-    // Convex where the other one's far corner lies below this one's plane.
+    // The edge is convex where the other triangle's far corner lies below this triangle's plane.
     const double side = dot(n, other.corner[(sides[i + 1].k + 2) % 3] - one.corner[sides[i].k]);
     one.angle[sides[i].k] = other.angle[sides[i + 1].k] = side <= 0 ? angle : -angle;
   }
 }
 
-/// All pieces in reach of balls around points near the centre.
+/// Gathers all pieces that reach into balls around points near the centre.
 void CurvatureCheck::gather(const Vec3d& centre, Scratch& scratch) const {
   scratch.known = true;
   scratch.centre = centre;
   scratch.near.clear();
-  const double reach = radius_ * (1 + kSlack);
+  const double reach = radius_ * (1 + kGatherSlack);
   auto piece = pieces_.begin();
   const auto skip = [&](int order, double x) {
     piece = std::partition_point(piece, pieces_.end(), [&](const Piece& other) {
@@ -126,14 +127,14 @@ void CurvatureCheck::gather(const Vec3d& centre, Scratch& scratch) const {
     skip(order, centre.x - reach - std::ldexp(2.0, order));
     for (; piece != pieces_.end() && piece->order == order && piece->x <= centre.x + reach;
          ++piece) {
-      if (apart(piece->corner, centre, reach)) continue;
+      if (are_disjoint(piece->corner, centre, reach)) continue;
       scratch.near.push_back(static_cast<std::uint32_t>(piece - pieces_.begin()));
     }
     skip(order + 1, -std::numeric_limits<double>::infinity());
   }
 }
 
-/// Marks the pieces that a walk from the point's own reaches within the ball.
+/// Marks the pieces within the ball that are connected with the point's own piece.
 void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
                                     Scratch& scratch) const {
   scratch.connected.resize(pieces_.size());
@@ -142,7 +143,7 @@ void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
   for (std::size_t i = 0; i < scratch.reached.size(); ++i) {
     const Piece& piece = pieces_[scratch.reached[i]];
     for (std::uint32_t k = 0; k < 3; ++k) {
-      if (inside(piece.corner[k] - point, piece.corner[(k + 1) % 3] - point, radius_) <= 0)
+      if (length_in_ball(piece.corner[k] - point, piece.corner[(k + 1) % 3] - point, radius_) <= 0)
         continue;
       const std::uint32_t start = 3 * scratch.reached[i] + k;
       for (std::uint32_t side = piece.beside[k]; side != start;
@@ -159,27 +160,30 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
   const std::uint32_t seed = piece_of_[triangle];
   bool walked = false;
   const auto is_of_sheet = [&](std::uint32_t i) {
-    if (seed == kNoPiece || dot(pieces_[i].normal, pieces_[seed].normal) >= kOtherWay) return true;
+    if (seed == kNoPiece || dot(pieces_[i].normal, pieces_[seed].normal) >= kMaxOpposedCosine)
+      return true;
     if (!std::exchange(walked, true)) find_connected(point, seed, scratch);
     return scratch.connected[i] != 0;
   };
-  if (!scratch.known || length(point - scratch.centre) > radius_ * kSlack) gather(point, scratch);
+  if (!scratch.known || length(point - scratch.centre) > radius_ * kGatherSlack)
+    gather(point, scratch);
   double area = 0, bend = 0;
   for (const std::uint32_t i : scratch.near) {
     const Piece& piece = pieces_[i];
-    if (apart(piece.corner, point, radius_) || !is_of_sheet(i)) continue;
+    if (are_disjoint(piece.corner, point, radius_) || !is_of_sheet(i)) continue;
     const Vec3d a = piece.corner[0] - point, b = piece.corner[1] - point,
                 c = piece.corner[2] - point;
-    bend += (piece.angle[0] * inside(a, b, radius_) + piece.angle[1] * inside(b, c, radius_) +
-             piece.angle[2] * inside(c, a, radius_)) /
+    bend += (piece.angle[0] * length_in_ball(a, b, radius_) +
+             piece.angle[1] * length_in_ball(b, c, radius_) +
+             piece.angle[2] * length_in_ball(c, a, radius_)) /
             4;
     const double whole = length(cross(b - a, c - a)) / 2;
     if (std::max({length(a), length(b), length(c)}) <= radius_) {
       area += whole;
       continue;
     }
-    // Strips along bc, from a downwards, where the ball is: at height y, the ball's disc is as wide as its distance
-    // from the strip's line leaves of the radius.
+    // The triangle is cut into strips parallel to bc, from a downwards. At height y the ball's cross-section is a
+    // chord: its half width is sqrt(radius^2 - distance^2) for the distance of the strip's line from the centre.
     const double width = length(c - b);
     const Vec3d along = (c - b) * (1 / width);
     const double slant = dot(b - a, along), foot = dot(a, along);

@@ -1,4 +1,4 @@
-// Mean curvature by another way than maps take, to compare them with.
+// Mean curvature by an independent method, to check the maps against.
 #pragma once
 
 #include <array>
@@ -11,26 +11,26 @@
 
 namespace kiln {
 
-/// The curvature of a point's own sheet, as MeanCurvature::on() has it, in other code: the edges and triangles of the
-/// ball one by one, nothing interpolated and nothing left out. Triangles meet by their corners' coordinates, angles are
-/// arc cosines, and a triangle's area in the ball is that of 64 strips, to some 0.1% of the ball's disc. The patch that
-/// is connected with the point is of any size. Some tenths of a millisecond a point.
+/// The curvature of the point's own sheet, defined as MeanCurvature::on() but computed independently: each edge and
+/// triangle in the ball is integrated by itself, without interpolation or cut-offs. Triangles are connected by equal
+/// coordinates of corners, angles are arc cosines, and a triangle's area in the ball is integrated over 64 strips, to
+/// some 0.1% of the ball's disc. The connected patch may have any size. Costs some tenths of a millisecond a point.
 class CurvatureCheck {
  public:
-  /// Triangles near the last point, one list a thread.
+  /// Triangles near the last point; one for each thread.
   struct Scratch {
     Vec3d centre;
     std::vector<std::uint32_t> near;
     bool known = false;
-    std::vector<std::uint8_t> connected;  ///< Per triangle, for the last point
+    std::vector<std::uint8_t> connected;  ///< Per triangle: it is connected with the last point
     std::vector<std::uint32_t> reached;
   };
 
-  /// As MeanCurvature's, but nothing has to stay.
+  /// As the constructor of MeanCurvature, but copies its input.
   CurvatureCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                  double radius);
 
-  /// At a point of a triangle.
+  /// Mean curvature at a point of a triangle.
   double at(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const;
 
  private:
@@ -38,11 +38,11 @@ class CurvatureCheck {
     std::array<Vec3d, 3> corner;
     std::array<double, 3> angle{};  ///< Angle of edge k, from corner k; signed
     std::array<std::uint32_t, 3>
-        beside{};  ///< Ring through the pieces with edge k: the next, 3 * piece + edge
-    Vec3d normal;  ///< Unit
+        beside{};  ///< Ring of the pieces around edge k: 3 * piece + edge of the next one
+    Vec3d normal;  ///< Unit normal of the triangle
     std::uint32_t triangle = 0;
-    int order = 0;  ///< Binary, of its size along x
-    double x = 0;   ///< Its least
+    int order = 0;  ///< Binary exponent of its size along x
+    double x = 0;   ///< Least x of its corners
   };
 
   void find_angles();
@@ -50,8 +50,8 @@ class CurvatureCheck {
   void find_connected(const Vec3d& point, std::uint32_t seed, Scratch& scratch) const;
 
   double radius_;
-  std::vector<std::uint32_t> piece_of_;  // per triangle
-  std::vector<Piece> pieces_;  // by `order`, then by `x`, so that those near a place are found
+  std::vector<std::uint32_t> piece_of_;  // index of each triangle's piece
+  std::vector<Piece> pieces_;            // sorted by `order`, then by `x`, for range queries
 };
 
 }  // namespace kiln

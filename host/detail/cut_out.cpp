@@ -1,4 +1,4 @@
-// Transparent parts taken off a mesh.
+// Cuts the transparent parts off a mesh.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,11 +21,11 @@
 namespace kiln {
 namespace {
 
-using Weights = std::array<double, 3>;  // of a triangle's corners
-using Part = std::array<Weights, 3>;    // a triangle within it
+using Weights = std::array<double, 3>;  // barycentric, of a triangle's three corners
+using Part = std::array<Weights, 3>;    // a triangle within a triangle, by its corners' weights
 
-// Quarters of quarters: a texture over one triangle may be 65,536 texels wide.
-constexpr int kDeepest = 16;
+// Deepest subdivision into quarters: resolves textures of 65,536 texels across one triangle.
+constexpr int kMaxDepth = 16;
 
 Weights between(const Weights& a, const Weights& b, double share) {
   Weights result{};
@@ -57,13 +57,14 @@ class Cutter {
       throw Error(ErrorCode::input, "Nothing of '" + mesh_.name +
                                         "' is opaque enough: lower the threshold of opacity.");
     }
-    leave_out_slivers();
+    delete_slivers();
     return std::move(result_);
   }
 
  private:
-  /// Parts that rounding leaves without area: nothing can be found on them, and they are no flaws of the mesh.
-  void leave_out_slivers() {
+  /// Deletes parts without area, which rounding leaves: no point can be matched on them, and they are no flaws of the
+  /// input.
+  void delete_slivers() {
     const Frame frame = Frame::of(result_);
     const std::vector<Vec3> positions = frame.to_frame(result_);
     std::size_t kept = 0;
@@ -91,7 +92,7 @@ class Cutter {
     const Triangle& uv = mesh_.uv_triangles[triangle];
     bool finite = true;
     for (std::size_t k = 0; k < 3; ++k) {
-      uv_[k] = pool_of(triangle)[uv[k]];
+      uv_[k] = uv_pool_of(triangle)[uv[k]];
       finite = finite && is_finite(uv_[k]);
     }
     picture_ = nullptr;
@@ -100,18 +101,18 @@ class Cutter {
     double plain = 1;
     transform_ = {1, 0, 0, 0, 1, 0};
     wraps_ = {};
-    times_ = 1, plus_ = 0;
+    opacity_scale_ = 1, opacity_offset_ = 0;
     alpha_ = {1, 1, 1};
     if (opacity_.image_of.empty()) {
-      take_picture(0);
+      select_picture(0);
     } else {
       const std::uint32_t material = mesh_.materials[triangle];
       const std::uint32_t picture = opacity_.image_of[material];
       if (!opacity_.uv_transforms.empty()) transform_ = opacity_.uv_transforms[material];
       if (!opacity_.wraps.empty()) wraps_ = opacity_.wraps[material];
       if (!opacity_.factors.empty()) {
-        times_ = double{opacity_.factors[material].times[opacity_.channel]};
-        plus_ = opacity_.channel < 3 ? double{opacity_.factors[material].plus} : 0;
+        opacity_scale_ = double{opacity_.factors[material].times[opacity_.channel]};
+        opacity_offset_ = opacity_.channel < 3 ? double{opacity_.factors[material].plus} : 0;
       }
       if (!opacity_.times_vertex_colors.empty() && opacity_.times_vertex_colors[material] &&
           !mesh_.colors.empty()) {
@@ -119,7 +120,7 @@ class Cutter {
           alpha_[k] = mesh_.colors[mesh_.triangles[triangle][k]][3] / 255.0;
         }
       }
-      if (picture != Texture::kNone) take_picture(picture);
+      if (picture != Texture::kNone) select_picture(picture);
       if (material < opacity_.plain.size() && (picture == Texture::kNone || is_set())) {
         plain = opacity_.plain[material][opacity_.channel];
       }
@@ -129,7 +130,7 @@ class Cutter {
     if (!finite || (picture_ == nullptr && !is_set() && even)) {
       if (plain * alpha_[0] >= threshold_ || !finite) parts_.push_back(whole);
     } else {
-      plain_ = plain;
+      constant_opacity_ = plain;
       cut(whole, 0);
     }
     if (parts_.empty()) {
@@ -148,8 +149,8 @@ class Cutter {
     }
   }
 
-  /// A picture by itself, or the set that it stands for: then parts choose theirs.
-  void take_picture(std::uint32_t picture) {
+  /// Selects a picture; a set of UDIM tiles is resolved later, for each part.
+  void select_picture(std::uint32_t picture) {
     const bool is_of_set =
         std::any_of(opacity_.tiles.begin(), opacity_.tiles.end(),
                     [&](const TextureTile& tile) { return tile.set == picture; });
@@ -162,8 +163,8 @@ class Cutter {
   }
   bool is_set() const { return set_ != Texture::kNone; }
 
-  /// Chooses the tile with a place; none: the material's number stands there.
-  void take_tile(double u, double v) {
+  /// Selects the tile at a place; without one the opacity is the material's factor.
+  void select_tile(double u, double v) {
     const std::uint32_t number = udim_of(u, v);
     picture_ = nullptr;
     corner_ = {};
@@ -175,8 +176,8 @@ class Cutter {
     }
   }
 
-  /// The UVs that the opacity of a triangle's material lies on.
-  const std::vector<Vec2>& pool_of(std::size_t triangle) const {
+  /// The UV set of the opacity of a triangle's material.
+  const std::vector<Vec2>& uv_pool_of(std::size_t triangle) const {
     if (opacity_.uv_sets.empty()) return mesh_.uvs;
     const std::uint32_t wanted = opacity_.uv_sets[mesh_.materials[triangle]];
     if (wanted == mesh_.uv_set) return mesh_.uvs;
@@ -203,13 +204,13 @@ class Cutter {
     return {m[0] * uv[0] + m[1] * uv[1] + m[2], m[3] * uv[0] + m[4] * uv[1] + m[5]};
   }
 
-  /// True where a part lies in several squares of a set, and is not yet small.
+  /// True if a part spans several UDIM squares and is still large enough to be split.
   bool spans_tiles(double u0, double u1, double v0, double v1) const {
-    constexpr double kRounding = 1e-6, kSmall = 1.0 / 4096;
+    constexpr double kRounding = 1e-6, kMinSpan = 1.0 / 4096;
     const auto spans = [](double a, double b) {
       return std::floor(a + kRounding) < std::floor(b - kRounding);
     };
-    return is_set() && (spans(u0, u1) || spans(v0, v1)) && std::max(u1 - u0, v1 - v0) > kSmall;
+    return is_set() && (spans(u0, u1) || spans(v0, v1)) && std::max(u1 - u0, v1 - v0) > kMinSpan;
   }
 
   double alpha_at(const Weights& w) const {
@@ -218,17 +219,21 @@ class Cutter {
 
   double opacity_at(const Weights& w, const std::array<double, 2>& uv) const {
     const double picture =
-        picture_ == nullptr ? plain_ : picture_->at(uv[0], uv[1], wraps_) * times_ + plus_;
+        picture_ == nullptr ? constant_opacity_
+                            : picture_->at(uv[0], uv[1], wraps_) * opacity_scale_ + opacity_offset_;
     return alpha_ == Weights{1, 1, 1} ? picture : picture * alpha_at(w);
   }
 
   BoundedChannel::Range over(const Part& part, double u0, double v0, double u1, double v1) const {
-    BoundedChannel::Range range{static_cast<float>(plain_), static_cast<float>(plain_)};
+    BoundedChannel::Range range{static_cast<float>(constant_opacity_),
+                                static_cast<float>(constant_opacity_)};
     if (picture_ != nullptr) {
       range = picture_->over(u0, v0, u1, v1, wraps_);
-      const auto turned = [&](float value) { return static_cast<float>(value * times_ + plus_); };
-      range = {turned(times_ < 0 ? range.most : range.least),
-               turned(times_ < 0 ? range.least : range.most)};
+      const auto turned = [&](float value) {
+        return static_cast<float>(value * opacity_scale_ + opacity_offset_);
+      };
+      range = {turned(opacity_scale_ < 0 ? range.most : range.least),
+               turned(opacity_scale_ < 0 ? range.least : range.most)};
     }
     if (alpha_ == Weights{1, 1, 1}) return range;
     const auto [least, most] =
@@ -241,9 +246,9 @@ class Cutter {
     for (std::size_t k = 0; k < 3; ++k) uv[k] = in_picture(uv_at(part[k]));
     auto [u0, u1] = std::minmax({uv[0][0], uv[1][0], uv[2][0]});
     auto [v0, v1] = std::minmax({uv[0][1], uv[1][1], uv[2][1]});
-    if (depth < kDeepest && spans_tiles(u0, u1, v0, v1)) return quarter(part, depth);
+    if (depth < kMaxDepth && spans_tiles(u0, u1, v0, v1)) return quarter(part, depth);
     if (is_set()) {
-      take_tile((uv[0][0] + uv[1][0] + uv[2][0]) / 3, (uv[0][1] + uv[1][1] + uv[2][1]) / 3);
+      select_tile((uv[0][0] + uv[1][0] + uv[2][0]) / 3, (uv[0][1] + uv[1][1] + uv[2][1]) / 3);
       for (auto& at : uv) at[0] -= corner_[0], at[1] -= corner_[1];
       u0 -= corner_[0], u1 -= corner_[0], v0 -= corner_[1], v1 -= corner_[1];
     }
@@ -255,7 +260,7 @@ class Cutter {
     }
     const bool fine = picture_ == nullptr || std::max((u1 - u0) * picture_->texels_across(),
                                                       (v1 - v0) * picture_->texels_down()) <= 1;
-    if (fine || depth == kDeepest) return clip(part, uv);
+    if (fine || depth == kMaxDepth) return clip(part, uv);
     quarter(part, depth);
   }
 
@@ -267,7 +272,7 @@ class Cutter {
     cut({ab, part[1], bc}, depth + 1);
     cut({ca, bc, part[2]}, depth + 1);
     cut({ab, bc, ca}, depth + 1);
-    // All four stayed whole: one again.
+    // All four quarters stayed whole: they are replaced by the undivided part.
     if (parts_.size() == before + 4 && parts_[before] == Part{part[0], ab, ca} &&
         parts_[before + 1] == Part{ab, part[1], bc} &&
         parts_[before + 2] == Part{ca, bc, part[2]} && parts_[before + 3] == Part{ab, bc, ca}) {
@@ -276,7 +281,7 @@ class Cutter {
     }
   }
 
-  /// Keeps the part above the threshold, of values that are linear between the corners.
+  /// Clips a part to where the opacity, interpolated linearly, exceeds the threshold.
   void clip(const Part& part, const std::array<std::array<double, 2>, 3>& uv) {
     std::array<double, 3> over{};
     for (std::size_t k = 0; k < 3; ++k) over[k] = opacity_at(part[k], uv[k]) - threshold_;
@@ -285,7 +290,7 @@ class Cutter {
       const std::size_t next = (k + 1) % 3;
       if (over[k] >= 0) polygon.push_back(part[k]);
       if ((over[k] >= 0) == (over[next] >= 0)) continue;
-      // From the same end whichever triangle asks, so that both find the same point.
+      // Interpolates from the same end for both triangles at an edge, so that both compute the same point.
       const bool forward = over[k] >= 0;
       const std::size_t a = forward ? k : next, b = forward ? next : k;
       polygon.push_back(between(part[a], part[b], over[a] / (over[a] - over[b])));
@@ -316,7 +321,7 @@ class Cutter {
     is_part_.push_back(true);
   }
 
-  /// Position, UV and normal of a point, in the pools: those that are there, or new ones.
+  /// Indices of a point's position, UV and normal in the pools; adds those that are new.
   std::array<std::uint32_t, 3> vertex_of(const Weights& w) {
     const Triangle& corners = mesh_.triangles[triangle_];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -362,18 +367,19 @@ class Cutter {
   std::vector<std::unique_ptr<BoundedChannel>> pictures_;
   std::vector<Triangle> normal_triangles_;
   Mesh result_;
-  std::vector<bool> is_part_;  // of its triangles: cut off from one of the mesh
+  std::vector<bool> is_part_;  // per triangle of the result: it was clipped
 
-  std::size_t triangle_ = 0;  // that is cut
+  std::size_t triangle_ = 0;  // the triangle that is being cut
   std::array<Vec2, 3> uv_;
   const BoundedChannel* picture_ = nullptr;
-  std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // of its UVs
-  std::uint32_t set_ = Texture::kNone;                // of tiles, of which picture_ is one
-  std::array<double, 2> corner_{};                    // of its tile
+  std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // transform of the picture's UVs
+  std::uint32_t set_ = Texture::kNone;                // set of tiles that picture_ belongs to
+  std::array<double, 2> corner_{};                    // lower left corner of the tile in UV space
   BoundedChannel::Wraps wraps_{};
-  double times_ = 1, plus_ = 0;  // of its numbers
-  Weights alpha_{1, 1, 1};       // of its corners
-  double plain_ = 1;             // without a picture
+  // opacity = opacity_scale_ * texture + opacity_offset_
+  double opacity_scale_ = 1, opacity_offset_ = 0;
+  Weights alpha_{1, 1, 1};       // vertex alpha at the triangle's corners
+  double constant_opacity_ = 1;  // opacity without a picture
   std::vector<Part> parts_;
   std::map<Weights, std::array<std::uint32_t, 3>> vertices_;
 };

@@ -1,4 +1,4 @@
-// The way from the low poly to the high poly.
+// Displacement: the vector from the low poly's point to the high poly's.
 #include "detail/low_frames.h"
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"

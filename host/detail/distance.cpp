@@ -1,4 +1,4 @@
-// Distance between the points of the high and the low poly, whatever the direction.
+// Unsigned distance between the points of the high poly and the low poly.
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"
 

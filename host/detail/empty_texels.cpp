@@ -12,27 +12,28 @@
 namespace kiln {
 namespace {
 
-/// Bounds by which background is told from what somebody drew.
+/// Bounds that separate background from drawn content.
 struct BackgroundBounds {
-  std::size_t samples = std::size_t{1}
-                        << 16;  ///< Texels out of charts whose colours are counted, about
-  double share = 0.25;          ///< Least share of them that has the background's colour
-  float near =
-      12.0F / 255;  ///< Deviation in any channel that is still background: JPEG's around an edge
-  int reach = 8;    ///< Texels from a chart: a picture that is padded farther is left as it is
+  /// About the number of texels outside charts that are sampled
+  std::size_t samples = std::size_t{1} << 16;
+  double share = 0.25;  ///< Least share of the samples that has the background's colour
+  /// Greatest deviation from the background in any channel: JPEG artefacts at an edge
+  float near = 12.0F / 255;
+  /// Texels between charts and background: pictures with more padding stay as they are
+  int reach = 8;
 };
 constexpr BackgroundBounds kBackgroundBounds;
 
 bool has_alpha(const Image& image) { return image.channels % 2 == 0; }
 
-/// A texel's colour in bytes.
+/// A texel's colour as packed bytes.
 std::uint32_t key_of(const Image& image, const float* texel) {
   std::uint32_t key = 0;
   for (std::uint32_t c = 0; c < image.channels; ++c) {
-    const float value = texel[c] > 0 ? std::min(texel[c], 1.0F) : 0;  // NaN is 0
+    const float value = texel[c] > 0 ? std::min(texel[c], 1.0F) : 0;  // NaN becomes 0
     key |= static_cast<std::uint32_t>(std::lround(value * 255)) << (8 * c);
   }
-  // What has no opacity has no colour.
+  // Transparent texels have no colour.
   if (has_alpha(image) && key >> (8 * (image.channels - 1)) == 0) key = 0;
   return key;
 }
@@ -58,7 +59,7 @@ std::optional<std::uint32_t> background_of(const Image& image, const TexelBits& 
     ++counts[key_of(image, &image.pixels[i * image.channels])];
   }
   if (out == 0) return std::nullopt;
-  // Of equals the least, whatever order the map has.
+  // The smallest key wins ties, so that the result does not depend on the map's order.
   const auto most =
       std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
         return a.second != b.second ? a.second < b.second : a.first > b.first;
@@ -82,16 +83,16 @@ bool is_near(const Image& image, const float* texel, std::uint32_t key) {
 }
 
 template <typename Word>
-void each_word(const TexelBits& bits, const Word& word) {
+void for_each_word(const TexelBits& bits, const Word& word) {
   for (std::size_t y = 0; y < bits.height(); ++y) {
     for (std::size_t w = 0; w < bits.words_in_row(); ++w) word(y, w);
   }
 }
 
-bool do_meet(const TexelBits& a, const TexelBits& b) {
+bool intersects(const TexelBits& a, const TexelBits& b) {
   bool any = false;
-  each_word(a,
-            [&](std::size_t y, std::size_t w) { any = any || (a.row(y)[w] & b.row(y)[w]) != 0; });
+  for_each_word(
+      a, [&](std::size_t y, std::size_t w) { any = any || (a.row(y)[w] & b.row(y)[w]) != 0; });
   return any;
 }
 
@@ -111,31 +112,32 @@ bool ChartTexels::add(const Corners& uvs, const Wraps& wraps) { return add_rows(
 
 void ChartTexels::add_touched(const Corners& uvs, const Wraps& wraps) { add_rows(uvs, wraps, 0.5); }
 
-/// \param reach  of a texel around its centre, to each side: what of the triangle lies within it counts
+/// \param reach  half the side of the square around a texel's centre that the triangle has to meet
 bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach) {
-  constexpr double kCentreSlack = 1e-4, kFarthestTexel = 1e9;
+  constexpr double kCentreSlack = 1e-4, kMaxTexel = 1e9;
   const double width = bits_.width(), height = bits_.height();
   std::array<std::array<double, 2>, 3> at{};
   double top = std::numeric_limits<double>::infinity(), bottom = -top, least = top, most = -top;
   for (std::size_t k = 0; k < 3; ++k) {
     at[k] = {uvs[k][0] * width - 0.5, (1 - uvs[k][1]) * height - 0.5};
-    if (!(std::abs(at[k][0]) < kFarthestTexel && std::abs(at[k][1]) < kFarthestTexel)) return false;
+    if (!(std::abs(at[k][0]) < kMaxTexel && std::abs(at[k][1]) < kMaxTexel)) return false;
     least = std::min(least, at[k][0]), most = std::max(most, at[k][0]);
     top = std::min(top, at[k][1]), bottom = std::max(bottom, at[k][1]);
   }
   const double slack = reach + kCentreSlack;
   if (!wraps && (most < -slack || least > width - 1 + slack)) return false;
-  // Rows of many repetitions would be many: such a picture has no charts, and is used whole.
-  constexpr double kMostRepetitions = 4;
+  // A triangle that spans many repetitions would add many rows. Such a picture tiles and has no charts, so the whole
+  // row range counts as chart.
+  constexpr double kMaxRepetitions = 4;
   const bool is_clamped = !wraps || (*wraps)[1] == TextureWrap::clamp;
-  if (!is_clamped && bottom - top > kMostRepetitions * height) {
+  if (!is_clamped && bottom - top > kMaxRepetitions * height) {
     for (std::size_t y = 0; y < bits_.height(); ++y) bits_.add(y, 0, bits_.width());
     return true;
   }
   auto first = static_cast<std::int64_t>(std::ceil(top - slack));
   auto last = static_cast<std::int64_t>(std::floor(bottom + slack));
   if (is_clamped) {
-    // Rows beyond show the outermost one, where anything: none needs a look of its own.
+    // Rows outside show the outermost row, from any column, so they need no scan of their own.
     if (wraps && top < 0) bits_.add(0, 0, bits_.width());
     if (wraps && bottom > height - 1) bits_.add(bits_.height() - 1, 0, bits_.width());
     first = std::max<std::int64_t>(first, 0);
@@ -143,7 +145,7 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   }
   bool any = false;
   for (std::int64_t y = first; y <= last; ++y) {
-    // What of the triangle lies between these lines, which may be one.
+    // Only the part of the triangle between these two lines counts; they coincide for reach 0.
     const double from = std::clamp(static_cast<double>(y) - reach, top, bottom);
     const double to = std::clamp(static_cast<double>(y) + reach, top, bottom);
     double left = std::numeric_limits<double>::infinity(), right = -left;
@@ -166,7 +168,7 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   return any;
 }
 
-/// \returns true if there are any
+/// \returns true if any texel was added
 bool ChartTexels::add_row(std::int64_t y, double left, double right, const Wraps& wraps) {
   const auto width = static_cast<std::int64_t>(bits_.width());
   const auto height = static_cast<std::int64_t>(bits_.height());
@@ -222,9 +224,9 @@ std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& 
   });
   TexelBits near = charts;
   for (int step = 0; step < kBackgroundBounds.reach; ++step) near = dilated(near);
-  if (!do_meet(near, bare)) return std::nullopt;
+  if (!intersects(near, bare)) return std::nullopt;
   TexelBits empty = dilated(bare);
-  each_word(empty, [&](std::size_t y, std::size_t w) { empty.row(y)[w] &= ~charts.row(y)[w]; });
+  for_each_word(empty, [&](std::size_t y, std::size_t w) { empty.row(y)[w] &= ~charts.row(y)[w]; });
   return empty;
 }
 

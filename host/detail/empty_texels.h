@@ -1,13 +1,12 @@
-// Texels of the high poly's pictures that hold nothing, since no chart reaches them and nobody filled them.
+// Background texels of the high poly's pictures: outside all charts, and not filled by padding.
 //
-// Filters read texels around a chart: half a texel out of it where the picture is as fine as the map, many where it is
-// finer. An atlas that was painted or rendered without padding has its background there, and charts get seams of its
-// colour. So texels that (1) lie in no chart of the mesh and (2) show the background are left out of all means, as
-// transparent texels are (image/texture_filter.h). A chart that holds no texel's centre, such as a face on a cell of a
-// palette, has all texels that it touches: nothing else could stand in for them.
-//  Texels out of charts that hold anything else stay: they are padding,
-// or other objects' charts, or a photograph that goes on. A picture that charts cover whole, such as a tile that
-// repeats, stays as it is.
+// Texture filters read texels around a chart: half a texel away where the picture is as fine as the map, many texels
+// where it is finer. An atlas without padding has its background there, which would bleed into charts as seams. So
+// texels that (1) lie in no chart of the mesh and (2) show the background are left out of all means, as transparent
+// texels are (image/texture_filter.h). A chart that holds no texel's centre, such as a face on a cell of a palette,
+// keeps all texels that it touches: no others could replace them.
+// Any other content outside charts stays: it is padding, other objects' charts, or a photograph that goes on. A picture
+// that charts cover completely, such as a repeating tile, stays as it is.
 #pragma once
 
 #include <array>
@@ -22,17 +21,18 @@ namespace kiln {
 /// The texels of a picture whose centres lie in triangles of UV space.
 class ChartTexels {
  public:
-  using Corners = std::array<std::array<double, 2>, 3>;  ///< u and v each
+  using Corners = std::array<std::array<double, 2>, 3>;  ///< u and v of each corner
 
   using Wraps = std::optional<std::array<TextureWrap, 2>>;
 
   ChartTexels(std::uint32_t width, std::uint32_t height) : bits_(width, height) {}
 
-  /// Within a ten-thousandth of a texel. Nothing for UVs that are not finite. For several threads at once.
-  /// \param wraps  beyond the picture; none: what lies beyond is left out
-  /// \returns true if the triangle holds any centre
+  /// Adds texels with centres in a triangle, with a tolerance of 1e-4 texels. UVs that are not finite add none.
+  /// Thread-safe.
+  /// \param wraps  how UVs beyond the picture repeat; none: they are ignored
+  /// \returns true if the triangle contains any centre
   bool add(const Corners& uvs, const Wraps& wraps);
-  /// Also those of which a triangle holds any part. For several threads at once.
+  /// Adds all texels that the triangle touches. Thread-safe.
   void add_touched(const Corners& uvs, const Wraps& wraps);
 
   const TexelBits& bits() const { return bits_; }
@@ -44,10 +44,11 @@ class ChartTexels {
   TexelBits bits_;
 };
 
-/// The texels that hold nothing; none where there are none, or none is near a chart.
+/// Finds the texels that hold background. None if the picture has no background, or none near a chart.
 ///
-/// The background is the colour that most texels out of charts have, if a quarter of them have it; texels without opacity
-/// are one colour. Beside background, within a texel, is what was blended with it. Cost: two walks over the picture.
+/// The background is the most frequent colour outside of charts, if at least a quarter of those texels have it; all
+/// transparent texels count as one colour. Texels next to background count, too: filters may have blended them with it.
+/// Cost: two passes over the picture.
 std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& charts);
 
 }  // namespace kiln

@@ -87,9 +87,9 @@ void average_samples(BandReads& reads, const TexelBand& band, const DeviceCorres
       double whole = static_cast<double>(used);
       if (channels == 3) whole = length(Vec3d(sum[0], sum[1], sum[2]));
       for (std::size_t c = 0; c < channels; ++c) {
-        // Texels of missed samples alone, where these have no value, hold 0, or straight up.
+        // Texels whose samples all missed, under a policy without values for misses, hold 0 or straight up.
         to[c] = channels == 3 && c == 2 ? 1.0F : 0.0F;
-        // One sample is taken as it is; and so where directions cancel out.
+        // A single sample is copied without normalizing; so is the last one where directions cancel out.
         if (used != 0) {
           to[c] = used == 1 || !(whole > 1e-10) ? values[last + c * plane]
                                                 : static_cast<float>(sum[c] / whole);

@@ -1,4 +1,4 @@
-// Maps of what rays over hemispheres meet.
+// Maps of what rays over hemispheres hit.
 #pragma once
 
 #include <span>
@@ -9,15 +9,15 @@
 
 namespace kiln {
 
-/// Averages samples to texels, and says which are covered.
-/// \param reads   of the band
-/// \param values  of samples: one plane, or three that are averaged as directions
-/// \param plane   elements of one
+/// Averages samples to texels, and sets the texels' coverage.
+/// \param reads   the band's arrays on the host
+/// \param values  of the samples: one plane, or three planes that are averaged as directions
+/// \param plane   elements of a plane
 void average_samples(BandReads& reads, const TexelBand& band, const DeviceCorrespondence& match,
                      MissPolicy miss, std::span<const float> values, std::size_t plane,
                      const BandPixels& out);
 
-/// A map of one number a sample. \param read  gives the numbers: Hemispheres::visibility or the like
+/// A map of one number a sample. \param read  computes the numbers, such as Hemispheres::visibility
 std::unique_ptr<MapMaker> make_hemisphere_map(
     const MapRequest& request,
     std::vector<float> (Hemispheres::*read)(const TexelBand&, const DeviceCorrespondence&, bool));

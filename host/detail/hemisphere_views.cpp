@@ -13,17 +13,18 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kViewsAtATime = 32;  // 64 MiB of keys, 32 MiB of depths
-// Bias in pixels: a surface up to this much nearer than a sample does not hide it, since it bends within a pixel.
+constexpr std::uint32_t kViewsPerBatch = 32;  // limits memory: 64 MiB of keys, 32 MiB of depths
+// Depth bias in pixels. A surface nearer than a sample by less than this does not hide the sample, since depth varies
+// within a pixel.
 constexpr float kBiasPixels = 0.5F;
 
-// Pictures are about as fine as the map, within these.
-constexpr std::uint32_t kLeastSize = 256, kMostSize = 512;
+// Range of the pictures' size; within it, pictures have about the map's resolution.
+constexpr std::uint32_t kMinSize = 256, kMaxSize = 512;
 
 }  // namespace
 
 std::uint32_t HemisphereViews::size_for(std::uint32_t width, std::uint32_t height) {
-  return std::bit_ceil(std::clamp(std::max(width, height), kLeastSize, kMostSize));
+  return std::bit_ceil(std::clamp(std::max(width, height), kMinSize, kMaxSize));
 }
 
 HemisphereViews::HemisphereViews(cl::Context& context, std::vector<Vec3> positions,
@@ -38,7 +39,8 @@ HemisphereViews::HemisphereViews(cl::Context& context, std::vector<Vec3> positio
   }
   int exponent = 0;
   std::frexp(radius, &exponent);
-  if (radius > 0.5) scale_ = static_cast<float>(std::ldexp(0.5, -exponent));  // exact
+  // a power of two, so scaling is exact
+  if (radius > 0.5) scale_ = static_cast<float>(std::ldexp(0.5, -exponent));
   for (Vec3& p : positions) p = {p.x * scale_, p.y * scale_, p.z * scale_};
   raster_.emplace(context, positions, triangles);
   for (const Vec3d& toward : spread_directions(directions)) {
@@ -53,7 +55,7 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
                           const cl::Array<float>& bent_sum, std::uint32_t bent_sum_plane) {
   const std::uint64_t pixels = DepthKeys::count(size_, size_);
   const std::uint32_t batch =
-      std::min({DepthViews::batch_size(context_, size_), kViewsAtATime, directions()});
+      std::min({DepthViews::batch_size(context_, size_), kViewsPerBatch, directions()});
   if (depths_.empty()) {
     keys_ = DepthKeys(context_, pixels * batch);
     depths_ = cl::Array<float>(context_, std::size_t{size_} * size_ * batch);
@@ -88,7 +90,7 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
     } else {
       context_.launch(add, items, kLocal, params, on_device, depths_, points, sums, bent_sum);
     }
-    context_.finish();  // the views on the device go
+    context_.finish();  // the kernels still read the views that this function frees
   }
 }
 

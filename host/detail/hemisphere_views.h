@@ -1,4 +1,4 @@
-// Depth views of all that occludes, from all around, that samples look into.
+// Depth views of all occluders from all directions, for visibility tests of samples.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 
 namespace kiln {
 
-/// Adds up directions that samples see (kernels/detail/hemisphere_views.cl). Directions are added in their order,
-/// so that sums depend on nothing but the sample.
+/// Sums the directions in which samples are unoccluded (kernels/detail/hemisphere_views.cl). Directions are added in a
+/// fixed order, so a sum depends on the sample alone.
 class HemisphereViews {
  public:
   /// Pixels a side of each picture, for maps of a size.
   static std::uint32_t size_for(std::uint32_t width, std::uint32_t height);
 
-  /// \param positions  of what occludes, anywhere; not empty
+  /// \param positions  of the occluders, at any distance; not empty
   /// \param size       pixels a side of each picture
   /// \param traversal  gpu: one sample a work-item
   HemisphereViews(cl::Context& context, std::vector<Vec3> positions,
@@ -31,7 +31,7 @@ class HemisphereViews {
   /// \param points      position, normal and face normal, 9 planes of `capacity`
   /// \param capacity    a multiple of KILN_VISIBILITY_SAMPLES; planes are 0 from `count` on
   /// \param sums        KILN_HEMISPHERE_VIEW_SUMS planes of `capacity`
-  /// \param bent_sum        3 planes of bent_sum_plane, at least `capacity`; empty: not wanted
+  /// \param bent_sum    3 planes of bent_sum_plane, at least `capacity`; empty: not computed
   void add(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
            const cl::Array<float>& sums, const cl::Array<float>& bent_sum,
            std::uint32_t bent_sum_plane);
@@ -42,7 +42,7 @@ class HemisphereViews {
   cl::Context& context_;
   std::uint32_t size_;
   bool scalar_;
-  float scale_ = 1;  // of the points: they lie within 0.5 of the origin then
+  float scale_ = 1;  // scales points to within 0.5 of the origin
   std::optional<Rasterizer> raster_;
   std::vector<kiln_view> views_;
   DepthKeys keys_;

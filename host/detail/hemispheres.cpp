@@ -17,20 +17,20 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocalLanes = 8;
-// Beyond any point that a ray may start from (KILN_RAY_FARTHEST), and all of the high poly.
-constexpr double kFarthest = 2097152;
-// Shortest ray with a falloff, as a share of the longest: what is nearer darkens as if it touched.
-constexpr double kShortest = 0x1p-12;
+// Greatest ray length: farther than any ray's origin (KILN_RAY_FARTHEST) is from the high poly.
+constexpr double kMaxRayLength = 2097152;
+// Shortest ray with a falloff, as a share of the longest. Hits nearer than that occlude fully.
+constexpr double kMinLengthShare = 0x1p-12;
 
 float ray_length(const Length& length, const Frame& frame) {
-  // Ranges of rays need a length above 0.
-  return static_cast<float>(std::clamp(to_frame(length, frame), 1e-30, kFarthest));
+  // Ray queries need a length above 0.
+  return static_cast<float>(std::clamp(to_frame(length, frame), 1e-30, kMaxRayLength));
 }
 
-/// Beyond all of the high poly, seen from its own points and the low poly's. No longer than that: boxes are
-/// widened by what the ray's length may be rounded by, so rays without end would meet them all.
-float beyond_everything(const LowSurface& surface, std::span<const Mesh> others) {
-  double farthest = 1;  // vertices of the high poly stay within, also in sessions
+/// A ray length that reaches all of the high poly from its own points and from the low poly's. It is no longer than
+/// needed: boxes are widened by the rounding error of the ray's length, so a ray without end would meet every box.
+float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> others) {
+  double farthest = 1;  // the high poly's vertices stay within 1, also in sessions
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
       farthest = std::max(farthest, length(Vec3d(corner.position)));
@@ -41,28 +41,28 @@ float beyond_everything(const LowSurface& surface, std::span<const Mesh> others)
       if (is_finite(p)) farthest = std::max(farthest, length(Vec3d(p)));
     }
   }
-  return static_cast<float>(std::min(farthest + 3, kFarthest));
+  return static_cast<float>(std::min(farthest + 3, kMaxRayLength));
 }
 
-/// Rays of one sample about +Z, and the rings that they are sorted into.
+/// Directions of one sample's rays about +Z, and the ring of each ray.
 struct RaySets {
-  std::vector<float> directions;  // of each set: x, y, z, a plane each
-  std::vector<std::uint32_t>
-      rings;  // first ray and number of rays of each ray's ring, a plane each
+  std::vector<float> directions;     // per set: planes of x, y and z
+  std::vector<std::uint32_t> rings;  // planes: first ray of each ray's ring, number of rays in it
 };
 
 double fraction(double value) { return value - std::floor(value); }
 
-/// Two arms of Vogel's spiral, opposite each other: even on the disk at any number, and balanced, so that the
-/// mean of all rays is the normal. A ray of an odd number is left over, and lies next to the middle.
+/// Vogel's spiral with two opposite arms. It is even on the disk for any number of rays, and balanced: the mean of all
+/// rays is the normal. An odd number leaves one ray over, which lies next to the centre. Along the radius, a ray's
+/// place varies with the set within the ray's share of the disk. Rings are about as wide as the distance between two
+/// rays on them.
 ///
-/// \param disk       its radius: 1 is the whole hemisphere
-/// \param length_of  how long rays are, of numbers that are even on 0 to 1
-/// A ray's place along the radius is one of its share of the disk, another one in each set. Rings are
-/// about as wide as the way between two of their rays.
-RaySets spirals(std::uint32_t count, double disk, const std::function<double(double)>& length_of) {
+/// \param disk       radius; 1 is the whole hemisphere
+/// \param length_of  length of a ray for a number that is evenly distributed on [0, 1)
+RaySets spiral_rays(std::uint32_t count, double disk,
+                    const std::function<double(double)>& length_of) {
   const double turn = std::numbers::phi - 1, step = 0.7548776662466927,
-               step_of_length = std::numbers::sqrt3 - 1;  // as irrational as can be
+               step_of_length = std::numbers::sqrt3 - 1;  // badly approximable by fractions
   const std::uint32_t odd = count % 2;
   std::vector<double> angle(count);
   std::vector<std::uint32_t> order(count), arm(count);
@@ -91,11 +91,11 @@ RaySets spirals(std::uint32_t count, double disk, const std::function<double(dou
       const std::uint32_t ray = order[i];
       const bool single = odd != 0 && ray == 0;
       const double within = fraction(arm[ray] * step + (set + 0.5) / KILN_HEMISPHERE_SETS);
-      // The share of the disk that is nearer to the middle.
+      // The share of the disk's area that is nearer to the centre.
       const double squared =
           (single ? within : odd + 2 * (arm[ray] - odd + within)) / count * disk * disk;
       const double radians = 2 * std::numbers::pi * angle[ray], radius = std::sqrt(squared);
-      // Opposite rays are half of all lengths apart.
+      // Lengths of opposite rays are drawn half a period apart.
       const double length = length_of(fraction(arm[ray] * step_of_length + (ray + odd) % 2 * 0.5 +
                                                (3 * set + 0.5) / KILN_HEMISPHERE_SETS));
       to[i] = static_cast<float>(length * radius * std::cos(radians));
@@ -106,9 +106,10 @@ RaySets spirals(std::uint32_t count, double disk, const std::function<double(dou
   return sets;
 }
 
-/// Length of a ray, as a share of the falloff's distance, by a number that is even on 0 to 1. Of these lengths
-/// a hit at d is within as many as it is to darken by. So any hit serves, where d itself asks for the nearest one.
-double inverse(OcclusionFalloff falloff, double even) {
+/// Inverse of the falloff: length of a ray, as a share of the falloff's distance, for an evenly distributed number. A
+/// ray of random length then hits a surface at distance d with the probability by which that surface occludes. So any
+/// hit counts alike, and the nearest hit is not needed.
+double inverse_falloff(OcclusionFalloff falloff, double even) {
   switch (falloff) {
     case OcclusionFalloff::linear:
       return even;
@@ -120,7 +121,7 @@ double inverse(OcclusionFalloff falloff, double even) {
   return 1;
 }
 
-/// Cosines, then sines, of all angles that a sample's rays may be turned by.
+/// Cosines, then sines, of all angles by which a sample's rays may be turned about its normal.
 std::vector<float> turn_table() {
   constexpr std::size_t kTurns = KILN_HEMISPHERE_TURNS;
   std::vector<float> table(2 * kTurns);
@@ -161,16 +162,16 @@ Hemispheres::Hemispheres(const MapRequest& request)
     other.triangles = mesh->triangles;
     others_.push_back(std::move(other));
   }
-  beyond_ = beyond_everything(request.surface, others_);
-  occluding_ = beyond_;
-  if (distance) occluding_ = std::min(occluding_, ray_length(*distance, frame));
+  unbounded_ = unbounded_ray_length(request.surface, others_);
+  occlusion_reach_ = unbounded_;
+  if (distance) occlusion_reach_ = std::min(occlusion_reach_, ray_length(*distance, frame));
   falloff_ = request.options.occlusion.falloff;
   if (falloff_ != OcclusionFalloff::none) {
     const float reach = ray_length(distance ? *distance : Length::share(1), frame);
-    occluding_ = std::min(beyond_, reach);
-    lengths_ = double{reach} / occluding_;
+    occlusion_reach_ = std::min(unbounded_, reach);
+    length_share_ = double{reach} / occlusion_reach_;
   }
-  thick_ = ray_length(distance ? *distance : Length::share(0.1), frame);
+  thickness_reach_ = ray_length(distance ? *distance : Length::share(0.1), frame);
   const std::uint32_t rays = request.options.occlusion.rays;
   rays_out_.falls_off = true;
   upload_rays(rays_out_, rays, 1);
@@ -186,9 +187,9 @@ Hemispheres::Hemispheres(const MapRequest& request)
 }
 
 void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
-  const RaySets sets = spirals(count, radius, [&](double even) {
+  const RaySets sets = spiral_rays(count, radius, [&](double even) {
     if (!set.falls_off || falloff_ == OcclusionFalloff::none) return 1.0;
-    return std::clamp(inverse(falloff_, even) * lengths_, kShortest, 1.0);
+    return std::clamp(inverse_falloff(falloff_, even) * length_share_, kMinLengthShare, 1.0);
   });
   set.count = count;
   set.directions = cl::Array<float>(context_, std::span<const float>(sets.directions));
@@ -208,7 +209,9 @@ void Hemispheres::next_source() {
   uploaded_ = false;  // vertices may have moved
 }
 
-std::uint32_t Hemispheres::plane_of(const TexelBand& band) { return padded(band.capacity); }
+std::uint32_t Hemispheres::plane_of(const TexelBand& band) {
+  return round_up_to_lanes(band.capacity);
+}
 
 void Hemispheres::upload() {
   if (uploaded_) return;
@@ -244,22 +247,22 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
   if (sums.has_open) return;
   make_room(context_, sums.open, plane_of(band));
   context_.fill(sums.open, std::uint32_t{0});
-  if (wants_bent_sum_) {
+  if (needs_bent_sum_) {
     make_room(context_, sums.bent_sum, std::size_t{3} * plane_of(band));
     context_.fill(sums.bent_sum, 0.0F);
   }
   if (parts_ != nullptr) {
-    const Counted counted = cast_parts(band, match, second, rays_out_, wants_bent_sum_);
+    const RayCounts counted = cast_parts(band, match, second, rays_out_, needs_bent_sum_);
     sums.open.write(context_, std::span(counted.open));
-    if (wants_bent_sum_) sums.bent_sum.write(context_, std::span(counted.bent_sum));
+    if (needs_bent_sum_) sums.bent_sum.write(context_, std::span(counted.bent_sum));
     sums.has_open = true;
     return;
   }
   make_turns(band);
   const cl::Array<float> none;
-  const Turned all{&turns_, &sums.open};
+  const TurnsAndCounts all{&turns_, &sums.open};
   count_open(band, match, second, rays_out_, {&all, 1}, occluders(),
-             wants_bent_sum_ ? sums.bent_sum : none);
+             needs_bent_sum_ ? sums.bent_sum : none);
   sums.has_open = true;
 }
 
@@ -269,13 +272,14 @@ void Hemispheres::measure(const TexelBand& band, const DeviceCorrespondence& mat
   make_room(context_, sums.depth, plane_of(band));
   context_.fill(sums.depth, 0.0F);
   const RayCaster& caster = source_.rays();
-  const RayQuery query = query_up_to(std::min(thick_, beyond_), true);
+  const RayQuery query = query_up_to(std::min(thickness_reach_, unbounded_), true);
   make_turns(band);
   sums.has_depth = true;
   if (caster.traversal() == Traversal::cpu) {
-    over_pieces(band, match, second, rays_in_, kPiece, [&](const kiln_hemisphere_params& params) {
-      measure_piece(params, caster, query, sums.depth);
-    });
+    over_pieces(band, match, second, rays_in_, kSamplesPerPiece,
+                [&](const kiln_hemisphere_params& params) {
+                  measure_piece(params, caster, query, sums.depth);
+                });
     return;
   }
   const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
@@ -316,12 +320,12 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
   make_room(context_, lit_, plane_of(band));
   context_.fill(lit_, std::uint32_t{0});
   if (parts_ != nullptr) {
-    const Counted counted = cast_parts(band, match, second, rays_to_light_, false);
+    const RayCounts counted = cast_parts(band, match, second, rays_to_light_, false);
     lit_.write(context_, std::span(counted.open));
     return shares(band, lit_, rays_to_light_.count);
   }
   const RayCaster& caster = occluders();
-  const RayQuery query = query_up_to(beyond_, back_faces_);
+  const RayQuery query = query_up_to(unbounded_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   make_turns(band);
   over_rays(band, match, second, rays_to_light_, turns_, false,
@@ -335,7 +339,7 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
 
 const cl::Array<float>& Hemispheres::bent_sum(const TexelBand& band,
                                               const DeviceCorrespondence& match, bool second) {
-  view_directions_ > 0 ? see(band, match, second) : cast(band, match, second);
+  view_directions_ > 0 ? gather_views(band, match, second) : cast(band, match, second);
   return sums_[second ? 1 : 0].bent_sum;
 }
 

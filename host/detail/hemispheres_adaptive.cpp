@@ -1,4 +1,4 @@
-// Ambient occlusion to a given error: texels cast until two smoothed estimates agree.
+// Ambient occlusion to a given error: casts texels until two smoothed estimates agree.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,39 +14,39 @@
 namespace kiln {
 namespace {
 
-// Picked samples are rounded up to so many.
-constexpr std::uint32_t kBlock = 64;
-constexpr std::uint32_t kMostAddedRays = 4096;
-// An estimate begins with OcclusionOptions::rays over this; there are two estimates.
-constexpr std::uint32_t kBegin = 8;
-// Expected error as a share of the one that is asked for, since it is estimated.
-constexpr double kSafe = 0.8;
-// Share of a texel's error that stays where more rays do not help.
-constexpr float kNoHelp = 0.85F;
-constexpr std::uint32_t kMostTimes = 8;  // at once
-// Bytes a texel beside the filter's: two estimates with their rays, both as floats, and the errors before.
-constexpr std::uint64_t kBytesOfTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
-constexpr std::uint64_t kBytesOfCast = 25'000'000;  // of a launch's rays
+// The number of picked samples is rounded up to a multiple of this.
+constexpr std::uint32_t kPickGranularity = 64;
+constexpr std::uint32_t kMaxAddedRays = 4096;
+// Each of the two estimates starts with OcclusionOptions::rays over this.
+constexpr std::uint32_t kInitialRayDivisor = 8;
+// Target for the estimated error, as a share of the requested error: a margin, since the estimate is noisy.
+constexpr double kTargetShare = 0.8;
+// Refinement of a texel ends if more rays leave over this share of its error.
+constexpr float kMaxRemainingError = 0.85F;
+constexpr std::uint32_t kMaxGrowth = 8;  // limits the growth of rays in one round
+// Bytes a texel beside the filter's: two estimates and ray counts, both estimates as floats, and the previous errors.
+constexpr std::uint64_t kBytesPerTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
+constexpr std::uint64_t kBytesPerLaunch = 25'000'000;  // memory for the rays of one launch
 
-/// From such an error on, no more rays are cast than OcclusionOptions::rays.
-constexpr double kSmoothAlone = 1;
+/// For max_error of at least this, smoothing never adds rays to OcclusionOptions::rays.
+constexpr double kMinErrorToSmoothOnly = 1;
 
-/// Variance of `rays` rays as a share of that of the mean of two estimates of `few` rays each. Rays of one
-/// set lie evenly, so that the variance falls with their number to the power of 1.5 (tools/bench/README.md).
+/// Variance of `rays` rays, as a share of the variance of the mean of two estimates of `few` rays each. Rays of one set
+/// are stratified, so their variance falls with the number to the power of 1.5 (tools/bench/README.md).
 double plain_variance(std::uint32_t few, std::uint32_t rays) {
   return 2 * std::pow(static_cast<double>(few) / rays, 1.5);
 }
 
-/// Even, since rays that are balanced have less noise: 16 less than 21.
-std::uint32_t rays_at_first(std::uint32_t rays) {
-  const std::uint32_t share = rays / kBegin;
+/// An even number, since balanced rays have less noise: 16 have less than 21.
+std::uint32_t initial_rays(std::uint32_t rays) {
+  const std::uint32_t share = rays / kInitialRayDivisor;
   return share > 1 ? share / 2 * 2 : 1;
 }
 
 }  // namespace
 
 const Hemispheres::RaySet& Hemispheres::outward_rays(std::uint32_t count) {
-  RaySet& set = more_rays_[count];
+  RaySet& set = ray_sets_[count];
   set.falls_off = true;
   if (set.count == 0) upload_rays(set, count, 1);
   return set;
@@ -55,36 +55,39 @@ const Hemispheres::RaySet& Hemispheres::outward_rays(std::uint32_t count) {
 void Hemispheres::pick(const TexelBand& band, const DeviceCorrespondence& match,
                        std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round) {
   const auto count = static_cast<std::uint32_t>(samples.size());
-  const std::uint32_t capacity = (count + kBlock - 1) / kBlock * kBlock;
-  make_room(context_, some_.triangle, capacity);
-  make_room(context_, some_.barycentric, std::size_t{2} * capacity);
-  make_room(context_, some_.points, std::size_t{3} * capacity);
-  make_room(context_, some_match_.triangle, capacity);
-  make_room(context_, some_match_.barycentric, std::size_t{2} * capacity);
-  make_room(context_, some_turns_, capacity);
-  some_.sample_count = count;
-  some_.capacity = some_match_.capacity = capacity;
+  const std::uint32_t capacity =
+      (count + kPickGranularity - 1) / kPickGranularity * kPickGranularity;
+  make_room(context_, picked_samples_.triangle, capacity);
+  make_room(context_, picked_samples_.barycentric, std::size_t{2} * capacity);
+  make_room(context_, picked_samples_.points, std::size_t{3} * capacity);
+  make_room(context_, picked_match_.triangle, capacity);
+  make_room(context_, picked_match_.barycentric, std::size_t{2} * capacity);
+  make_room(context_, picked_turns_, capacity);
+  picked_samples_.sample_count = count;
+  picked_samples_.capacity = picked_match_.capacity = capacity;
   make_room(context_, picked_, capacity);
   picked_.write(context_, samples);
   const kiln_pick_params params{count,    band.capacity,   match.capacity,
                                 capacity, round ? 1U : 0U, round.value_or(0)};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_pick"), count, kLocal, params,
                   picked_, band.triangle, band.barycentric, band.points, match.triangle,
-                  match.barycentric, round ? keys_ : turns_, some_.triangle, some_.barycentric,
-                  some_.points, some_match_.triangle, some_match_.barycentric, some_turns_);
+                  match.barycentric, round ? keys_ : turns_, picked_samples_.triangle,
+                  picked_samples_.barycentric, picked_samples_.points, picked_match_.triangle,
+                  picked_match_.barycentric, picked_turns_);
 }
 
 void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
                               cl::Array<std::uint32_t>& turns) {
-  make_room(context_, turns, padded(count));
+  make_room(context_, turns, round_up_to_lanes(count));
   const kiln_pick_params params{count, 0, 0, 0, 1, round};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), count, kLocal, params,
                   picked_, keys_, turns);
 }
 
-/// The band as the filter sees it: texels with a sample that has rays, the first of which stands for it.
-Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
-                                                const DeviceCorrespondence& match, bool second) {
+/// Prepares the filter for a band: texels with a sample that has rays. The first such sample represents the texel.
+Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
+                                                      const DeviceCorrespondence& match,
+                                                      bool second) {
   const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
   const std::vector<std::uint32_t>& first =
       reads_->read(band.texel_first, band.texel_count + std::size_t{1});
@@ -93,14 +96,14 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
   const auto has_rays = [&](std::uint32_t sample) {
     return triangle[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
   };
-  // Counted first, so that each piece knows where its own begin.
+  // A first pass counts, so that each piece knows its offset in the output.
   struct Piece {
     std::size_t samples = 0, texels = 0;
   };
   const std::size_t all = band.texel_count;
-  std::vector<Piece> pieces((all + kTexelsOfPiece - 1) / kTexelsOfPiece + 1);
-  parallel_for(all, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
-    Piece& piece = pieces[begin / kTexelsOfPiece + 1];
+  std::vector<Piece> pieces((all + kTexelsPerPiece - 1) / kTexelsPerPiece + 1);
+  parallel_for(all, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
+    Piece& piece = pieces[begin / kTexelsPerPiece + 1];
     for (std::size_t t = begin; t < end; ++t) {
       std::size_t count = 0;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) count += has_rays(s) ? 1 : 0;
@@ -112,34 +115,34 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
     pieces[p].samples += pieces[p - 1].samples;
     pieces[p].texels += pieces[p - 1].texels;
   }
-  Shared shared;
+  TexelSamples shared;
   shared.samples.resize(pieces.back().samples);
   shared.first.resize(pieces.back().texels + 1);
-  std::vector<std::uint32_t> stands(pieces.back().texels), place(stands.size()),
-      of_low(stands.size());
-  parallel_for(all, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
-    auto [to, at] = pieces[begin / kTexelsOfPiece];
+  std::vector<std::uint32_t> representative(pieces.back().texels), place(representative.size()),
+      of_low(representative.size());
+  parallel_for(all, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
+    auto [to, at] = pieces[begin / kTexelsPerPiece];
     for (std::size_t t = begin; t < end; ++t) {
       const std::size_t before = to;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
         if (has_rays(s)) shared.samples[to++] = s;
       }
       if (to == before) continue;
-      stands[at] = shared.samples[before];
+      representative[at] = shared.samples[before];
       place[at] = index[t];
-      of_low[at] = low[stands[at]];
+      of_low[at] = low[representative[at]];
       shared.first[++at] = static_cast<std::uint32_t>(to);
     }
   });
-  if (stands.empty()) return shared;
+  if (representative.empty()) return shared;
   if (!filter_) filter_.emplace(context_, surface_, width_, height_);
   upload();
-  make_room(context_, picked_, stands.size());
-  picked_.write(context_, stands);
+  make_room(context_, picked_, representative.size());
+  picked_.write(context_, representative);
   kiln_hemisphere_params params = ray_params(band, match, second, rays_out_);
   params.by_list = 1;
-  params.count = static_cast<std::uint32_t>(stands.size());
-  params.stride = params.plane = padded(params.count);
+  params.count = static_cast<std::uint32_t>(representative.size());
+  params.stride = params.plane = round_up_to_lanes(params.count);
   make_room(context_, texel_points_, std::size_t{KILN_HEMISPHERE_PLANES} * params.plane);
   make_points(params, band, match, texel_points_);
   filter_->prepare({band.first_row, band.row_count, place, of_low, texel_points_, params.plane});
@@ -150,14 +153,14 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
 void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
                            Estimates& of) {
   const auto count = static_cast<std::uint32_t>(of.rays.size());
-  const std::array<Turned, 2> all{Turned{&some_turns_, &some_open_},
-                                  Turned{&more_turns_, &more_open_}};
-  const std::span<const Turned> turned = std::span(all).first(open.size());
-  const std::array<cl::Array<std::uint32_t>*, 2> turns{&some_turns_, &more_turns_};
-  const std::array<cl::Array<std::uint32_t>*, 2> counts{&some_open_, &more_open_};
+  const std::array<TurnsAndCounts, 2> all{TurnsAndCounts{&picked_turns_, &picked_open_},
+                                          TurnsAndCounts{&second_turns_, &second_open_}};
+  const std::span<const TurnsAndCounts> turned = std::span(all).first(open.size());
+  const std::array<cl::Array<std::uint32_t>*, 2> turns{&picked_turns_, &second_turns_};
+  const std::array<cl::Array<std::uint32_t>*, 2> counts{&picked_open_, &second_open_};
   for (std::size_t i = 0; i < open.size(); ++i) {
     turn_picked(count, of.turn++, *turns[i]);
-    make_room(context_, *counts[i], padded(count));
+    make_room(context_, *counts[i], round_up_to_lanes(count));
     context_.fill(*counts[i], std::uint32_t{0});
   }
   cast_texels(count, outward_rays(rays), turned);
@@ -174,7 +177,8 @@ void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texe
                    of.shared.samples.begin() + of.shared.first[t + 1]);
   }
   for (std::size_t i = 0; i < open.size(); ++i) rounds.push_back(of.turn++);
-  const std::vector<Counted> found = cast_more(of.band, of.match, of.second, samples, rays, rounds);
+  const std::vector<RayCounts> found =
+      cast_rounds(of.band, of.match, of.second, samples, rays, rounds);
   for (std::size_t i = 0; i < open.size(); ++i) {
     for (const std::uint32_t t : texels) {
       for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
@@ -187,7 +191,7 @@ void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texe
 AoDenoiser::Result Hemispheres::filtered(const Estimates& of, double plain_variance) {
   const std::size_t texels = of.rays.size();
   const auto pairs = std::make_unique_for_overwrite<float[]>(2 * texels);
-  parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+  parallel_for(texels, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const double all =
           static_cast<double>(of.rays[t]) * (of.shared.first[t + 1] - of.shared.first[t]);
@@ -198,15 +202,15 @@ AoDenoiser::Result Hemispheres::filtered(const Estimates& of, double plain_varia
   return filter_->run({pairs.get(), 2 * texels}, plain_variance);
 }
 
-/// Casts more where that brings the error of the whole down at the least cost: with errors e of n rays each, and
-/// squares that fall as 1 / n, that is n in proportion to e sqrt(n). By groups of texels that have as many
-/// rays and get as many. \returns whether there were any
+/// Casts more rays where they reduce the total error at the least cost. For errors e of n rays each, whose squares fall
+/// as 1 / n, the optimum has n proportional to e sqrt(n). Texels with equal rays, before and after, are cast together.
+/// \returns whether any rays were cast
 bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
                          const std::vector<float>& before) {
   double squares = 0, roots = 0;
   for (const float error : last.errors) squares += static_cast<double>(error) * error;
   const auto texel_count = static_cast<double>(of.rays.size());
-  const double wanted = kSafe * max_error_ * kSafe * max_error_;
+  const double wanted = kTargetShare * max_error_ * kTargetShare * max_error_;
   if (squares / texel_count <= wanted) return false;
   for (std::size_t t = 0; t < of.rays.size(); ++t) {
     roots += last.errors[t] * std::sqrt(of.rays[t]);
@@ -215,16 +219,17 @@ bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
   of.cast.resize(of.rays.size());
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
   for (std::uint32_t t = 0; t < of.rays.size(); ++t) {
-    // A texel that more rays have not helped lacks something else.
-    if (!before.empty() && last.errors[t] > kNoHelp * before[t] && of.round == of.cast[t]) {
+    // More rays did not reduce this texel's error, so its cause is not noise.
+    if (!before.empty() && last.errors[t] > kMaxRemainingError * before[t] &&
+        of.round == of.cast[t]) {
       of.done[t] = 1;
     }
     if (of.done[t] != 0) continue;
     const double more = roots / texel_count / wanted * last.errors[t] / std::sqrt(of.rays[t]);
     if (more <= 1) continue;
     std::uint32_t times = 2;
-    while (times < kMostTimes && times * std::numbers::sqrt2 < more) times *= 2;
-    while (times > 1 && 2 * times * of.rays[t] > kMostAddedRays) times /= 2;
+    while (times < kMaxGrowth && times * std::numbers::sqrt2 < more) times *= 2;
+    while (times > 1 && 2 * times * of.rays[t] > kMaxAddedRays) times /= 2;
     if (times > 1) groups[{of.rays[t], times}].push_back(t);
   }
   ++of.round;
@@ -242,7 +247,7 @@ bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
   return !groups.empty();
 }
 
-/// Plain rays, all of OcclusionOptions::rays, in place of what is smoothed where that may be further from the truth.
+/// Replaces unsure texels, where smoothing may blur, by plain rays: all of OcclusionOptions::rays.
 void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   std::vector<std::uint32_t> samples;
   for (std::size_t t = 0; t < result.unsure.size(); ++t) {
@@ -252,7 +257,7 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   }
   if (samples.empty()) return;
   make_turns(of.band);
-  std::vector<Counted> plain(1);
+  std::vector<RayCounts> plain(1);
   plain[0].open.resize(of.band.sample_count);
   for (const Group& group : groups(of.band, of.match, of.second, samples)) {
     cast_group(group, of.band, of.match, of.second, rays_out_, {}, plain);
@@ -278,19 +283,20 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
   const bool together =
       of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu;
   if (together) {
-    for (auto* const array : {&some_turns_, &more_turns_, &some_open_, &more_open_}) {
-      make_room(context_, *array, padded(static_cast<std::uint32_t>(texels)));
+    for (auto* const array : {&picked_turns_, &second_turns_, &picked_open_, &second_open_}) {
+      make_room(context_, *array, round_up_to_lanes(static_cast<std::uint32_t>(texels)));
     }
   }
-  // All that is taken from here on, so that nothing is cast in vain.
-  const bool smooths_alone = max_error_ >= kSmoothAlone;
-  require_memory("Smoothing ambient occlusion", (AoDenoiser::kBytesOfTexel + kBytesOfTexel +
-                                                 (smooths_alone ? AoDenoiser::kBytesOfUnsure : 0)) *
-                                                        texels +
-                                                    (scratch_.empty() ? kBytesOfCast : 0));
+  // All memory that follows is required up front, so that no rays are cast before an allocation fails.
+  const bool smooths_alone = max_error_ >= kMinErrorToSmoothOnly;
+  require_memory("Smoothing ambient occlusion",
+                 (AoDenoiser::kBytesPerTexel + kBytesPerTexel +
+                  (smooths_alone ? AoDenoiser::kBytesPerTexelToFindUnsure : 0)) *
+                         texels +
+                     (scratch_.empty() ? kBytesPerLaunch : 0));
   of.a.resize(texels);
   of.b.resize(texels);
-  of.rays.assign(texels, rays_at_first(rays_out_.count));
+  of.rays.assign(texels, initial_rays(rays_out_.count));
   if (together) {
     cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
   } else {
@@ -309,7 +315,7 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
       result = filtered(of, 0);
     }
   }
-  parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+  parallel_for(texels, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
         shares[of.shared.samples[s]] = result.shares[t];

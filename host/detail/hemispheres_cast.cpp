@@ -1,4 +1,4 @@
-// Pieces of a band, whose rays are cast together.
+// Casts the rays of a band, piece by piece.
 #include <algorithm>
 #include <span>
 
@@ -9,23 +9,24 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kCastLanes = 8;
-// Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.
-constexpr std::uint32_t kMostRays = 1U << 20;
-// From so many rays on, of at most so many samples, neighbours in a row have less in common than a sample's rays.
-constexpr std::uint32_t kManyRays = 512, kFewSamples = 1U << 14;
+// Rays of one launch. Bounds its time and its device memory: 25 MB, with nearest hits 47 MB.
+constexpr std::uint32_t kMaxRaysPerLaunch = 1U << 20;
+// Few samples with many rays: a packet then holds rays of one sample, which are more coherent than those of
+// neighbouring samples.
+constexpr std::uint32_t kMinRaysBySample = 512, kMaxSamplesBySample = 1U << 14;
 
-// Rows of rays that kiln_hemisphere_cast takes at a time: what a sample's rays have in common is worked out so
-// much less often, and their samples lie closer together.
-constexpr std::uint32_t kRows = 32;
+// Ray directions per block of kiln_hemisphere_cast. More of them: terms that rays of a sample share are computed less
+// often, and a block's samples are closer together.
+constexpr std::uint32_t kDirectionsPerBlock = 32;
 
-// Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
-// off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
-constexpr float kPush = 0x1p-17F;
+// Offset of ray origins from their face, in frame units. The high poly's diagonal is 0.5 to 1 and its points are
+// rounded by about 1e-7, so the offset is about 100 times the rounding and at most 1.5e-5 of the diagonal.
+constexpr float kOriginOffset = 0x1p-17F;
 
-/// Numbers of rays and of samples that are cast together.
-kiln_cast_params blocks_of(std::uint32_t rays) {
+/// Numbers of directions and of samples in a block.
+kiln_cast_params block_size(std::uint32_t rays) {
   kiln_cast_params how{};
-  how.rows = std::min(kRows, rays);
+  how.rows = std::min(kDirectionsPerBlock, rays);
   how.samples = KILN_OCCLUSION_BLOCK / how.rows / kLanes * kLanes;
   return how;
 }
@@ -47,10 +48,10 @@ kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band,
   params.light_x = light_.x;
   params.light_y = light_.y;
   params.light_z = light_.z;
-  params.aligned = set.side > 0 ? 1 : 0;  // the stream wants it so, the beams do not
+  params.aligned = set.side > 0 ? 1 : 0;  // rays by stream need aligned directions, beams do not
   params.unequal = set.falls_off && falloff_ != OcclusionFalloff::none ? 1 : 0;
-  params.push = kPush;
-  params.reach = thick_;
+  params.push = kOriginOffset;
+  params.reach = thickness_reach_;
   return params;
 }
 
@@ -65,15 +66,15 @@ void Hemispheres::make_points(const kiln_hemisphere_params& params, const TexelB
 void Hemispheres::over_pieces(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                               const RaySet& set, std::uint32_t together, const OfPiece& use) {
   upload();
-  const std::uint32_t piece = padded(std::min(together, band.sample_count));
+  const std::uint32_t piece = round_up_to_lanes(std::min(together, band.sample_count));
   make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
   kiln_hemisphere_params params = ray_params(band, match, second, set);
   std::span<const std::uint32_t> triangle;
-  if (params.keep == 0 && &band != &some_)
+  if (params.keep == 0 && &band != &picked_samples_)
     triangle = reads_->read(match.triangle, band.sample_count);
   for (; params.first < band.sample_count; params.first += params.count) {
     params.count = std::min(piece, band.sample_count - params.first);
-    params.stride = params.plane = padded(params.count);
+    params.stride = params.plane = round_up_to_lanes(params.count);
     if (!triangle.empty()) {
       const auto begin = triangle.begin() + params.first, end = begin + params.count;
       if (std::all_of(begin, end, [](std::uint32_t t) { return t == KILN_NO_TRIANGLE; })) continue;
@@ -85,17 +86,17 @@ void Hemispheres::over_pieces(const TexelBand& band, const DeviceCorrespondence&
 }
 
 bool Hemispheres::casts_by_sample(const TexelBand& band, const RaySet& set) {
-  return set.count >= kManyRays && band.sample_count <= kFewSamples;
+  return set.count >= kMinRaysBySample && band.sample_count <= kMaxSamplesBySample;
 }
 
 void Hemispheres::over_rays(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                             const RaySet& set, const cl::Array<std::uint32_t>& turns,
                             bool turns_well, const Use& use) {
   const bool by_sample = turns_well && casts_by_sample(band, set);
-  const std::uint32_t together = by_sample ? kMostRays / set.count : kPiece;
-  const std::uint32_t piece = padded(std::min(together, band.sample_count));
+  const std::uint32_t together = by_sample ? kMaxRaysPerLaunch / set.count : kSamplesPerPiece;
+  const std::uint32_t piece = round_up_to_lanes(std::min(together, band.sample_count));
   const std::uint32_t capacity =
-      std::min(kMostRays, static_cast<std::uint32_t>(std::uint64_t{piece} * set.count));
+      std::min(kMaxRaysPerLaunch, static_cast<std::uint32_t>(std::uint64_t{piece} * set.count));
   if (ray_capacity_ < capacity) {
     ray_capacity_ = capacity;
     make_room(context_, rays_, std::size_t{6} * capacity);
@@ -107,9 +108,9 @@ void Hemispheres::over_rays(const TexelBand& band, const DeviceCorrespondence& m
     const std::uint32_t most = ray_capacity_ / params.stride;
     for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
       params.rays = std::min(most, set.count - params.first_ray);
-      const std::size_t items = by_sample
-                                    ? std::size_t{params.stride} * (padded(params.rays) / kLanes)
-                                    : std::size_t{params.stride} / kLanes * params.rays;
+      const std::size_t items =
+          by_sample ? std::size_t{params.stride} * (round_up_to_lanes(params.rays) / kLanes)
+                    : std::size_t{params.stride} / kLanes * params.rays;
       context_.launch(rays, items, kLocal, params, points_, turns, turn_table_, set.directions,
                       set.rings, rays_);
       use(params, params.stride * params.rays);
@@ -129,12 +130,12 @@ void Hemispheres::add_open(const kiln_hemisphere_params& params,
 }
 
 void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                             const RaySet& set, std::span<const Turned> turned,
+                             const RaySet& set, std::span<const TurnsAndCounts> turned,
                              const RayCaster& caster, const cl::Array<float>& bent_sum) {
-  const RayQuery query = query_up_to(occluding_, back_faces_);
+  const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
   if (caster.traversal() == Traversal::cpu) {
     if (bent_sum.empty() && casts_by_sample(band, set)) {
-      cast_own(band, match, second, set, turned, caster, query);
+      cast_by_sample(band, match, second, set, turned, caster, query);
     } else {
       cast_blocks(band, match, second, set, turned, caster, query, bent_sum);
     }
@@ -154,18 +155,20 @@ void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& 
 }
 
 void Hemispheres::cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                              const RaySet& set, std::span<const Turned> turned,
+                              const RaySet& set, std::span<const TurnsAndCounts> turned,
                               const RayCaster& caster, const RayQuery& query,
                               const cl::Array<float>& bent_sum) {
-  over_pieces(band, match, second, set, kPiece, [&](const kiln_hemisphere_params& params) {
-    cast_piece(params, set, turned, caster, query, points_, bent_sum);
-  });
+  over_pieces(band, match, second, set, kSamplesPerPiece,
+              [&](const kiln_hemisphere_params& params) {
+                cast_piece(params, set, turned, caster, query, points_, bent_sum);
+              });
 }
 
-void Hemispheres::cast_own(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                           const RaySet& set, std::span<const Turned> turned,
-                           const RayCaster& caster, const RayQuery& query) {
-  const std::uint32_t together = kMostRays / set.count;
+void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorrespondence& match,
+                                 bool second, const RaySet& set,
+                                 std::span<const TurnsAndCounts> turned, const RayCaster& caster,
+                                 const RayQuery& query) {
+  const std::uint32_t together = kMaxRaysPerLaunch / set.count;
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
       context_.kernel("hemisphere_cast", "kiln_hemisphere_cast_own", caster.tree().defines());
@@ -182,16 +185,16 @@ void Hemispheres::cast_own(const TexelBand& band, const DeviceCorrespondence& ma
 }
 
 void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
-                              std::span<const Turned> turned) {
+                              std::span<const TurnsAndCounts> turned) {
   const RayCaster& caster = occluders();
-  const RayQuery query = query_up_to(occluding_, back_faces_);
+  const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
   const cl::Array<float> no_bent_sum;
-  kiln_hemisphere_params params = ray_params(some_, some_match_, false, set);
-  params.plane = padded(count);
+  kiln_hemisphere_params params = ray_params(picked_samples_, picked_match_, false, set);
+  params.plane = round_up_to_lanes(count);
   for (; params.first < count; params.first += params.count) {
     params.first_point = params.first;
-    params.count = std::min(kPiece, count - params.first);
-    params.stride = padded(params.count);
+    params.count = std::min(kSamplesPerPiece, count - params.first);
+    params.stride = round_up_to_lanes(params.count);
     cast_piece(params, set, turned, caster, query, texel_points_, no_bent_sum);
     context_.finish();
   }
@@ -199,13 +202,13 @@ void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
 
 void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& caster,
                                 const RayQuery& query, const cl::Array<float>& depth) {
-  const kiln_cast_params how = blocks_of(rays_in_.count);
+  const kiln_cast_params how = block_size(rays_in_.count);
   const std::size_t items = (params.stride + how.samples - 1) / how.samples;
   make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
   make_room(context_, distances_, items * KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
       context_.kernel("hemisphere_depth", "kiln_hemisphere_cast_depth", caster.tree().defines());
-  const std::uint32_t most = std::max(1U, kMostRays / params.stride);
+  const std::uint32_t most = std::max(1U, kMaxRaysPerLaunch / params.stride);
   for (params.first_ray = 0; params.first_ray < rays_in_.count; params.first_ray += params.rays) {
     params.rays = std::min(most, rays_in_.count - params.first_ray);
     context_.launch(cast, items, 1, params, caster.params(query, KILN_OCCLUSION_BLOCK), how,
@@ -216,10 +219,10 @@ void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& 
 
 /// In one kernel, for Traversal::cpu.
 void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
-                             std::span<const Turned> turned, const RayCaster& caster,
+                             std::span<const TurnsAndCounts> turned, const RayCaster& caster,
                              const RayQuery& query, const cl::Array<float>& points,
                              const cl::Array<float>& bent_sum) {
-  kiln_cast_params how = blocks_of(set.count);
+  kiln_cast_params how = block_size(set.count);
   how.wants_bent_sum = bent_sum.empty() ? 0 : 1;
   const std::size_t items = (params.stride + how.samples - 1) / how.samples;
   make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
@@ -227,7 +230,7 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
       context_.kernel("hemisphere_cast", "kiln_hemisphere_cast", caster.tree().defines());
-  const std::uint32_t most = std::max(1U, kMostRays / params.stride);
+  const std::uint32_t most = std::max(1U, kMaxRaysPerLaunch / params.stride);
   for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
     params.rays = std::min(most, set.count - params.first_ray);
     for (const auto& [turns, open] : turned) {

@@ -1,4 +1,4 @@
-// Rays of some samples of a band, each against what occludes it: all, or its own part.
+// Casts rays of some samples of a band against their occluders: all meshes, or the samples' own parts.
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -11,8 +11,8 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGroupLanes = 8;
-// Samples that are copied together: 42 MB.
-constexpr std::size_t kPicked = std::size_t{1} << 20;
+// Samples picked in one batch: 42 MB.
+constexpr std::size_t kSamplesPerBatch = std::size_t{1} << 20;
 
 }  // namespace
 
@@ -70,42 +70,43 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
 
 void Hemispheres::cast_group(const Group& group, const TexelBand& band,
                              const DeviceCorrespondence& match, bool second, const RaySet& set,
-                             std::span<const std::uint32_t> rounds, std::span<Counted> counted) {
-  const RayQuery query = query_up_to(beyond_, back_faces_);  // of the light's rays
+                             std::span<const std::uint32_t> rounds, std::span<RayCounts> counted) {
+  const RayQuery query = query_up_to(unbounded_, back_faces_);  // the query of rays to the light
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);
-  const bool wants_bent_sum = !counted[0].bent_sum.empty();  // then there is one set of turns
-  const std::array<Turned, 2> all{Turned{&some_turns_, &some_open_},
-                                  Turned{&more_turns_, &more_open_}};
-  const std::span<const Turned> turned = std::span(all).first(counted.size());
+  // without rounds, the only turns are those of make_turns()
+  const bool wants_bent_sum = !counted[0].bent_sum.empty();
+  const std::array<TurnsAndCounts, 2> all{TurnsAndCounts{&picked_turns_, &picked_open_},
+                                          TurnsAndCounts{&second_turns_, &second_open_}};
+  const std::span<const TurnsAndCounts> turned = std::span(all).first(counted.size());
   const std::span<const std::uint32_t> samples = group.samples;
-  for (std::size_t first = 0; first < samples.size(); first += kPicked) {
-    const auto part = samples.subspan(first, std::min(kPicked, samples.size() - first));
+  for (std::size_t first = 0; first < samples.size(); first += kSamplesPerBatch) {
+    const auto part = samples.subspan(first, std::min(kSamplesPerBatch, samples.size() - first));
     pick(band, match, part, rounds.empty() ? std::nullopt : std::optional(rounds[0]));
-    const std::size_t own = plane_of(some_);
-    make_room(context_, some_open_, own);
-    context_.fill(some_open_, std::uint32_t{0});
+    const std::size_t own = plane_of(picked_samples_);
+    make_room(context_, picked_open_, own);
+    context_.fill(picked_open_, std::uint32_t{0});
     if (rounds.size() > 1) {
-      turn_picked(some_.sample_count, rounds[1], more_turns_);
-      make_room(context_, more_open_, own);
-      context_.fill(more_open_, std::uint32_t{0});
+      turn_picked(picked_samples_.sample_count, rounds[1], second_turns_);
+      make_room(context_, second_open_, own);
+      context_.fill(second_open_, std::uint32_t{0});
     }
     if (wants_bent_sum) {
-      make_room(context_, some_bent_sum_, 3 * own);
-      context_.fill(some_bent_sum_, 0.0F);
+      make_room(context_, picked_bent_sum_, 3 * own);
+      context_.fill(picked_bent_sum_, 0.0F);
     }
     if (set.lit) {
-      over_rays(some_, some_match_, second, set, some_turns_, false,
+      over_rays(picked_samples_, picked_match_, second, set, picked_turns_, false,
                 [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
                   make_room(context_, hits_, ray_capacity_);
                   group.caster->occluded(rays_, rays, ray_capacity_, query, hits_);
                   context_.launch(lit, of.stride / kLanes, kGroupLanes, of, hits_, rays_,
-                                  some_open_);
+                                  picked_open_);
                 });
     } else {
-      count_open(some_, some_match_, second, set, turned, *group.caster,
-                 wants_bent_sum ? some_bent_sum_ : no_bent_sum);
+      count_open(picked_samples_, picked_match_, second, set, turned, *group.caster,
+                 wants_bent_sum ? picked_bent_sum_ : no_bent_sum);
     }
     std::vector<std::uint32_t> read(part.size());
     for (std::size_t t = 0; t < turned.size(); ++t) {
@@ -114,7 +115,7 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
     }
     if (!wants_bent_sum) continue;
     std::vector<float> sums(3 * own);
-    some_bent_sum_.read(context_, std::span(sums));
+    picked_bent_sum_.read(context_, std::span(sums));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < part.size(); ++i) {
         counted[0].bent_sum[axis * plane + part[i]] = sums[axis * own + i];
@@ -123,10 +124,10 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
   }
 }
 
-Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band,
-                                             const DeviceCorrespondence& match, bool second,
-                                             const RaySet& set, bool bent_sum) {
-  Counted counted;
+Hemispheres::RayCounts Hemispheres::cast_parts(const TexelBand& band,
+                                               const DeviceCorrespondence& match, bool second,
+                                               const RaySet& set, bool bent_sum) {
+  RayCounts counted;
   counted.open.resize(plane_of(band));
   if (bent_sum) counted.bent_sum.resize(std::size_t{3} * plane_of(band));
   make_turns(band);
@@ -138,14 +139,12 @@ Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band,
   return counted;
 }
 
-std::vector<Hemispheres::Counted> Hemispheres::cast_more(const TexelBand& band,
-                                                         const DeviceCorrespondence& match,
-                                                         bool second,
-                                                         std::span<const std::uint32_t> samples,
-                                                         std::uint32_t rays,
-                                                         std::span<const std::uint32_t> rounds) {
-  std::vector<Counted> counted(rounds.size());
-  for (Counted& of_round : counted) of_round.open.resize(band.sample_count);
+std::vector<Hemispheres::RayCounts> Hemispheres::cast_rounds(
+    const TexelBand& band, const DeviceCorrespondence& match, bool second,
+    std::span<const std::uint32_t> samples, std::uint32_t rays,
+    std::span<const std::uint32_t> rounds) {
+  std::vector<RayCounts> counted(rounds.size());
+  for (RayCounts& of_round : counted) of_round.open.resize(band.sample_count);
   for (const Group& group : groups(band, match, second, samples)) {
     cast_group(group, band, match, second, outward_rays(rays), rounds, counted);
   }

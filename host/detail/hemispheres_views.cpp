@@ -1,4 +1,4 @@
-// Hemispheres gathered by depth views, and what occludes.
+// Gathers hemispheres by depth views, and collects occluders.
 #include <algorithm>
 #include <cmath>
 
@@ -9,13 +9,15 @@
 namespace kiln {
 namespace {
 
-// With twice as many views as rays, ambient occlusion comes as near to the truth, up to so many rays (measured on
-// the bunny, tools/bench/README.md). Beyond, pixels of the views are what is missing.
-constexpr std::uint32_t kViewsARay = 2, kMostRaysAsViews = 64, kFewestViews = 16;
-// Costs of a view in rays: for itself, for each triangle and for each sample; and the share of rays' cost that views must stay below.
-constexpr double kView = 10000, kTriangle = 0.15, kSample = 0.125, kLess = 0.7;
+// Twice as many views as rays reach the same error of ambient occlusion, up to kMaxRaysAsViews rays (measured on the
+// bunny, tools/bench/README.md). Beyond that, the views' resolution limits the error.
+constexpr std::uint32_t kViewsPerRay = 2, kMaxRaysAsViews = 64, kMinViews = 16;
+// Costs of a view, in rays: for itself, for each triangle and for each sample. Views are used if their cost is below
+// this share of the rays' cost.
+constexpr double kCostOfView = 10000, kCostOfTriangle = 0.15, kCostOfSample = 0.125,
+                 kMaxCostShare = 0.7;
 
-/// Number of samples that the low poly covers, by its UVs.
+/// Estimated number of samples that the low poly covers, from its area in UV space.
 double samples_of(const BakeOptions& options, const LowSurface& surface) {
   double area = 0;
   for (const std::size_t t : surface.usable_triangles()) {
@@ -34,7 +36,7 @@ std::uint32_t views_for(const MapRequest& request) {
   if (asked.by == OcclusionBy::rays) return 0;
   if (asked.by == OcclusionBy::views) return asked.views;
   if (asked.distance || asked.falloff != OcclusionFalloff::none || !asked.back_faces ||
-      asked.max_error > 0 || asked.rays > kMostRaysAsViews)
+      asked.max_error > 0 || asked.rays > kMaxRaysAsViews)
     return 0;
   const double samples = samples_of(request.options, request.surface);
   double triangles = 0;
@@ -43,9 +45,10 @@ std::uint32_t views_for(const MapRequest& request) {
   for (const Mesh* mesh : asked.by_others) {
     triangles += static_cast<double>(mesh->triangles.size());
   }
-  const std::uint32_t views = std::max(kFewestViews, kViewsARay * asked.rays);
-  const double by_views = views * (kView + kTriangle * triangles + kSample * samples);
-  return by_views < kLess * asked.rays * samples ? views : 0;
+  const std::uint32_t views = std::max(kMinViews, kViewsPerRay * asked.rays);
+  const double by_views =
+      views * (kCostOfView + kCostOfTriangle * triangles + kCostOfSample * samples);
+  return by_views < kMaxCostShare * asked.rays * samples ? views : 0;
 }
 
 Hemispheres::Occluding Hemispheres::all_occluding() const {
@@ -77,7 +80,8 @@ const RayCaster& Hemispheres::occluders() {
   return *all_occluders_;
 }
 
-void Hemispheres::see(const TexelBand& band, const DeviceCorrespondence& match, bool second) {
+void Hemispheres::gather_views(const TexelBand& band, const DeviceCorrespondence& match,
+                               bool second) {
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_open) return;
   if (!views_) {
@@ -90,7 +94,7 @@ void Hemispheres::see(const TexelBand& band, const DeviceCorrespondence& match, 
   const cl::Array<float> points(context_, std::size_t{KILN_HEMISPHERE_PLANES} * capacity);
   const cl::Array<float> seen(context_, std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * capacity);
   context_.fill(seen, 0.0F);
-  if (wants_bent_sum_) {
+  if (needs_bent_sum_) {
     make_room(context_, sums.bent_sum, std::size_t{3} * std::max(plane_of(band), capacity));
     context_.fill(sums.bent_sum, 0.0F);
   }
@@ -114,16 +118,16 @@ OcclusionReport Hemispheres::report() const {
   return {OcclusionBy::views, view_directions_, HemisphereViews::size_for(width_, height_)};
 }
 
-/// Even and odd directions are two estimates of each texel, which are smoothed over the surface, across seams, as
-/// far as that loses nothing.
+/// Even and odd directions make two estimates of each texel, which are smoothed over the surface and across seams as
+/// far as that loses no detail.
 std::vector<float> Hemispheres::visibility_by_views(const TexelBand& band,
                                                     const DeviceCorrespondence& match,
                                                     bool second) {
-  see(band, match, second);
+  gather_views(band, match, second);
   const std::vector<float>& seen = sums_[second ? 1 : 0].seen;
   const std::size_t plane = band.sample_count;
   std::vector<float> shares(plane);
-  const Shared shared = prepare_filter(band, match, second);
+  const TexelSamples shared = prepare_filter(band, match, second);
   const std::size_t texels = shared.first.size() - 1;
   if (texels == 0) return shares;
   std::vector<float> pairs(2 * texels);

@@ -1,4 +1,4 @@
-// The part, material, group or object of a point of the high poly, as a colour.
+// Colours for the part, material, group or object of a point of the high poly.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -16,7 +16,7 @@
 namespace kiln {
 namespace {
 
-/// Parts are numbered by their lowest triangle; triangles hang together where they share a place.
+/// Connected components, numbered by their lowest triangle. Triangles are connected if they share a position.
 std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint32_t& parts) {
   std::vector<std::uint32_t> part(source.triangles.size());
   const std::vector<std::uint32_t> place = weld_vertices(source.positions);
@@ -34,8 +34,8 @@ std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint
   return part;
 }
 
-/// Most entries of a legend; more are left out, and a warning says so.
-constexpr std::size_t kLongestLegend = 4096;
+/// Longest legend, in entries. Further entries are left out with a warning.
+constexpr std::size_t kMaxLegendEntries = 4096;
 
 class Ids : public PointFunction {
  public:
@@ -66,10 +66,10 @@ class Ids : public PointFunction {
     }
   }
 
-  /// Parts may meet or part where vertices move.
+  /// Components may merge or split where vertices move.
   void prepare(std::uint64_t source_version) override {
-    if (by_ != IdBy::part || made_of_ == source_version) return;
-    made_of_ = source_version;
+    if (by_ != IdBy::part || source_version_ == source_version) return;
+    source_version_ = source_version;
     std::uint32_t parts = 0;
     number_ = connected_parts(source_, parts);
     legend_.clear();
@@ -83,7 +83,7 @@ class Ids : public PointFunction {
     return {.position = false, .normal = false, .distance = false};
   }
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // black
+    if (!point.found) return;  // misses keep black
     const std::array<float, 3> color = by_ == IdBy::color
                                            ? fraction(source_.colors[nearest_corner(point)])
                                            : legend_[number_[point.triangle]].color;
@@ -91,7 +91,7 @@ class Ids : public PointFunction {
   }
 
   void report(BakedMap& map, std::vector<Warning>& warnings) const override {
-    const std::size_t count = std::min(legend_.size(), kLongestLegend);
+    const std::size_t count = std::min(legend_.size(), kMaxLegendEntries);
     map.ids.assign(legend_.begin(), legend_.begin() + static_cast<std::ptrdiff_t>(count));
     if (count == legend_.size()) return;
     warnings.push_back({"id-legend",
@@ -116,7 +116,7 @@ class Ids : public PointFunction {
     return source_.triangles[point.triangle][static_cast<std::size_t>(nearest)];
   }
 
-  /// The legend of colours, in the order of triangles. One counts with the colour of its first corner.
+  /// Builds the legend of colours, in the order of triangles. A triangle has the colour of its first corner.
   void number_colors() {
     std::unordered_map<std::uint32_t, std::uint32_t> known;
     const auto number = [&](std::uint32_t vertex) {
@@ -146,8 +146,8 @@ class Ids : public PointFunction {
 
   const Source::Impl& source_;
   IdBy by_;
-  std::optional<std::uint64_t> made_of_;
-  std::vector<std::uint32_t> number_;  // of each triangle
+  std::optional<std::uint64_t> source_version_;
+  std::vector<std::uint32_t> number_;  // component of each triangle
   std::vector<IdEntry> legend_;
 };
 

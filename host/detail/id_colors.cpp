@@ -12,35 +12,36 @@ namespace {
 
 using Bytes = std::array<std::uint8_t, 3>;
 
-// Least distances between colours, of 255: the next one where so many colours have no room.
-constexpr std::array<int, 4> kApart = {80, 40, 20, 1};
-constexpr int kTries = 48;
-// With more names than these, colours are different, and no more.
-constexpr std::size_t kManyNames = 1024;
+// Least distances between two colours, of 255 a channel. After kTriesPerDistance colours that are too near, the next
+// smaller distance applies.
+constexpr std::array<int, 4> kMinDistances = {80, 40, 20, 1};
+constexpr int kTriesPerDistance = 48;
+// Above this number of names, colours are merely distinct.
+constexpr std::size_t kMaxSeparatedNames = 1024;
 
-/// Steps of the golden ratio around the hues, in three brightnesses.
+/// The hue of a turn, in [0, 1), at a brightness.
 std::array<float, 3> hue_color(double turn, double bright) {
   const double hue = 6 * turn;
   std::array<float, 3> color{};
   for (std::size_t c = 0; c < 3; ++c) {
-    // Distance of the hue from the channel's own, around the circle of six.
+    // Distance of the hue from the channel's own hue, on a circle of circumference 6.
     const double away = std::abs(std::fmod(hue + 6 - 2.0 * static_cast<double>(c) + 3, 6.0) - 3);
     color[c] = static_cast<float>(bright * (0.15 + 0.85 * std::clamp(2 - away, 0.0, 1.0)));
   }
   return color;
 }
 
-/// FNV-1a, then one step of splitmix64: a number of a name and a try.
-std::uint64_t number_of(const std::string& name, std::uint64_t attempt) {
+/// Hash of a name and an attempt: FNV-1a, then one step of splitmix64.
+std::uint64_t name_hash(const std::string& name, std::uint64_t attempt) {
   std::uint64_t hash = fnv1a(name) + (attempt + 1) * 0x9E3779B97F4A7C15U;
   hash = (hash ^ (hash >> 30U)) * 0xBF58476D1CE4E5B9U;
   hash = (hash ^ (hash >> 27U)) * 0x94D049BB133111EBU;
   return hash ^ (hash >> 31U);
 }
 
-/// One of about 60 colours for a name, 85 apart at least: two names seldom ask for the same one.
+/// One of about 60 colours for a name, at least 85 apart, so that two names seldom collide.
 Bytes first_candidate(const std::string& name, std::uint64_t attempt) {
-  const std::uint64_t number = number_of(name, attempt);
+  const std::uint64_t number = name_hash(name, attempt);
   Bytes color{};
   for (std::size_t c = 0; c < 3; ++c) {
     color[c] = static_cast<std::uint8_t>(85 * (number >> (8 * c) & 3U));
@@ -49,9 +50,9 @@ Bytes first_candidate(const std::string& name, std::uint64_t attempt) {
   return color;
 }
 
-/// Any colour for a name; bright enough to be no background.
+/// Any colour for a name, bright enough to differ from the background.
 Bytes candidate(const std::string& name, std::uint64_t attempt) {
-  const std::uint64_t number = number_of(name, attempt);
+  const std::uint64_t number = name_hash(name, attempt);
   Bytes color{};
   for (std::size_t c = 0; c < 3; ++c) {
     color[c] = static_cast<std::uint8_t>(number >> (8 * c));
@@ -60,7 +61,7 @@ Bytes candidate(const std::string& name, std::uint64_t attempt) {
   return color;
 }
 
-int apart(const Bytes& a, const Bytes& b) {
+int color_distance(const Bytes& a, const Bytes& b) {
   int squared = 0;
   for (std::size_t c = 0; c < 3; ++c) squared += (a[c] - b[c]) * (a[c] - b[c]);
   return static_cast<int>(std::sqrt(squared));
@@ -68,13 +69,14 @@ int apart(const Bytes& a, const Bytes& b) {
 
 Bytes color_of(const std::string& name, const std::vector<Bytes>& taken,
                const std::set<Bytes>& all_taken) {
-  for (const int wanted : taken.size() < kManyNames ? std::span(kApart) : std::span<const int>()) {
-    for (int attempt = 0; attempt < kTries; ++attempt) {
+  for (const int wanted :
+       taken.size() < kMaxSeparatedNames ? std::span(kMinDistances) : std::span<const int>()) {
+    for (int attempt = 0; attempt < kTriesPerDistance; ++attempt) {
       const auto number = static_cast<std::uint64_t>(attempt);
       const Bytes color =
-          wanted == kApart[0] ? first_candidate(name, number) : candidate(name, number);
+          wanted == kMinDistances[0] ? first_candidate(name, number) : candidate(name, number);
       if (std::all_of(taken.begin(), taken.end(),
-                      [&](const Bytes& other) { return apart(color, other) >= wanted; })) {
+                      [&](const Bytes& other) { return color_distance(color, other) >= wanted; })) {
         return color;
       }
     }

@@ -1,4 +1,4 @@
-// Colours that tell things apart.
+// Distinct colours for parts and names.
 #pragma once
 
 #include <array>
@@ -9,11 +9,11 @@
 
 namespace kiln {
 
-/// Colour of a number: far apart from others', the same for the same number; none is black, which is the background.
+/// Colour of a part's number. Colours of different numbers are far apart; none is black, the background.
 std::array<float, 3> part_color(std::uint32_t part);
 
-/// Colours of names: exact in 8 bits, all different, none black. A name has the same colour wherever it
-/// appears. Another name of the mesh, earlier in the alphabet, may have one too near; then it differs.
+/// Colours of names: exact in 8 bits, all different, none black. A name has the same colour in every mesh, unless the
+/// colour of a name earlier in the alphabet is too near; then it gets another one.
 std::vector<std::array<float, 3>> name_colors(std::span<const std::string> names);
 
 }  // namespace kiln

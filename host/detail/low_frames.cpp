@@ -7,7 +7,7 @@
 namespace kiln {
 namespace {
 
-/// Three vectors, stored one after another, at weights of corners 1 and 2.
+/// Interpolates three consecutive vectors by the weights of corners 1 and 2.
 Vec3d interpolate(const float* corners, double u, double v) {
   const auto at = [&](std::size_t k) {
     return Vec3d{corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]};
@@ -15,7 +15,7 @@ Vec3d interpolate(const float* corners, double u, double v) {
   return at(0) * (1 - u - v) + at(1) * u + at(2) * v;
 }
 
-/// Computed at the corners.
+/// Bitangent that is computed at the corners and interpolated.
 Vec3d corner_bitangent(const kiln_low_shading& low, double u, double v) {
   const std::array<double, 3> weights = {1 - u - v, u, v};
   Vec3d sum;
@@ -49,7 +49,7 @@ Vec3d LowFrames::in_frame(const HighPoint& point, const Vec3d& vector) const {
     const Vec3d x_axis = interpolate(low.face_tangent, 0, 0);
     return {dot(vector, x_axis), dot(vector, cross(normal, x_axis)), dot(vector, normal)};
   }
-  // The frame is interpolated and not made unit, as shaders do it, and inverted by Cramer's rule.
+  // The frame is interpolated without normalizing, as shaders do, and inverted by Cramer's rule.
   const Vec3d normal = interpolate(low.normal, point.low_u, point.low_v);
   const Vec3d tangent = interpolate(low.tangent, point.low_u, point.low_v);
   Vec3d bitangent = cross(normal, tangent) * low.sign;

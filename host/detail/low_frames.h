@@ -1,4 +1,4 @@
-// Vectors in the space of the bake's normals.
+// Transforms vectors to the space of the bake's normals.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Components along the low poly's frame at a point, as kernels/detail/detail.clh has them, but for making them
-/// unit: the sum of the components times the frame's vectors is the vector.
+/// Components along the low poly's frame at a point. As in kernels/detail/detail.clh, but not normalized: the sum of
+/// the components times the frame's vectors is the vector.
 class LowFrames {
  public:
   explicit LowFrames(const MapRequest& request);
@@ -20,7 +20,7 @@ class LowFrames {
 
   std::vector<kiln_low_shading> shading_;
   NormalMapSpace space_;
-  bool at_corners_;  // the bitangent is computed there
+  bool at_corners_;  // the bitangent is computed at corners, not at each point
   double y_scale_;
 };
 

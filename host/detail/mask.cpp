@@ -1,5 +1,5 @@
-// Which texels were baked: the share of a texel's samples that found a point; 0 where it is empty or padding.
-// For comparing maps without their padding, and as the alpha of leaves.
+// The share of a texel's samples that found a point; 0 in empty texels and padding. Used to compare maps without their
+// padding, and as the alpha of leaves.
 #include "detail/registry.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"

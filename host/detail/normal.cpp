@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-// Samples of a work-item where vectors are written out.
-constexpr std::size_t kWide = 8;
+// Samples of a work-item on the path with explicit vectors.
+constexpr std::size_t kSamplesPerVector = 8;
 
 }  // namespace
 
@@ -39,7 +39,7 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
                            DetailPath path)
     : context_(context),
       width_((path == DetailPath::automatic ? !context.info().is_gpu : path == DetailPath::wide)
-                 ? kWide
+                 ? kSamplesPerVector
                  : 1),
       source_(source),
       shading_(context, std::span<const kiln_low_shading>(low_shading(surface, /*with_uvs=*/true))),

@@ -1,4 +1,4 @@
-// Detail (D): what is read at the corresponding points.
+// Normals of the high poly at the matched points.
 #pragma once
 
 #include "cl/context.h"
@@ -11,14 +11,14 @@
 
 namespace kiln {
 
-/// Parameters of kernels by the options for normals and their space.
+/// Kernel parameters from the options for normals and their space.
 kiln_detail_params detail_params(const BakeOptions& options);
 
-/// Which kernels run. All give the same answer to the bit.
+/// Variants of the kernels. All give the same result to the bit.
 enum class DetailPath {
-  automatic,  ///< By the device's type
-  plain,      ///< A work-item a sample
-  wide,       ///< Explicit vectors of eight samples
+  automatic,  ///< Chosen by the device's type
+  plain,      ///< One sample a work-item
+  wide,       ///< Eight samples a work-item, in explicit vectors
 };
 
 /// Reads normals at a band's correspondences and averages them to texels (kernels/detail/detail.cl).
@@ -27,15 +27,14 @@ class NormalDetail {
   NormalDetail(cl::Context& context, const LowSurface& surface, const SourceAttributes& source,
                const BakeOptions& options, DetailPath path = DetailPath::automatic);
 
-  /// \param image     [rows * width * 3] of the band, interleaved; texels that are not covered keep
-  ///                  what is there
+  /// \param image     [rows * width * 3] of the band, interleaved; texels that are not covered stay unchanged
   /// \param coverage  [rows * width]: 1 baked, 2 missed
   void run(const TexelBand& band, const DeviceCorrespondence& match, const cl::Array<float>& image,
            const cl::Array<std::uint8_t>& coverage);
 
-  /// The same with two correspondences: the normals of both are mixed, each as a direction in space.
-  /// \param other   with triangles for the samples that are mixed, and none for the rest
-  /// \param shares  [samples] how much of `match` a sample takes, 0 to 1
+  /// Blends the normals of two correspondences, each as a direction in space.
+  /// \param other   has triangles for the samples that are blended, and none for the rest
+  /// \param shares  [samples] weight of `match`, 0 to 1
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                    const DeviceCorrespondence& other, const cl::Array<float>& shares,
                    const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage);

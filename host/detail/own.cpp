@@ -1,4 +1,4 @@
-// Maps of the caller's own: a function in OpenCL C of the matched point.
+// Custom maps: functions in OpenCL C of the matched point, given by the caller.
 #include "detail/own.h"
 
 #include <algorithm>
@@ -23,13 +23,13 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrainOfBand = 1 << 12;
-// Bounds a launch, whatever the caller's function does.
+constexpr std::size_t kTexelsPerTask = 1 << 12;
+// Samples in one launch; bounds its time, whatever the caller's function costs.
 constexpr std::uint32_t kSamplesPerLaunch = 1U << 16;
 
-class Own : public MapMaker {
+class OwnMapMaker : public MapMaker {
  public:
-  Own(const MapRequest& request, const OwnMap& map, std::string_view name)
+  OwnMapMaker(const MapRequest& request, const OwnMap& map, std::string_view name)
       : context_(context_of(request.source.device)),
         source_(request.source),
         reads_(request.reads()),
@@ -91,7 +91,8 @@ class Own : public MapMaker {
     try {
       return context_.kernel_with("own", "kiln_own_values", map.source, map.file);
     } catch (const Error&) {
-      // A compiler that was not waited for works with the device's context.
+      // A compiler thread that exceeded its time limit still uses the device's context, so such devices are never
+      // released.
       static auto* const kept = new std::vector<Device>();
       static std::mutex mutex;
       const std::lock_guard lock(mutex);
@@ -100,13 +101,13 @@ class Own : public MapMaker {
     }
   }
 
-  /// Vertices may have moved since the last band.
+  /// Uploads the mesh again if vertices may have moved since the last band.
   void upload() {
-    if (made_of_ == reads_->source_version() && !positions_.empty()) return;
+    if (source_version_ == reads_->source_version() && !positions_.empty()) return;
     if (positions_.empty()) positions_ = cl::Array<float>(context_, source_.positions.size() * 3);
     positions_.write(context_,
                      std::span<const float>(&source_.positions[0].x, source_.positions.size() * 3));
-    made_of_ = reads_->source_version();
+    source_version_ = reads_->source_version();
   }
 
   /// Four planes of the band's capacity.
@@ -127,7 +128,7 @@ class Own : public MapMaker {
     params.center_x = static_cast<float>(source_.frame.center[0] - origin_[0]);
     params.center_y = static_cast<float>(source_.frame.center[1] - origin_[1]);
     params.center_z = static_cast<float>(source_.frame.center[2] - origin_[2]);
-    context_.finish();  // What was enqueued before is not the function's.
+    context_.finish();  // commands enqueued before must not count as the function's time or error
     auto here = std::make_unique<cl::OwnMapRun>(label_, seconds_);
     for (; params.first < band.sample_count; params.first = params.end) {
       params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
@@ -156,7 +157,7 @@ class Own : public MapMaker {
     const std::vector<std::uint32_t>& first =
         reads_->read(band.texel_first, band.texel_count + std::size_t{1});
     const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
-    parallel_for(band.texel_count, kGrainOfBand, [&](std::size_t begin, std::size_t end) {
+    parallel_for(band.texel_count, kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
       std::uint64_t bad = 0;
       for (std::size_t t = begin; t < end; ++t) {
         std::array<double, 4> sum{};
@@ -193,11 +194,12 @@ class Own : public MapMaker {
   cl::Array<kiln_low_shading> shading_;
   cl::Array<std::uint32_t> triangles_, uv_triangles_;
   cl::Array<float> positions_, uvs_, values_;
-  std::uint64_t made_of_ = 0;
+  std::uint64_t source_version_ = 0;
   std::atomic<std::uint64_t> replaced_{0};
 };
 
-/// A source as the preprocessor sees it: other spellings of # are that, lines are joined, comments are blank, texts empty.
+/// A source as the preprocessor sees it: digraphs and trigraphs of # replaced, continued lines joined, comments
+/// blanked, strings emptied.
 std::string preprocessed(std::string_view source) {
   std::string joined;
   for (std::size_t i = 0; i < source.size();) {
@@ -251,21 +253,21 @@ bool has_assembly(std::string_view line) {
   return false;
 }
 
-/// Refuses sources that the compiler lets pass, or of which it complains in the words of a linker.
+/// Rejects sources that compile but cannot work, or that fail with a linker's message only.
 void check_source(const OwnMap& map) {
-  const auto refuse = [&](const std::string& problem) {
+  const auto fail = [&](const std::string& problem) {
     throw Error(ErrorCode::input, "The map " + map.name + " ('" + map.file + "') " + problem);
   };
   const std::string source = preprocessed(map.source);
   if (source.find("kiln_map") == std::string::npos) {
-    refuse("has no function kiln_map(): write float4 kiln_map(const kiln_point* p) { ... }.");
+    fail("has no function kiln_map(): write float4 kiln_map(const kiln_point* p) { ... }.");
   }
   std::istringstream lines(source);
   std::string line;
   for (std::size_t number = 1; std::getline(lines, line); ++number) {
     if (has_assembly(line)) {
-      refuse("holds assembly in line " + std::to_string(number) +
-             ", which devices differ in: write OpenCL C.");
+      fail("holds assembly in line " + std::to_string(number) +
+           ", which devices differ in: write OpenCL C.");
     }
     const auto skip = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };
     const std::size_t mark = skip(0);
@@ -275,8 +277,8 @@ void check_source(const OwnMap& map) {
         (line.compare(word, 7, "include") != 0 && line.compare(word, 6, "import") != 0)) {
       continue;
     }
-    refuse("includes another file in line " + std::to_string(number) +
-           ": what it needs must stand in the map itself.");
+    fail("includes another file in line " + std::to_string(number) +
+         ": what it needs must stand in the map itself.");
   }
 }
 
@@ -298,7 +300,7 @@ MapRow own_map(const OwnMap& map) {
   row.follows_positions = row.reads_around = true;
   row.make = [name = row.info.kind.name,
               &map](const MapRequest& request) -> std::unique_ptr<MapMaker> {
-    return std::make_unique<Own>(request, map, name);
+    return std::make_unique<OwnMapMaker>(request, map, name);
   };
   return row;
 }

@@ -1,4 +1,4 @@
-// Maps of the caller's own.
+// Custom maps of the caller.
 #pragma once
 
 #include "detail/registry.h"
@@ -6,8 +6,8 @@
 
 namespace kiln {
 
-/// The row of a map. \param map  outlives the row
-/// \throws Error(usage) for a number of channels that there is not
+/// Makes the row of a custom map. \param map  must outlive the row
+/// \throws Error(usage) for an unsupported number of channels
 MapRow own_map(const OwnMap& map);
 
 }  // namespace kiln

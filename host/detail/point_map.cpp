@@ -14,11 +14,11 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostChannels = 4;
-constexpr std::size_t kWeight = 3;  // its place, where values have weights
-using Value = std::array<float, kMostChannels>;
+constexpr std::size_t kMaxChannels = 4;
+constexpr std::size_t kWeightChannel = 3;  // index of the weight, for values that have one
+using Value = std::array<float, kMaxChannels>;
 
-/// A correspondence on the host.
+/// A correspondence in host memory.
 struct HostCorrespondence {
   HostCorrespondence(BandReads& reads, const DeviceCorrespondence& match, std::uint32_t count)
       : triangle(reads.read(match.triangle, count)),
@@ -30,12 +30,12 @@ struct HostCorrespondence {
     for (std::size_t c = 0; c < 3; ++c) seen[c] = reads.read(match.seen, count, c * match.capacity);
   }
   std::span<const std::uint32_t> triangle;
-  std::span<const float> u, v, distance;       // no distances: 0
-  std::span<const std::uint8_t> status;        // none: 0
-  std::array<std::span<const float>, 3> seen;  // none: 0
+  std::span<const float> u, v, distance;       // a match without distances has 0
+  std::span<const std::uint8_t> status;        // an empty array means all 0
+  std::array<std::span<const float>, 3> seen;  // an empty array means all 0
 };
 
-/// A band's samples on the host.
+/// A band's samples in host memory.
 struct HostSamples {
   HostSamples(BandReads& reads, const TexelBand& band)
       : index(reads.read(band.texel_index, band.texel_count)),
@@ -52,7 +52,7 @@ Vec3d unit(const Vec3d& v, const Vec3d& otherwise) {
   return size > 0 ? v * (1 / size) : otherwise;
 }
 
-/// Sides of a sample on each triangle of the low poly, to the right and down the map; frame units.
+/// The two sides of a sample's square on each triangle of the low poly, to the right and down the map; frame units.
 std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
   const double across = 1.0 / request.options.width / request.options.samples / request.finer;
   const double down = -1.0 / request.options.height / request.options.samples / request.finer;
@@ -117,8 +117,8 @@ class PointMap : public MapMaker {
       share = reads_->read(*shares, band.sample_count);
     }
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
-      // A texel of one sample takes its value as it is. Written at its place: copies of what was just written
-      // in parts would wait for it.
+      // A texel of one sample copies its value, written in place: vector loads of values that were just stored element
+      // by element would stall.
       const bool has_weights = function_->has_weights();
       const bool as_is = !mixed && !has_weights && info_.type != MapType::unit_vector;
       Average average(info_, has_weights);
@@ -134,7 +134,8 @@ class PointMap : public MapMaker {
         if (as_is && first + 1 == last && found.triangle[first] != KILN_NO_TRIANGLE) {
           coverage = kCoverageBaked;
           value_at(samples, first, found, found, facet, point, to);
-          for (std::uint32_t c = 0; c < info_.channels; ++c) to[c] += 0.0F;  // as a sum: no -0
+          // turns -0 into 0, as a sum does
+          for (std::uint32_t c = 0; c < info_.channels; ++c) to[c] += 0.0F;
           continue;
         }
         average.clear();
@@ -151,9 +152,9 @@ class PointMap : public MapMaker {
             value_at(samples, s, *mixed, found, facet, point, with.data());
             float own = share[s], other = 1 - share[s];
             if (has_weights) {
-              own *= value[kWeight], other *= with[kWeight];
-              value[kWeight] = own + other;
-              own /= value[kWeight], other /= value[kWeight];
+              own *= value[kWeightChannel], other *= with[kWeightChannel];
+              value[kWeightChannel] = own + other;
+              own /= value[kWeightChannel], other /= value[kWeightChannel];
             }
             for (std::uint32_t c = 0; c < info_.channels; ++c) {
               value[c] = value[c] * own + with[c] * other;
@@ -166,7 +167,7 @@ class PointMap : public MapMaker {
     });
   }
 
-  /// Value of a texel by those of its samples.
+  /// Mean of a texel's samples.
   class Average {
    public:
     Average(const MapInfo& info, bool has_weights)
@@ -192,12 +193,12 @@ class PointMap : public MapMaker {
       gather(value);
     }
 
-    /// Texels of missed samples alone, where these have no value, hold 0.
+    /// Texels whose samples all missed, under a policy without values for misses, hold 0.
     void store(float* to) {
       if (direction_ && count_ != 0) return store_direction(to);
       Value value{};
       if (count_ == 1) {
-        // As of a sum, which is never -0.
+        // Adding 0 turns -0 into 0, as a sum does.
         for (std::uint32_t c = 0; c < channels_; ++c) value[c] = first_[c] + 0.0F;
       } else if (whole_ && count_ != 0) {
         value = std::max_element(votes_.begin(), votes_.end(), [](const auto& a, const auto& b) {
@@ -215,7 +216,7 @@ class PointMap : public MapMaker {
    private:
     void gather(const Value& value) {
       if (has_weights_) {
-        const double weight = value[kWeight];
+        const double weight = value[kWeightChannel];
         for (std::uint32_t c = 0; c < channels_; ++c) sum_[c] += weight * value[c];
         weight_ += weight;
         return;
@@ -233,7 +234,7 @@ class PointMap : public MapMaker {
       }
     }
 
-    /// Stores the mean direction; straight up if directions cancel out.
+    /// Stores the mean direction; straight up if the directions cancel out.
     void store_direction(float* to) {
       if (count_ == 1) gather(first_);
       const Vec3d mean = unit(Vec3d(sum_[0], sum_[1], sum_[2]), Vec3d(0, 0, 1));
@@ -247,14 +248,14 @@ class PointMap : public MapMaker {
     std::uint32_t count_ = 0;
     double weight_ = 0;
     Value first_{};
-    std::array<double, kMostChannels> sum_{};
+    std::array<double, kMaxChannels> sum_{};
     std::vector<std::pair<Value, std::uint32_t>> votes_;
   };
 
-  /// \param first  what the bake's own match says of the sample, which has its directions
-  /// \param facet  of the sample before
-  /// \param point  of the sample before, or of none: what is not needed stays as it was at first
-  /// \param value  as many as there are channels
+  /// \param first  the bake's first correspondence, which holds the visibility directions
+  /// \param facet  cached from the previous sample
+  /// \param point  reused from the previous sample; members that the function does not need keep their defaults
+  /// \param value  as many numbers as there are channels
   void value_at(const HostSamples& samples, std::size_t s, const HostCorrespondence& found,
                 const HostCorrespondence& first, UvFacet& facet, HighPoint& point,
                 float* value) const {
@@ -275,26 +276,26 @@ class PointMap : public MapMaker {
         point.distance = found.distance[s] / source_.frame.scale;
       }
     }
-    if (needs_.position) place(point);
+    if (needs_.position) locate(point);
     if (needs_.normal || needs_.uv) turn(point, facet);
-    for (std::uint32_t c = 0; c < kMostChannels; ++c) {  // of a known count: no call
+    for (std::uint32_t c = 0; c < kMaxChannels; ++c) {  // a constant count compiles to no call
       if (c < info_.channels) value[c] = 0;
     }
     (*function_)(point, value);
   }
 
-  static Vec3d on_low(const HighPoint& point, const Vec3& a, const Vec3& b, const Vec3& c) {
+  static Vec3d low_point(const HighPoint& point, const Vec3& a, const Vec3& b, const Vec3& c) {
     const double u = point.low_u, v = point.low_v;
     return Vec3d(a) * (1 - u - v) + Vec3d(b) * u + Vec3d(c) * v;
   }
 
-  void place(HighPoint& point) const {
+  void locate(HighPoint& point) const {
     const auto& of_low = surface_.triangles[point.low_triangle];
-    const auto low = [&] {
-      return on_low(point, of_low[0].position, of_low[1].position, of_low[2].position);
+    const auto low_position = [&] {
+      return low_point(point, of_low[0].position, of_low[1].position, of_low[2].position);
     };
     if (!point.found) {
-      point.position = to_world(low());
+      point.position = to_world(low_position());
       point.offset = {};
       return;
     }
@@ -306,19 +307,19 @@ class PointMap : public MapMaker {
     }
     point.position = to_world(position);
     if (!needs_.offset) return;
-    // By the small numbers of the frame, since far from the origin the world's hold less.
-    point.offset = (position - low()) * (1 / source_.frame.scale);
+    // Subtracts in the frame, where coordinates are small: far from the origin, world coordinates lose digits.
+    point.offset = (position - low_position()) * (1 / source_.frame.scale);
   }
 
-  /// Its normal and its UVs, as far as they are needed.
+  /// Sets the point's normal and UVs, as far as they are needed.
   void turn(HighPoint& point, UvFacet& facet) const {
     const auto& [a, b, c] = surface_.triangles[point.low_triangle];
-    const Vec3d low = unit(on_low(point, a.normal, b.normal, c.normal), Vec3d(a.normal));
+    const Vec3d low = unit(low_point(point, a.normal, b.normal, c.normal), Vec3d(a.normal));
     if (!point.found) {
       point.normal = low;
       return;
     }
-    if (needs_.uv) carry(point, low, facet);
+    if (needs_.uv) project_sides(point, low, facet);
     if (!needs_.normal) return;
     const std::uint32_t* index = &normal_indices_[std::size_t{3} * point.triangle];
     const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
@@ -331,15 +332,15 @@ class PointMap : public MapMaker {
     if (two_sided_ && dot(point.normal, low) < 0) point.normal = point.normal * -1.0;
   }
 
-  void carry(HighPoint& point, const Vec3d& along, UvFacet& facet) const {
+  void project_sides(HighPoint& point, const Vec3d& along, UvFacet& facet) const {
     facet.move_to(source_, point.triangle);
     point.has_uv = facet.has_uv;
     if (!facet.has_uv && !needs_.weight_sides) return;
     const Vec3d face = dot(facet.normal, facet.normal) > 0 ? facet.normal : along;
-    // Bounds the way to a triangle that is seen at a grazing angle.
-    constexpr double kLeast = 0.2;
+    // Bounds the projection onto a triangle at a grazing angle.
+    constexpr double kMinCosine = 0.2;
     double cosine = dot(face, along);
-    if (std::abs(cosine) < kLeast) cosine = std::copysign(kLeast, cosine);
+    if (std::abs(cosine) < kMinCosine) cosine = std::copysign(kMinCosine, cosine);
     const double way = 1 / cosine;
     for (std::size_t k = 0; k < 2; ++k) {
       point.uv[k] = facet.at[k] + facet.to_b[k] * point.u + facet.to_c[k] * point.v;
@@ -366,8 +367,8 @@ class PointMap : public MapMaker {
   std::unique_ptr<PointFunction> function_;
   PointNeeds needs_;
   std::vector<std::array<Vec3d, 2>>
-      sides_;                       // of a sample of each triangle of the low poly; or none
-  std::span<const float> normals_;  // as of the last band
+      sides_;  // of a sample, for each triangle of the low poly; empty: not needed
+  std::span<const float> normals_;  // normals that were read for the last band
   std::span<const std::uint32_t> normal_indices_;
 };
 

@@ -1,5 +1,4 @@
-// Maps whose values are a function of one point of the high poly: all that such a map has to say is that
-// function.
+// Maps whose values are a function of one point of the high poly. Such a map supplies only that function.
 #pragma once
 
 #include <array>
@@ -9,7 +8,7 @@
 
 namespace kiln {
 
-/// Memory that a function uses again from point to point, one a thread. No value depends on it.
+/// Memory that a function reuses between points; one for each thread. No value depends on its contents.
 struct PointScratch {
   PointScratch() = default;
   PointScratch(const PointScratch&) = delete;
@@ -17,68 +16,65 @@ struct PointScratch {
   virtual ~PointScratch() = default;
 };
 
-/// A point of the high poly, as a map sees it; or, where nothing was found, the point of the low poly that
-/// stands in for it (Wang et al., section 2).
+/// A point of the high poly; for a miss, the low poly's point in its place (Wang et al., section 2).
 struct HighPoint {
   bool found = true;
-  std::uint32_t triangle =
-      0;               ///< Triangle of the high poly; KILN_NO_TRIANGLE where nothing was found
-  float u = 0, v = 0;  ///< Weights of its corners 1 and 2
+  std::uint32_t triangle = 0;  ///< Triangle of the high poly; KILN_NO_TRIANGLE for a miss
+  float u = 0, v = 0;          ///< Weights of its corners 1 and 2
   double distance =
-      0;  ///< Along the match's direction, world units, outward positive; 0 where not found
-  Vec3d position;                  ///< World units
-  Vec3d normal;                    ///< Unit, interpolated
-  std::uint8_t status = 0;         ///< kiln_sample_status: what found it, or that nothing did
+      0;           ///< Along the match's direction, world units, outward positive; 0 for a miss
+  Vec3d position;  ///< Position in world units
+  Vec3d normal;    ///< Interpolated unit normal
+  std::uint8_t status = 0;         ///< kiln_sample_status: which match found it, or a miss
   std::uint32_t low_triangle = 0;  ///< The low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
   Vec3d offset;                    ///< From the low poly's point to this one, world units
-  bool has_uv =
-      false;  ///< The two below are known: they were asked for, and the high poly has them
-  std::array<double, 2> uv;  ///< The high poly's there
-  /// Sides of the sample's share of its texel (rightwards, downwards), in UVs of the high poly's
-  /// triangle: carried there along the low poly's normal.
+  bool has_uv = false;  ///< uv and uv_sides are set: they were requested, and the high poly has UVs
+  std::array<double, 2> uv;  ///< UV of the high poly's point
+  /// Sides of the sample's square in its texel (rightwards, downwards), in UVs of the high poly's triangle: projected
+  /// along the low poly's normal.
   std::array<std::array<double, 2>, 2> uv_sides;
-  /// The same sides in weights of the triangle's corners 1 and 2, for other sets of UVs; where they were asked for.
+  /// The same sides in weights of the triangle's corners 1 and 2, for other UV sets; set if requested.
   std::array<std::array<double, 2>, 2> weight_sides;
-  PointScratch* scratch = nullptr;  ///< The result of the function's scratch()
+  PointScratch* scratch = nullptr;  ///< From the function's scratch()
   Vec3d
-      seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
+      seen;  ///< Mean direction from which the low poly's point is visible; 0 if unknown, or if it is hidden
 };
 
-/// Members of a HighPoint that a function reads; the others are not worked out.
+/// Members of a HighPoint that a function reads; the others are not computed.
 struct PointNeeds {
   bool position = true;
   bool normal = true;
-  bool uv = false;            ///< uv and uv_sides
-  bool weight_sides = false;  ///< With uv alone
-  bool offset = true;         ///< With the position alone
+  bool uv = false;            ///< Computes uv and uv_sides
+  bool weight_sides = false;  ///< Requires uv
+  bool offset = true;         ///< Requires position
   bool distance = true;
 };
 
-/// Function that gives a map's value at a point. \param value  as many as the map has channels
+/// Function that computes a map's value at a point. \param value  as many numbers as the map has channels
 class PointFunction {
  public:
   virtual ~PointFunction() = default;
   virtual PointNeeds needs() const { return {}; }
-  /// True if values have weights, by which a texel's samples are averaged: the fourth number, above 0. For maps of up to
+  /// True if values carry a weight for the mean of a texel's samples: the fourth number, above 0. For maps of up to
   /// three channels.
   virtual bool has_weights() const { return false; }
-  /// Before each band, on one thread. \param source_version  another one where the high poly changed
+  /// Called before each band, on one thread. \param source_version  changes if the high poly changed
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
   virtual void operator()(const HighPoint& point, float* value) const = 0;
   virtual std::unique_ptr<PointScratch> scratch() const { return nullptr; }
-  /// Adds facts and warnings at the end, beside the texels.
+  /// Adds facts and warnings after the last band.
   virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
     static_cast<void>(map), static_cast<void>(warnings);
   }
 };
 
-/// From a function to a map: gathers points on the host's threads, calls it for each sample, and averages a
-/// texel's samples; of MapType::id the value that most of a texel's samples have, the first of equals.
+/// Makes a map from a function: gathers points on the host's threads, calls the function for each sample, and averages
+/// a texel's samples. For MapType::id, a texel has its samples' most frequent value; the first one wins ties.
 std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInfo& info,
                                          std::unique_ptr<PointFunction> function);
 
-/// The same from anything that can be called, for functions that keep nothing.
+/// The same from any callable without state.
 template <typename Function>
 std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInfo& info,
                                          Function function, PointNeeds needed = {}) {

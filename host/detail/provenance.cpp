@@ -1,4 +1,4 @@
-// Which way the point of the high poly was found.
+// Which method found the high poly's point, as a colour.
 #include <algorithm>
 #include <array>
 
@@ -11,7 +11,7 @@ namespace {
 using Colour = std::array<float, 3>;
 
 Colour colour_of(const HighPoint& point) {
-  if (!point.found) return {1, 0, 1};  // as MissPolicy::mark has it
+  if (!point.found) return {1, 0, 1};  // the colour of MissPolicy::mark
   switch (point.status) {
     case KILN_STATUS_OUTWARD:
       return {0, 1, 0};
@@ -44,7 +44,7 @@ MapRow provenance_map() {
       "yellow from a cage. Others: orange depth view, cyan nearest point, grey UV, magenta missed",
       0,
       1};
-  // It follows the match alone; but texels that are read for changed normals have no status.
+  // The map depends on the match alone, but texels that are read again for changed normals have no status.
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, provenance_map().info, [](const HighPoint& point, float* value) {

@@ -52,7 +52,7 @@ MapKind::MapKind(std::string_view text) : name(kept_name(text)) {}
 
 const MapInfo& find_map(std::string_view name) {
   MapKind kind;
-  kind.name = name;  // which may be anything: not kept
+  kind.name = name;  // an unknown map's name may be temporary, so it is not stored
   return map_row(kind).info;
 }
 
@@ -85,7 +85,7 @@ std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame)
 }
 
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options) {
-  // The direction that lights like the plain surface.
+  // The direction that is shaded like the plain surface.
   const bool up =
       map.type == MapType::unit_vector && space_of(map, options) != NormalMapSpace::object;
   return {0, 0, up ? 1.0F : 0.0F, 0};
@@ -129,7 +129,7 @@ RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> cove
     for (std::size_t c = 0; c < channels; ++c) {
       const float value = map.image.pixels[i * channels + c];
       const auto [low, high] = map.ranges[c];
-      // Rounding of a bound shows in no integer format.
+      // Values this close to a bound round to the bound in every integer format.
       const float slack = (high - low) * 1e-5F;
       if (value >= low - slack && value <= high + slack) continue;
       within = false;

@@ -1,4 +1,4 @@
-// Share of a light's disc that the high poly does not hide from itself.
+// Share of a light's disc that is visible past the high poly.
 #include "detail/hemisphere_map.h"
 
 namespace kiln {

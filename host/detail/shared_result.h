@@ -6,23 +6,23 @@
 
 namespace kiln {
 
-/// Work done for the first map that asks, and kept for as long as it is true.
+/// Work that the first map computes and that other maps of the bake reuse while it is valid.
 class SharedWork {
  public:
   SharedWork() = default;
   SharedWork(const SharedWork&) = delete;
   SharedWork& operator=(const SharedWork&) = delete;
   virtual ~SharedWork() = default;
-  /// Another band follows, or another match of it: what is known of the last one is gone.
+  /// Invalidates results of the last band or match.
   virtual void next_band() = 0;
-  /// The high poly changed, too.
+  /// Invalidates results of the high poly, too.
   virtual void next_source() { next_band(); }
 };
 
-/// The shared work of one bake: one of each type.
+/// The shared work of one bake: at most one object of each type.
 class SharedWorks {
  public:
-  /// The one of a type; made of the arguments where it is missing.
+  /// The object of a type; constructed from the arguments by the first call.
   template <typename Work, typename... Arguments>
   std::shared_ptr<Work> of(const Arguments&... arguments) {
     for (const std::shared_ptr<SharedWork>& work : works_) {
@@ -32,7 +32,7 @@ class SharedWorks {
     works_.push_back(made);
     return made;
   }
-  /// One that is made already.
+  /// Adds an object that exists already.
   void add(std::shared_ptr<SharedWork> work) { works_.push_back(std::move(work)); }
   void next_band() {
     for (const std::shared_ptr<SharedWork>& work : works_) work->next_band();

@@ -18,7 +18,7 @@
 namespace kiln {
 namespace {
 
-/// The last channel of a picture, its alpha, by itself.
+/// The alpha channel of a picture, as a picture of its own.
 std::shared_ptr<const Image> alpha_by_itself(const Image& image) {
   auto alpha = std::make_shared<Image>();
   alpha->width = image.width;
@@ -42,11 +42,11 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
       uv_transforms_(texture.uv_transforms),
       wraps_(texture.wraps),
       factors_(texture.factors),
-      by_vertices_(texture.kind == TextureKind::srgb ? Factor::color : Factor::alpha),
+      vertex_factor_(texture.kind == TextureKind::srgb ? Factor::color : Factor::alpha),
       normal_format_(texture.normal_format) {
   check(texture);
   if (!source.colors.empty() && source.colors.size() == source.positions.size()) {
-    times_vertices_ = texture.times_vertex_colors;
+    multiplies_vertices_ = texture.times_vertex_colors;
   }
   choose_sets(texture);
   group_tiles(texture);
@@ -63,7 +63,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     }
     reading.by_alpha = i < texture.weighted_by_alpha.size() && texture.weighted_by_alpha[i];
     if (empty[i]) reading.empty = &*empty[i];
-    // A weight takes the place of alpha (image/texture_filter.h).
+    // A weight replaces alpha (image/texture_filter.h).
     const bool alone = reading.empty != nullptr && use.channel == 3U && image->channels % 2 == 0;
     if (alone) image = alpha_by_itself(*image);
     is_channel_.push_back(alone);
@@ -159,7 +159,7 @@ void SurfaceTexture::group_tiles(const Texture& texture) {
   }
 }
 
-/// Texels of each picture that hold nothing. Pictures that are one image have their charts together.
+/// Finds background texels of each picture. Charts on pictures that share an image are merged.
 std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& texture) const {
   std::vector<std::optional<TexelBits>> empty(texture.images.size());
   if (texture.images.empty()) return empty;
@@ -170,7 +170,7 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
     if (entry == nullptr) entry = std::make_unique<ChartTexels>(image->width, image->height);
     charts.push_back(entry.get());
   }
-  // Calls add(charts, corners, wraps) for the pictures that a triangle is on.
+  // Calls add(charts, corners, wraps) for each picture that a triangle lies on.
   const auto on_pictures = [&](std::uint32_t triangle, const auto& add) {
     const std::uint32_t set = set_of(triangle);
     if (set == Texture::kNone) return;
@@ -193,10 +193,10 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
       add(*charts[image], in_tile, ChartTexels::Wraps());
     }
   };
-  constexpr std::size_t kTriangles = std::size_t{1} << 12;
+  constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 12;
   const std::size_t count = source_.triangles.size();
   std::vector<std::uint8_t> holds_centre(count);
-  parallel_for(count, kTriangles, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       on_pictures(static_cast<std::uint32_t>(t),
                   [&](ChartTexels& on, const auto& corners, const auto& wraps) {
@@ -216,7 +216,7 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
     return any;
   };
   if (!find()) return empty;
-  // Charts without any centre have the texels that they touch.
+  // Charts that hold no texel's centre keep all texels that they touch.
   std::vector<std::uint32_t> chart_of(source_.uvs.size());
   std::iota(chart_of.begin(), chart_of.end(), 0U);
   const auto root = [&](std::uint32_t uv) {
@@ -306,10 +306,10 @@ SurfaceTexture::Place SurfaceTexture::place_of(const HighPoint& point) const {
   const auto [u, v] = moved(point.triangle, at.uv[0], at.uv[1]);
   if (tiles_.empty() || tiles_[set].empty())
     return {pictures_[set].get(), u, v, at.sides, false, is_channel_[set], is_weighted_[set]};
-  // On the line between two squares the triangle's own counts, whatever rounding says.
-  constexpr double kInward = 1e-4;
+  // On the border of two UDIM squares, the triangle's own square counts, regardless of rounding.
+  constexpr double kInset = 1e-4;
   const std::array<double, 2> middle = middle_of(point.triangle);
-  const std::uint32_t tile = udim_of(u + (middle[0] - u) * kInward, v + (middle[1] - v) * kInward);
+  const std::uint32_t tile = udim_of(u + (middle[0] - u) * kInset, v + (middle[1] - v) * kInset);
   const Tiles& tiles = tiles_[set];
   const auto found = std::lower_bound(tiles.begin(), tiles.end(), tile,
                                       [](const auto& a, std::uint32_t b) { return a.first < b; });
@@ -333,13 +333,13 @@ std::array<double, 2> SurfaceTexture::moved(std::uint32_t triangle, double u, do
 
 float SurfaceTexture::read(const HighPoint& point, float* value) const {
   const float weight = read_pictures(point, value);
-  if (times_vertices_.empty() || !times_vertices_[source_.materials.of[point.triangle]]) {
+  if (multiplies_vertices_.empty() || !multiplies_vertices_[source_.materials.of[point.triangle]]) {
     return weight;
   }
   float vertices[4];
   read_vertex_color(source_, point, vertices);
   for (std::size_t c = 0; c < 4; ++c) {
-    value[c] *= vertices[by_vertices_ == Factor::color ? c : 3];
+    value[c] *= vertices[vertex_factor_ == Factor::color ? c : 3];
   }
   return weight;
 }
@@ -370,7 +370,7 @@ float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const 
   } else if (place.picture->channels() == 3) {
     value[3] = 1;
   }
-  const float weight = place.is_weighted ? std::max(value[3], FilteredTexture::kLeastWeight) : 1.0F;
+  const float weight = place.is_weighted ? std::max(value[3], FilteredTexture::kMinWeight) : 1.0F;
   if (factors_.empty()) return weight;
   const Texture::Factor& factor = factors_[source_.materials.of[point.triangle]];
   for (std::size_t c = 0; c < 4; ++c) {
@@ -379,7 +379,7 @@ float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const 
   return weight;
 }
 
-/// The first material that shows a picture, for messages.
+/// Name of the first material that uses a picture, for messages.
 std::string SurfaceTexture::user_of(std::size_t image) const {
   std::size_t set = image;
   for (std::size_t s = 0; s < tiles_.size(); ++s) {
@@ -415,16 +415,16 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
                             (count > 1 ? ", first) " : ") ") + text,
                         count});
   };
-  // What automatic found out; what was asked for is not repeated.
-  const auto is_found = [&](std::size_t i) {
+  // Only formats that were detected are reported, not those that were requested.
+  const auto is_detected = [&](std::size_t i) {
     return normal_format_ == NormalTextureFormat::automatic && normals_[i].rebuilt;
   };
   warn(
-      "two-channel-normals", [&](std::size_t i) { return is_found(i) && !normals_[i].in_alpha; },
+      "two-channel-normals", [&](std::size_t i) { return is_detected(i) && !normals_[i].in_alpha; },
       "held x and y alone (blue is constant, or below 0 all over): z was computed. Where that is "
       "wrong, say what it holds (--high-normal-map gl).");
   warn(
-      "two-channel-normals", [&](std::size_t i) { return is_found(i) && normals_[i].in_alpha; },
+      "two-channel-normals", [&](std::size_t i) { return is_detected(i) && normals_[i].in_alpha; },
       "held x in alpha and y in green (DXT5nm): z was computed. Where that is wrong, say what it "
       "holds (--high-normal-map gl).");
   warn(
@@ -449,13 +449,13 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
     std::uint64_t triangles = 0;
     std::string list;
     std::size_t named = 0;
-    constexpr std::size_t kMostNamed = 8;
+    constexpr std::size_t kMaxNamed = 8;
     for (const auto& [tile, count] : missing_tiles_) {
       triangles += count;
-      if (tile == 0 || ++named > kMostNamed) continue;
+      if (tile == 0 || ++named > kMaxNamed) continue;
       list += (list.empty() ? "" : ", ") + std::to_string(tile);
     }
-    if (named > kMostNamed) list += " and " + std::to_string(named - kMostNamed) + " more";
+    if (named > kMaxNamed) list += " and " + std::to_string(named - kMaxNamed) + " more";
     const bool beyond = missing_tiles_.contains(0);
     if (beyond) list += list.empty() ? "UVs beyond all tiles" : ", and UVs beyond all tiles";
     warnings.push_back({"tile-missing",

@@ -1,4 +1,4 @@
-// Textures of the high poly, read at its points over a texel's footprint.
+// Textures of the high poly, filtered over a texel's footprint.
 #pragma once
 
 #include <map>
@@ -16,45 +16,45 @@
 
 namespace kiln {
 
-/// How a map reads a texture.
+/// Which part of a texture a map reads, and how.
 struct TextureUseOfMap {
-  std::string_view map;  ///< Its name, for messages
+  std::string_view map;  ///< Name of the map, for messages
   bool fill = true;      ///< BakeOptions::fill_high
   std::optional<std::uint32_t> channel =
-      std::nullopt;  ///< The one that counts; none: colours or vectors
+      std::nullopt;  ///< The channel that is read; none: all of them
 };
 
 class SurfaceTexture {
  public:
-  /// \throws Error(input) where the high poly has no UVs or materials for it, or a picture is unusable
+  /// \throws Error(input) if the high poly lacks the UVs or materials, or a picture is unusable
   SurfaceTexture(const Source::Impl& source, const Texture& texture, const TextureUseOfMap& use);
 
-  /// The texture's mean over the point's sides, times the vertices' colour where that is asked for. \param value  four numbers: those that the picture lacks are
-  /// its first one (colours of one channel) or 1 (alpha)
-  /// \returns the value's weight in means: opacity where colours are weighted by it, FilteredTexture::kLeastWeight at
-  ///          least; else 1
+  /// The texture's mean over the point's sides, times the vertices' colour if the texture has that factor. \param value
+  /// four numbers: channels that the picture lacks repeat the first one (grey) or are 1 (alpha)
+  /// \returns the value's weight in means: for colours weighted by opacity, the opacity, at least
+  ///     FilteredTexture::kMinWeight; otherwise 1
   float read(const HighPoint& point, float* value) const;
 
-  /// True if not all weights are 1.
+  /// True if weights may differ from 1.
   bool has_weights() const { return has_weights_; }
 
-  /// A corner's UV in the set that the triangle's picture lies on.
+  /// A corner's UV in the UV set of the triangle's picture.
   const Vec2& uv_of(std::uint32_t triangle, std::size_t corner) const;
 
-  /// From the UVs of that set to those of a triangle's picture. \param unit  0: of a difference
+  /// Applies the transform of a triangle's picture to a UV. \param unit  0: to a difference of UVs
   std::array<double, 2> moved(std::uint32_t triangle, double u, double v, double unit = 1) const;
 
-  /// True if it has pictures: what they show depends on UVs.
+  /// True if it has pictures, whose values depend on UVs.
   bool needs_uvs() const { return !pictures_.empty(); }
-  /// True if some of them lie on other sets of UVs than the mesh's own.
+  /// True if some pictures use other UV sets than the mesh's own.
   bool needs_other_uvs() const { return !sets_.empty(); }
 
-  /// Adds warnings of what was imperfect: numbers that are not finite, formats of normals, tiles that are missing.
+  /// Adds warnings about imperfect input: values that are not finite, formats of normals, missing tiles.
   void report(std::vector<Warning>& warnings) const;
 
  private:
-  enum class Factor { color, alpha };  // of the vertices
-  /// A point's UV, and the sides around it, in the set of its picture.
+  enum class Factor { color, alpha };  // Factors from the vertices' colours
+  /// A point's UV and the sides around it, in the UV set of its picture.
   struct UvPoint {
     bool is_there = false;
     std::array<double, 2> uv;
@@ -63,12 +63,12 @@ class SurfaceTexture {
   struct Place {
     const FilteredTexture* picture = nullptr;
     double u = 0, v = 0;
-    std::array<std::array<double, 2>, 2> sides{};  ///< In the set of UVs, not moved
+    std::array<std::array<double, 2>, 2> sides{};  ///< Sides in UVs, before the texture's transform
     bool is_tile = false;
     bool is_channel = false;
     bool is_weighted = false;
   };
-  /// Tiles of a set, by their numbers. None: it is a picture by itself.
+  /// Tile numbers and pictures of a UDIM set. Empty: a single picture.
   using Tiles = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
   void check(const Texture& texture) const;
@@ -86,23 +86,25 @@ class SurfaceTexture {
   const Source::Impl& source_;
   std::string map_;
   std::vector<std::unique_ptr<FilteredTexture>> pictures_;
-  std::vector<bool> is_channel_;   ///< Per picture: it is the channel that counts, taken out of it
-  std::vector<bool> is_weighted_;  ///< Per picture: by its alpha
+  std::vector<bool> is_channel_;   ///< Per picture: reduced to the channel that is read
+  std::vector<bool> is_weighted_;  ///< Per picture: its means are weighted by alpha
   bool has_weights_ = false;
-  std::vector<Tiles> tiles_;  ///< Per picture; empty: no picture has any
+  std::vector<Tiles> tiles_;  ///< Per picture; empty: no picture has tiles
   std::vector<std::uint32_t> picture_of_material_;
   std::vector<std::array<float, 4>> plain_;
   std::vector<std::array<float, 6>> uv_transforms_;
   std::vector<FilteredTexture::Wraps> wraps_;
-  std::vector<const std::vector<Vec2>*> sets_;  // of materials; null: the mesh's own; none: of all
+  // per material; null: the mesh's own; empty: that of all materials
+  std::vector<const std::vector<Vec2>*> sets_;
   std::vector<Texture::Factor> factors_;
-  std::vector<bool> times_vertices_;
-  Factor by_vertices_;
+  std::vector<bool> multiplies_vertices_;
+  Factor vertex_factor_;
   NormalTextureFormat normal_format_;
-  std::vector<NormalChannels> normals_;      ///< Per picture of normals
-  std::vector<std::size_t> doubtful_green_;  ///< Pictures that look as if green pointed down
+  std::vector<NormalChannels> normals_;  ///< Channels of each normal map
+  /// Normal maps whose green channel probably points down
+  std::vector<std::size_t> doubtful_green_;
   std::map<std::uint32_t, std::uint64_t>
-      missing_tiles_;  ///< Triangles, by tile; 0: beyond UDIM's squares
+      missing_tiles_;  ///< Triangles by tile; 0: outside of UDIM's squares
 };
 
 }  // namespace kiln

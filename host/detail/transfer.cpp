@@ -1,5 +1,4 @@
-// Maps that a bake brings along: textures of the high poly, each in a map of its own, and functions of the
-// caller's.
+// Maps beside the registry's: transfers of the high poly's textures, variants, and custom maps of the caller.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -16,8 +15,8 @@
 namespace kiln {
 namespace {
 
-/// True if a texture holds one number a point: roughness and the like. As three equal channels it would take three
-/// times the room, its errors would count thrice, and formats of one channel would not hold it.
+/// True if a texture holds one number a point, such as roughness. Three equal channels would take three times the
+/// memory, count errors three times, and not fit formats of one channel.
 bool is_scalar(const Texture& texture) {
   const auto all_alike = [](const std::array<float, 4>& v) { return v[0] == v[1] && v[0] == v[2]; };
   return texture.kind == TextureKind::linear &&
@@ -28,9 +27,9 @@ bool is_scalar(const Texture& texture) {
                      [](const auto& image) { return image != nullptr && is_grey(*image, 0); });
 }
 
-class Plain : public PointFunction {
+class PlainTransfer : public PointFunction {
  public:
-  Plain(const MapRequest& request, const Texture& texture, const MapInfo& info)
+  PlainTransfer(const MapRequest& request, const Texture& texture, const MapInfo& info)
       : texture_(request.source, texture, {info.kind.name, request.options.fill_high}),
         channels_(info.channels) {}
 
@@ -59,10 +58,10 @@ class Plain : public PointFunction {
   std::uint32_t channels_;
 };
 
-/// A normal map of the high poly, in whose tangent space its vectors are, in the space of the bake's normals.
-class Normals : public PointFunction {
+/// Converts a tangent-space normal map of the high poly to the space of the bake's normals.
+class NormalTransfer : public PointFunction {
  public:
-  Normals(const MapRequest& request, const Texture& texture, std::string_view name)
+  NormalTransfer(const MapRequest& request, const Texture& texture, std::string_view name)
       : source_(request.source),
         texture_(request.source, texture, {name, request.options.fill_high}),
         frames_(request),
@@ -76,7 +75,7 @@ class Normals : public PointFunction {
   }
 
   void prepare(std::uint64_t source_version) override {
-    if (made_of_ == source_version) return;
+    if (source_version_ == source_version) return;
     normals_ = reads_->read_source(source_.attributes.normals);
     indices_ = reads_->read_source(source_.attributes.normal_indices);
     std::vector<Vec3> positions, normals;
@@ -85,7 +84,7 @@ class Normals : public PointFunction {
       for (std::size_t k = 0; k < 3; ++k) {
         positions.push_back(source_.positions[source_.triangles[t][k]]);
         normals.push_back(normal_of(t, k));
-        // Its tangents are those of the UVs that the picture lies on.
+        // Tangents follow the UVs of the picture.
         const auto triangle = static_cast<std::uint32_t>(t);
         const Vec2& uv = texture_.uv_of(triangle, k);
         const auto [u, v] = texture_.moved(triangle, uv.x, uv.y);
@@ -93,7 +92,7 @@ class Normals : public PointFunction {
       }
     }
     tangents_ = mikk_tangents(positions, normals, uvs);
-    made_of_ = source_version;
+    source_version_ = source_version;
   }
 
   void operator()(const HighPoint& point, float* value) const override {
@@ -111,7 +110,7 @@ class Normals : public PointFunction {
       const Vec3d front = cross(up, right) * corners[0].sign;
       const Vec3d turned = right * read[0] + front * read[1] + up * read[2];
       const double size = length(turned);
-      // Turned to the side of the point's own normal, on a face that looks away.
+      // On a face that looks away, the normal is turned to the side of the point's interpolated normal.
       const double side = dot(up, point.normal) < 0 ? -1 : 1;
       if (size > 0) normal = turned * (side / size);
     }
@@ -139,8 +138,8 @@ class Normals : public PointFunction {
   std::shared_ptr<BandReads> reads_;
   std::vector<float> normals_;
   std::vector<std::uint32_t> indices_;
-  std::vector<CornerTangent> tangents_;  // of corners
-  std::optional<std::uint64_t> made_of_;
+  std::vector<CornerTangent> tangents_;  // tangents of the corners
+  std::optional<std::uint64_t> source_version_;
 };
 
 MapRow row_of(const Transfer& transfer) {
@@ -155,7 +154,7 @@ MapRow row_of(const Transfer& transfer) {
     row.reads_around = true;
     row.make = [info = row.info, &transfer](const MapRequest& request) {
       return make_point_map(request, info,
-                            std::unique_ptr<PointFunction>(std::make_unique<Normals>(
+                            std::unique_ptr<PointFunction>(std::make_unique<NormalTransfer>(
                                 request, transfer.texture, info.kind.name)));
     };
     return row;
@@ -167,14 +166,14 @@ MapRow row_of(const Transfer& transfer) {
   }
   row.info.missed = MissedTexels::neighbours;
   row.make = [info = row.info, &transfer](const MapRequest& request) {
-    return make_point_map(
-        request, info,
-        std::unique_ptr<PointFunction>(std::make_unique<Plain>(request, transfer.texture, info)));
+    return make_point_map(request, info,
+                          std::unique_ptr<PointFunction>(
+                              std::make_unique<PlainTransfer>(request, transfer.texture, info)));
   };
   return row;
 }
 
-/// A variant's options, and what its makers share with each other alone.
+/// A variant's options, and the shared work of its maps.
 struct VariantWork : SharedWork {
   explicit VariantWork(BakeOptions changed) : options(std::move(changed)) {}
   void next_band() override { works.next_band(); }

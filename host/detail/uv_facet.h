@@ -1,4 +1,4 @@
-// A triangle of the high poly with its UVs.
+// UV mapping of a triangle of the high poly.
 #pragma once
 
 #include <array>
@@ -10,16 +10,16 @@
 
 namespace kiln {
 
-/// Mapping from a triangle to its UVs, worked out once for all samples on it.
+/// The mapping from a triangle to its UVs, computed once for consecutive samples on it.
 struct UvFacet {
   std::uint32_t triangle = KILN_NO_TRIANGLE;
-  bool has_uv = false;                   ///< All three corners have one
+  bool has_uv = false;                   ///< All three corners have UVs
   Vec3d normal;                          ///< Unit; 0 for a triangle without area
-  std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and from there to corners 1 and 2
-  std::array<Vec3d, 2> gradient;  ///< Of u and of v on the triangle, a frame unit; 0 without area
-  std::array<Vec3d, 2> weight_gradient;  ///< The same of the weights of corners 1 and 2
+  std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and differences to corners 1 and 2
+  std::array<Vec3d, 2> gradient;  ///< Of u and of v on the triangle, per frame unit; 0 without area
+  std::array<Vec3d, 2> weight_gradient;  ///< Gradients of the weights of corners 1 and 2
 
-  /// Works it out for another triangle; for the same one nothing is done.
+  /// Computes the mapping of another triangle; does nothing for the same one.
   void move_to(const Source::Impl& source, std::uint32_t next) {
     if (next == triangle) return;
     *this = {};
@@ -30,7 +30,7 @@ struct UvFacet {
     const Vec3d q = Vec3d(source.positions[corners[2]]) - corner;
     const Vec3d across = cross(p, q);
     if (const double size = length(across); size > 0) normal = across * (1 / size);
-    // Change of the corners' weights along a vector, by the normal equations; UVs change by it.
+    // Change of the corners' weights along a vector, by the normal equations. The change of UVs follows from it.
     const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
     if (area > 0) {
       weight_gradient = {(p * qq - q * pq) * (1 / area), (q * pp - p * pq) * (1 / area)};

@@ -11,12 +11,12 @@
 namespace kiln {
 namespace {
 
-/// Rounding of a multiple that is meant to be whole.
+/// Tolerance for a multiple that rounding moved off a whole number.
 constexpr double kSlack = 1e-9;
 
 double power_of_ten_below(double value) { return std::pow(10.0, std::floor(std::log10(value))); }
 
-/// Not below, to two digits.
+/// Rounds up to two significant digits.
 float rounded_up(double value) {
   if (!(value > 0) || !std::isfinite(value)) return 0;
   const double step = power_of_ten_below(value) / 10;
@@ -24,7 +24,7 @@ float rounded_up(double value) {
   return static_cast<float>(std::min(rounded, double{std::numeric_limits<float>::max()}));
 }
 
-ValueRange both_signs(float most) { return {-most, most}; }
+ValueRange symmetric_range(float most) { return {-most, most}; }
 
 }  // namespace
 
@@ -44,12 +44,14 @@ ValueRange range_of_bounds(const RangeRequest& request, std::uint32_t channel) {
   const Frame& frame = source.frame;
   const double step = power_of_ten_below(frame.diagonal) / 10;
   const double origin = map_origin(request.options, frame)[channel];
-  const auto world = [&](double at) { return at / frame.scale + (frame.center[channel] - origin); };
-  // The positions of the frame are rounded, and so are the map's values.
+  const auto to_world = [&](double at) {
+    return at / frame.scale + (frame.center[channel] - origin);
+  };
+  // The tolerance covers rounding of the frame's positions and of the map's values.
   const double slack = kSlack + 1e-6 * frame.diagonal / step;
-  const auto first = static_cast<float>(std::floor(world(low) / step + slack) * step);
-  const auto last = static_cast<float>(std::ceil(world(high) / step - slack) * step);
-  // A flat mesh has one value, which is in the middle.
+  const auto first = static_cast<float>(std::floor(to_world(low) / step + slack) * step);
+  const auto last = static_cast<float>(std::ceil(to_world(high) / step - slack) * step);
+  // A flat mesh has one value, which becomes the middle of the range.
   if (first < last) return {first, last};
   return {static_cast<float>(first - step), static_cast<float>(last + step)};
 }
@@ -59,7 +61,7 @@ ValueRange range_of_reach(const RangeRequest& request, std::uint32_t /*channel*/
 }
 
 ValueRange range_of_reach_signed(const RangeRequest& request, std::uint32_t /*channel*/) {
-  return both_signs(rounded_up(request.reach));
+  return symmetric_range(rounded_up(request.reach));
 }
 
 ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t /*channel*/) {
@@ -68,17 +70,18 @@ ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t /*chann
 }
 
 ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t channel) {
-  return both_signs(range_of_curvature(request, channel).high);
+  return symmetric_range(range_of_curvature(request, channel).high);
 }
 
 double curvature_radius(const std::optional<Length>& wanted, const Source::Impl& source) {
-  constexpr double kShare = 0.005;  // of the diagonal, where none is given
-  // In the frame, where the mesh is about 1 across: what lies beyond is as good as these.
-  constexpr double kLeast = 1e-9, kMost = 16;
-  const double radius = wanted ? to_frame(*wanted, source.frame)
-                               : std::max(to_frame(Length::share(kShare), source.frame),
-                                          kFacetsARadius * source.facets());
-  return std::clamp(radius, kLeast, kMost);
+  constexpr double kDefaultRadiusShare = 0.005;  // share of the diagonal: the default radius
+  // Frame units; the mesh has a size of about 1. Radii beyond these bounds give the same curvature as the bounds.
+  constexpr double kMinRadius = 1e-9, kMaxRadius = 16;
+  const double radius = wanted
+                            ? to_frame(*wanted, source.frame)
+                            : std::max(to_frame(Length::share(kDefaultRadiusShare), source.frame),
+                                       kFacetsARadius * source.facets());
+  return std::clamp(radius, kMinRadius, kMaxRadius);
 }
 
 }  // namespace kiln

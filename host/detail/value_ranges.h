@@ -1,4 +1,4 @@
-// Which values of a map integer formats put at 0 and at 1, where its kind alone does not say.
+// Value ranges of maps in integer formats, where the map's kind alone does not fix them.
 #pragma once
 
 #include <cstdint>
@@ -8,26 +8,27 @@
 
 namespace kiln {
 
-/// Input of a map's ranges: facts of the high poly and of the options, none of the picture or the low poly. So all
-/// maps of one kind that are baked from one high poly with the same options have one range, and one grey is one value.
+/// Input of a map's range: facts of the high poly and of the options, not of the picture or the low poly. So all maps
+/// of one kind from one high poly with the same options have the same range, and one grey value means one number.
 struct RangeRequest {
   const Source::Impl& source;
   const BakeOptions& options;
   double reach = 0;  ///< Search distance of the match, world units
 };
 
-/// Rules for rows of maps (MapRow::range): rounded outward, magnitudes to two digits.
-/// The bounding box of the vertices that triangles use, along the channel's axis and from
-/// the map's origin, to 1/10 to 1/100 of its diagonal.
+/// Rules for MapRow::range. Ranges are rounded outward, magnitudes to two digits. Range of positions: the bounding box
+/// of the vertices that triangles use, along the channel's axis and from the map's origin, rounded to 1/10 to 1/100 of
+/// its diagonal.
 ValueRange range_of_bounds(const RangeRequest& request, std::uint32_t channel);
-/// From 0, or from minus that, to how far the match looks.
+/// From 0, or from minus the search distance, to the match's search distance.
 ValueRange range_of_reach(const RangeRequest& request, std::uint32_t channel);
 ValueRange range_of_reach_signed(const RangeRequest& request, std::uint32_t channel);
-/// From 0, or from minus that, to one over the radius that curvature is the mean over: what the corner of a cube has.
+/// From 0, or from the negative bound, to 1 / radius, where the radius is that of the mean curvature. The corner of a
+/// cube reaches it.
 ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t channel);
 ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t channel);
 
-/// Frame units: BakeOptions::curvature_radius, or what is taken where none is given.
+/// Frame units: BakeOptions::curvature_radius, or the default.
 double curvature_radius(const std::optional<Length>& wanted, const Source::Impl& source);
 
 }  // namespace kiln

@@ -5,10 +5,10 @@
 
 namespace kiln {
 
-/// \throws Error(input) where there are none, with what to do about the map
+/// \throws Error(input) if the high poly has none; the message names the map and the remedy
 void check_vertex_colors(const Source::Impl& source, const char* map, const char* remedy);
 
-/// \param point  found \param value  red, green and blue in linear light, and alpha
+/// \param point  not a miss \param value  red, green and blue in linear light, and alpha
 void read_vertex_color(const Source::Impl& source, const HighPoint& point, float* value);
 
 }  // namespace kiln

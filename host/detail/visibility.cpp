@@ -1,5 +1,5 @@
-// From where each place of the low poly is seen, and how much that varies (Tarini, Cignoni, Scopigno 2003,
-// section 3.3, equations 1 and 3, figure 4): what a match by visibility went by.
+// Visibility directions of the low poly's points, and their deviation (Tarini, Cignoni, Scopigno 2003, section 3.3,
+// equations 1 and 3, figure 4): the directions that a match by visibility used.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ MapRow row_of(std::string_view name, std::uint32_t channels, MapType type, std::
   MapRow row;
   row.info = {MapKind{name}, channels, type, holds, low, 1};
   row.info.options = "match.visibility";
-  // It follows the match alone; but texels that are read for changed normals have no directions.
+  // The map depends on the match alone, but texels that are read again for changed normals have no directions.
   row.follows_positions = true;
   return row;
 }

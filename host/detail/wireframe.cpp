@@ -7,9 +7,9 @@
 namespace kiln {
 namespace {
 
-/// 1 on an edge, falling to 0 at one texel from it: so a line is as bright wherever it lies between
-/// the texels' centres. A texel is as long as the low poly's triangle has it on average: the square
-/// root of the area over the texels of its UV triangle.
+/// 1 on an edge, falling to 0 at a distance of one texel, so a line has the same brightness wherever it lies between
+/// the texels' centres. A texel's length is the average on the low poly's triangle: the square root of its area over
+/// the texels of its UV triangle.
 class Wireframe : public PointFunction {
  public:
   explicit Wireframe(const MapRequest& request) : source_(request.source) {
@@ -25,14 +25,15 @@ class Wireframe : public PointFunction {
   }
 
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // 0
+    if (!point.found) return;  // misses keep the value 0
     const Triangle& corners = source_.triangles[point.triangle];
     const Vec3d p[3] = {Vec3d(source_.positions[corners[0]]), Vec3d(source_.positions[corners[1]]),
                         Vec3d(source_.positions[corners[2]])};
     const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
     const double doubled_area = length(cross(p[1] - p[0], p[2] - p[0]));
-    // The nearest edge's line is as near as the edge: the way to it leaves the triangle there.
-    double nearest = 1;  // the frame's diagonal at most
+    // The nearest edge's line is as near as the edge itself: the perpendicular to any nearer line would leave the
+    // triangle through another edge.
+    double nearest = 1;  // greater than any distance in the frame
     for (std::size_t k = 0; k < 3; ++k) {
       const double edge = length(p[(k + 2) % 3] - p[(k + 1) % 3]);
       if (edge > 0) nearest = std::min(nearest, std::max(0.0, weights[k]) * doubled_area / edge);
@@ -43,7 +44,7 @@ class Wireframe : public PointFunction {
 
  private:
   const Source::Impl& source_;
-  std::vector<double> texel_;  // length in the frame, at each triangle of the low poly
+  std::vector<double> texel_;  // frame units; for each triangle of the low poly
 };
 
 }  // namespace

@@ -10,9 +10,9 @@
 namespace kiln {
 namespace {
 
-// Sums are taken over blocks of this many texels, then over blocks in order: the same for any number
-// of threads.
-constexpr std::size_t kBlock = 4096;
+// Sums are accumulated within blocks of this many texels, then over blocks in order, so that they do not depend on the
+// number of threads.
+constexpr std::size_t kTexelsPerBlock = 4096;
 
 double channel_error(float a, float b) {
   if (std::isfinite(a) && std::isfinite(b)) {
@@ -94,12 +94,13 @@ void check_images(const Image& a, const Image& b, const Image* mask) {
 ImageDifference compare_images(const Image& a, const Image& b, const Image* mask) {
   check_images(a, b, mask);
   const std::size_t texels = std::size_t{a.width} * a.height;
-  const std::size_t block_count = (texels + kBlock - 1) / kBlock;
+  const std::size_t block_count = (texels + kTexelsPerBlock - 1) / kTexelsPerBlock;
   std::vector<double> angles(a.channels >= 3 ? texels : 0);
   std::vector<Block> blocks(block_count);
   parallel_for(block_count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      blocks[i] = compare_block(a, b, mask, i * kBlock, std::min(texels, (i + 1) * kBlock), angles);
+      blocks[i] = compare_block(a, b, mask, i * kTexelsPerBlock,
+                                std::min(texels, (i + 1) * kTexelsPerBlock), angles);
     }
   });
 
@@ -108,7 +109,7 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
   for (std::size_t i = 0; i < block_count; ++i) {
     const Block& block = blocks[i];
     if (!angles.empty()) {
-      const auto from = angles.begin() + static_cast<std::ptrdiff_t>(i * kBlock);
+      const auto from = angles.begin() + static_cast<std::ptrdiff_t>(i * kTexelsPerBlock);
       std::copy(from, from + static_cast<std::ptrdiff_t>(block.compared),
                 angles.begin() + static_cast<std::ptrdiff_t>(total.compared));
     }
@@ -148,7 +149,7 @@ Image image_differences(const Image& a, const Image& b, const Image* mask, bool 
   const bool angles = a.channels >= 3 && !by_channel;
   Image result{a.width, a.height, 1, {}};
   result.pixels.resize(std::size_t{a.width} * a.height);
-  parallel_for(result.pixels.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+  parallel_for(result.pixels.size(), kTexelsPerBlock, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (mask != nullptr && mask->pixels[i * mask->channels] == 0.0F) {
         result.pixels[i] = -1;

@@ -1,4 +1,4 @@
-// Pictures whose colours are numbers.
+// Pictures with one number a pixel.
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// True if a picture has one number a pixel: one channel, with an alpha or without, or red, green and blue that are alike.
-/// \param rounding  difference of two of them that is none, such as that of lossy files; 0: they are equal
+/// True if a picture has one number a pixel: one channel, with or without alpha, or equal red, green and blue.
+/// \param rounding  tolerated difference between channels, as in lossy files; 0: exactly equal
 inline bool is_grey(const Image& image, float rounding) {
   if (image.channels < 3) return true;
   const auto alike = [&](float a, float b) { return a == b || std::abs(a - b) <= rounding; };

@@ -13,10 +13,10 @@
 namespace kiln {
 namespace {
 
-// Keys of a band: bounds the device's memory, keeps a launch short and the band in a cache.
-constexpr std::size_t kBandKeys = std::size_t{1} << 22;
+// Keys of a band: limits device memory and the time of a launch, and keeps a band in the cache.
+constexpr std::size_t kKeysPerBand = std::size_t{1} << 22;
 
-// The mask on the device: 1 for a source, rows padded to a multiple of 8.
+// Mask for the device: 1 for texels that have values to copy; rows are padded to a multiple of 8.
 std::vector<std::uint8_t> make_mask(const Image& image, const std::vector<std::uint8_t>& coverage,
                                     std::uint32_t stride, bool missed_is_source) {
   std::vector<std::uint8_t> mask(std::size_t{stride} * image.height);
@@ -34,27 +34,27 @@ std::vector<std::uint8_t> make_mask(const Image& image, const std::vector<std::u
   return mask;
 }
 
-/// A texel, and the one whose value it takes.
-struct Taken {
+/// A texel, and the texel whose value it copies.
+struct CopiedTexel {
   std::size_t texel, source;
 };
 
 template <std::size_t kChannels>
-void take(std::span<const Taken> taken, float* pixels) {
+void copy_values(std::span<const CopiedTexel> taken, float* pixels) {
   for (const auto [texel, source] : taken) {
     std::copy_n(&pixels[source * kChannels], kChannels, &pixels[texel * kChannels]);
   }
 }
 
-void take(std::span<const Taken> taken, Image& image) {
+void copy_values(std::span<const CopiedTexel> taken, Image& image) {
   float* const pixels = image.pixels.data();
-  if (image.channels == 1) return take<1>(taken, pixels);
-  if (image.channels == 2) return take<2>(taken, pixels);
-  if (image.channels == 3) return take<3>(taken, pixels);
-  take<4>(taken, pixels);
+  if (image.channels == 1) return copy_values<1>(taken, pixels);
+  if (image.channels == 2) return copy_values<2>(taken, pixels);
+  if (image.channels == 3) return copy_values<3>(taken, pixels);
+  copy_values<4>(taken, pixels);
 }
 
-// Copies values along the offsets of a band into empty texels; counts them.
+// Copies values along a band's offsets into empty texels. Returns their number.
 template <typename Offset, int kShift>
 std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_t>& coverage,
                     const kiln_gutter_band& band, const std::vector<Offset>& offsets) {
@@ -63,7 +63,7 @@ std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_
   std::atomic<std::uint64_t> total{0};
   parallel_for(band.row_count, 16, [&](std::size_t begin, std::size_t end) {
     std::uint64_t count = 0;
-    std::vector<Taken> taken;
+    std::vector<CopiedTexel> taken;
     for (std::size_t row = begin; row < end; ++row) {
       const std::size_t y = band.first_row + row;
       const Offset* from = &offsets[row * band.stride];
@@ -79,7 +79,7 @@ std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_
         taken.push_back({texel, texel + way});
         state = kCoverageGutter;
       }
-      for (const GutterImage& image : images) take(taken, *image.image);
+      for (const GutterImage& image : images) copy_values(taken, *image.image);
       count += taken.size();
     }
     total += count;
@@ -99,8 +99,8 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
   band.radius = radius;
   const std::size_t key_stride = band.stride + 2 * std::size_t{band.pad};
   const auto rows = static_cast<std::uint32_t>(std::clamp<std::size_t>(
-      kBandKeys / key_stride, std::min<std::size_t>(64, image.height), image.height));
-  // Each tile looks `radius` rows beyond itself: tiles smaller than that would mostly repeat work.
+      kKeysPerBand / key_stride, std::min<std::size_t>(64, image.height), image.height));
+  // Each tile reads `radius` rows beyond its own, so smaller tiles would mostly repeat work.
   band.tile_rows = std::min(rows, std::max(64U, radius));
 
   cl::Array<std::uint8_t> mask(context, make_mask(image, coverage, band.stride, missed_is_source));
@@ -128,7 +128,7 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
                            std::vector<std::uint8_t>& coverage, std::uint32_t radius,
                            bool missed_is_source) {
   const Image& image = *images.front().image;
-  radius = std::min(radius, image.width + image.height);  // more than the diagonal
+  radius = std::min(radius, image.width + image.height);  // at least the image's diagonal
   if (radius <= KILN_GUTTER_NARROW_RADIUS) {
     return fill_nearest<std::uint32_t, std::uint16_t, KILN_GUTTER_NARROW_SHIFT>(
         context, images, coverage, radius, missed_is_source, "");
@@ -138,8 +138,7 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
       context, images, coverage, radius, missed_is_source, "-DKILN_GUTTER_WIDE=1");
 }
 
-// Fills missed texels, and empty ones too where `everywhere`, from the others; returns how many empty
-// ones.
+// Fills missed texels, and empty ones if `everywhere`, by push-pull. Returns the number of empty ones.
 std::uint64_t fill_smooth(std::span<const GutterImage> images, std::vector<std::uint8_t>& coverage,
                           const GutterOptions& options, bool everywhere) {
   const std::size_t texels = coverage.size();
@@ -152,7 +151,8 @@ std::uint64_t fill_smooth(std::span<const GutterImage> images, std::vector<std::
     bool any_here = false;
     for (std::size_t i = begin; i < end; ++i) {
       const bool missed = coverage[i] == kCoverageMissed && options.fill_missed;
-      // A gutter's values are copies of baked ones, which were copied where everything is filled only.
+      // Padding counts as known only if everything is filled: its values are copies of baked ones, which are known
+      // already.
       known[i] =
           coverage[i] != kCoverageEmpty && !missed && (everywhere || coverage[i] != kCoverageGutter)
               ? 1

@@ -1,4 +1,4 @@
-// Filling what the charts leave empty.
+// Padding: fills texels outside of charts.
 #pragma once
 
 #include <cstdint>
@@ -20,24 +20,22 @@ enum Coverage : std::uint8_t {
 };
 
 struct GutterOptions {
-  std::int32_t texels =
-      kPaddingTexels;         ///< How far out, up to 16384 (more is taken as that); 0: none;
-                              ///< -1: everywhere (push-pull)
-  bool fill_missed = false;   ///< Also fill texels marked missed, however far from a baked one
-  bool unit_vectors = false;  ///< Values are vectors: averages are normalised again
+  /// Width of the padding, up to 16384 (larger values count as that); 0: none; -1: unlimited (push-pull)
+  std::int32_t texels = kPaddingTexels;
+  bool fill_missed = false;   ///< Also fill texels marked missed, at any distance from a baked one
+  bool unit_vectors = false;  ///< Values are vectors, and averages are normalized
 };
 
 /// Fills empty texels near charts in place and marks them kCoverageGutter.
 ///
-/// With a finite width, an empty texel takes the value of the nearest baked texel, at most `texels`
-/// away (Euclidean distance between centres, ties to the lowest row, then column). With -1, the
-/// rest is filled by push-pull (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring
-/// of nearest values. Baked texels never change. Missed texels that are to be filled take push-pull
-/// values from baked ones and stay marked missed; missed texels that are not count as baked. The
-/// nearest texels are found on the device (kernels/image/image.cl), exactly, in bands of rows; values are
-/// copied and averaged on the host's threads. Nothing wraps around the borders. The same bytes on
-/// every device and number of threads. Where nothing is baked, nothing changes.
-/// \returns how many texels became gutter
+/// With a finite width, an empty texel copies the value of the nearest baked texel, at most `texels` away (Euclidean
+/// distance between centres, ties to the lowest row, then column). With -1, all others are filled by push-pull
+/// (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring of nearest values. Baked texels never change. If
+/// missed texels are filled, they get push-pull values from baked ones and stay marked missed; otherwise they count as
+/// baked. The nearest texels are found on the device (kernels/image/image.cl), exactly, in bands of rows; values are
+/// copied and averaged on the host's threads. Nothing wraps around the borders. The same bytes on every device and
+/// number of threads. If nothing is baked, nothing changes.
+/// \returns number of texels that became padding
 /// \throws Error(usage) for a width below -1, Error(device)
 std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
                           const GutterOptions& options);
@@ -45,10 +43,10 @@ std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::u
 /// One of several images with the same charts.
 struct GutterImage {
   Image* image = nullptr;
-  bool unit_vectors = false;  ///< As GutterOptions has it, whose own is not read
+  bool unit_vectors = false;  ///< Replaces GutterOptions::unit_vectors for this image
 };
 
-/// The same for several images of one size: what is nearest is found once.
+/// The same for several images of one size; nearest texels are searched once.
 std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> images,
                            std::vector<std::uint8_t>& coverage, const GutterOptions& options);
 

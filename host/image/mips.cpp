@@ -10,32 +10,32 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kBlockRows = 16;
-// A mean shorter than this has no direction to speak of.
+// Means shorter than this have no meaningful direction.
 constexpr double kVanishingLength = 1e-6;
-// Largest difference of a squared length from 1 at which a vector counts as unit in single precision: making it
-// unit again would only stir the last bit, and constant maps are to stay constant.
+// Tolerance of squared lengths around 1 for unit vectors in single precision. Normalizing these would only change the
+// last bit, and constant maps have to stay constant.
 constexpr double kUnitSlack = 1e-6;
-// Areas that differ by less are equal: they went through roundings where sides are odd.
-constexpr double kEqualAreas = 1 - 1e-9;
+// Ratio of areas that count as equal: with odd sides they differ by rounding.
+constexpr double kMinAreaRatio = 1 - 1e-9;
 
-/// One chart's part of a texel.
+/// Part of a texel that belongs to one chart.
 template <std::size_t kChannels>
 struct Part {
-  double area = 0;  // samples of level 0
+  double area = 0;  // in samples of level 0
   std::uint32_t chart = 0;
   std::array<float, kChannels> mean{};
 };
 
-/// The texels of level k - 1 under one of level k, along one axis.
+/// Texels of level k - 1 under a texel of level k, along one axis.
 struct Taps {
   std::size_t first = 0, count = 1;
   std::array<double, 3> weight{1, 1, 1};
 
-  /// \param fine  texels of the finer level
+  /// \param fine  number of texels of the finer level
   static Taps of(std::size_t at, std::size_t fine) {
     if (fine == 1) return {};
     if (fine % 2 == 0) return {2 * at, 2, {1, 1, 0}};
-    // A texel is (2m + 1) / m finer ones wide and begins at / m into the first.
+    // A texel is (2m + 1) / m finer ones wide, and begins at / m into the first of them.
     const std::size_t half = fine / 2;
     const auto m = static_cast<double>(half);
     const auto i = static_cast<double>(at);
@@ -43,7 +43,7 @@ struct Taps {
   }
 };
 
-/// Level 0, whose texels have one part at most.
+/// Level 0, whose texels have at most one part.
 template <std::size_t kChannels>
 struct Base {
   const Image& image;
@@ -67,16 +67,16 @@ struct Base {
   }
 };
 
-/// A level on the way down: for every texel its parts, by chart.
+/// A coarser level: per texel, its parts sorted by chart.
 template <std::size_t kChannels>
 struct Chain {
   struct Block {
-    std::vector<std::uint32_t> first;  // [texels + 1] into parts
+    std::vector<std::uint32_t> first;  // [texels + 1] index into parts
     std::vector<Part<kChannels>> parts;
   };
   std::uint32_t level_width = 0, level_height = 0;
-  std::vector<Block> blocks;           // of kBlockRows rows
-  std::vector<std::uint8_t> coverage;  // where missed texels have no values; else empty
+  std::vector<Block> blocks;           // blocks of kBlockRows rows
+  std::vector<std::uint8_t> coverage;  // if missed texels have no values; otherwise empty
 
   std::uint32_t width() const { return level_width; }
   std::uint32_t height() const { return level_height; }
@@ -100,7 +100,7 @@ double squared_length(const std::array<float, kChannels>& v) {
   return squared;
 }
 
-/// Adds up the parts of one chart.
+/// Sums the parts of one chart.
 template <std::size_t kChannels>
 class Sum {
  public:
@@ -119,7 +119,7 @@ class Sum {
       result.mean[c] = static_cast<float>(sum_[c] * share);
     }
     if (unit_vectors && squared_length(result.mean) < kVanishingLength * kVanishingLength) {
-      // Just long enough that every mean has a direction, and too short to turn others.
+      // Long enough to give every mean a direction, and too short to change others.
       const double scale = 2 * kVanishingLength / std::sqrt(squared_length(first_));
       for (std::size_t c = 0; c < kVector<kChannels>; ++c) {
         result.mean[c] = static_cast<float>(scale * first_[c]);
@@ -131,7 +131,7 @@ class Sum {
  private:
   static std::array<double, kChannels> minus_zero() {
     std::array<double, kChannels> sum;
-    sum.fill(-0.0);  // so that the sum of -0 is -0
+    sum.fill(-0.0);  // the sum of -0 and -0 is -0
     return sum;
   }
 
@@ -152,14 +152,14 @@ void write_value(const Part<kChannels>& part, bool unit_vectors, float* pixel) {
   }
 }
 
-/// One row of texels of the next level.
+/// Computes one row of texels of the next level.
 template <std::size_t kChannels, typename Finer>
 class RowMaker {
  public:
   RowMaker(const Finer& finer, std::size_t y, bool unit_vectors)
       : finer_(finer), down_(Taps::of(y, finer.height())), unit_vectors_(unit_vectors) {}
 
-  /// Appends a texel's parts, by chart. \returns whether a missed texel is among the finer ones
+  /// Appends a texel's parts, sorted by chart. \returns whether a missed texel is among the finer ones
   bool append(std::size_t x, std::vector<Part<kChannels>>& parts) {
     const Taps across = Taps::of(x, finer_.width());
     bool missed = false;
@@ -185,14 +185,14 @@ class RowMaker {
     double weight;
   };
 
-  /// Merges the sorted lists; parts of one chart are added in the order of the texels.
+  /// Merges sorted lists; parts of one chart are added in the order of the texels.
   void merge(std::vector<Part<kChannels>>& parts) {
     if (count_ == 0) return;
     const std::uint32_t own = cursors_[0].at->chart;
     const bool alone = std::all_of(&cursors_[0], &cursors_[count_], [&](const Cursor& cursor) {
       return cursor.at + 1 == cursor.end && cursor.at->chart == own;
     });
-    if (alone) {  // as nearly everywhere
+    if (alone) {  // the common case: one part
       Sum<kChannels> sum;
       for (std::size_t k = 0; k < count_; ++k) sum.add(*cursors_[k].at, cursors_[k].weight);
       parts.push_back(sum.part(own, unit_vectors_));
@@ -226,7 +226,7 @@ const Part<kChannels>& widest(std::span<const Part<kChannels>> parts) {
   double most = 0;
   for (const auto& part : parts) most = std::max(most, part.area);
   return *std::find_if(parts.begin(), parts.end(),
-                       [&](const auto& part) { return part.area >= most * kEqualAreas; });
+                       [&](const auto& part) { return part.area >= most * kMinAreaRatio; });
 }
 
 template <std::size_t kChannels, typename Finer>

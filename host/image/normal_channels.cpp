@@ -11,30 +11,32 @@
 namespace kiln {
 namespace {
 
-/// Bounds by which channels are told apart. Numbers are vectors' (twice the picture's).
+/// Bounds that identify the contents of channels. Values are components of vectors, in [-1, 1].
 struct ChannelBounds {
-  std::size_t samples = std::size_t{1} << 16;  ///< Texels that are looked at
-  /// Range of a channel that holds nothing: a step and a half of a byte, as of lossy blocks.
+  std::size_t samples = std::size_t{1} << 16;  ///< Texels that are sampled
+  /// Greatest range of an unused channel: 1.5 steps of a byte, as lossy blocks have.
   float constant = 3.0F / 255;
-  float extreme = 4.0F / 255;  ///< Distance from -1 or 1 of a channel that decoders fill
-  float in_disc = 1.04F;       ///< x^2 + y^2 of unit vectors: 1, and two steps of a byte
-  double nearly_all = 0.99;    ///< Share of texels that are so
-  /// Deviation of x^2 + y^2 + z^2 from 1 that no unit vector has whose z is within `constant` of 1: it is 0.024 at most.
+  /// Greatest distance from -1 or 1 of a channel that decoders fill in
+  float extreme = 4.0F / 255;
+  float in_disc = 1.04F;     ///< Bound on x^2 + y^2 of unit vectors: 1, plus two steps of a byte
+  double nearly_all = 0.99;  ///< Share of texels that counts as nearly all
+  /// Least deviation of x^2 + y^2 + z^2 from 1 that excludes unit vectors: if z is within `constant` of 1, theirs is at
+  /// most 0.024.
   float off_unit = 0.04F;
-  double some = 2e-4;  ///< Share of texels that is no accident
+  double some = 2e-4;  ///< Share of texels that cannot be chance
 };
 constexpr ChannelBounds kChannelBounds;
 
-/// Numbers of some texels all over a picture.
+/// Statistics of texels sampled all over a picture.
 struct ChannelStatistics {
   std::size_t count = 0;
   std::array<float, 4> least, most;
   std::size_t off_unit =
-      0;  ///< Texels that are no unit vectors, though red and green may be theirs
+      0;  ///< Texels that are no unit vectors, though (red, green) lies in the unit disc
   std::size_t in_disc =
-      0;  ///< Texels of red and green, or of the two channels, that may be a unit vector's
-  std::size_t in_disc_alpha = 0;  ///< The same of alpha and green
-  bool grey = true;               ///< Red, green and blue are one
+      0;  ///< Texels whose red and green, or whose two channels, lie in the unit disc
+  std::size_t in_disc_alpha = 0;  ///< The same for alpha and green
+  bool grey = true;               ///< Red, green and blue are equal
 
   explicit ChannelStatistics(const Image& image) {
     least.fill(std::numeric_limits<float>::infinity());
@@ -42,7 +44,7 @@ struct ChannelStatistics {
     const std::size_t texels = image.pixels.size() / image.channels;
     const std::size_t wanted = std::min(texels, kChannelBounds.samples);
     for (std::size_t k = 0; k < wanted; ++k) {
-      // Where there are fewer than texels, they lie apart in both directions, by the golden ratio.
+      // A subset of texels is chosen along the golden ratio, so that it spreads in both directions.
       const std::size_t i =
           wanted == texels ? k
                            : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
@@ -82,22 +84,22 @@ struct ChannelStatistics {
   }
 };
 
-/// x in alpha, since red says nothing, and alpha is no opacity of 1.
+/// True for DXT5nm: x is in alpha, red is unused, and alpha is not a constant opacity of 1.
 bool is_dxt5nm(const Image& image, const ChannelStatistics& s) {
   return image.channels == 4 && (s.is_filled(0) || s.grey) &&
          s.least[3] < 1 - kChannelBounds.extreme && s.nearly_all(s.in_disc_alpha);
 }
 
-/// Two channels that are x and y, and not grey and opacity.
+/// True if two channels are x and y, rather than grey and opacity.
 bool is_pair(const Image& image, const ChannelStatistics& s) {
   return image.channels == 2 && s.least[1] < 1 - kChannelBounds.extreme && s.nearly_all(s.in_disc);
 }
 
-/// Three channels of which blue says nothing.
+/// True for three channels with an unused blue.
 bool lacks_blue(const Image& image, const ChannelStatistics& s) {
   if (image.channels < 3 || s.count == 0 || !s.nearly_all(s.in_disc)) return false;
   if (s.most[2] < 0) return true;
-  // A tilt that is one all over is constant, too, but its vectors are unit.
+  // Blue may also be constant because the tilt is; but then vectors are unit.
   return s.is_constant(2) &&
          static_cast<double>(s.off_unit) > kChannelBounds.some * static_cast<double>(s.count);
 }
@@ -106,7 +108,7 @@ bool lacks_blue(const Image& image, const ChannelStatistics& s) {
 
 NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format) {
   NormalChannels result;
-  if (image.channels < 2 || image.pixels.empty()) return result;  // check() says so
+  if (image.channels < 2 || image.pixels.empty()) return result;  // check() throws for these
   result.down =
       format == NormalTextureFormat::directx || format == NormalTextureFormat::two_channel_directx;
   const ChannelStatistics s(image);
@@ -123,7 +125,7 @@ NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format
     case NormalTextureFormat::two_channel:
     case NormalTextureFormat::two_channel_directx:
       result.rebuilt = true;
-      // z is the same in blue; but no unit vectors have such x and y.
+      // Blue may repeat z, so it proves nothing; but (x, y) outside of the unit disc does.
       result.doubtful = !looks_two && !s.nearly_all(s.in_disc);
       break;
   }
@@ -163,13 +165,13 @@ bool holds_heights(const Image& image, NormalTextureFormat format) {
 GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channels) {
   GreenEvidence evidence;
   if (image.width < 3 || image.height < 3 || image.channels < 2) return evidence;
-  // Steeper normals' slopes are mostly rounding.
-  constexpr float kLeastZ = 0.2F;
+  // Slopes of steeper normals are dominated by rounding.
+  constexpr float kMinZ = 0.2F;
   const auto slopes_at = [&](std::size_t x, std::size_t y, double& p, double& q) {
     std::array<float, 4> n{};
     for (std::size_t c = 0; c < image.channels; ++c) n[c] = image.at(x, y)[c] * 2 - 1;
     channels.apply(n);
-    if (!(n[2] > kLeastZ)) return false;
+    if (!(n[2] > kMinZ)) return false;
     p = -double{n[0]} / n[2];
     q = -double{n[1]} / n[2];
     return true;
@@ -199,9 +201,9 @@ GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channe
 }
 
 bool GreenEvidence::speaks_for_down() const {
-  constexpr double kLeastRatio = 4,
-                   kLeastSquare = 1e-4;  // a change by 0.01 is a step or two of a byte
-  return up > kLeastSquare && up > kLeastRatio * down;
+  // Least mean square: a change by 0.01, one or two steps of a byte.
+  constexpr double kMinRatio = 4, kMinSquare = 1e-4;
+  return up > kMinSquare && up > kMinRatio * down;
 }
 
 }  // namespace kiln

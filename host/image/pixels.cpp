@@ -60,27 +60,27 @@ Rgba rgba_of(const Image& image, std::size_t texel, const ConvertOptions& option
   return rgba;
 }
 
-/// As PNG files hold it.
+/// Value as an integer sample of PNG.
 double integer(float value, double most) {
-  const double unit = value >= 0 ? std::min(1.0, double{value}) : 0.0;  // NaN: 0
+  const double unit = value >= 0 ? std::min(1.0, double{value}) : 0.0;  // NaN becomes 0
   return std::nearbyint(unit * most);
 }
 
-/// IEEE 754 binary16, to nearest even; beyond 65504 infinity.
+/// Converts to IEEE 754 binary16: to nearest even; infinity above 65504.
 std::uint16_t half_of(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   const std::uint32_t sign = bits >> 16 & 0x8000U;
   const std::uint32_t size = bits & 0x7FFFFFFFU;
   std::uint32_t half = 0;
   if (size > 0x7F800000U) {
-    half = 0x7E00U;  // NaN
+    half = 0x7E00U;  // NaN stays NaN
   } else if (size >= 0x477FF000U) {
-    half = 0x7C00U;  // what rounds to 65520 and more
+    half = 0x7C00U;  // 65520 and above round to infinity
   } else if (size >= 0x38800000U) {
-    // Normal: the exponent moves by 112, the mantissa loses 13 bits.
+    // Normal numbers: the exponent changes by 112, the mantissa loses 13 bits.
     half = (size - 0x38000000U + 0xFFFU + (size >> 13 & 1U)) >> 13;
   } else {
-    // Below 2^-14: multiples of 2^-24. Adding 0.5 makes single precision round to them.
+    // Subnormal numbers, below 2^-14, are multiples of 2^-24. Adding 0.5 makes single precision round to them.
     const float shifted = std::bit_cast<float>(size) + 0.5F;
     half = std::bit_cast<std::uint32_t>(shifted) - std::bit_cast<std::uint32_t>(0.5F);
   }

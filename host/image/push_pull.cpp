@@ -13,8 +13,8 @@ namespace {
 
 using Texel = std::array<float, 4>;
 
-// Squared length below which an average of unit vectors says nothing about a direction.
-constexpr float kVanishing = 1e-12F;
+// Averages of unit vectors with a smaller squared length have no meaningful direction.
+constexpr float kMinSquaredLength = 1e-12F;
 
 struct Level {
   std::uint32_t width = 0, height = 0;
@@ -23,25 +23,25 @@ struct Level {
   bool complete = false;  // every texel is known
 };
 
-// A level as the passes see it; the finest one's memory is the caller's.
+// A level for the passes; the finest one's memory is the caller's.
 struct View {
   std::uint32_t width, height;
   const float* values;
   const std::uint8_t* known;
 };
 
-// False where there is no direction.
+// \returns false if the vector has no direction.
 bool normalise(Texel& texel, std::size_t channels) {
   const std::size_t count = std::min<std::size_t>(3, channels);
   float squared = 0;
   for (std::size_t c = 0; c < count; ++c) squared += texel[c] * texel[c];
-  if (!(squared > kVanishing)) return false;
+  if (!(squared > kMinSquaredLength)) return false;
   const float length = std::sqrt(squared);
   for (std::size_t c = 0; c < count; ++c) texel[c] /= length;
   return true;
 }
 
-void take_vector(Texel& texel, const float* from, std::size_t channels) {
+void copy_vector(Texel& texel, const float* from, std::size_t channels) {
   std::copy_n(from, std::min<std::size_t>(3, channels), texel.begin());
 }
 
@@ -75,7 +75,7 @@ Level push(const View& fine, bool unit_vectors) {
           continue;
         }
         for (std::size_t c = 0; c < kChannels; ++c) sum[c] /= static_cast<float>(count);
-        if (unit_vectors && !normalise(sum, kChannels)) take_vector(sum, first, kChannels);
+        if (unit_vectors && !normalise(sum, kChannels)) copy_vector(sum, first, kChannels);
         const std::size_t texel = y * coarse.width + x;
         coarse.known[texel] = 1;
         std::copy_n(sum.begin(), kChannels, &coarse.values[texel * kChannels]);
@@ -87,7 +87,7 @@ Level push(const View& fine, bool unit_vectors) {
   return coarse;
 }
 
-// Writes to the unknown texels of `values` (of those wanted, where that is given).
+// Writes the unknown texels of `values` (only the wanted ones, if given).
 template <std::size_t kChannels>
 void pull(const Level& coarse, std::uint32_t width, std::uint32_t height, float* values,
           const std::uint8_t* known, const std::uint8_t* wanted, bool unit_vectors) {
@@ -112,7 +112,7 @@ void pull(const Level& coarse, std::uint32_t width, std::uint32_t height, float*
                    16.0F;
         }
         if (unit_vectors && !normalise(sum, kChannels)) {
-          take_vector(sum, near_row + near_x, kChannels);
+          copy_vector(sum, near_row + near_x, kChannels);
         }
         std::copy_n(sum.begin(), kChannels, values + texel * kChannels);
       }

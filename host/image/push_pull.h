@@ -1,4 +1,4 @@
-// Smooth filling of whatever is unknown in an image.
+// Smooth interpolation of unknown texels.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,19 @@
 
 namespace kiln {
 
-/// Fills texels by push-pull (Grossman and Dally, "Point Sample Rendering", 1998, section 3.3; Gortler
-/// et al., "The Lumigraph", 1996, section 3.4).
+/// Fills texels by push-pull (Grossman and Dally, "Point Sample Rendering", 1998, section 3.3; Gortler et al., "The
+/// Lumigraph", 1996, section 3.4).
 ///
-/// Push: each coarser level holds the average of the known ones among 2 x 2 texels. Pull, from the
-/// coarsest: an unknown texel takes the bilinear interpolation (9, 3, 3, 1)/16 of the coarser
-/// level's four nearest texels. Nothing wraps at the borders. The sums' order is fixed: the result
-/// does not depend on the number of threads. Takes a third of the image's memory.
+/// Push: each coarser level holds the average of the known ones among 2 x 2 texels. Pull, from the coarsest: an unknown
+/// texel gets the bilinear interpolation (9, 3, 3, 1)/16 of the coarser level's four nearest texels. Nothing wraps at
+/// the borders. The order of sums is fixed, so the result does not depend on the number of threads. Temporary memory: a
+/// third of the image's.
 ///
-/// \param known   per texel: 1 where the value counts, else 0
-/// \param wanted  per texel: 1 where a value that is not known is to be written, else 0; the rest of the
-///                image does not change
-/// \param unit_vectors  the first (up to three) channels are a vector: averages are normalised; where
-///                they vanish the first known (push) or the nearest (pull) value is taken
-/// \returns whether anything was known; else the image is unchanged
+/// \param known   per texel: 1 if the value is known, otherwise 0
+/// \param wanted  per texel: 1 if an unknown value is to be written, otherwise 0; all others stay unchanged
+/// \param unit_vectors  the first (up to three) channels are a vector: averages are normalized; where they vanish, the
+///     first known (push) or the nearest (pull) value is used
+/// \returns false if nothing was known; the image is unchanged then
 bool push_pull(Image& image, std::span<const std::uint8_t> known,
                std::span<const std::uint8_t> wanted, bool unit_vectors);
 

@@ -10,15 +10,15 @@ TexelBits dilated(const TexelBits& from) {
   parallel_for(from.height(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
       std::uint64_t* const to = result.row(y);
-      const auto tall = [&](std::size_t w) {
+      const auto column_union = [&](std::size_t w) {
         std::uint64_t bits = from.row(y)[w];
         if (y > 0) bits |= from.row(y - 1)[w];
         if (y + 1 < from.height()) bits |= from.row(y + 1)[w];
         return bits;
       };
-      std::uint64_t before = 0, at = tall(0);
+      std::uint64_t before = 0, at = column_union(0);
       for (std::size_t w = 0; w < words; ++w) {
-        const std::uint64_t after = w + 1 < words ? tall(w + 1) : 0;
+        const std::uint64_t after = w + 1 < words ? column_union(w + 1) : 0;
         to[w] = at | at << 1U | at >> 1U | before >> 63U | after << 63U;
         before = at, at = after;
       }

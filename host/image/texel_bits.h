@@ -1,4 +1,4 @@
-// A bit for each texel of a picture.
+// A set of a picture's texels, as a bit each.
 #pragma once
 
 #include <atomic>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// A set of texels; rows begin at whole words.
+/// A set of texels; rows start at whole words.
 class TexelBits {
  public:
   TexelBits() = default;
@@ -30,12 +30,12 @@ class TexelBits {
   std::uint64_t* row(std::size_t y) { return &words_[y * row_]; }
   const std::uint64_t* row(std::size_t y) const { return &words_[y * row_]; }
   std::size_t words_in_row() const { return row_; }
-  /// The bits of a row's last word that are texels.
+  /// Mask of the texels in a row's last word.
   std::uint64_t last_word() const {
     return width_ % 64 == 0 ? ~std::uint64_t{0} : (std::uint64_t{1} << (width_ % 64)) - 1;
   }
 
-  /// Adds the texels [begin, end) of a row. For several threads at once.
+  /// Adds the texels [begin, end) of a row. Thread-safe.
   void add(std::size_t y, std::size_t begin, std::size_t end) {
     while (begin < end) {
       const std::size_t word = begin / 64, first = begin % 64;
@@ -43,7 +43,7 @@ class TexelBits {
       std::uint64_t bits = ~std::uint64_t{0} << first;
       if (stop < 64) bits &= (std::uint64_t{1} << stop) - 1;
       const std::atomic_ref<std::uint64_t> at(words_[y * row_ + word]);
-      // Texels of many triangles are there already, and a look costs less than a locked write.
+      // Texels of overlapping triangles are set already; testing costs less than a locked write.
       if ((at.load(std::memory_order_relaxed) & bits) != bits) {
         at.fetch_or(bits, std::memory_order_relaxed);
       }
@@ -57,7 +57,7 @@ class TexelBits {
   std::vector<std::uint64_t> words_;
 };
 
-/// The texels within one texel of those of a set, diagonals too.
+/// The set, with all neighbours of its texels, including diagonal ones.
 TexelBits dilated(const TexelBits& from);
 
 }  // namespace kiln

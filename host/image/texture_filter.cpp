@@ -16,8 +16,8 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrain = std::size_t{1} << 15;
-// On the level that is read a parallelogram is this many texels across, to twice that.
-constexpr double kAcross = 2;
+// A footprint is filtered on the level where its narrow side is this many texels wide, up to twice that.
+constexpr double kMinWidth = 2;
 
 float linear(float value) {
   const float byte = value * 255;
@@ -28,7 +28,7 @@ float linear(float value) {
   return static_cast<float>(from_srgb(value));
 }
 
-/// A texel of a level that is half as wide: which texels of the wider one it covers, and how much of each.
+/// Footprint of a texel in the next finer level, along one axis: the covered texels and their shares.
 struct Cover {
   Cover(std::uint32_t place, std::uint32_t narrow, std::uint32_t wide) {
     const double ratio = static_cast<double>(wide) / narrow;
@@ -42,7 +42,7 @@ struct Cover {
   std::array<double, 4> shares{};
 };
 
-// As std::floor and std::ceil for numbers of less than 2^62, without a call.
+// std::floor and std::ceil for numbers below 2^62, without a function call.
 std::int64_t floored(double value) {
   const auto whole = static_cast<std::int64_t>(value);
   return whole - (static_cast<double>(whole) > value ? 1 : 0);
@@ -53,16 +53,16 @@ double fraction(double value) {
   return value - (is_small ? static_cast<double>(floored(value)) : std::floor(value));
 }
 
-/// Points on a level: rows times columns of them, spread evenly over a parallelogram with the sides a and b
-/// around a place, which is `right` and `below` of the middle of texel (x, y), in texels.
+/// Sampling points on a level: a grid of rows and columns, evenly spread over a parallelogram with sides a and b. Its
+/// centre is `right` and `below` from the centre of texel (x, y), in texels.
 struct Spread {
   std::int64_t x, y;
   float right, below, ax, ay, bx, by;
   int columns, rows;
 };
 
-/// A texel's numbers in the first places; what is in the others is not told.
-/// \param end  of the level's numbers: four at once are read where there are so many
+/// Loads a texel's channels; further lanes are undefined.
+/// \param end  end of the level's memory, which a load of four values must not exceed
 template <std::uint32_t Channels>
 Float4 read_texel(const float* from, const float* end) {
   if (end - from >= 4) [[likely]]
@@ -74,8 +74,8 @@ Float4 read_texel(const float* from, const float* end) {
 
 Float4 mix(Float4 a, Float4 b, float share) { return a + (b - a) * splat(share); }
 
-/// The sum of the bilinear values at points.
-/// \tparam Inside  none of them, nor the texels around, is beyond the picture's borders
+/// Sum of bilinear samples at points.
+/// \tparam Inside  all points and their neighbour texels lie within the picture
 template <std::uint32_t Channels, bool Inside>
 std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
                              std::int64_t height, const FilteredTexture::Wraps& wraps) {
@@ -116,26 +116,26 @@ std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int
 template <std::uint32_t Channels>
 std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
                              std::int64_t height, const FilteredTexture::Wraps& wraps) {
-  // Whole texels that points are away at most, and one more for their neighbours and for rounding.
+  // Greatest distance of points from the centre, plus one for bilinear neighbours and one for rounding.
   const auto reach_x = static_cast<std::int64_t>(std::abs(spread.ax) + std::abs(spread.bx)) / 2 + 2;
   const auto reach_y = static_cast<std::int64_t>(std::abs(spread.ay) + std::abs(spread.by)) / 2 + 2;
-  // Four numbers are read from each texel, which may be more than it has: but not in the last row.
+  // Loads read four values even of texels with fewer channels: allowed except at the end of the last row.
   const bool inside = spread.x >= reach_x && spread.x + reach_x < width - 4 &&
                       spread.y >= reach_y && spread.y + reach_y < height - 1;
   return inside ? sum_of<Channels, true>(spread, pixels, width, height, wraps)
                 : sum_of<Channels, false>(spread, pixels, width, height, wraps);
 }
 
-/// The square of a UV vector's length on a level, texels.
+/// Squared length of a UV vector on a level, in texels.
 double squared_on(const std::array<double, 2>& side, double width, double height) {
   const double across = side[0] * width, down = side[1] * height;
   return across * across + down * down;
 }
 
-/// A vector's length in whole texels, rounded up; at least 1.
+/// Length of a vector in whole texels, rounded up; at least 1.
 double texels_along(double squared) {
   double texels = 1;
-  while (texels < 4 && texels * texels < squared) ++texels;  // nearly always no more
+  while (texels < 4 && texels * texels < squared) ++texels;  // rarely more than 4
   return texels * texels < squared ? ceiled(std::sqrt(squared)) : texels;
 }
 
@@ -172,7 +172,7 @@ FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind
   convert(*image_, kind, reading);
 }
 
-/// Makes the picture's own level where it cannot be read where it is.
+/// Makes the finest level, if the picture cannot be read in place.
 void FilteredTexture::convert(const Image& image, TextureKind kind, const TextureReading& reading) {
   const std::size_t from = image.channels, texels = image.pixels.size() / from;
   std::atomic<std::uint64_t> replaced{0};
@@ -219,8 +219,8 @@ void FilteredTexture::convert(const Image& image, TextureKind kind, const Textur
         std::copy_n(texel.begin(), stored_, to);
         continue;
       }
-      float weight = transparent ? std::max(alpha, kLeastWeight) : 1;
-      if (reading.empty != nullptr && reading.empty->has(i)) weight *= kLeastWeight;
+      float weight = transparent ? std::max(alpha, kMinWeight) : 1;
+      if (reading.empty != nullptr && reading.empty->has(i)) weight *= kMinWeight;
       for (std::size_t c = 0; c < values; ++c) to[c] = texel[c] * weight;
       to[values] = weight;
     }
@@ -266,29 +266,31 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
                            const Wraps& wraps) const {
   Sides sides = given;
   for (std::array<double, 2>& side : sides) {
-    // Over so many pictures the mean is the whole one's.
+    // Over footprints this large, the mean is that of the whole picture.
     if (!(side[0] * side[0] + side[1] * side[1] < 1e12)) sides = {{{1, 0}, {0, 1}}};
   }
   const auto squared = [&](std::size_t side, std::size_t on) {
     return squared_on(sides[side], levels_[on].width, levels_[on].height);
   };
-  constexpr double kNarrow = 2 * kAcross;
+  constexpr double kMinMinifiedWidth = 2 * kMinWidth;
   std::size_t number = 0;
-  // It is not wider than either side is long.
-  if (squared(0, 0) >= kNarrow * kNarrow && squared(1, 0) >= kNarrow * kNarrow) {
+  // The parallelogram's width is at most its shorter side, so this test avoids most square roots.
+  if (squared(0, 0) >= kMinMinifiedWidth * kMinMinifiedWidth &&
+      squared(1, 0) >= kMinMinifiedWidth * kMinMinifiedWidth) {
     const double narrow = width_of(sides, levels_[0].width, levels_[0].height);
-    if (narrow >= kNarrow) number = static_cast<std::size_t>(std::log2(narrow / kAcross));
+    if (narrow >= kMinMinifiedWidth)
+      number = static_cast<std::size_t>(std::log2(narrow / kMinWidth));
   }
   number = std::min(number, levels_.size() - 1);
   const auto parts_of = [&](std::size_t side) { return texels_along(squared(side, number)); };
   double along_a = parts_of(0), along_b = parts_of(1);
-  while (number + 1 < levels_.size() && !(along_a * along_b <= kMostParts)) {
+  while (number + 1 < levels_.size() && !(along_a * along_b <= kMaxParts)) {
     ++number;
     along_a = parts_of(0);
     along_b = parts_of(1);
   }
   const Level& level = this->level(number);
-  const double most = kMostParts;  // of the last level: one texel, which holds the mean
+  const double most = kMaxParts;  // bounds the loop on the last level: one texel with the mean
   Spread spread{};
   spread.columns = static_cast<int>(std::min(along_a, most));
   spread.rows = static_cast<int>(std::min(along_b, most / spread.columns));
@@ -322,10 +324,10 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
   }
   const std::size_t values = stored_ - 1;
   for (std::size_t c = 0; c < values; ++c) value[c] = static_cast<float>(sum[c] / sum[values]);
-  // The least weights stand for an alpha of 0.
+  // Weights near kMinWeight represent an alpha of 0.
   const double alpha = sum[values] * share;
   if (channels_ > values)
-    value[values] = alpha > 2 * double{kLeastWeight} ? static_cast<float>(alpha) : 0;
+    value[values] = alpha > 2 * double{kMinWeight} ? static_cast<float>(alpha) : 0;
 }
 
 }  // namespace kiln

@@ -8,17 +8,18 @@
 namespace kiln {
 namespace {
 
-// A rectangle is looked up on the level where it is this many blocks a side, or fewer.
-constexpr std::int64_t kBlocks = 3;
+// Queries use the level on which the rectangle spans at most this many blocks a side.
+constexpr std::int64_t kMaxBlocks = 3;
 
 double fraction_of(double value) { return value - std::floor(value); }
 
 struct TexelSpan {
-  std::int64_t begin, end;  // the last is in it; below `begin`: none
+  std::int64_t begin, end;  // inclusive range; below `begin`: empty
 };
 
-/// The texels of a row that a span on the row without end shows, which is shorter than the row.
-std::array<TexelSpan, 2> shown(double begin, double end, std::int64_t size, TextureWrap wrap) {
+/// Texels of a row shown by a span of the infinitely repeated row; the span is shorter than the row.
+std::array<TexelSpan, 2> shown_spans(double begin, double end, std::int64_t size,
+                                     TextureWrap wrap) {
   if (wrap == TextureWrap::clamp) {
     const auto most = static_cast<double>(size - 1);
     return {TexelSpan{static_cast<std::int64_t>(std::clamp(begin, 0.0, most)),
@@ -32,7 +33,7 @@ std::array<TexelSpan, 2> shown(double begin, double end, std::int64_t size, Text
   const auto b = static_cast<std::int64_t>(end - shift);
   if (wrap == TextureWrap::repeat)
     return {TexelSpan{a, std::min(b, size - 1)}, TexelSpan{0, b - size}};
-  // There, back, and there again.
+  // A mirrored span: forwards, backwards, and forwards again.
   const TexelSpan back{2 * size - 1 - std::min(b, 2 * size - 1), 2 * size - 1 - std::max(a, size)};
   return {a < size ? TexelSpan{a, std::min(b, size - 1)} : TexelSpan{0, b - 2 * size},
           b < size ? TexelSpan{0, -1} : back};
@@ -41,7 +42,7 @@ std::array<TexelSpan, 2> shown(double begin, double end, std::int64_t size, Text
 }  // namespace
 
 BoundedChannel::BoundedChannel(const Image& image, std::uint32_t channel) {
-  if (channel == 3 && image.channels == 2) channel = 1;  // grey and alpha
+  if (channel == 3 && image.channels == 2) channel = 1;  // alpha of a picture with grey and alpha
   Level level{image.width, image.height, {}};
   level.ranges.resize(std::size_t{image.width} * image.height);
   for (std::size_t i = 0; i < level.ranges.size(); ++i) {
@@ -94,17 +95,17 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
                                            const Wraps& wraps) const {
   const Level& base = levels_[0];
   const auto width = static_cast<double>(base.width), height = static_cast<double>(base.height);
-  // All texels that bilinear reading takes from.
+  // All texels that bilinear samples in the rectangle read.
   const double left = std::floor(u0 * width - 0.5), right = std::floor(u1 * width - 0.5) + 1;
   const double top = std::floor((1 - v1) * height - 0.5),
                bottom = std::floor((1 - v0) * height - 0.5) + 1;
   const Range& all = levels_.back().ranges[0];
   if (!(right - left < width && bottom - top < height)) return all;
-  // Over the picture's border, blocks of the coarser levels are no longer whole: looked up in parts.
+  // Parts within the picture are looked up separately, since blocks of coarser levels are cut off at its border.
   const auto inside = [&](std::int64_t ax, std::int64_t ay, std::int64_t bx, std::int64_t by) {
     std::size_t number = 0;
-    while (number + 1 < levels_.size() && ((bx >> number) - (ax >> number) >= kBlocks ||
-                                           (by >> number) - (ay >> number) >= kBlocks)) {
+    while (number + 1 < levels_.size() && ((bx >> number) - (ax >> number) >= kMaxBlocks ||
+                                           (by >> number) - (ay >> number) >= kMaxBlocks)) {
       ++number;
     }
     const Level& level = levels_[number];
@@ -120,8 +121,8 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
   };
   Range range = all;
   bool first = true;
-  for (const auto& [ay, by] : shown(top, bottom, base.height, wraps[1])) {
-    for (const auto& [ax, bx] : shown(left, right, base.width, wraps[0])) {
+  for (const auto& [ay, by] : shown_spans(top, bottom, base.height, wraps[1])) {
+    for (const auto& [ax, bx] : shown_spans(left, right, base.width, wraps[0])) {
       if (by < ay || bx < ax) continue;
       const Range part = inside(ax, ay, bx, by);
       range =

@@ -1,4 +1,4 @@
-// The least and the greatest value of a picture's channel over any part of it.
+// Range of a picture's channel over any rectangle.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 
 namespace kiln {
 
-/// One channel of a picture over UVs, read bilinearly, and bounds of it. Values that are not finite,
-/// and channels that the picture lacks, count as 0 and 1.
+/// One channel of a picture over UVs with bilinear interpolation, and bounds of its values. Values that are not finite
+/// count as 0, missing channels as 1.
 class BoundedChannel {
  public:
-  using Wraps = std::array<TextureWrap, 2>;  ///< Along u and v
+  using Wraps = std::array<TextureWrap, 2>;  ///< Wrap modes along u and v
 
   BoundedChannel(const Image& image, std::uint32_t channel);
 
@@ -24,15 +24,15 @@ class BoundedChannel {
 
   double texels_across() const { return levels_[0].width; }
   double texels_down() const { return levels_[0].height; }
-  /// Bilinear. \param u, v  finite
+  /// Bilinear lookup. \param u, v  finite
   double at(double u, double v, const Wraps& wraps = {}) const;
-  /// Bounds of at() over a rectangle of UV; not the tightest ones.
+  /// Bounds of at() over a rectangle of UV; conservative.
   Range over(double u0, double v0, double u1, double v1, const Wraps& wraps = {}) const;
 
  private:
   struct Level {
     std::int64_t width = 0, height = 0;
-    std::vector<Range> ranges;  // of blocks of 2^level texels a side
+    std::vector<Range> ranges;  // of blocks with 2^level texels a side
   };
   std::vector<Level> levels_;
 };

@@ -1,4 +1,4 @@
-// Places beyond a picture's border, as TextureWrap has them.
+// Texture coordinates beyond a picture's border, by TextureWrap.
 #pragma once
 
 #include <algorithm>
@@ -9,10 +9,9 @@
 
 namespace kiln {
 
-/// The texel of a row of `size` that a place on the row without end shows.
+/// The texel in [0, size) that a position on the infinitely repeated row shows.
 inline std::int64_t wrapped_texel(std::int64_t place, std::int64_t size, TextureWrap wrap) {
-  if (place >= 0 && place < size)
-    return place;  // nearly always, and a division takes as long as all else
+  if (place >= 0 && place < size) return place;  // the common case, without a division
   if (wrap == TextureWrap::clamp) return place < 0 ? 0 : size - 1;
   const std::int64_t period = wrap == TextureWrap::mirror ? 2 * size : size;
   std::int64_t rest = place % period;
@@ -20,16 +19,16 @@ inline std::int64_t wrapped_texel(std::int64_t place, std::int64_t size, Texture
   return rest < size ? rest : period - 1 - rest;
 }
 
-/// A coordinate that shows the same and is small enough to be one of texels.
-/// \param fraction  the fraction of a number
+/// An equivalent coordinate that is small enough for texel indices.
+/// \param fraction  function: fractional part of a number
 template <typename Fraction>
 double wrapped_coordinate(double value, TextureWrap wrap, const Fraction& fraction) {
-  constexpr double kFar = 1e7;  // no footprint is as wide
+  constexpr double kMaxCoordinate = 1e7;  // greater than any footprint
   switch (wrap) {
     case TextureWrap::repeat:
       break;
     case TextureWrap::clamp:
-      return std::clamp(value, -kFar, kFar);
+      return std::clamp(value, -kMaxCoordinate, kMaxCoordinate);
     case TextureWrap::mirror:
       return 2 * fraction(value / 2);
   }

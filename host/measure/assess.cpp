@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-constexpr double kLeastStretch = -16;
+constexpr double kMinStretch = -16;
 
 double at_share(const std::vector<std::pair<double, double>>& sorted, double total, double share) {
   double below = 0;
@@ -42,7 +42,7 @@ void rate_match_distance(const AssessedSamples& samples, double unit, bool field
   result.match_distance = distribution(std::move(distances), unit, unit * unit);
 }
 
-/// Cells between a sample and its neighbours to the right and below.
+/// Rates the grid's cells between each sample and its neighbours to the right and below.
 void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double unit, bool fields,
                 MatchAssessment& result) {
   constexpr std::uint32_t kNone = SampleGrid::kNone;
@@ -68,7 +68,7 @@ void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double u
     const Vec3d high_area = cross(high_step(right), high_step(below));
     const double low_size = length(low_area);
     if (!(low_size > 0)) continue;
-    const double stretch = std::max(std::log2(length(high_area) / low_size), kLeastStretch);
+    const double stretch = std::max(std::log2(length(high_area) / low_size), kMinStretch);
     const bool fold =
         dot(low_area, Vec3d(samples.normal[i])) * dot(high_area, Vec3d(samples.match_normal[i])) <
         0;

@@ -1,4 +1,4 @@
-// The parts of assess(), each rating samples by measures of its own.
+// Parts of assess(), each with measures of its own.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,16 @@
 
 namespace kiln {
 
-/// Values with weights, to be summed up.
+/// Values with weights, to be summed.
 struct Weighted {
   std::vector<std::pair<double, double>> values;
   void add(double value, double weight) { values.emplace_back(value, weight); }
 };
 
-/// \param unit, area_unit  world units of a value and of a weight
+/// \param unit, area_unit  world units per unit of a value and of a weight
 Distribution distribution(Weighted weighted, double unit, double area_unit);
 
-/// A quantity's sums over rays: weights, and weights times values and their squares.
+/// Weighted sums of a quantity over rays: of weights, values and squares.
 class RaySums {
  public:
   void add(double weight, double value, double square) {
@@ -28,23 +28,23 @@ class RaySums {
     square_ += square;
   }
   /// \param all  weight of all rays
-  /// \param unit  world units of a value
+  /// \param unit  world units per unit of a value
   RayMeasure measure(double all, double unit) const;
 
  private:
   double weight_ = 0, value_ = 0, square_ = 0;
 };
 
-/// Which samples are neighbours in the grid of a match.
+/// Neighbours of samples in the grid of a match.
 class SampleGrid {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
   SampleGrid(const AssessedSamples& samples, const Mesh& low, const Match& match);
 
-  /// The sample at a step of the grid from one, of the same chart and found; none: kNone.
+  /// The neighbour of a sample in the grid, if it is matched and of the same chart; otherwise kNone.
   std::uint32_t neighbour(std::size_t i, int right, int below) const;
-  /// The sample of an element of the grid, found or not; none: kNone.
+  /// The sample of an element of the grid, matched or not; kNone: none.
   std::uint32_t at(std::size_t element) const { return sample_of_[element]; }
 
  private:
@@ -54,12 +54,12 @@ class SampleGrid {
   std::vector<std::uint32_t> chart_;
 };
 
-/// object_space, image_space, normalised_image_space, image_space_by_place, never_visible, directions.
-/// \returns false where cancelled
+/// Computes object_space, image_space, normalised_image_space, image_space_by_place, never_visible and directions.
+/// \returns false if cancelled
 bool rate_rays(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
                const AssessOptions& options, MatchAssessment& result);
 
-/// uniformity, uniformity_across_seams.
+/// Computes uniformity and uniformity_across_seams.
 void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& match,
                      const AssessedSamples& samples, const SampleGrid& grid, bool fields,
                      MatchAssessment& result);

@@ -1,5 +1,5 @@
-// Viewing rays that compare the low poly, its match and the high poly (Tarini, Cignoni, Scopigno 2003,
-// sections 4.1 and 4.2).
+// Compares the low poly, its match and the high poly along viewing rays (Tarini, Cignoni, Scopigno 2003, sections 4.1
+// and 4.2).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,13 +14,14 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrain = 1 << 15;
-// Frame units: what a ray passes over, so that a sample's own triangle does not hide it.
-constexpr float kSkip = 1e-5F;
-constexpr float kBeyond = 64;
-// Share of the diagonal: matches nearer to their places have no direction.
-constexpr double kNoOffset = 1e-6;
-// Up to so many directions to avoid, test directions keep 2 degrees from each; more leave no room for that.
-constexpr std::size_t kFew = 64;
+// Offset of ray origins in frame units, so that a sample's own triangle does not hide it.
+constexpr float kOriginOffset = 1e-5F;
+constexpr float kRayLength = 64;
+// Share of the diagonal: matches closer to their samples have no direction.
+constexpr double kMinOffset = 1e-6;
+// For at most this many directions to avoid, test directions keep 2 degrees from each; more would leave too little
+// space.
+constexpr std::size_t kMaxAvoided = 64;
 
 std::vector<float> planes_of(std::size_t size, std::size_t planes, const auto& vector_of) {
   std::vector<float> result(size * planes, 0.0F);
@@ -36,14 +37,14 @@ std::vector<float> planes_of(std::size_t size, std::size_t planes, const auto& v
 }
 
 std::vector<Vec3> test_directions(const AssessOptions& options) {
-  // Directions of 12 views, too: turned, so that no test direction is one that a match likes to use.
+  // By default the directions of 12 views are avoided, since matches commonly use these.
   std::vector<Vec3> avoid = options.avoid;
   if (avoid.empty()) avoid = spread_views(12);
-  const bool few = avoid.size() <= kFew && options.directions <= 512;
+  const bool few = avoid.size() <= kMaxAvoided && options.directions <= 512;
   return held_out_views(options.directions, avoid, few ? 0.5 : 0.02);
 }
 
-/// Unit normals of the high poly's faces; 0 where they have no area.
+/// Unit normals of the high poly's faces; 0 without area.
 std::vector<float> dense_normals(const Source::Impl& source) {
   std::vector<float> normals(3 * source.triangles.size(), 0.0F);
   parallel_for(source.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -61,7 +62,7 @@ std::vector<float> dense_normals(const Source::Impl& source) {
   return normals;
 }
 
-/// Distance from a sample, against a ray, at which both meshes are in front of the viewer; frame units.
+/// Distance of the viewer from a sample such that both meshes are in front of it; frame units.
 float viewer_distance(const Source::Impl& source, const AssessedSamples& samples) {
   double square = 0;
   for (const Vec3& p : source.positions) square = std::max(square, dot(Vec3d(p), Vec3d(p)));
@@ -69,7 +70,7 @@ float viewer_distance(const Source::Impl& source, const AssessedSamples& samples
   return static_cast<float>(2.01 * std::sqrt(square));
 }
 
-/// The samples that have a match, on the device: of others there is nothing to measure.
+/// Device arrays of the matched samples; others have nothing to measure.
 class RayBench {
  public:
   RayBench(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
@@ -78,7 +79,7 @@ class RayBench {
         found_(std::move(found)),
         low_rays_(context_, source.frame.to_frame(low), low.triangles, source.traversal),
         dense_rays_(source.rays()),
-        // Seven planes, as rays have them; the last is not used.
+        // Seven planes as in TexelBand::points; the last one is unused.
         points_(upload(7, [&](std::size_t i) { return samples.position[i]; })),
         normals_(upload(3, [&](std::size_t i) { return samples.normal[i]; })),
         offsets_(upload(3,
@@ -90,10 +91,10 @@ class RayBench {
         met_(context_, static_cast<std::uint32_t>(found_.size())),
         sums_(context_, KILN_ASSESS_SUMS * found_.size()) {
     context_.fill(sums_, 0.0F);
-    hide_.t_min = kSkip;
-    hide_.t_max = kBeyond;
+    hide_.t_min = kOriginOffset;
+    hide_.t_max = kRayLength;
     hide_.two_sided = true;
-    // From the viewer, who is farther than anything, inward.
+    // Rays run inward from the viewer, who is beyond both meshes.
     meet_.offset = viewer_distance(source, samples);
     meet_.t_max = 2 * meet_.offset;
     meet_.inward = true;
@@ -119,7 +120,7 @@ class RayBench {
 
   void finish() const { context_.finish(); }
 
-  /// KILN_ASSESS_SUMS planes.
+  /// Downloads KILN_ASSESS_SUMS planes.
   std::vector<float> sums() const { return sums_.download(context_); }
   const std::vector<std::size_t>& found() const { return found_; }
 
@@ -165,7 +166,7 @@ void sum_up(const RayBench& bench, const AssessedSamples& samples, double unit, 
     image.add(area * seen, area * across, area * sum(KILN_ASSESS_ACROSS_SQUARE));
     object.add(area * met, area * sum(KILN_ASSESS_APART), area * sum(KILN_ASSESS_APART_SQUARE));
     const double apart = length(samples.match[i] - Vec3d(samples.position[i]));
-    const bool has_direction = apart * unit > kNoOffset * result.diagonal;
+    const bool has_direction = apart * unit > kMinOffset * result.diagonal;
     if (has_direction) {
       normalised.add(area * seen, area * across / apart,
                      area * sum(KILN_ASSESS_ACROSS_SQUARE) / (apart * apart));

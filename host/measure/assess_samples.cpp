@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kSampleGrain = 1 << 14;
 
-/// Unit normal, and surface area over texture area, of every triangle of the low poly.
+/// Per triangle of the low poly: unit normal, and surface area over texture area.
 struct LowFaces {
   std::vector<Vec3> normal;
   std::vector<double> density;
@@ -35,7 +35,7 @@ LowFaces low_faces(const LowSurface& surface) {
   return faces;
 }
 
-/// F(p) of one sample.
+/// Computes F(p), the matched point of a sample.
 void find_match(const Source::Impl& source, const Match& match, std::size_t element, std::size_t i,
                 AssessedSamples& samples) {
   const std::uint32_t triangle = match.triangle[element];

@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-/// A pair across a seam counts where it is this many texels apart.
-constexpr double kLeastStep = 0.5;
+/// Least distance in texels of a pair across a seam; closer ones are skipped.
+constexpr double kMinStep = 0.5;
 
 /// Mean of percentages.
 class Percentages {
@@ -35,7 +35,7 @@ class Steps {
   double low(std::size_t a, std::size_t b) const {
     return length(Vec3d(samples_.position[a]) - Vec3d(samples_.position[b]));
   }
-  /// By how much the matches' step is longer or shorter, %.
+  /// Relative difference between the matches' distance and the samples' distance, in %.
   double percent(std::size_t a, std::size_t b) const {
     return 100 * std::abs(length(samples_.match[a] - samples_.match[b]) / low(a, b) - 1);
   }
@@ -52,7 +52,7 @@ Uniformity across_seams(const Source::Impl& source, const Mesh& low, const Match
   for (std::size_t i = 0; i < samples.size(); ++i)
     triangle[samples.element[i]] = samples.triangle[i];
   const TexelLinks links = TexelLinks::of(surface, topology, triangle, match.width, match.height);
-  // As TexelLinks has its neighbours: left, right, above, below.
+  // The order of neighbours in TexelLinks: left, right, above, below.
   const std::array<std::int64_t, 4> steps = {-1, 1, -std::int64_t{match.width},
                                              std::int64_t{match.width}};
   const Steps distance(samples);
@@ -66,7 +66,7 @@ Uniformity across_seams(const Source::Impl& source, const Mesh& low, const Match
       if (other == KILN_VISIBILITY_NO_LINK || other == element + steps[k]) continue;
       const std::uint32_t j = grid.at(other);
       if (samples.found[j] == 0) continue;
-      if (!(distance.low(i, j) >= kLeastStep * std::sqrt(samples.area[i]))) continue;
+      if (!(distance.low(i, j) >= kMinStep * std::sqrt(samples.area[i]))) continue;
       percentages.add(distance.percent(i, j));
     }
   }
@@ -103,19 +103,19 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
     Percentages around;
-    const auto look = [&](int right, int below, bool counts) {
+    const auto add_pair = [&](int right, int below, bool counts) {
       const std::uint32_t other = grid.neighbour(i, right, below);
       if (other == SampleGrid::kNone || !(distance.low(i, other) > 0)) return;
       const double percent = distance.percent(i, other);
       around.add(percent);
       if (counts) pairs.add(percent);
     };
-    // Every pair once.
-    look(1, 0, true);
-    look(0, 1, true);
+    // Counts every pair once.
+    add_pair(1, 0, true);
+    add_pair(0, 1, true);
     if (!fields) continue;
-    look(-1, 0, false);
-    look(0, -1, false);
+    add_pair(-1, 0, false);
+    add_pair(0, -1, false);
     if (around.count() == 0) continue;
     result.fields.uniformity.pixels[samples.element[i]] = static_cast<float>(around.mean());
   }

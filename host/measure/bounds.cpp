@@ -15,16 +15,16 @@ namespace kiln {
 namespace {
 
 constexpr double kPoints = 2000;
-// Texels a side of the grid that they are centres of.
-constexpr double kFewest = 47, kMost = 1021;
-constexpr std::uint32_t kRays = 4096, kFinest = 16384;
-// Share of a bound of the map ao that its rays may take.
-constexpr double kOfRays = 0.5;
+// Bounds on the side of the sampling grid, in texels.
+constexpr double kMinGrid = 47, kMaxGrid = 1021;
+constexpr std::uint32_t kRays = 4096, kMaxMapSize = 16384;
+// Share of a bound of ambient occlusion that noise of rays may use.
+constexpr double kRayNoiseShare = 0.5;
 
-/// Rows of the maps that the options ask for, and of those that they bring along.
+/// Rows of all requested maps, including transfers, variants and custom maps.
 struct Rows {
   explicit Rows(const BakeOptions& bake) : own(own_rows(bake)), asked(bake.maps) {}
-  /// Null where no such map is baked.
+  /// Null: the map is not baked.
   const MapRow* find(MapKind kind) const {
     for (const MapRow& row : own) {
       if (row.info.kind == kind) return &row;
@@ -41,8 +41,8 @@ bool has_errors(const MapRow& row) {
 
 double scale_of(const MapRow& row) { return unit_of(row).name == "1/255" ? 255 : 1; }
 
-/// Texels a side, an odd number, so that `kPoints` of them are covered.
-std::uint32_t grid_of(const Mesh& low) {
+/// Side of a sampling grid with about `kPoints` covered texels; odd, so that its centres lie between those of the map.
+std::uint32_t grid_side(const Mesh& low) {
   double area = 0;
   for (const Triangle& t : low.uv_triangles) {
     const Vec2 &a = low.uvs[t[0]], &b = low.uvs[t[1]], &c = low.uvs[t[2]];
@@ -51,10 +51,10 @@ std::uint32_t grid_of(const Mesh& low) {
     if (std::isfinite(twice)) area += std::abs(twice) / 2;
   }
   const double side = std::sqrt(kPoints / std::clamp(area, 1e-6, 1.0));
-  return static_cast<std::uint32_t>(std::clamp(side, kFewest, kMost)) | 1U;
+  return static_cast<std::uint32_t>(std::clamp(side, kMinGrid, kMaxGrid)) | 1U;
 }
 
-/// Points of the surface alone, each map's own value there.
+/// Options for a reference bake of single points on the surface, with the maps of the bounds.
 BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bounds,
                           const BakeResult& result, std::uint32_t side) {
   BakeOptions options = bake;
@@ -66,7 +66,7 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
   std::erase_if(options.transfers, [&](const Transfer& map) { return !wanted(map.name); });
   std::erase_if(options.own_maps, [&](const OwnMap& map) { return !wanted(map.name); });
   std::erase_if(options.variants, [&](const MapVariant& map) { return !wanted(map.name); });
-  // Views are as fine as those of the map.
+  // Depth views have the resolution that they had for the map.
   if (result.report.views) options.match.views.size = result.report.views->size;
   options.width = options.height = side;
   options.samples = 1;
@@ -85,7 +85,7 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
   return options;
 }
 
-/// A map's value between its texels' centres, with directions along the axes.
+/// Bilinear lookup of a map, with directions decoded.
 std::array<float, 4> look_up(const MapRow& row, const BakeOptions& bake, const Image& image,
                              double u, double v) {
   const double x = std::clamp(u * image.width - 0.5, 0.0, image.width - 1.0);
@@ -147,7 +147,7 @@ void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
   const OcclusionOptions given = bake.occlusion;
   const auto leave = [](double error, const OcclusionOptions& own, OcclusionOptions& occlusion) {
     if (own.max_error > 0 || own.by == OcclusionBy::views) return;
-    occlusion.max_error = kOfRays * error;
+    occlusion.max_error = kRayNoiseShare * error;
   };
   for (const MapBound& bound : bounds) {
     if (!obeys(rows.find(bound.kind)->info, "occlusion.max_error") || bound.max_error > 1) continue;
@@ -166,10 +166,10 @@ std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low
   std::vector<MapReached> reached;
   if (bounds.empty()) return reached;
   BakeProgress(bake.progress).at(0, "measuring errors");
-  const std::uint32_t side = grid_of(low);
+  const std::uint32_t side = grid_side(low);
   const BakeOptions options = point_options(bake, bounds, result, side);
   Clusters clusters;
-  const std::uint32_t finer = std::max(1U, kFinest / side);
+  const std::uint32_t finer = std::max(1U, kMaxMapSize / side);
   const BakeResult points = Pipeline({high, low, options, finer}, Bands::pass).run(clusters);
   const Rows rows(bake);
   for (const MapBound& bound : bounds) {

@@ -1,4 +1,4 @@
-// Errors that plans are to reach of maps other than the normal map.
+// Errors of maps other than the normal map, for plans with bounds on them.
 #pragma once
 
 #include <span>
@@ -10,15 +10,15 @@
 
 namespace kiln {
 
-/// \throws Error(usage) for a bound out of range, given twice, or of a map that has none or is not baked
+/// \throws Error(usage) for a bound out of range, given twice, or of a map that has no errors or is not baked
 void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds);
 
-/// Half of a bound of ambient occlusion goes to the noise of its rays, unless the options say more.
+/// Assigns half of a bound of ambient occlusion to the noise of its rays, unless the options set the noise.
 void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake);
 
-/// Errors that a bake has reached, in the bounds' order. The maps are read as renderers do, at the centres of an odd
-/// grid's texels. They are held against a bake of these alone.
-/// \param bake  that `result` was baked with
+/// Errors that a bake has reached, in the order of the bounds. Maps are sampled as renderers do, at the centres of a
+/// grid with an odd number of texels, and compared with a reference bake of these points.
+/// \param bake  options of `result`
 /// \throws Cancelled
 std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low,
                                        const BakeOptions& bake, std::span<const MapBound> bounds,

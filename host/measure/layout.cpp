@@ -20,8 +20,8 @@ namespace {
 
 /// A triangle's map from texels to the surface.
 struct TexelMap {
-  double area = 0;    ///< Area of the surface
-  double texels = 0;  ///< Negative where mirrored
+  double area = 0;    ///< Area of the triangle on the surface
+  double texels = 0;  ///< Signed area in texels; negative: mirrored
   Vec3d along_s, along_t;
 
   TexelMap(const std::array<Vec3d, 3>& p, const std::array<std::array<double, 2>, 3>& st) {
@@ -35,7 +35,7 @@ struct TexelMap {
   }
 };
 
-/// Stretch, steps and densities.
+/// Rates stretch, steps between triangles, and densities.
 void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
                     LayoutRating& rating) {
   std::vector<TexelMap> maps;

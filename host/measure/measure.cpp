@@ -43,7 +43,7 @@ bool is_covered(const float* p) { return p[0] != 0 || p[1] != 0 || p[2] != 0; }
 
 double difference_8bit(const float* a, const float* b) {
   const auto quantise = [](float value) {
-    // Also for what is not a number, which counts as 0.
+    // NaN counts as 0.
     const double kept = value > 0 ? std::min(static_cast<double>(value), 1.0) : 0.0;
     return std::floor(255 * kept + 0.5);
   };
@@ -66,12 +66,12 @@ void for_each_pixel(const Image& reference, const Image& other, const Body& body
   });
 }
 
-/// Turns about +Y, then about an axis oblique to all of the world's.
+/// Rotates about +Y, then about an axis oblique to the world's axes.
 Vec3d turned(const Vec3d& v, double first, double second) {
   const Vec3d a(v.x * std::cos(first) + v.z * std::sin(first), v.y,
                 v.z * std::cos(first) - v.x * std::sin(first));
   const Vec3d axis(2.0 / 7, 3.0 / 7, 6.0 / 7);
-  // Rodrigues' formula.
+  // Rodrigues' rotation formula.
   return a * std::cos(second) + cross(axis, a) * std::sin(second) +
          axis * (dot(axis, a) * (1 - std::cos(second)));
 }
@@ -99,7 +99,7 @@ void NormalComparison::add(const Image& reference, const Image& other) {
     }
   });
   auto& [count, sum] = pictures_.emplace_back(0, 0);
-  // In the pixels' order, so that sums are the same for any number of threads.
+  // Summed in the pixels' order, so that sums do not depend on the number of threads.
   for (std::size_t i = 0; i < pixels; ++i) {
     if (angles[i] == kOneSided) ++one_sided_;
     if (angles[i] < 0) continue;
@@ -126,7 +126,8 @@ NormalError NormalComparison::error() const {
   const auto count = static_cast<double>(angles_.size());
   error.mean_degrees = sum_degrees_ / count;
   error.rms_degrees = std::sqrt(sum_squares_ / count);
-  // Pictures are drawn at random, whole ones (Cochran, Sampling Techniques, 1977, section 6.3).
+  // Standard error of a cluster sample: the pictures are the clusters (Cochran, Sampling Techniques, 1977, section
+  // 6.3).
   const auto many = static_cast<double>(pictures_.size());
   double squares = 0;
   for (const auto& [pixels, sum] : pictures_) {
@@ -211,7 +212,7 @@ std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used
   const std::vector<Vec3d> spread = spread_directions(count);
   std::vector<Vec3> result(count);
   for (int k = 1; k <= kRotations; ++k) {
-    // Two angles that never come back together: multiples of two irrational shares of a turn.
+    // Two angles that never repeat together: multiples of two irrational shares of a turn.
     const double first = 2 * std::numbers::pi * std::fmod(k * std::numbers::phi, 1.0);
     const double second = 2 * std::numbers::pi * std::fmod(k * std::numbers::sqrt2, 1.0);
     for (std::size_t i = 0; i < spread.size(); ++i) {

@@ -15,14 +15,14 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kProbeGrain = 1 << 12;
-constexpr double kLargestAngle = 180;
+constexpr double kMaxAngle = 180;
 
-/// Three channels at a place of a map: bilinear between the centres of texels, clamped to its edges.
+/// Bilinear lookup of three channels in a map, clamped to its edges.
 Vec3d texel_at(const Image& map, double u, double v) {
   const double x = u * map.width - 0.5;
   const double y = (1 - v) * map.height - 0.5;
   const auto clamped = [](double at, std::uint32_t count) {
-    // Also for what is not a number, which counts as 0.
+    // NaN counts as 0.
     return at > 0 ? static_cast<std::uint32_t>(std::min(at, count - 1.0)) : 0U;
   };
   const std::uint32_t x0 = clamped(std::floor(x), map.width);
@@ -43,7 +43,7 @@ Vec3d texel_at(const Image& map, double u, double v) {
          (read(x0, y1) * (1 - fx) + read(x1, y1) * fx) * fy;
 }
 
-/// Pixels of an image of one row.
+/// Some pixels of an image with one row.
 Image row_part(const Image& row, std::uint32_t begin, std::uint32_t end) {
   const auto at = [&](std::uint32_t x) {
     return row.pixels.begin() + std::ptrdiff_t{x} * row.channels;
@@ -65,7 +65,7 @@ NormalError NormalProbe::compare(const Image& shown) const {
   const std::uint64_t covered = points_of_one_ + points_of_both_;
   if (covered > 0)
     error.one_sided_share = static_cast<double>(points_of_one_) / static_cast<double>(covered);
-  if (worst_where_unseen_ && places_.empty()) error.mean_degrees = kLargestAngle;
+  if (worst_where_unseen_ && places_.empty()) error.mean_degrees = kMaxAngle;
   return error;
 }
 
@@ -160,7 +160,7 @@ void NormalProbe::match_places(const BakeOptions& options,
   matcher->run(turned, match);
 }
 
-/// The matcher by UVs finds points for the samples of a map, but the places lie between those.
+/// A matcher by UVs works on samples at texels' centres, but the probe's places lie between those.
 void NormalProbe::match_by_uv(const BakeOptions& options,
                               std::shared_ptr<const VisibilityField>& field,
                               DeviceCorrespondence& match) const {

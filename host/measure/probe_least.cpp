@@ -1,4 +1,4 @@
-// The error that no map can get below.
+// Lower bound on the error of any normal map.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -9,23 +9,23 @@
 namespace kiln {
 
 double NormalProbe::least_share(const InfiniteMap& endless) const {
-  constexpr std::size_t kPlaces = 2048;
-  constexpr double kLeastCosine = 0.05;
+  constexpr std::size_t kSampledPlaces = 2048;
+  constexpr double kMinCosine = 0.05;
   if (places() == 0) return 1;
-  const std::size_t step = (places_.size() + kPlaces - 1) / kPlaces;
-  struct Look {
+  const std::size_t step = (places_.size() + kSampledPlaces - 1) / kSampledPlaces;
+  struct ViewedPlace {
     std::size_t place = 0;
     double cosine = 0;
     Vec3d toward, at;
-    double distance = 0;  // from where the ray starts to the place
+    double distance = 0;  // distance from the ray's origin to the place
   };
-  std::vector<Look> looks;
+  std::vector<ViewedPlace> looks;
   for (const Vec3d& toward : toward_) {
     for (std::size_t i = 0; i < places_.size(); i += step) {
       const Place& place = places_[i];
       const Vec3d normal = vector_at(shading_[place.triangle].face_normal);
       const double cosine = dot(normal, toward) * (place.back ? -1 : 1);
-      if (cosine < kLeastCosine) continue;
+      if (cosine < kMinCosine) continue;
       const Vec3d at = position_at(surface_, place);
       looks.push_back({i / step, cosine, toward, at, start_ - dot(at, toward)});
     }
@@ -55,10 +55,10 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
       reads_.read_source(source_.attributes.normal_indices);
   const std::vector<float>& normals = reads_.read_source(source_.attributes.normals);
 
-  std::vector<std::vector<std::pair<Vec3d, double>>> seen(kPlaces);
+  std::vector<std::vector<std::pair<Vec3d, double>>> seen(kSampledPlaces);
   for (std::size_t i = 0; i < count; ++i) {
-    const Look& look = looks[i];
-    // Hidden by another part of the low poly?
+    const ViewedPlace& look = looks[i];
+    // Skips places that another part of the low poly hides.
     if (distance[i] < look.distance - 1e-4 * start_ || triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::size_t t = triangle[i];
     std::array<Vec3d, 3> corner, shading;
@@ -84,14 +84,14 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
     return sum / weights;
   };
   double least = 0, found = 0;
-  for (std::size_t i = 0; i < kPlaces; ++i) {
+  for (std::size_t i = 0; i < kSampledPlaces; ++i) {
     const auto& directions = seen[i];
     if (directions.empty()) continue;
     const std::size_t place = i * step;
     const float* own = &endless.normals[3 * place];
     const double own_error =
         mean_angle(Vec3d(own[0], own[1], own[2]) * (places_[place].back ? -1.0 : 1.0), directions);
-    // The direction of least mean angle: that of least squares, then by Weiszfeld's iteration.
+    // The direction of least mean angle: starts at the least-squares one, then Weiszfeld's iteration.
     Vec3d best;
     for (const auto& [n, weight] : directions) best += n * weight;
     double error = own_error;

@@ -1,4 +1,4 @@
-// Normals as a probe handles them.
+// Conversions of normals in probes.
 #pragma once
 
 #include "kiln/types.h"
@@ -7,7 +7,7 @@
 
 namespace kiln {
 
-/// n/2 + 1/2 of a direction of any length.
+/// Encodes a direction of any length as n/2 + 1/2.
 inline void encode(const Vec3d& normal, float* pixel) {
   const double size = length(normal);
   const Vec3 n = to_float(size > 0 ? normal * (0.5 / size) : normal);

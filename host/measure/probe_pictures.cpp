@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint32_t kTile = PictureGrid::kPictureTile;
 constexpr std::size_t kPictureGrain = 1 << 12;
 
-/// A box around the high poly: frames the same pictures for both meshes.
+/// The high poly's bounding box as a mesh, so that pictures of both meshes have the same frame.
 Mesh box_of(const Source::Impl& source) {
   Vec3d low{1e300, 1e300, 1e300};
   Vec3d high{-1e300, -1e300, -1e300};
@@ -34,12 +34,12 @@ Mesh box_of(const Source::Impl& source) {
                           (i & 4) != 0 ? high.z : low.z};
     box.positions.push_back(to_float(corner * (1 / source.frame.scale)));
   }
-  // Corners are what counts.
+  // Framing reads corners only, so these triangles suffice.
   box.triangles = {{0, 1, 2}, {3, 4, 5}, {5, 6, 7}};
   return box;
 }
 
-/// Positions that finite triangles use.
+/// Positions of finite triangles.
 std::vector<Vec3d> used_positions(const Source::Impl& source) {
   std::vector<std::uint8_t> used(source.positions.size(), 0);
   for (const Triangle& triangle : source.triangles) {
@@ -56,7 +56,7 @@ std::vector<Vec3d> used_positions(const Source::Impl& source) {
   return positions;
 }
 
-/// Fits a picture to what it shows, without a margin: a size on screen is that of the mesh, not of a box around it.
+/// Fits a picture to its contents without a margin: a size on screen is that of the mesh, not of its bounding box.
 void fit_closely(const std::vector<Vec3d>& positions, Picture& picture) {
   double left = 1e300, right = -1e300, bottom = 1e300, top = -1e300;
   for (const Vec3d& p : positions) {
@@ -143,7 +143,7 @@ std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<V
   return pictures;
 }
 
-/// The nearest of a mesh's triangles in every pixel.
+/// The nearest triangle of a mesh at every point.
 PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
                          const std::vector<Picture>& pictures, double start) {
   const std::uint32_t each = pictures[0].points();
@@ -171,8 +171,8 @@ PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
   return hits;
 }
 
-/// The same of the high poly, drawn. No weights: they follow from the pixel.
-/// \param needed  which pictures; the others stay empty
+/// The same for the high poly by rasterization. Without weights, which follow from the pixel.
+/// \param needed  per picture; the others stay empty
 PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
                            const std::vector<bool>& needed) {
   cl::Context& context = context_of(source.device);
@@ -205,7 +205,7 @@ PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture
   return hits;
 }
 
-/// The high poly's shading normal where a pixel's ray meets a triangle, turned to the viewer.
+/// The high poly's shading normal where a pixel's ray hits a triangle, flipped towards the viewer.
 Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
                    const std::vector<float>& normals, const Picture& picture, const Vec3d& pixel,
                    std::uint32_t triangle) {

@@ -1,4 +1,4 @@
-// Pictures of a mesh from many sides, by rays or drawing, pixel by pixel.
+// Pictures of a mesh from many sides, by ray casting or rasterization, as points.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@ struct Picture {
   Vec3d right, up, toward;
   Vec3d middle;
   double half_side = 0;
-  std::uint32_t pixels = 0;     ///< A side
+  std::uint32_t pixels = 0;     ///< Pixels a side of the picture
   std::uint32_t subpixels = 1;  ///< Points a side of each pixel
-  double footprint = 0;         ///< Side of the square that a pixel's points spread over
+  double footprint = 0;         ///< Side of the square that a pixel's points cover
 
   Picture(const Camera& camera, const Frame& frame, std::uint32_t size);
 
-  /// Points of one picture.
+  /// Number of points of a picture.
   std::uint32_t points() const { return pixels * pixels * subpixels * subpixels; }
-  /// In the plane through `middle`. Pixels follow each other by tiles, so that rays that are neighbours in
-  /// memory are neighbours in the picture; the points of a pixel follow each other.
+  /// A point in the plane through the centre. Pixels are ordered by tiles, so that rays adjacent in memory are close in
+  /// the picture; the points of a pixel are consecutive.
   Vec3d point(std::uint32_t index) const;
   kiln_view view(std::uint32_t first) const;
 };
@@ -35,15 +35,15 @@ struct Picture {
 /// The nearest triangle at every point of all pictures.
 struct PictureHits {
   std::vector<std::uint32_t> triangle;
-  std::vector<float> barycentric;  ///< 2 planes; empty where the mesh was drawn
+  std::vector<float> barycentric;  ///< 2 planes; empty if the mesh was rasterized
 };
 
 /// Grid of points in pictures.
 struct PictureGrid {
   std::uint32_t pixels =
-      kPictureTile;  ///< Looked at, a side of each picture; a multiple of kPictureTile
-  /// Pixels a side of the picture as it is seen: each pixel looked at is as large as one of these, and its
-  /// points spread over it. 0: a pixel is one point.
+      kPictureTile;  ///< Sampled pixels, a side of each picture; a multiple of kPictureTile
+  /// Side in pixels of the displayed picture. Each sampled pixel has the size of one of these, and its points cover it.
+  /// 0: a pixel is one point.
   std::uint32_t screen = 0;
   static constexpr std::uint32_t kPictureTile = 8;
 };
@@ -51,25 +51,25 @@ struct PictureGrid {
 /// Points a side of a pixel with PictureGrid::screen.
 inline constexpr std::uint32_t kScreenSubpixels = 3;
 
-/// Pixels looked at of pictures of a size on screen, a side.
+/// Sampled pixels a side of pictures with a size on screen.
 inline constexpr std::uint32_t kScreenPixels = 24;
-/// Distance from the middle at which rays to the high poly start: it lies within a radius of 1.
+/// Distance from the centre at which rays to the high poly start; the mesh lies within a radius of 1.
 inline constexpr double kDenseStart = 1.5;
 
 /// Pictures that the high poly fills.
 std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<ViewAngles>& views,
                                  const PictureGrid& grid);
 
-/// \param start  how far from the middle rays start
+/// \param start  distance of rays' origins from the centre
 PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
                          const std::vector<Picture>& pictures, double start);
 
-/// The same of the high poly, drawn; of pictures whose pixels are points.
-/// \param needed  which pictures; the others stay empty
+/// The same for the high poly by rasterization; for pictures whose pixels are single points.
+/// \param needed  per picture; the others stay empty
 PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
                            const std::vector<bool>& needed);
 
-/// The high poly's shading normal where a pixel's ray meets a triangle, turned to the viewer.
+/// The high poly's shading normal where a pixel's ray hits a triangle, flipped towards the viewer.
 Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
                    const std::vector<float>& normals, const Picture& picture, const Vec3d& pixel,
                    std::uint32_t triangle);

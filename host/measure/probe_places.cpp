@@ -1,4 +1,4 @@
-// Which places pictures show on both meshes.
+// Selects the places that pictures show on both meshes.
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPlaceGrain = 1 << 12;
-/// Triangle of pixels where the low poly is seen from behind and the high poly was drawn.
+/// Marks pixels in which the low poly is seen from behind, for a rasterized high poly.
 constexpr std::uint32_t kUnseenTriangle = KILN_NO_TRIANGLE - 1;
 
 }  // namespace
@@ -41,10 +41,11 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   const std::vector<Picture> pictures = pictures_of(source, views, {.pixels = pixels});
   PictureHits shown = hits_by_rays(context, light_, pictures, start_);
   if (!raster) {
-    take_places(pictures, shown, hits_by_rays(context, source.rays(), pictures, start_));
+    select_places(pictures, shown, hits_by_rays(context, source.rays(), pictures, start_));
     return;
   }
-  // Drawing shows no backs. Of an open mesh from below it would show what little faces down.
+  // Rasterization draws front faces only. From below an open mesh, these are the few that face down, so such pictures
+  // are left out.
   std::vector<bool> needed(pictures.size());
   const std::uint32_t each = pictures[0].points();
   for (std::size_t i = 0; i < shown.triangle.size(); ++i) {
@@ -56,14 +57,15 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
       needed[i / each] = true;
     }
   }
-  take_places(pictures, shown, hits_by_raster(source, pictures, needed));
+  select_places(pictures, shown, hits_by_raster(source, pictures, needed));
 }
 
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense)
     : NormalProbe(source, low, nullptr) {
   worst_where_unseen_ = true;
-  take_places(dense.pictures,
-              hits_by_rays(context_of(source.device), light_, dense.pictures, start_), dense.hits);
+  select_places(dense.pictures,
+                hits_by_rays(context_of(source.device), light_, dense.pictures, start_),
+                dense.hits);
 }
 
 bool NormalProbe::from_behind(std::uint32_t triangle, const Picture& picture) const {
@@ -72,8 +74,8 @@ bool NormalProbe::from_behind(std::uint32_t triangle, const Picture& picture) co
   return dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin), picture.toward) < 0;
 }
 
-/// Points of pixels that both meshes cover whole. No map shows on triangles without UVs, such as those of other texture
-/// sets, so they say nothing.
+/// Points of pixels that both meshes cover completely. Triangles without UVs, such as those of other texture sets, show
+/// no map, so they are skipped.
 std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
                                                        const PictureHits& dense) {
   std::vector<std::uint32_t> both;
@@ -98,8 +100,8 @@ std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
   return both;
 }
 
-void NormalProbe::take_places(const std::vector<Picture>& pictures, const PictureHits& shown,
-                              const PictureHits& dense) {
+void NormalProbe::select_places(const std::vector<Picture>& pictures, const PictureHits& shown,
+                                const PictureHits& dense) {
   for (const Picture& picture : pictures) toward_.push_back(picture.toward);
   points_a_pixel_ = pictures[0].subpixels * pictures[0].subpixels;
   const std::size_t count = shown.triangle.size();

@@ -1,4 +1,4 @@
-// Pictures of a high poly at a size on screen: of plans, and for who checks them (kiln/measure.h).
+// Pictures of a high poly at a size on screen, for plans and for checking them (kiln/measure.h).
 #include <string>
 #include <vector>
 
@@ -9,8 +9,8 @@
 namespace kiln {
 namespace {
 
-/// Pixels a side that are looked at without a size on screen.
-constexpr std::uint32_t kPixels = 48;
+/// Sampled pixels a side for pictures without a size on screen.
+constexpr std::uint32_t kSampledPixels = 48;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
   std::vector<ViewAngles> views;
   views.reserve(toward.size());
   for (const Vec3& direction : toward) views.push_back(view_angles(direction));
-  const std::uint32_t fine = screen == 0 ? kPixels : kScreenPixels;
+  const std::uint32_t fine = screen == 0 ? kSampledPixels : kScreenPixels;
   HighPolyView shown;
   shown.pictures = pictures_of(source, views, {coarse ? fine * 2 / 3 : fine, screen});
   shown.hits = hits_by_rays(context_of(source.device), source.rays(), shown.pictures, kDenseStart);

@@ -19,9 +19,9 @@
 namespace kiln {
 namespace {
 
-/// Makes `slot` at first use, and accounts for its time and its memory on the device.
+/// Builds `slot` at its first use, and counts its time and device memory.
 template <typename Pointer, typename Make>
-Pointer& made(Pointer& slot, Source::Stats& stats, const Make& make) {
+Pointer& build_once(Pointer& slot, Source::Stats& stats, const Make& make) {
   if (slot == nullptr) {
     const auto start = std::chrono::steady_clock::now();
     const std::int64_t before = cl::Context::bytes_of_thread();
@@ -33,13 +33,13 @@ Pointer& made(Pointer& slot, Source::Stats& stats, const Make& make) {
   return slot;
 }
 
-/// Farthest coordinate of vertices that move: a triangle may get an area later. At first they are at most 1.
-constexpr double kFarthestMoved = 2;
+/// Greatest coordinate of moving vertices; they start within 1. A margin, since a triangle may gain area later.
+constexpr double kMaxMovedCoordinate = 2;
 
-// Numbers that kernels read beyond the last one.
-constexpr std::size_t kPadding = 1;
+// Elements that kernels read beyond the end of an array.
+constexpr std::size_t kReadAhead = 1;
 
-/// Kernels count on about 1 in the frame; within the bounds it is at most 0.5.
+/// Kernels require coordinates of at most about 1 in the frame; within the bounds they are at most 0.5.
 void check_within_bounds(const Mesh& high, const std::vector<Vec3>& positions) {
   for (const Triangle& t : high.triangles) {
     if (!has_area(high.positions, t)) continue;
@@ -54,9 +54,9 @@ void check_within_bounds(const Mesh& high, const std::vector<Vec3>& positions) {
   }
 }
 
-/// Before it is copied.
+/// Polls for cancelling before a large argument is copied.
 template <typename T>
-const T& alive(const T& large) {
+const T& poll_before_copy(const T& large) {
   ProgressGuard::poll();
   return large;
 }
@@ -64,8 +64,8 @@ const T& alive(const T& large) {
 }  // namespace
 
 SourceAttributes::SourceAttributes(cl::Context& context, const CornerNormals& corners)
-    : normal_indices(context, corners.triangles.size() * 3 + kPadding),
-      normals(context, corners.normals.size() * 3 + kPadding) {
+    : normal_indices(context, corners.triangles.size() * 3 + kReadAhead),
+      normals(context, corners.normals.size() * 3 + kReadAhead) {
   if (!corners.triangles.empty()) {
     normal_indices.write(context, std::span<const std::uint32_t>(corners.triangles[0].data(),
                                                                  corners.triangles.size() * 3));
@@ -81,13 +81,13 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
     : device(opened),
       frame(bounds ? Frame::of(high, *bounds) : Frame::of(high)),
       traversal(wanted),
-      positions(bounds ? frame.to_frame_within(high, kFarthestMoved) : frame.to_frame(high)),
-      triangles(alive(high.triangles)),
-      uvs(alive(high.uvs)),
-      uv_triangles(alive(high.uv_triangles)),
+      positions(bounds ? frame.to_frame_within(high, kMaxMovedCoordinate) : frame.to_frame(high)),
+      triangles(poll_before_copy(high.triangles)),
+      uvs(poll_before_copy(high.uvs)),
+      uv_triangles(poll_before_copy(high.uv_triangles)),
       uv_set(high.uv_set),
       other_uvs(high.other_uvs),
-      colors(alive(high.colors)),
+      colors(poll_before_copy(high.colors)),
       materials{high.materials, high.material_names},
       groups{high.groups, high.group_names},
       objects{high.objects, high.object_names} {
@@ -127,7 +127,7 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
 Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
     : device(whole.device), frame(whole.frame), traversal(whole.traversal) {
   std::unordered_map<std::uint32_t, std::uint32_t>
-      places;  // many parts of a whole: nothing of its size
+      places;  // of the part's size, since a whole may have many parts
   for (const std::uint32_t t : some) {
     Triangle corners = whole.triangles[t];
     for (std::uint32_t& corner : corners) {
@@ -144,7 +144,7 @@ Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
 }
 
 const std::shared_ptr<Tree>& Source::Impl::tree() const {
-  return made(tree_, stats_, [&] {
+  return build_once(tree_, stats_, [&] {
     return std::make_shared<Tree>(context_of(device), positions, triangles, will_move);
   });
 }
@@ -167,7 +167,7 @@ void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
   if (count_usable() == before) {
     tree_->refit(context_of(device), positions, triangles);
   } else {
-    // Other triangles count now: in place, since those who walk it hold it.
+    // Triangles gained or lost their area. The tree is replaced in place, since users share it.
     *tree_ = Tree(context_of(device), positions, triangles, will_move);
   }
 }
@@ -188,7 +188,7 @@ ClosestFinder& Source::Impl::closest() const {
 
 Rasterizer& Source::Impl::raster() const {
   const auto lock = lock_polling(mutex_);
-  return *made(raster_, stats_, [&] {
+  return *build_once(raster_, stats_, [&] {
     return std::make_unique<Rasterizer>(context_of(device), positions, triangles);
   });
 }
@@ -208,7 +208,7 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
   LastLow made;
   made.shape = hash_bytes(low.origin, low.positions, low.triangles, low.normals,
                           low.normal_triangles, low.colors, low.polygons);
-  std::vector<Tangent> tangents;  // that count: few, of a texture set
+  std::vector<Tangent> tangents;  // of triangles with UVs: few for a texture set
   if (!low.tangents.empty()) {
     for (const std::size_t t : LowSurface::find_with_uvs(low)) {
       const auto first = low.tangents.begin() + static_cast<std::ptrdiff_t>(3 * t);
@@ -218,11 +218,12 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
   made.layout = hash_bytes(low.uvs, low.uv_triangles, tangents, std::array{copies});
   {
     const auto lock = lock_polling(mutex_);
-    if (last_low_.shape != made.shape) last_low_ = {};  // its memory goes first
+    // frees the cached surface before the next one is made
+    if (last_low_.shape != made.shape) last_low_ = {};
     if (last_low_.layout == made.layout) return last_low_.surface;
     made.surface = std::exchange(last_low_, {}).surface;
   }
-  // Another layout takes the place of one that nobody holds any more, as each texture set's does.
+  // Reuses the surface of the last layout in place if nobody else holds it, as for consecutive texture sets.
   LowSurface surface = made.surface == nullptr         ? LowSurface::without_uvs(low, frame)
                        : made.surface.use_count() == 1 ? std::move(*made.surface)
                                                        : *made.surface;
@@ -256,7 +257,7 @@ Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
   }
-  if (bounds) validate(high);  // else with its own bounds
+  if (bounds) validate(high);  // otherwise validated when its own bounds are computed
   if (traversal < RayTraversal::automatic || traversal > RayTraversal::gpu) {
     throw Error(ErrorCode::usage, "traversal is no RayTraversal: use one of its names.",
                 "option-enum");

@@ -1,4 +1,4 @@
-// The high poly: on the host in the working frame, and on the device as its users need it.
+// The high poly: on the host in the working frame, and on the device in structures that are built on demand.
 #pragma once
 
 #include <array>
@@ -18,8 +18,7 @@
 
 namespace kiln {
 
-/// The high poly's attributes on the device. Both arrays end in one number more, for kernels that read four
-/// at a time.
+/// The high poly's attributes on the device. Both arrays have one element more, for kernels that load four at a time.
 struct SourceAttributes {
   cl::Array<std::uint32_t> normal_indices;  ///< [3 * triangles + 1]
   cl::Array<float> normals;                 ///< [3 * pool + 1]
@@ -28,28 +27,28 @@ struct SourceAttributes {
   SourceAttributes(cl::Context& context, const CornerNormals& normals);
 };
 
-/// The internal name of what the caller wants.
+/// Converts the public enumeration to the internal one.
 Traversal traversal_of(RayTraversal wanted);
 
 struct KILN_HIDDEN Source::Impl {
   Impl(const Device& opened, const Mesh& high, Traversal wanted,
        const std::optional<Bounds>& bounds = std::nullopt);
-  /// Some triangles of another one, in its frame, to search in; without attributes. They are numbered by
-  /// their places in the list.
+  /// A subset of another source's triangles, in its frame, for searches; without attributes. Triangles are numbered by
+  /// their index in the list.
   Impl(const Impl& whole, const std::vector<std::uint32_t>& some);
 
   Device device;
   Frame frame;
   Traversal traversal;
-  std::vector<Vec3> positions;  ///< In the frame
+  std::vector<Vec3> positions;  ///< Positions in the frame
   std::vector<Triangle> triangles;
-  std::vector<Vec2> uvs;  ///< UVs of corners, where the mesh has any
+  std::vector<Vec2> uvs;  ///< UVs of corners; may be empty
   std::vector<Triangle> uv_triangles;
   std::uint32_t uv_set = 0;      ///< The file's number of `uvs`
-  std::vector<UvSet> other_uvs;  ///< By the same uv_triangles
+  std::vector<UvSet> other_uvs;  ///< Other UV sets, indexed by the same uv_triangles
   SourceAttributes attributes;
-  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Colours of vertices, where the mesh has any
-  /// Names of triangles, as Mesh has them: indices, or none, and what they stand for.
+  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Colours of vertices; may be empty
+  /// Names of triangles as in Mesh: an index for each, or none, and the names.
   struct Names {
     std::vector<std::uint32_t> of;
     std::vector<std::string> names;
@@ -57,31 +56,31 @@ struct KILN_HIDDEN Source::Impl {
   Names materials, groups, objects;
   std::vector<Warning> warnings;
 
-  /// Made when first asked for: what is not used costs nothing.
+  /// Structures for searches, each built at its first use.
   RayCaster& rays() const;
   ClosestFinder& closest() const;
   Rasterizer& raster() const;
-  /// facet_size(), frame units: of the mesh as it is when first asked for.
+  /// facet_size() in frame units, computed at the first call.
   double facets() const;
 
-  /// LowSurface::of() in this one's frame. The last one is kept: of a mesh that differs from it in UVs and tangents
-  /// alone, such as another texture set of the same low poly, only these are looked at. Others may have it, too: it is
-  /// not to be changed. With a cage it is the caller's alone.
+  /// LowSurface::of() in this source's frame. The last surface is cached: for a mesh that differs from it in UVs and
+  /// tangents only, such as another texture set of the same low poly, only these are processed. The result may be
+  /// shared and must not be changed. With a cage it is not cached.
   std::shared_ptr<LowSurface> low_surface(const Mesh& low, const Mesh* cage, UvCopies copies) const;
 
-  /// For whoever owns this one alone: takes over positions of vertices [first, first + count), and fits
-  /// the hierarchy, where there is one, to them. The triangles with a moved corner are given.
+  /// Sets the positions of vertices [first, first + count) and refits the BVH, if built. Requires exclusive ownership.
+  /// Takes the triangles with a moved corner.
   void move(std::uint32_t first, std::span<const Vec3> moved,
             std::span<const std::uint32_t> triangles_moved);
-  /// Before anything is made: keep on the host what move() needs.
+  /// Keeps on the host what move() needs; set before anything is built.
   bool will_move = false;
 
   Stats stats() const;
-  /// Triangles that the hierarchy left out, since others are the same; 0 before there is one.
+  /// Number of duplicate triangles that the BVH leaves out; 0 before it is built.
   std::uint64_t duplicates() const;
 
  private:
-  const std::shared_ptr<Tree>& tree() const;  ///< The mutex is held
+  const std::shared_ptr<Tree>& tree() const;  ///< Requires the mutex
 
   mutable std::mutex mutex_;
   mutable std::shared_ptr<Tree> tree_;
@@ -90,14 +89,14 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::unique_ptr<Rasterizer> raster_;
   mutable std::optional<double> facets_;
   struct LastLow {
-    std::uint64_t shape = 0, layout = 0;  ///< Hashes: of all but UVs and tangents, and of these
+    std::uint64_t shape = 0, layout = 0;  ///< Hashes: of all but UVs and tangents, and of those
     std::shared_ptr<LowSurface> surface;
   };
   mutable LastLow last_low_;
   mutable Stats stats_;
 };
 
-/// Access to the parts that Source hides from its users.
+/// Access to the internals of Source.
 struct KILN_HIDDEN SourceAccess {
   static const Source::Impl& impl(const Source& source) { return *source.impl_; }
 };

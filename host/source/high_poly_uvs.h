@@ -1,12 +1,12 @@
-// True if the high poly's UVs can be used.
+// Checks the high poly's UVs.
 #pragma once
 
 #include "source/high_poly.h"
 
 namespace kiln {
 
-/// True if the mesh has UVs, then as many triples as triangles, with indices that are good.
-/// \throws Error(input) where it has some, but not so
+/// True if the mesh has UVs: as many index triples as triangles, all in range.
+/// \throws Error(input) if it has invalid ones
 bool has_uvs(const Source::Impl& source);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// The correspondence on the device, between matching (F) and reading detail (D).
+// A match's result on the device, read by the maps.
 #pragma once
 
 #include <cstdint>
@@ -7,17 +7,17 @@
 
 namespace kiln {
 
-/// For every sample of a band: the source triangle; the barycentric weights of its corners 1 and 2;
-/// the signed distance along the sample's direction (frame units, outward positive); the status.
+/// For every sample of a band: source triangle, barycentric weights of its corners 1 and 2, signed distance along the
+/// sample's direction (frame units, outward positive), and status.
 struct DeviceCorrespondence {
   std::uint32_t count = 0;
-  std::uint32_t capacity = 0;         ///< Elements of one plane
-  cl::Array<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE where nothing was found
-  cl::Array<float> barycentric;       ///< 2 planes
+  std::uint32_t capacity = 0;         ///< Elements of a plane
+  cl::Array<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE for a miss
+  cl::Array<float> barycentric;       ///< 2 planes: weights of corners 1 and 2
   cl::Array<float> distance;
-  cl::Array<std::uint8_t> status;  ///< kiln_sample_status
-  /// Directions of visibility, if asked for: 3 planes, the mean of the directions that see the
-  /// sample's place, object space. Empty: not asked for.
+  cl::Array<std::uint8_t> status;  ///< kiln_sample_status of each sample
+  /// Visibility directions: 3 planes, the mean of the directions that see the sample's place, in object space. Empty:
+  /// not requested.
   cl::Array<float> seen;
 
   DeviceCorrespondence() = default;

@@ -1,4 +1,4 @@
-// Turns the directions of texel samples: along the low poly's own normals, and at its hard edges averaged.
+// Turns the directions of texel samples: to the low poly's own normals, and near hard edges to averaged ones.
 #pragma once
 
 #include <span>
@@ -11,18 +11,18 @@
 
 namespace kiln {
 
-/// As made by default it does nothing. See kernels/texel/turn.cl for the field.
+/// The default-constructed object leaves directions unchanged. kernels/texel/turn.cl describes the field of directions.
 class EdgeTurn {
  public:
   EdgeTurn() = default;
-  /// \param widths  of each hard edge, frame units, above 0; none: directions are the mesh's own normals
+  /// \param widths  of each hard edge, frame units, above 0; empty: directions are the mesh's own normals
   EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEdges& hard,
            std::span<const float> widths);
-  /// As the mesh's colours say: LowSurface::Corner::straight.
+  /// Turns directions as painted in the mesh's colours: LowSurface::Corner::straight.
   EdgeTurn(cl::Context& context, const LowSurface& surface);
 
   bool turns() const { return turns_; }
-  /// Turns the directions of a band that was just sampled, once.
+  /// Turns the directions of a newly sampled band; called once.
   void apply(cl::Context& context, TexelBand& band) const;
 
  private:

@@ -1,4 +1,4 @@
-// Some samples of a band: copied close together, and what was found for them put where they lie.
+// Gathers some samples of a band, and scatters their results back.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,10 @@
 
 namespace kiln {
 
-/// Copies values of chosen samples on the device (kernels/texel/texel.cl). Nothing of them goes through the host.
+/// Copies values of chosen samples on the device, without a transfer to the host (kernels/texel/texel.cl).
 class SamplePick {
  public:
-  /// \param multiple  planes are as long as a multiple of this, for kernels that read beyond the last sample
+  /// \param multiple  the length of planes is rounded up to this, for kernels that read beyond the last sample
   SamplePick(cl::Context& context, std::span<const std::uint32_t> samples,
              std::uint32_t multiple = 1)
       : context_(context),
@@ -26,7 +26,7 @@ class SamplePick {
   std::uint32_t count() const { return count_; }
   std::uint32_t capacity() const { return capacity_; }
 
-  /// Planes of values of 1 or 4 bytes; 0 beyond the last sample. \param capacity  elements of one plane of `from`
+  /// Gathers planes of values of 1 or 4 bytes; 0 beyond the last sample. \param capacity  elements of a plane of `from`
   template <typename T>
   cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
     static_assert(sizeof(T) == 1 || sizeof(T) == 4);
@@ -37,7 +37,7 @@ class SamplePick {
     return to;
   }
 
-  /// Points alone, of what a band has.
+  /// Gathers a band's points only.
   TexelBand points_of(const TexelBand& band) const {
     TexelBand some;
     some.sample_count = count_;
@@ -58,7 +58,7 @@ class SamplePick {
     return some;
   }
 
-  /// Puts what was found for the samples where they came from; where nothing was found, `match` stays.
+  /// Scatters the correspondence of the samples into `match`; misses leave `match` unchanged.
   void put_back(const DeviceCorrespondence& found, const DeviceCorrespondence& match) const {
     context_.launch(context_.kernel("texel", "kiln_texel_put_back"), count_, kLocal, count_,
                     found.capacity, match.capacity, samples_, found.triangle, found.barycentric,
@@ -72,8 +72,8 @@ class SamplePick {
   cl::Array<std::uint32_t> samples_;
 };
 
-/// The first `count` samples whose status (kiln_sample_status) is wanted, in their order. The host must know how
-/// many there are, to launch what is made of them.
+/// The first `count` samples whose status (kiln_sample_status) is wanted, in their order. Returned to the host, which
+/// has to know their number for the next launches.
 template <typename Wanted>
 std::vector<std::uint32_t> samples_with(cl::Context& context, const DeviceCorrespondence& match,
                                         std::uint32_t count, const Wanted& wanted) {

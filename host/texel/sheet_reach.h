@@ -1,4 +1,4 @@
-// Reach of samples on open sheets of a low poly where nothing is near.
+// Search distance of samples on open sheets of a low poly that have no surface nearby.
 #pragma once
 
 #include <vector>
@@ -9,15 +9,15 @@
 
 namespace kiln {
 
-/// Writes the reach of samples (TexelBand::points, the last plane): that of their sheet (mesh/open_sheets.h),
-/// 0 where they are on none. Does nothing for low polys without sheets.
+/// Writes the search distance of samples (TexelBand::points, the last plane): that of their sheet (mesh/open_sheets.h),
+/// 0 for samples on none. Does nothing for low polys without sheets.
 class SheetReach {
  public:
   SheetReach() = default;
   explicit SheetReach(const LowSurface& surface);
 
-  float farthest() const { return farthest_; }  ///< Frame units; 0: there are no sheets
-  /// Writes the reach of a band that was just sampled.
+  float farthest() const { return farthest_; }  ///< Frame units; 0: no sheets
+  /// Writes the search distances of a newly sampled band.
   void apply(cl::Context& context, TexelBand& band) const;
 
  private:

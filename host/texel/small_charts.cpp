@@ -14,18 +14,20 @@
 namespace kiln {
 namespace {
 
-constexpr std::int64_t kReach = 8;       // texels, within which a free one is near
-constexpr std::uint32_t kTileShift = 6;  // tiles of 64 x 64 texels are looked at, or not
-constexpr std::size_t kGrainOfSmall = 1 << 14;
-constexpr double kSurelyCovers = 0.75;  // radius of an inscribed circle, samples: above sqrt(1/2)
-constexpr double kNowhere = std::numeric_limits<double>::infinity();
+// Texels: greatest distance of a free texel from its chart.
+constexpr std::int64_t kMaxDistance = 8;
+constexpr std::uint32_t kTileShift = 6;  // tiles of 64 x 64 texels are searched as a whole
+constexpr std::size_t kTrianglesPerTask = 1 << 14;
+// least radius of an inscribed circle in samples, above sqrt(1/2)
+constexpr double kMinInradius = 0.75;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) {
   const std::int64_t q = a / b;
   return q - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
 }
 
-/// Columns of the samples that a piece covers in a row. Exact.
+/// Columns of the samples that a piece covers in a row; exact.
 SampleRange covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, std::int64_t row,
                             std::int64_t count) {
   SampleRange columns{0, count - 1};
@@ -45,7 +47,7 @@ SampleRange covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, 
   return columns;
 }
 
-/// True if it covers the centre of a sample without a doubt.
+/// True if the triangle certainly covers the centre of a sample.
 bool is_large(const FixedTriangle& f, const UvGrid& grid) {
   if (grid.beyond_square(f)) return false;
   double around = 0;
@@ -54,10 +56,10 @@ bool is_large(const FixedTriangle& f, const UvGrid& grid) {
                          double{1.0} * f.y[k] - f.y[(k + 1) % 3]);
   }
   const double area = std::abs(static_cast<double>(doubled_area(f)));
-  return area > kSurelyCovers * std::ldexp(around, static_cast<int>(grid.shift));
+  return area > kMinInradius * std::ldexp(around, static_cast<int>(grid.shift));
 }
 
-/// One number for a corner's UV and position: equal ones are the same vertex of a chart.
+/// Hash of a corner's UV and position; corners of equal hashes are one vertex of a chart.
 std::uint64_t key_of(const LowSurface::Corner& corner) {
   std::uint64_t key = 0;
   for (const float value :
@@ -68,7 +70,7 @@ std::uint64_t key_of(const LowSurface::Corner& corner) {
   return key;
 }
 
-/// A UV triangle in texels, rows downwards.
+/// A UV triangle in texels, with rows downwards.
 struct Outline {
   std::array<double, 3> x{}, y{};
 
@@ -80,9 +82,9 @@ struct Outline {
     }
   }
 
-  /// The least and greatest x between two heights; the least is above the greatest where it lies elsewhere.
+  /// Range of x between two heights; empty (least above greatest) if the triangle lies outside.
   std::array<double, 2> across(double top, double bottom) const {
-    double low = kNowhere, high = -kNowhere;
+    double low = kInfinity, high = -kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3;
       const double upper = std::min(y[k], y[next]), lower = std::max(y[k], y[next]);
@@ -100,8 +102,8 @@ struct Outline {
     return {low, high};
   }
 
-  /// Squared, from a texel's centre.
-  double away(std::int64_t column, std::int64_t row) const {
+  /// Squared distance from a texel's centre.
+  double squared_distance(std::int64_t column, std::int64_t row) const {
     const double at_x = static_cast<double>(column) + 0.5, at_y = static_cast<double>(row) + 0.5;
     const auto [u, v] = nearest_weights(x, y, at_x, at_y);
     const double dx = x[0] + u * (x[1] - x[0]) + v * (x[2] - x[0]) - at_x;
@@ -126,17 +128,18 @@ class Finder {
     find_charts();
     if (result_.triangles.empty()) return std::move(result_);
     mark_covered();
-    serve();
+    assign_texels();
     return std::move(result_);
   }
 
  private:
   struct Place {
-    double away = kNowhere;
+    double squared_distance = kInfinity;
     std::int64_t row = 0, column = 0;
-    bool found() const { return away < kNowhere; }
+    bool found() const { return squared_distance < kInfinity; }
     bool operator<(const Place& other) const {
-      return std::tie(away, row, column) < std::tie(other.away, other.row, other.column);
+      return std::tie(squared_distance, row, column) <
+             std::tie(other.squared_distance, other.row, other.column);
     }
   };
 
@@ -152,26 +155,26 @@ class Finder {
     return false;
   }
 
-  /// Triangles with a piece, of which none covers a sample.
+  /// Finds triangles with pieces, none of which covers a sample.
   void find_uncovered() {
-    covers_.assign(surface_.triangles.size(), kNoPiece);
+    coverage_.assign(surface_.triangles.size(), kNoPiece);
     std::vector<std::uint8_t> piece_covers(pieces_.pieces.size());
-    parallel_for(piece_covers.size(), kGrainOfSmall, [&](std::size_t begin, std::size_t end) {
+    parallel_for(piece_covers.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) piece_covers[i] = covers_any(i) ? 1 : 0;
     });
     for (std::size_t i = 0; i < piece_covers.size(); ++i) {
-      std::uint8_t& covers = covers_[pieces_.pieces[i].triangle];
+      std::uint8_t& covers = coverage_[pieces_.pieces[i].triangle];
       covers = std::max(covers, piece_covers[i] != 0 ? kCovers : kCoversNone);
     }
-    for (std::uint32_t t = 0; t < covers_.size(); ++t) {
-      if (covers_[t] == kCoversNone) uncovered_.push_back(t);
+    for (std::uint32_t t = 0; t < coverage_.size(); ++t) {
+      if (coverage_[t] == kCoversNone) uncovered_.push_back(t);
     }
   }
 
-  /// Finds the charts of uncovered triangles that cover no sample at all.
+  /// Finds charts of which no triangle covers a sample.
   void find_charts() {
     if (uncovered_.empty()) return;
-    std::unordered_map<std::uint64_t, std::uint32_t> at;  // corners of uncovered triangles
+    std::unordered_map<std::uint64_t, std::uint32_t> at;  // vertices of uncovered triangles
     std::vector<std::array<std::uint32_t, 3>> corners;
     at.reserve(3 * uncovered_.size());
     for (const std::uint32_t t : uncovered_) {
@@ -188,9 +191,9 @@ class Finder {
       sets.join(own[0], own[2]);
     }
     std::vector<std::uint8_t> touched(at.size()), touches(at.size());
-    parallel_for(covers_.size(), kGrainOfSmall, [&](std::size_t begin, std::size_t end) {
+    parallel_for(coverage_.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
-        if (covers_[t] != kCovers) continue;
+        if (coverage_[t] != kCovers) continue;
         for (const LowSurface::Corner& corner : surface_.triangles[t]) {
           const auto found = at.find(key_of(corner));
           if (found == at.end()) continue;
@@ -217,23 +220,23 @@ class Finder {
     return static_cast<std::size_t>((row >> kTileShift) * tiles_across_ + (column >> kTileShift));
   }
 
-  /// Calls `visit(column, row)` for the map's texels that lie within `reach` texels of a triangle, or a little
-  /// farther; with 0, for those that it reaches into.
+  /// Calls `visit(column, row)` for the map's texels within `reach` texels of a triangle, and for some that are
+  /// slightly farther; for 0, exactly for texels that overlap the triangle.
   template <class Visit>
-  void near(const Outline& outline, std::int64_t reach, const Visit& visit) const {
+  void for_texels_near(const Outline& outline, std::int64_t reach, const Visit& visit) const {
     const auto [top, bottom] = std::minmax({outline.y[0], outline.y[1], outline.y[2]});
-    const auto whole = [](double x, std::uint32_t size) {
+    const auto to_texel = [](double x, std::uint32_t size) {
       return static_cast<std::int64_t>(std::clamp(x, -16.0, size + 16.0));
     };
-    const std::int64_t first = whole(std::floor(top), height_) - reach;
-    const std::int64_t last = whole(std::ceil(bottom), height_) - 1 + reach;
+    const std::int64_t first = to_texel(std::floor(top), height_) - reach;
+    const std::int64_t last = to_texel(std::ceil(bottom), height_) - 1 + reach;
     for (std::int64_t row = std::max<std::int64_t>(first, 0);
          row <= std::min<std::int64_t>(last, std::int64_t{height_} - 1); ++row) {
       const auto [low, high] =
           outline.across(static_cast<double>(row - reach), static_cast<double>(row + reach + 1));
       if (low > high) continue;
-      const std::int64_t left = whole(std::floor(low), width_) - reach;
-      const std::int64_t right = whole(std::ceil(high), width_) - 1 + reach;
+      const std::int64_t left = to_texel(std::floor(low), width_) - reach;
+      const std::int64_t right = to_texel(std::ceil(high), width_) - 1 + reach;
       for (std::int64_t column = std::max<std::int64_t>(left, 0);
            column <= std::min<std::int64_t>(right, std::int64_t{width_} - 1); ++column) {
         visit(column, row);
@@ -241,13 +244,14 @@ class Finder {
     }
   }
 
-  /// Which texels near small charts have a covered sample.
+  /// Marks texels near small charts that have a covered sample.
   void mark_covered() {
     tiles_across_ = (std::int64_t{width_} >> kTileShift) + 1;
     tiles_.assign(tile_of(0, std::int64_t{height_}) + static_cast<std::size_t>(tiles_across_), 0);
     for (const Outline& outline : outlines_) {
-      near(outline, kReach,
-           [&](std::int64_t column, std::int64_t row) { tiles_[tile_of(column, row)] = 1; });
+      for_texels_near(outline, kMaxDistance, [&](std::int64_t column, std::int64_t row) {
+        tiles_[tile_of(column, row)] = 1;
+      });
     }
     taken_.assign(std::size_t{width_} * height_, false);
     const auto samples = std::int64_t{samples_};
@@ -263,7 +267,7 @@ class Finder {
       for (std::int64_t row = rows.first; row <= rows.last; ++row) {
         const auto first = tiles_.begin() + static_cast<std::ptrdiff_t>(tile_of(0, row / samples));
         if (std::find(first + left, first + right + 1, 1) == first + right + 1) {
-          // On to the next row of tiles.
+          // Skips to the next row of tiles.
           row = ((row / samples >> kTileShift) + 1) * (samples << kTileShift) - 1;
           continue;
         }
@@ -280,51 +284,51 @@ class Finder {
     return static_cast<std::size_t>(row * std::int64_t{width_} + column);
   }
 
-  void give(std::uint32_t small, const Place& place) {
+  void assign_texel(std::uint32_t small, const Place& place) {
     taken_[index_of(place.column, place.row)] = true;
     has_[small] = 1;
     result_.texels.push_back({static_cast<std::uint32_t>(place.column),
                               static_cast<std::uint32_t>(place.row), result_.triangles[small]});
   }
 
-  /// The free texel whose centre is nearest.
+  /// The free texel with the nearest centre.
   Place nearest(const Outline& outline) const {
     Place best;
-    for (std::int64_t reach = 1; reach <= kReach; reach *= 2) {
-      near(outline, reach, [&](std::int64_t column, std::int64_t row) {
+    for (std::int64_t reach = 1; reach <= kMaxDistance; reach *= 2) {
+      for_texels_near(outline, reach, [&](std::int64_t column, std::int64_t row) {
         if (taken_[index_of(column, row)]) return;
-        best = std::min(best, Place{outline.away(column, row), row, column});
+        best = std::min(best, Place{outline.squared_distance(column, row), row, column});
       });
-      // Texels that were not looked at have their centres more than half a texel beyond.
+      // Texels that were not visited have their centres more than half a texel beyond the reach.
       const double sure = static_cast<double>(reach) + 0.5;
-      if (best.away <= sure * sure) break;
+      if (best.squared_distance <= sure * sure) break;
     }
-    const double most = static_cast<double>(kReach);
-    return best.away <= most * most ? best : Place{};
+    const double most = static_cast<double>(kMaxDistance);
+    return best.squared_distance <= most * most ? best : Place{};
   }
 
-  void serve() {
+  void assign_texels() {
     has_.assign(outlines_.size(), 0);
-    found_none_.assign(outlines_.size(), 0);
+    search_failed_.assign(outlines_.size(), 0);
     for (const std::vector<std::uint32_t>& chart : charts_) {
       Place best;
       std::uint32_t owner = 0;
       for (const std::uint32_t small : chart) {
         const Place place = nearest(outlines_[small]);
-        found_none_[small] = place.found() ? 0 : 1;
+        search_failed_[small] = place.found() ? 0 : 1;
         if (!(place < best)) continue;
         best = place;
         owner = small;
       }
-      if (best.found()) give(owner, best);
+      if (best.found()) assign_texel(owner, best);
     }
-    serve_overlapped();
+    assign_overlapped_texels();
     for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
       if (has_[small] != 0) continue;
-      // Texels are taken, never freed.
-      const Place place = found_none_[small] != 0 ? Place{} : nearest(outlines_[small]);
+      // No texel has become free since, so a failed search need not be repeated.
+      const Place place = search_failed_[small] != 0 ? Place{} : nearest(outlines_[small]);
       if (place.found()) {
-        give(small, place);
+        assign_texel(small, place);
       } else {
         result_.without.push_back(result_.triangles[small]);
       }
@@ -335,27 +339,28 @@ class Finder {
               });
   }
 
-  void serve_overlapped() {
+  void assign_overlapped_texels() {
     struct Reached {
       std::size_t texel;
-      double away;
+      double squared_distance;
       std::uint32_t small;
     };
     std::vector<Reached> reached;
     for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
-      near(outlines_[small], 0, [&](std::int64_t column, std::int64_t row) {
+      for_texels_near(outlines_[small], 0, [&](std::int64_t column, std::int64_t row) {
         const std::size_t texel = index_of(column, row);
         if (taken_[texel]) return;
-        reached.push_back({texel, outlines_[small].away(column, row), small});
+        reached.push_back({texel, outlines_[small].squared_distance(column, row), small});
       });
     }
     std::sort(reached.begin(), reached.end(), [](const Reached& a, const Reached& b) {
-      return std::tie(a.texel, a.away, a.small) < std::tie(b.texel, b.away, b.small);
+      return std::tie(a.texel, a.squared_distance, a.small) <
+             std::tie(b.texel, b.squared_distance, b.small);
     });
-    for (const auto& [texel, away, small] : reached) {
+    for (const auto& [texel, squared_distance, small] : reached) {
       if (taken_[texel]) continue;
-      give(small, {away, static_cast<std::int64_t>(texel / width_),
-                   static_cast<std::int64_t>(texel % width_)});
+      assign_texel(small, {squared_distance, static_cast<std::int64_t>(texel / width_),
+                           static_cast<std::int64_t>(texel % width_)});
     }
   }
 
@@ -366,14 +371,14 @@ class Finder {
   std::uint32_t width_, height_, samples_;
   UvGrid grid_;
   SmallCharts result_;
-  std::vector<std::uint8_t> covers_;  // of triangles
+  std::vector<std::uint8_t> coverage_;  // state of each triangle
   std::vector<std::uint32_t> uncovered_;
-  std::vector<Outline> outlines_;                   // of result_.triangles
-  std::vector<std::vector<std::uint32_t>> charts_;  // numbers in these
-  std::vector<std::uint8_t> has_, found_none_;
+  std::vector<Outline> outlines_;                   // outlines of result_.triangles
+  std::vector<std::vector<std::uint32_t>> charts_;  // indices into result_.triangles
+  std::vector<std::uint8_t> has_, search_failed_;
   std::int64_t tiles_across_ = 0;
-  std::vector<std::uint8_t> tiles_;  // near small charts
-  std::vector<bool> taken_;          // texels
+  std::vector<std::uint8_t> tiles_;  // tiles near small charts
+  std::vector<bool> taken_;          // texels that are covered or assigned
 };
 
 }  // namespace

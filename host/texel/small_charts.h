@@ -1,4 +1,4 @@
-// Charts that lie between the centres of samples, and the texels that they get all the same.
+// Gives texels to charts that lie between the centres of samples.
 #pragma once
 
 #include <cstdint>
@@ -9,26 +9,27 @@
 
 namespace kiln {
 
-/// Texels for charts without the centre of a sample.
+/// Texels for charts that contain no sample's centre.
 struct SmallCharts {
-  std::vector<OwnedTexel> texels;        ///< By row, then column; none twice
+  std::vector<OwnedTexel> texels;        ///< Sorted by row, then column; unique
   std::vector<std::uint32_t> triangles;  ///< Triangles of these charts, ascending
-  std::vector<std::uint32_t> without;    ///< Those among them without a texel, ascending
+  std::vector<std::uint32_t> without;    ///< Those for which no texel was found, ascending
 
-  /// A small chart is a set of triangles that share corners (equal UV and position) of which none covers a
-  /// sample, and none touches a triangle that does. Of texels without any covered sample:
+  /// A small chart is a set of triangles connected at corners of equal UV and position, none of which covers a sample
+  /// or touches a triangle that does. Texels without any covered sample are assigned in three steps:
   ///
-  /// 1. each chart gets the one whose centre is nearest to it;
-  /// 2. all that the charts reach into go to the triangle nearest to their centre;
-  /// 3. each triangle that has none yet gets the one whose centre is nearest to it.
+  /// 1. Each chart gets the texel with the nearest centre.
+  /// 2. Each texel that small charts overlap goes to the triangle nearest to its centre.
+  /// 3. Each triangle that has no texel yet gets the one with the nearest centre.
   ///
-  /// The nearest is within 8 texels, or there is none. Ties go to the lowest row, then column; charts come in the
-  /// order of their first triangles, triangles in their own. Pieces cover what they covered before.
+  /// The distance is at most 8 texels; otherwise the triangle gets none. Ties go to the lowest row, then column. Charts
+  /// are processed in the order of their first triangles, triangles in their own. Pieces keep the samples that they
+  /// covered before.
   ///
-  /// Deterministic. Nothing but a look at each triangle where all charts cover samples; else some 10 us a small
-  /// chart, and the triangles around.
+  /// Deterministic. If all charts cover samples, the cost is one test a triangle; otherwise some 10 us for each small
+  /// chart and the triangles around.
   /// \param pieces  of `surface`
-  /// \param width, height, samples  of the map, in texels; N: N x N samples a texel
+  /// \param width, height, samples  size of the map in texels; N: N x N samples a texel
   static SmallCharts of(const LowSurface& surface, const TexelPieces& pieces, std::uint32_t width,
                         std::uint32_t height, std::uint32_t samples);
 };

@@ -1,4 +1,4 @@
-// Which pieces may touch which block of texels.
+// Sorts pieces into the blocks of texels that they may touch.
 #pragma once
 
 #include <cstdint>
@@ -9,37 +9,37 @@
 
 namespace kiln {
 
-/// Cutting of a map into blocks (squares of texels, about 8x8 samples, one work-item each), tiles
-/// (squares of blocks, in which blocks follow a Morton curve) and bands (rows of tiles).
+/// Division of a map into blocks (squares of texels, about 8x8 samples, one work-item each), tiles (squares of blocks
+/// in the order of a Morton curve) and bands (rows of tiles).
 struct TexelGrid {
-  std::uint32_t width = 0, height = 0;  ///< Texels
-  std::uint32_t samples = 1;            ///< N
+  std::uint32_t width = 0, height = 0;  ///< Size of the map in texels
+  std::uint32_t samples = 1;            ///< N of the N x N samples a texel
   std::uint32_t block_texels = 8;       ///< Side of a block, texels: a power of two
   std::uint32_t block_samples = 8;      ///< Side of a block, samples
   std::uint32_t tile_blocks = 8;        ///< Side of a tile, blocks: a power of two
   std::uint32_t band_tiles = 1;         ///< Rows of tiles in a band
-  std::uint32_t slot_groups = 8;        ///< Groups of 8 slots that hold a block's samples
+  std::uint32_t slot_groups = 8;        ///< Groups of 8 slots for a block's samples
 
-  /// Bands hold at most max_samples samples, but at least one row of blocks.
+  /// Chooses bands of at most max_samples samples, but at least one row of blocks.
   static TexelGrid of(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
                       std::uint32_t max_samples);
 
   std::uint32_t band_rows() const { return band_tiles * tile_blocks * block_texels; }
   std::uint32_t band_count() const { return (height + band_rows() - 1) / band_rows(); }
-  /// The table that kernels read: planes x, y, place, texel (see texel.cl).
+  /// Lookup table of the kernels: planes x, y, place, texel (see texel.cl).
   std::vector<std::int32_t> slot_table() const;
 };
 
-/// Lists the pieces of each band once, and those of each block of a band on demand.
+/// Lists the pieces of each band, once; the pieces of each block of a band on request.
 class TexelBins {
  public:
   TexelBins(const TexelGrid& grid, const TexelPieces& pieces);
 
   struct Bins {
-    std::vector<kiln_texel_block> blocks;  ///< Blocks with a list, tile by tile
+    std::vector<kiln_texel_block> blocks;  ///< Blocks with pieces, tile by tile
     std::vector<std::uint32_t> lists;      ///< Piece indices, ascending in each list
   };
-  /// The lists are conservative: at most a unit in the last place too wide in each row of blocks.
+  /// Lists are conservative: a row's span of blocks is up to a unit in the last place too wide.
   void fill(std::uint32_t band, Bins& bins);
 
  private:
@@ -51,10 +51,10 @@ class TexelBins {
 
   TexelGrid grid_;
   const TexelPieces& pieces_;
-  std::vector<std::uint32_t> band_first_;  // [bands + 1] into band_pieces_
+  std::vector<std::uint32_t> band_first_;  // [bands + 1] first entry of each band in band_pieces_
   std::vector<std::uint32_t> band_pieces_;
   std::vector<Span> spans_;
-  std::vector<std::uint32_t> cursor_;  // per block of the band
+  std::vector<std::uint32_t> cursor_;  // write position of each block of the band
 };
 
 }  // namespace kiln

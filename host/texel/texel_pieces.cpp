@@ -14,10 +14,11 @@
 namespace kiln {
 namespace {
 
-// Share of the way to a triangle's middle by which points move inward: on its very border they may miss a high poly that ends there.
-constexpr double kInward = 1.0 / 256;
+// Share of the way to a triangle's centre by which points move inward: points on the very border may miss a high poly
+// that ends there.
+constexpr double kInset = 1.0 / 256;
 
-/// Count and first example of something imperfect.
+/// Number and first example of an imperfection.
 struct Finding {
   std::uint64_t count = 0;
   std::size_t example = 0;
@@ -30,7 +31,7 @@ struct Finding {
   }
 };
 
-/// The pieces of a run of triangles.
+/// Builds the pieces of a run of triangles.
 struct Builder {
   UvGrid grid;
   std::vector<kiln_texel_piece> pieces;
@@ -39,7 +40,8 @@ struct Builder {
   Finding outside, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
-    if (surface.usable[t] == 0 || surface.is_copy(t)) return;  // a copy is baked with another one
+    // a copy shares the texels of its original
+    if (surface.usable[t] == 0 || surface.is_copy(t)) return;
     const auto& triangle = surface.triangles[t];
     const auto first = static_cast<std::uint32_t>(pieces.size());
     if (in_prism(triangle[0].uv) && in_prism(triangle[1].uv) && in_prism(triangle[2].uv)) {
@@ -80,7 +82,7 @@ struct Builder {
     const std::int64_t half = std::int64_t{1} << (grid.shift - 1);
     kiln_texel_piece piece{};
     for (std::size_t k = 0; k < 3; ++k) {
-      // The edge opposite corner k, run so that the inside has E > 0.
+      // The edge opposite corner k, oriented such that E > 0 inside.
       const std::size_t p = (k + 1) % 3;
       const std::size_t q = (k + 2) % 3;
       const std::int32_t dx = sign * (f.x[q] - f.x[p]);
@@ -88,8 +90,8 @@ struct Builder {
       piece.a[k] = -dy;
       piece.b[k] = dx;
       piece.c[k] = dx * (half - f.y[p]) - dy * (half - f.x[p]);
-      // Rows run down: inside lies to the right of an edge that runs up, and below one that runs
-      // right. These are the left edges and the top edges; samples on them belong to the triangle.
+      // Rows run downwards: inside lies to the right of an edge that runs up, and below one that runs right. These are
+      // the left edges and the top edges; samples on them belong to the triangle.
       if (dy < 0 || (dy == 0 && dx > 0)) piece.closed |= 1U << k;
     }
     const auto magnitude = static_cast<std::uint64_t>(area < 0 ? -area : area);
@@ -193,13 +195,13 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
       all.missing_uv.add(t);
     }
   }
-  constexpr std::size_t kRun = 1 << 14;
-  std::vector<Builder> runs((count + kRun - 1) / kRun);
+  constexpr std::size_t kTrianglesPerRun = 1 << 14;
+  std::vector<Builder> runs((count + kTrianglesPerRun - 1) / kTrianglesPerRun);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
       runs[r].grid = all.grid;
-      const std::size_t last = std::min(count, (r + 1) * kRun);
-      for (std::size_t i = r * kRun; i < last; ++i) {
+      const std::size_t last = std::min(count, (r + 1) * kTrianglesPerRun);
+      for (std::size_t i = r * kTrianglesPerRun; i < last; ++i) {
         runs[r].add_triangle(surface, surface.with_uvs[i]);
       }
     }
@@ -236,7 +238,7 @@ void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> tex
       y[k] = (1 - double{triangle[k].uv.y}) * height;
     }
     const auto first = static_cast<std::uint32_t>(pieces.size() + all.pieces.size());
-    // The texel's square, as two triangles.
+    // The texel's square as two triangles.
     for (const auto& half : {std::array<std::uint32_t, 3>{0, 1, 3}, {0, 3, 2}}) {
       FixedTriangle f{};
       std::array<ClipVertex, 3> points;
@@ -246,8 +248,8 @@ void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> tex
         f.y[k] = static_cast<std::int32_t>(std::int64_t{row} * samples << shift);
         auto [u, v] = samples == 1 ? nearest_weights(x, y, texel.column + 0.5, texel.row + 0.5)
                                    : nearest_weights(x, y, column, row);
-        u += (1.0 / 3 - u) * kInward;
-        v += (1.0 / 3 - v) * kInward;
+        u += (1.0 / 3 - u) * kInset;
+        v += (1.0 / 3 - v) * kInset;
         points[k].weight = {1 - u - v, u, v};
       }
       all.add_piece(f, triangle, points, texel.triangle, first);

@@ -25,7 +25,7 @@ void check_options(const TexelOptions& options) {
   }
 }
 
-/// Makes an array hold at least `size` elements; what it held may be lost.
+/// Grows an array to at least `size` elements; its contents are discarded then.
 template <typename T>
 void reserve(cl::Context& context, cl::Array<T>& array, std::size_t size) {
   if (array.size() >= size) return;
@@ -42,10 +42,10 @@ void upload(cl::Context& context, cl::Array<T>& array, const std::vector<T>& dat
 }  // namespace
 
 struct TexelSampler::Impl {
-  /// Two triangles that cover one sample.
+  /// Two triangles that cover the same sample.
   struct Overlap {
     bool found = false;
-    std::int32_t y = 0, x = 0;  ///< Of the block, samples: the first by rows, then columns, counts
+    std::int32_t y = 0, x = 0;  ///< Samples: first row and column of the block, and offset in it
     std::uint32_t row = 0, column = 0;
     std::uint32_t lower = 0, upper = 0;
   };
@@ -56,7 +56,7 @@ struct TexelSampler::Impl {
                            options.max_samples_per_band)),
         pieces(TexelPieces::of(surface, options.width * options.samples,
                                options.height * options.samples)),
-        small(give_texels(surface, options)),
+        small(assign_texels(surface, options)),
         bins(grid, pieces),
         sampled(grid.band_count(), false),
         slots(grid.slot_table()) {
@@ -67,11 +67,11 @@ struct TexelSampler::Impl {
         cl::Array<kiln_texel_piece>(context, std::span<const kiln_texel_piece>(pieces.pieces));
     device_corners =
         cl::Array<kiln_texel_corners>(context, std::span<const kiln_texel_corners>(pieces.corners));
-    pieces.corners = {};  // only the device needs them
+    pieces.corners = {};  // only the device needs them now
     report.warnings = pieces.warnings;
   }
 
-  SmallCharts give_texels(const LowSurface& surface, const TexelOptions& options) {
+  SmallCharts assign_texels(const LowSurface& surface, const TexelOptions& options) {
     if (!options.small_charts) return {};
     SmallCharts charts =
         SmallCharts::of(surface, pieces, options.width, options.height, options.samples);
@@ -95,7 +95,7 @@ struct TexelSampler::Impl {
   }
 
   TexelBand sample(std::uint32_t index, TexelBand&& recycled);
-  void note_overlap(const kiln_texel_block& block);
+  void record_overlap(const kiln_texel_block& block);
   void warn_about_overlaps();
 
   cl::Context& context;
@@ -119,8 +119,8 @@ struct TexelSampler::Impl {
       device_first_texels;
 };
 
-/// Looks up who overlaps in a block of which the device has counted that someone does.
-void TexelSampler::Impl::note_overlap(const kiln_texel_block& block) {
+/// Finds the overlapping triangles of a block in which the device has counted overlaps.
+void TexelSampler::Impl::record_overlap(const kiln_texel_block& block) {
   if (overlap.found && std::pair(overlap.y, overlap.x) <= std::pair(block.y, block.x)) return;
   const std::size_t pitch = std::size_t{8} * grid.slot_groups;
   const std::size_t count = std::size_t{grid.block_samples} * grid.block_samples;
@@ -205,7 +205,7 @@ TexelBand TexelSampler::Impl::sample(std::uint32_t index, TexelBand&& recycled) 
     band.texel_count += KILN_TEXEL_TEXELS(counts[i]);
     const std::uint32_t overlapping = KILN_TEXEL_OVERLAPS(counts[i]);
     overlaps += overlapping;
-    if (overlapping != 0) note_overlap(current.blocks[i]);
+    if (overlapping != 0) record_overlap(current.blocks[i]);
   }
 
   reserve(context, band.texel_index, band.texel_count);
@@ -214,8 +214,8 @@ TexelBand TexelSampler::Impl::sample(std::uint32_t index, TexelBand&& recycled) 
                                      band.barycentric.size() / 2, band.points.size() / 7});
   band.capacity = static_cast<std::uint32_t>(room);
   if (room < band.sample_count) {
-    // Room to spare, so that the next bands fit as well: this one's share of slack, and no new
-    // planes for a few more samples. Released first, so that old and new do not add up.
+    // Allocates an eighth more, so that bands with slightly more samples reuse the arrays. Old arrays are released
+    // first, to avoid holding both.
     band.capacity = band.sample_count + band.sample_count / 8;
     band.sample_slot = {};
     band.triangle = {};

@@ -1,4 +1,4 @@
-// Texel samples: the points of the low poly that texels stand for.
+// Texel samples: points of the low poly that texels represent.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +21,16 @@ struct TexelBand {
   std::uint32_t row_count = 0;
   std::uint32_t texel_count = 0;
   std::uint32_t sample_count = 0;
-  std::uint32_t samples = 1;             ///< N of the N x N samples that a whole texel has
-  std::uint32_t capacity = 0;            ///< Elements of one plane of the arrays below
+  std::uint32_t samples = 1;             ///< N: a whole texel has N x N samples
+  std::uint32_t capacity = 0;            ///< Elements of a plane of the arrays below
   cl::Array<std::uint32_t> texel_index;  ///< [texel_count] (row - first_row) * width + column
   cl::Array<std::uint32_t> texel_first;  ///< [texel_count + 1] first sample of each texel
-  cl::Array<std::uint32_t> sample_slot;  ///< [sample_count] place within the texel: sy * N + sx
+  cl::Array<std::uint32_t> sample_slot;  ///< [sample_count] index within the texel: sy * N + sx
   cl::Array<std::uint32_t> triangle;     ///< [sample_count] triangle of the low poly
   cl::Array<float> barycentric;          ///< 2 planes: weights of corner 1 and corner 2
   cl::Array<float> points;               ///< 7 planes: position x y z, unit direction x y z, reach
-                                         ///< (length of the direction before normalising)
-  /// Triangles whose samples lie beside the texels' centres (SmallCharts), ascending; null: none. As long as the
-  /// sampler lives.
+                                         ///< (length of the direction before normalizing)
+  /// Triangles whose samples lie beside the texels' centres (SmallCharts), ascending; null: none. Owned by the sampler.
   const std::vector<std::uint32_t>* small_triangles = nullptr;
 };
 
@@ -39,44 +38,43 @@ struct TexelOptions {
   std::uint32_t width = 1024;
   std::uint32_t height = 1024;
   std::uint32_t samples = 1;                     ///< N: N x N samples a texel, 1 to 16
-  std::uint32_t max_samples_per_band = 1 << 22;  ///< Bounds device memory
-  bool small_charts = true;  ///< Charts without the centre of a sample get texels; see SmallCharts
+  std::uint32_t max_samples_per_band = 1 << 22;  ///< Limits device memory
+  bool small_charts = true;  ///< Assign texels to charts without a sample's centre; see SmallCharts
 };
 
-/// Counts of the UV layout over all bands.
+/// Statistics of the UV layout over all bands.
 struct TexelReport {
   std::uint64_t texels = 0;  ///< Texels with at least one sample
   std::uint64_t samples = 0;
-  std::uint64_t overlapping_samples = 0;  ///< Covered by more than one triangle
+  std::uint64_t overlapping_samples = 0;  ///< Samples covered by more than one triangle
   std::vector<Warning> warnings;  ///< "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing",
                                   ///< "low-degenerate": count, rule and an example
 };
 
 /// Scan-converts the UV charts of a low poly, band by band.
 ///
-/// A sample is covered where its centre lies inside a UV triangle by the top-left rule, in fixed
-/// point. So triangles that share an edge cover each sample once. Where triangles overlap the
-/// lowest index wins and the overlap is counted. What lies outside the unit square has no texel; it
-/// is counted. Triangles with zero UV area cover nothing and are counted. Winding does not matter
-/// (mirrored charts are baked).
+/// A sample is covered if its centre lies inside a UV triangle by the top-left rule, in fixed point. So triangles that
+/// share an edge cover each sample once. Where triangles overlap, the lowest index wins and the overlap is counted.
+/// Parts outside the unit square have no texels, and are counted. Triangles without UV area cover nothing, and are
+/// counted. Winding does not matter (mirrored charts are baked).
 ///
-/// Charts between the centres of samples then get texels that nothing covers: see SmallCharts. Such a texel has all
-/// of its samples, on its triangle (TexelPieces::own).
+/// Charts between the centres of samples are then assigned texels that nothing covers: see SmallCharts. Such a texel
+/// has all of its samples on its triangle (TexelPieces::own).
 class TexelSampler {
  public:
-  /// \throws Error(usage) for a size of 0 or above 16384, samples of 0 or above 16
+  /// \throws Error(usage) for a size of 0 or above 16384, or samples of 0 or above 16
   TexelSampler(cl::Context& context, const LowSurface& surface, const TexelOptions& options);
   ~TexelSampler();
   TexelSampler(TexelSampler&&) noexcept;
 
   std::uint32_t band_count() const;
-  /// Samples one band. Bands may be asked for in any order; asking twice counts once.
-  /// \param recycled  a band that is no longer needed: its arrays are used again where they are
-  ///                  large enough (allocating takes a tenth of a second for 10 M samples on a CPU)
+  /// Samples one band. Bands may be sampled in any order; repeated ones are counted once.
+  /// \param recycled  a band that is no longer needed; its arrays are reused where they are large enough (allocating
+  ///     takes a tenth of a second for 10 M samples on a CPU)
   TexelBand sample(std::uint32_t band, TexelBand recycled = {});
-  /// Complete after every band was sampled.
+  /// Complete once every band has been sampled.
   const TexelReport& report() const;
-  /// Charts that hold no sample's centre, and what they got. Empty without TexelOptions::small_charts.
+  /// Charts that contain no sample's centre, and their texels. Empty without TexelOptions::small_charts.
   const SmallCharts& small_charts() const;
 
  private:

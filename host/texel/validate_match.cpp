@@ -1,4 +1,4 @@
-// True if a match holds together, wherever it comes from.
+// Validates a match from any source.
 #include <atomic>
 #include <cmath>
 #include <string>
@@ -11,17 +11,17 @@
 namespace kiln {
 namespace {
 
-// A map's largest side times its most samples.
-constexpr std::uint32_t kLargestSide = 16384 * 16;
-constexpr std::uint32_t kMostSamples = 16;
-// Distance that a barycentric weight may lie outside [0, 1] by rounding.
+// Greatest side of a map in samples: 16384 texels times 16.
+constexpr std::uint32_t kMaxSide = 16384 * 16;
+constexpr std::uint32_t kMaxSamples = 16;
+// Tolerance for barycentric weights outside of [0, 1].
 constexpr float kWeightSlack = 1e-3F;
 
 static_assert(static_cast<int>(SampleStatus::outermost) + 1 == KILN_STATUS_COUNT);
 
 bool is_weight(float value) { return value >= -kWeightSlack && value <= 1.0F + kWeightSlack; }
 
-/// Fault of a sample, as an id; null: none. For samples without a point only the status counts.
+/// Fault of a sample, as an id; null: none. Of samples without a point, only the status is checked.
 const char* fault(const Match& match, std::size_t i) {
   const std::uint8_t status = match.status[i];
   if (status >= KILN_STATUS_COUNT) return "match-status";
@@ -35,8 +35,8 @@ const char* fault(const Match& match, std::size_t i) {
 
 void check_sizes(const Match& match) {
   const std::size_t count = std::size_t{match.width} * match.height;
-  if (count != 0 && match.width <= kLargestSide && match.height <= kLargestSide &&
-      match.samples >= 1 && match.samples <= kMostSamples && match.width % match.samples == 0 &&
+  if (count != 0 && match.width <= kMaxSide && match.height <= kMaxSide && match.samples >= 1 &&
+      match.samples <= kMaxSamples && match.width % match.samples == 0 &&
       match.height % match.samples == 0 && match.triangle.size() == count &&
       match.u.size() == count && match.v.size() == count && match.distance.size() == count &&
       match.status.size() == count) {

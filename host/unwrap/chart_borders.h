@@ -1,4 +1,4 @@
-// Which edges are glued, and the border of every chart as a ring of half-edges.
+// Glued edges of a surface, and the border of every chart as a ring of half-edges.
 #pragma once
 
 #include <cstdint>
@@ -9,33 +9,32 @@
 
 namespace kiln {
 
-/// Discs whose borders are rings. They start as single triangles; two become one along a run of edges
-/// that both have. Edges that they share beyond the run stay open, as a seam inside the chart. So a disc
-/// stays a disc, whatever the surface is.
+/// Charts as topological discs whose borders are rings of half-edges. At first, each triangle is a disc. Two discs are
+/// joined along one run of shared border edges; shared edges outside of the run stay open, as a seam inside the chart.
+/// So the union is always a disc, whatever the surface's topology.
 class ChartBorders {
  public:
   explicit ChartBorders(const ChartSurface& surface);
 
-  /// A run of `count` half-edges of one border, from `first` on, whose mates lie in another's in the
+  /// A run of `count` half-edges of one border, starting at `first`, whose mates lie in another chart's border in the
   /// opposite order.
   struct Run {
     std::uint32_t first = 0, last = 0, count = 0;
     double length = 0;
   };
-  /// The longest run through half-edge h, which is open and has a mate in another chart.
+  /// The longest run through half-edge h, which must be open and have a mate in another chart.
   Run run_through(std::uint32_t h) const;
 
-  /// Glues along a run, then every pair of mates that has become neighbours.
-  /// \param charts  half-edges counts of the two borders
-  /// \param glued   [out] what was glued: one half-edge of every pair, to be taken back
-  /// \returns a half-edge of the new border; kNoIndex, with nothing done, where fewer than 3 would
-  ///          be left of it
+  /// Glues along a run, then zips up every pair of mates that have become neighbours on the ring.
+  /// \param charts  numbers of half-edges on the two borders
+  /// \param glued   [out] one half-edge of every glued edge, for unglue()
+  /// \returns a half-edge of the new border; kNoIndex, with nothing changed, if fewer than 3 half-edges would be left
   std::uint32_t glue(const Run& run, std::uint32_t count_a, std::uint32_t count_b,
                      std::vector<std::uint32_t>& glued);
 
-  /// Opens edges again and mends the rings around them.
+  /// Opens edges again and repairs the rings at their ends.
   void unglue(const std::vector<std::uint32_t>& edges);
-  /// Makes the ring that starts at an open half-edge anew. \returns its number of half-edges.
+  /// Rebuilds the ring that starts at an open half-edge. \returns its number of half-edges.
   std::uint32_t trace(std::uint32_t h);
 
   bool is_glued(std::uint32_t h) const { return glued_[h] != 0; }
@@ -43,14 +42,14 @@ class ChartBorders {
   std::uint32_t next(std::uint32_t h) const { return next_[h]; }
   std::uint32_t previous(std::uint32_t h) const { return previous_[h]; }
 
-  /// Marks both sides of an edge; rings are as they were.
+  /// Sets both half-edges of an edge; does not update rings.
   void set_glued(std::uint32_t h, bool value) { glued_[h] = glued_[surface_.mate[h]] = value; }
-  /// Lets b follow a on a ring.
+  /// Makes b the successor of a on a ring.
   void connect(std::uint32_t a, std::uint32_t b) {
     next_[a] = b;
     previous_[b] = a;
   }
-  /// Glues as before; rings are as they were.
+  /// Restores a former state of glued edges; does not update rings.
   void restore(std::vector<std::uint8_t> glued) { glued_ = std::move(glued); }
 
  private:

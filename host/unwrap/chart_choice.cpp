@@ -20,50 +20,51 @@
 namespace kiln {
 namespace {
 
-/// Where charts leave more than half of the map, they may be no longer than that, for a surface as large as a square
-/// with a side of 1: few long strips say how small all others are.
-constexpr double kPoor = 0.5, kMostLength = 1.3;
-/// Cuts that are tried. A seam as long as the side of a square with the mesh's area must save `seam` of that
-/// area; a chart with all of the area would waste `size` of it.
+/// If charts cover less than kMinCoverage of the map, they are grown again with a limit on their length, in units of
+/// the square root of the surface's area. Otherwise a few long strips would dictate the scale of all charts.
+constexpr double kMinCoverage = 0.5, kMaxChartLength = 1.3;
+/// Prices of cuts. A seam as long as the square root of the mesh's area must save `seam` of that area. A chart with all
+/// of the area is charged `size` of it as waste.
 struct CutChoice {
   double seam = 0, size = 0;
 };
 constexpr std::array<CutChoice, 5> kCutChoices{
     {{0.005, 0.3}, {0.035, 0.3}, {0.01, 0}, {0.02, 0.4}, {0.002, 0.1}}};
-/// A surface that is one chart with less energy than this stays whole.
+/// A surface that is a single chart with less energy than this stays whole.
 constexpr CutChoice kFlatChoice{0.02, 0};
-constexpr double kFlat = 1e-3;
-/// What is missing of this share of texels used weighs twice.
-constexpr double kGoodEnough = 0.77;
-/// Orders that each of them is packed in.
+constexpr double kMaxFlatEnergy = 1e-3;
+/// Shortfalls of coverage below this count twice.
+constexpr double kTargetCoverage = 0.77;
+/// Number of orders that each candidate is packed in.
 constexpr std::uint32_t kCutEffort = 20;
-/// Above this many charts only the first, or none where vertices weigh already.
-constexpr std::size_t kManyCharts = 150;
-/// Vertices that seams may add before they weigh all of kVertexPrice: this, times the square root of positions.
+/// Above this number of charts, only the first price is tried; none if added vertices already have a price.
+constexpr std::size_t kMaxChartsToCut = 150;
+/// Added vertices up to this, times the square root of the number of positions, are charged at kAllowancePrice only.
 constexpr double kFreeVertices = 9.3;
-/// Weight of earlier vertices, as a share of kVertexPrice.
-constexpr double kFreePrice = 0.1;
+/// Price of vertices within the allowance, as a share of kVertexPrice.
+constexpr double kAllowancePrice = 0.1;
 
-/// Charts of a surface with more triangles than kMostWhole are chosen on a proxy of kProxyTriangles.
-constexpr std::size_t kMostWhole = 24000, kProxyTriangles = 15000;
-/// If charts of more than this share of the triangles cannot be flattened, the proxy does not represent the surface.
-constexpr double kMostAnew = 0.5;
-/// Distortion limits of a proxy's charts, and then of the surface's: it bends more. A few of its triangles are
-/// needles, which say little.
+/// Charts of a surface with more triangles than kMaxDirectTriangles are chosen on a proxy of kProxyTriangles.
+constexpr std::size_t kMaxDirectTriangles = 24000, kProxyTriangles = 15000;
+/// If charts with more than this share of the triangles fail to flatten, the proxy does not represent the surface.
+constexpr double kMaxRegrownShare = 0.5;
+/// Distortion limits of the proxy's charts, and of the surface's, which is rougher. The surface's limit on single
+/// triangles is loose, since a few needles distort however the chart is laid out.
 constexpr ChartLimits kProxyLimits{0.035}, kTransferLimits{0.06, 20};
 
-/// Rounds after growing and after cutting; the energy hardly falls after these.
+/// Rounds of relaxation after growing and after cutting; more hardly lower the energy.
 constexpr int kRelaxingRounds = 4;
 
-/// Charts, and what they are worth.
-struct Tried {
+/// Candidate charts and their score.
+struct ChartCandidate {
   ChosenCharts chosen;
   double worth = -std::numeric_limits<double>::infinity();
 };
 
-Tried& best_of(std::vector<Tried>& tried) {
-  return *std::max_element(tried.begin(), tried.end(),
-                           [](const Tried& a, const Tried& b) { return a.worth < b.worth; });
+ChartCandidate& best_of(std::vector<ChartCandidate>& tried) {
+  return *std::max_element(
+      tried.begin(), tried.end(),
+      [](const ChartCandidate& a, const ChartCandidate& b) { return a.worth < b.worth; });
 }
 
 CutPrice price_of(const ChartSurface& surface, const UnwrapOptions& options,
@@ -72,16 +73,17 @@ CutPrice price_of(const ChartSurface& surface, const UnwrapOptions& options,
   const double padding =
       extent / std::sqrt(kExpectedCoverage) * options.border_texels / options.size;
   return {0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
-          kLeastPart * surface.total_area};
+          kMinPartShare * surface.total_area};
 }
 
-/// Cuts charts at each of some prices, and straightens the seams. \returns one a choice
-std::vector<Tried> cut(const ChartSurface& surface, const UnwrapOptions& options,
-                       std::span<const CutChoice> choices, const ChosenCharts& grown, int threads) {
+/// Cuts charts at each of some prices and straightens the seams. \returns one candidate for each price
+std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions& options,
+                                std::span<const CutChoice> choices, const ChosenCharts& grown,
+                                int threads) {
   std::vector<CutPrice> prices;
   for (const CutChoice& choice : choices) prices.push_back(price_of(surface, options, choice));
   std::vector<CutCharts> parts = cut_charts(surface, grown.borders, prices, grown.charts, threads);
-  std::vector<Tried> result(choices.size(), Tried{{grown.borders, {}}});
+  std::vector<ChartCandidate> result(choices.size(), ChartCandidate{{grown.borders, {}}});
   const auto trim = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       ChosenCharts& chosen = result[i].chosen;
@@ -94,28 +96,28 @@ std::vector<Tried> cut(const ChartSurface& surface, const UnwrapOptions& options
   return result;
 }
 
-/// The price of vertices, as a share of the map's texels.
+/// Price of the vertices that seams add, as a share of the map's texels.
 double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   double added = -static_cast<double>(surface.positions.size());
   for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
-  // Seams have more vertices on a finer surface, though not as many more as it has.
+  // On the finer surface a seam has more vertices: their number grows with the square root of the number of triangles.
   added *= std::sqrt(surface.finer);
   const double positions = static_cast<double>(surface.positions.size()) * surface.finer;
   const double dear = std::max(0.0, added - kFreeVertices * std::sqrt(positions));
-  return kVertexPrice * (dear + kFreePrice * (added - dear)) / positions;
+  return kVertexPrice * (dear + kAllowancePrice * (added - dear)) / positions;
 }
 
-/// The choices that are worth a try, for some charts.
+/// The prices that are worth trying for some charts.
 std::vector<CutChoice> choices_for(const ChartSurface& surface,
                                    const std::vector<FlatChart>& charts) {
-  if (charts.size() == 1 && distortion(charts[0]).energy < kFlat) return {kFlatChoice};
-  if (charts.size() <= kManyCharts) return {kCutChoices.begin(), kCutChoices.end()};
+  if (charts.size() == 1 && distortion(charts[0]).energy < kMaxFlatEnergy) return {kFlatChoice};
+  if (charts.size() <= kMaxChartsToCut) return {kCutChoices.begin(), kCutChoices.end()};
   if (vertex_price(surface, charts) > 0) return {};
   return {kCutChoices.front()};
 }
 
-/// Indices of tried charts whose seams differ from all before.
-std::vector<std::size_t> different(const std::vector<Tried>& tried) {
+/// Indices of candidates whose seams differ from all previous ones.
+std::vector<std::size_t> distinct(const std::vector<ChartCandidate>& tried) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const bool known = std::any_of(result.begin(), result.end(), [&](std::size_t other) {
@@ -126,18 +128,18 @@ std::vector<std::size_t> different(const std::vector<Tried>& tried) {
   return result;
 }
 
-/// Packs charts, and says what they are worth then.
-void pack(const ChartSurface& surface, const UnwrapOptions& options, Tried& one) {
+/// Packs a candidate's charts and sets its score.
+void pack(const ChartSurface& surface, const UnwrapOptions& options, ChartCandidate& one) {
   PackState packed = search_packing(outlines_of(one.chosen.charts), options.size,
                                     options.border_texels, kCutEffort, 1);
-  one.worth = packed.share - std::max(0.0, kGoodEnough - packed.share) -
+  one.worth = packed.share - std::max(0.0, kTargetCoverage - packed.share) -
               vertex_price(surface, one.chosen.charts);
   if (packed.share > 0) one.chosen.packed = std::move(packed);
 }
 
-/// Grows charts within some limits, and cuts them so that they pack well for few vertices.
-Tried grow_and_cut(const ChartSurface& surface, const UnwrapOptions& options,
-                   const ChartLimits& limits, int threads) {
+/// Grows charts within some limits, and cuts them where that improves packing at the cost of few vertices.
+ChartCandidate grow_and_cut(const ChartSurface& surface, const UnwrapOptions& options,
+                            const ChartLimits& limits, int threads) {
   ChosenCharts grown{ChartBorders(surface), {}};
   grown.charts = grow_charts(surface, grown.borders, limits, threads);
   relax_charts(grown.charts, threads);
@@ -147,9 +149,9 @@ Tried grow_and_cut(const ChartSurface& surface, const UnwrapOptions& options,
     grown.any_size = true;
     return {std::move(grown)};
   }
-  std::vector<Tried> tried = cut(surface, options, choices, grown, threads);
-  if (grown.charts.size() > kManyCharts) return std::move(tried[0]);
-  const std::vector<std::size_t> which = different(tried);
+  std::vector<ChartCandidate> tried = cut(surface, options, choices, grown, threads);
+  if (grown.charts.size() > kMaxChartsToCut) return std::move(tried[0]);
+  const std::vector<std::size_t> which = distinct(tried);
   const auto pack_one = [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[which[n]]);
   };
@@ -159,25 +161,28 @@ Tried grow_and_cut(const ChartSurface& surface, const UnwrapOptions& options,
 
 ChosenCharts choose(const ChartSurface& surface, const UnwrapOptions& options, ChartLimits limits,
                     int threads) {
-  Tried best = grow_and_cut(surface, options, limits, threads);
-  if (!best.chosen.packed || best.chosen.packed->share >= kPoor) return std::move(best.chosen);
-  limits.length = kMostLength * std::sqrt(surface.total_area);
-  Tried shorter = grow_and_cut(surface, options, limits, threads);
+  ChartCandidate best = grow_and_cut(surface, options, limits, threads);
+  if (!best.chosen.packed || best.chosen.packed->share >= kMinCoverage)
+    return std::move(best.chosen);
+  limits.length = kMaxChartLength * std::sqrt(surface.total_area);
+  ChartCandidate shorter = grow_and_cut(surface, options, limits, threads);
   return std::move(shorter.worth > best.worth ? shorter.chosen : best.chosen);
 }
 
 }  // namespace
 
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads) {
-  if (surface.triangles.size() <= kMostWhole) return choose(surface, options, {}, threads);
+  if (surface.triangles.size() <= kMaxDirectTriangles) return choose(surface, options, {}, threads);
   const VertexFans fans(surface);
   const ChartProxy proxy = chart_proxy(surface, fans, kProxyTriangles);
-  // With many small parts, little is left out.
-  if (proxy.surface.triangles.size() > kMostWhole) return choose(surface, options, {}, threads);
+  // A mesh of many small components is hardly reduced by the proxy.
+  if (proxy.surface.triangles.size() > kMaxDirectTriangles)
+    return choose(surface, options, {}, threads);
   const ChosenCharts chosen = choose(proxy.surface, options, kProxyLimits, threads);
   std::size_t anew = 0;
-  Tried made{transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, anew)};
-  if (static_cast<double>(anew) > kMostAnew * static_cast<double>(surface.triangles.size()))
+  ChartCandidate made{
+      transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, anew)};
+  if (static_cast<double>(anew) > kMaxRegrownShare * static_cast<double>(surface.triangles.size()))
     return choose(surface, options, {}, threads);
   if (!chosen.packed || made.chosen.packed) return std::move(made.chosen);
   pack(surface, options, made);

@@ -1,4 +1,5 @@
-// Chooses a surface's charts: grows them, cuts them in a few ways, keeps those that pack well with few vertices.
+// Chooses a surface's charts: grows them, cuts them at several prices, and keeps the candidate that packs best for its
+// number of vertices.
 #pragma once
 
 #include <optional>
@@ -11,28 +12,28 @@
 
 namespace kiln {
 
-/// The share of texels that charts are expected to cover, for weighing padding before packing.
+/// Expected coverage of the map by charts, for estimates of padding before packing.
 inline constexpr double kExpectedCoverage = 0.75;
-/// No part is smaller than this share of the mesh.
-inline constexpr double kLeastPart = 0.003;
-/// A vertex that counts weighs this, over the positions, as a share of the map's texels.
+/// Smallest part that a cut may leave, as a share of the mesh's area.
+inline constexpr double kMinPartShare = 0.003;
+/// Price of an added vertex, as a share of the map's texels times the number of positions.
 inline constexpr double kVertexPrice = 2;
 
 struct ChosenCharts {
-  ChartBorders borders;  ///< Edges of the surface that are glued.
+  ChartBorders borders;  ///< Glued edges of the surface.
   std::vector<FlatChart> charts;
-  std::optional<PackState> packed = std::nullopt;  ///< Their packing, if there is one.
-  bool any_size = false;  ///< Every size and border would have led to these charts.
+  std::optional<PackState> packed = std::nullopt;  ///< Their packing, if computed.
+  bool any_size = false;  ///< The result does not depend on the map's size and padding.
 };
 
-/// Grows charts, cuts them at a few prices, and packs what comes out roughly. Takes the charts that use most texels for
-/// their vertices. Deterministic.
+/// Grows charts, cuts them at a few prices, and packs each candidate roughly. Returns the charts with the best coverage
+/// less the price of added vertices. Deterministic.
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads);
 
-/// Lowers the energy of charts that are injective, and gives each the area of its surface.
+/// Lowers the energy of injective charts, then scales each to its area on the surface.
 void relax_charts(std::vector<FlatChart>& charts, int threads);
 
-/// The chart's border as it lies.
+/// The chart's border in its layout.
 std::vector<Vec2d> outline_of(const FlatChart& chart);
 std::vector<Outline> outlines_of(const std::vector<FlatChart>& charts);
 

@@ -11,12 +11,15 @@
 namespace kiln {
 namespace {
 
-/// Creases turn by 60 degrees at least, and are longer than this, over the side of a square with the mean
-/// triangle's area. Triangles are flat whose neighbour turns by less than half a degree.
-constexpr double kCreaseTurn = 0.5, kCreaseLength = 3, kFlatTurn = 0.99996;
-/// In chains they turn by 75 degrees at least, and triangles beside them by less than 25 otherwise. A chain is longer
-/// than this, over that side. Between flats it is longer still: a box of twelve triangles stays a net.
-constexpr double kChainTurn = 0.26, kSmoothTurn = 0.906, kChainLength = 8, kFlatChain = 18;
+/// Bounds for single creases. They turn by at least 60 degrees (cosine kMaxCreaseCosine) and are longer than
+/// kCreaseLength mean sides: square roots of the mean triangle area. A triangle is flat if a neighbour turns by less
+/// than half a degree (kMinFlatCosine).
+constexpr double kMaxCreaseCosine = 0.5, kCreaseLength = 3, kMinFlatCosine = 0.99996;
+/// Bounds for chains of creases, in the same units. Their edges turn by at least 75 degrees (kMaxChainCosine), while
+/// the triangles beside them otherwise turn by less than 25 (kMinSmoothCosine). A chain is longer than kChainLength, or
+/// than kFlatChainLength between flat triangles, so that a box of twelve triangles stays one net.
+constexpr double kMaxChainCosine = 0.26, kMinSmoothCosine = 0.906, kChainLength = 8,
+                 kFlatChainLength = 18;
 
 class Creases {
  public:
@@ -28,9 +31,9 @@ class Creases {
         smooth_(surface.triangles.size(), 0) {
     for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
       const double cosine = turn(h);
-      if (cosine > kFlatTurn) flat_[h / 3] = 1;
-      if (surface.mate[h] == kNoIndex || cosine <= kChainTurn) continue;
-      (cosine < kSmoothTurn ? bent_ : smooth_)[h / 3] = 1;
+      if (cosine > kMinFlatCosine) flat_[h / 3] = 1;
+      if (surface.mate[h] == kNoIndex || cosine <= kMaxChainCosine) continue;
+      (cosine < kMinSmoothCosine ? bent_ : smooth_)[h / 3] = 1;
     }
   }
 
@@ -39,10 +42,10 @@ class Creases {
     std::vector<std::uint32_t> chained;
     for (std::uint32_t h = 0; h < surface_.mate.size(); ++h) {
       const std::uint32_t m = surface_.mate[h];
-      if (m == kNoIndex || m < h || turn(h) >= kCreaseTurn) continue;
+      if (m == kNoIndex || m < h || turn(h) >= kMaxCreaseCosine) continue;
       if (between_flats(h) && surface_.length[h] >= kCreaseLength * side_) {
         creases.push_back(h);
-      } else if (turn(h) < kChainTurn && is_smooth(h / 3) && is_smooth(m / 3)) {
+      } else if (turn(h) < kMaxChainCosine && is_smooth(h / 3) && is_smooth(m / 3)) {
         chained.push_back(h);
       }
     }
@@ -54,7 +57,7 @@ class Creases {
   }
 
  private:
-  /// True if the crease continues over at least one side, and bends more over none.
+  /// True if the triangle has a smooth neighbour, and all others lie across creases.
   bool is_smooth(std::uint32_t t) const { return smooth_[t] != 0 && bent_[t] == 0; }
   bool between_flats(std::uint32_t h) const {
     return flat_[h / 3] != 0 && flat_[surface_.mate[h] / 3] != 0;
@@ -63,7 +66,7 @@ class Creases {
     const std::uint32_t m = surface_.mate[h];
     return m == kNoIndex ? 0.0 : dot(surface_.normal[h / 3], surface_.normal[m / 3]);
   }
-  /// Edges that lie in a long chain.
+  /// Adds edges that belong to a long chain.
   void add_chains(const std::vector<std::uint32_t>& edges, std::vector<std::uint32_t>& creases) {
     DisjointSets sets(surface_.positions.size());
     const auto ends = [&](std::uint32_t h) {
@@ -74,21 +77,21 @@ class Creases {
     std::vector<double> length(surface_.positions.size(), 0);
     for (const std::uint32_t h : edges) length[sets.find(ends(h).first)] += surface_.length[h];
     for (const std::uint32_t h : edges) {
-      const double least = (between_flats(h) ? kFlatChain : kChainLength) * side_;
+      const double least = (between_flats(h) ? kFlatChainLength : kChainLength) * side_;
       if (length[sets.find(ends(h).first)] >= least) creases.push_back(h);
     }
   }
 
   ChartSurface& surface_;
   double side_;
-  std::vector<std::uint8_t> flat_;  ///< Triangles beside one in their plane.
-  std::vector<std::uint8_t>
-      bent_;  ///< With a neighbour that turns more than smooth ones, but no crease.
-  std::vector<std::uint8_t> smooth_;  ///< With one that turns little.
+  std::vector<std::uint8_t> flat_;  ///< Triangles with a neighbour in their plane.
+  /// Triangles with a neighbour that turns too much for a smooth surface, but is no crease.
+  std::vector<std::uint8_t> bent_;
+  std::vector<std::uint8_t> smooth_;  ///< Triangles with a neighbour that turns little.
 };
 
 }  // namespace
 
-void part_at_creases(ChartSurface& surface) { Creases(surface).part(); }
+void separate_at_creases(ChartSurface& surface) { Creases(surface).part(); }
 
 }  // namespace kiln

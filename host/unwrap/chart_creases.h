@@ -1,13 +1,13 @@
-// Creases, where charts end.
+// Creases at which charts end.
 #pragma once
 
 #include "unwrap/chart_surface.h"
 
 namespace kiln {
 
-/// Parts a surface at long creases: a texel across one would have half of what each side has, and a renderer's filter
-/// does that, too. Long ones between flats, and chains of them between smooth sides. Rough surfaces have sharp edges,
-/// but hardly a smooth face beside one.
-void part_at_creases(ChartSurface& surface);
+/// Separates a surface at long creases: a texel across a crease would average both sides' detail, and so would a
+/// texture filter. Long creases are single edges between flat triangles, and chains of edges between smooth sides.
+/// Rough surfaces have sharp edges, too, but hardly any smooth triangle beside them.
+void separate_at_creases(ChartSurface& surface);
 
 }  // namespace kiln

@@ -14,14 +14,15 @@
 namespace kiln {
 namespace {
 
-/// Lines tried across each.
-constexpr int kLines = 13;
-/// Boxes of parts are hardly smaller, times the area; what could not gain even then is not looked at.
-constexpr double kLeastBox = 1.1;
-/// A part is at least this share of its chart.
-constexpr double kLeastShare = 0.01;
-/// A connected piece of a band below this share of the chart is an island.
-constexpr double kIsland = 0.002;
+/// Candidate lines across each direction.
+constexpr int kLinesPerDirection = 13;
+/// Expected area of a part's bounding box over the part's own area. A chart that could not gain even with such tight
+/// boxes is skipped.
+constexpr double kMinBoxRatio = 1.1;
+/// Least area of a part, as a share of its chart.
+constexpr double kMinCutShare = 0.01;
+/// A connected piece of a band below this share of the chart's area is an island.
+constexpr double kMaxIslandShare = 0.002;
 
 using Reach = CutShape::Reach;
 
@@ -30,8 +31,8 @@ Vec2d direction_of(std::size_t d) {
   return {std::cos(angle), std::sin(angle)};
 }
 
-/// The best cut along lines across one direction. The lines make bands of triangles; what hangs together in
-/// a band is a node. Each line is then tried on the few nodes.
+/// Finds the best cut along parallel lines across one direction. The lines divide the triangles into bands; the
+/// connected components of a band are nodes of a graph. Each line is then tested on this small graph.
 class Sweep {
  public:
   Sweep(const CutShape& shape, std::span<const CutPrice> prices)
@@ -45,7 +46,7 @@ class Sweep {
     find_nodes(direction);
     find_links();
     absorb_islands();
-    for (int line = 1; line <= kLines; ++line) look(line);
+    for (int line = 1; line <= kLinesPerDirection; ++line) test_line(line);
     for (std::size_t p = 0; p < best_.size(); ++p) {
       if (best_[p].gain <= 0) continue;
       best_[p].apart.resize(count_);
@@ -55,30 +56,30 @@ class Sweep {
   }
 
  private:
-  /// Connected triangles of one band.
+  /// A connected component of one band.
   struct Node {
     int band = 0;
     double area = 0;
   };
-  /// The edges between two nodes.
+  /// The edges between two nodes, merged.
   struct Link {
     std::uint32_t a = 0, b = 0;
     double length = 0;
   };
-  /// Connected nodes on one side of a line.
+  /// A connected component of nodes on one side of a line.
   struct Part {
     std::uint32_t neighbour = kNoIndex;
-    bool leaf = true;   ///< Next to one other part alone.
-    double length = 0;  ///< Length of its edges to others.
+    bool leaf = true;   ///< Adjacent to one other part only.
+    double length = 0;  ///< Length of its edges to other parts.
     double area = 0;
   };
 
   void find_nodes(std::size_t direction) {
     const double low = -shape_.whole.to[direction + CutShape::kDirections];
     const double high = shape_.whole.to[direction];
-    const double bands = high > low ? (kLines + 1) / (high - low) : 0;
+    const double bands = high > low ? (kLinesPerDirection + 1) / (high - low) : 0;
     std::vector<int> band(count_);
-    // As in their reaches, but side by side in memory.
+    // Like the points' reaches, but contiguous in memory.
     const std::vector<Vec2d>& points = shape_.chart.points;
     const Vec2d to = direction_of(direction);
     std::vector<float> along(points.size());
@@ -96,10 +97,11 @@ class Sweep {
         across_.push_back(edge);
         continue;
       }
-      const std::uint32_t a = first_of(node_of_, edge.a), b = first_of(node_of_, edge.b);
+      const std::uint32_t a = find_root(node_of_, edge.a), b = find_root(node_of_, edge.b);
       node_of_[std::max(a, b)] = std::min(a, b);
     }
-    for (std::uint32_t i = 0; i < count_; ++i) {  // Earlier ones have their node already.
+    // The root is the first triangle of its node, so it is renumbered before the others read it.
+    for (std::uint32_t i = 0; i < count_; ++i) {
       if (node_of_[i] == i) {
         node_of_[i] = static_cast<std::uint32_t>(nodes_.size());
         nodes_.push_back({band[i], 0});
@@ -110,8 +112,8 @@ class Sweep {
     }
   }
 
-  /// The first of what an element hangs together with.
-  static std::uint32_t first_of(std::vector<std::uint32_t>& to, std::uint32_t i) {
+  /// Root of an element in a disjoint-set forest.
+  static std::uint32_t find_root(std::vector<std::uint32_t>& to, std::uint32_t i) {
     while (to[i] != i) i = to[i] = to[to[i]];
     return i;
   }
@@ -124,8 +126,8 @@ class Sweep {
     gather(from);
   }
 
-  /// Islands go to the neighbour that they share most with. Bands have ragged sides: pieces that lie apart there
-  /// would keep a line from parting the chart in two.
+  /// Merges islands into the neighbour with the longest shared border. Bands have ragged sides, and a separate piece
+  /// there would keep a line from cutting the chart into two parts.
   void absorb_islands() {
     const auto count = static_cast<std::uint32_t>(nodes_.size());
     std::vector<std::uint32_t> to(count);
@@ -137,8 +139,8 @@ class Sweep {
       }
     }
     for (std::uint32_t n = 0; n < count; ++n) {
-      if (best[n] == nullptr || nodes_[n].area >= kIsland * shape_.area) continue;
-      to[first_of(to, n)] = first_of(to, best[n]->a == n ? best[n]->b : best[n]->a);
+      if (best[n] == nullptr || nodes_[n].area >= kMaxIslandShare * shape_.area) continue;
+      to[find_root(to, n)] = find_root(to, best[n]->a == n ? best[n]->b : best[n]->a);
     }
     std::vector<std::uint32_t> number(count, kNoIndex);
     std::vector<Node> nodes;
@@ -148,7 +150,7 @@ class Sweep {
       nodes.push_back({nodes_[n].band, 0});
     }
     for (std::uint32_t n = 0; n < count; ++n) {
-      number[n] = number[first_of(to, n)];
+      number[n] = number[find_root(to, n)];
       nodes[number[n]].area += nodes_[n].area;
     }
     if (nodes.size() == count) return;
@@ -180,21 +182,21 @@ class Sweep {
     }
   }
 
-  void look(int line) {
+  void test_line(int line) {
     line_ = static_cast<std::size_t>(line);
     const auto is_low = [&](std::uint32_t node) { return nodes_[node].band < line; };
     part_.resize(nodes_.size());
     std::iota(part_.begin(), part_.end(), 0U);
     for (const Link& link : links_) {
       if (is_low(link.a) != is_low(link.b)) continue;
-      const std::uint32_t a = first_of(part_, link.a), b = first_of(part_, link.b);
+      const std::uint32_t a = find_root(part_, link.a), b = find_root(part_, link.b);
       part_[std::max(a, b)] = std::min(a, b);
     }
     parts_.assign(nodes_.size(), {});
     spans_.clear();
     parts_count_ = 0;
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      part_[n] = first_of(part_, n);
+      part_[n] = find_root(part_, n);
       parts_count_ += part_[n] == n ? 1 : 0;
       parts_[part_[n]].area += nodes_[n].area;
     }
@@ -217,15 +219,15 @@ class Sweep {
   void consider(std::uint32_t p) {
     const Part& part = parts_[p];
     const double rest = shape_.area - part.area;
-    double boxes = -1;  // Boxes of both parts; computed when first needed.
+    double boxes = -1;  // Sum of both parts' box areas; computed when first needed.
     for (std::size_t n = 0; n < prices_.size(); ++n) {
       const CutPrice& price = prices_[n];
       ChartCut& best = best_[n];
-      if (std::min(part.area, rest) < std::max(price.least, kLeastShare * shape_.area)) continue;
+      if (std::min(part.area, rest) < std::max(price.least, kMinCutShare * shape_.area)) continue;
       const double cost =
           part.length * (2 * price.margin + price.seam) - 2 * price.size * part.area * rest;
       const double worth = best.gain_at(part.length);
-      if (shape_.box - kLeastBox * shape_.area - cost <= worth) continue;
+      if (shape_.box - kMinBoxRatio * shape_.area - cost <= worth) continue;
       if (boxes < 0) boxes = boxes_of(p);
       const double gain = shape_.box - boxes - cost;
       if (gain <= worth) continue;
@@ -236,10 +238,10 @@ class Sweep {
     }
   }
 
-  /// The smallest upright boxes of a part and of the rest, added.
+  /// Sum of the smallest box areas of a part and of the rest.
   double boxes_of(std::uint32_t p) {
     if (reaches_.empty()) find_reaches();
-    if (parts_count_ == 2) {  // One below the line, and one above.
+    if (parts_count_ == 2) {  // One part below the line, and one above.
       return below_[line_].smallest_box() + above_[line_].smallest_box();
     }
     if (spans_.empty()) {
@@ -253,13 +255,13 @@ class Sweep {
     return spans_[p].smallest_box() + outside.smallest_box();
   }
 
-  /// Extents of all nodes in one pass: nothing inside a node reaches farther than its border.
+  /// Computes all nodes' extents in one pass over border vertices, which are the outermost.
   void find_reaches() {
     reaches_.assign(nodes_.size(), {});
     std::vector<std::uint32_t> last(shape_.reach.size(), kNoIndex);
     const auto add = [&](std::uint32_t i, std::uint32_t v) {
       const std::uint32_t node = node_of_[i];
-      if (last[v] == node) return;  // Once, or little more often.
+      if (last[v] == node) return;  // Skips most repeated visits of a vertex.
       last[v] = node;
       reaches_[node].add(shape_.reach[v]);
     };
@@ -270,11 +272,11 @@ class Sweep {
         for (const std::uint32_t v : edge.ends) add(side == 0 ? edge.a : edge.b, v);
       }
     }
-    // Extents below each line, and above it.
-    below_.assign(kLines + 2, {});
-    above_.assign(kLines + 2, {});
+    // Prefix and suffix extents: below and above each line.
+    below_.assign(kLinesPerDirection + 2, {});
+    above_.assign(kLinesPerDirection + 2, {});
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      const auto band = static_cast<std::size_t>(std::clamp(nodes_[n].band, 0, kLines));
+      const auto band = static_cast<std::size_t>(std::clamp(nodes_[n].band, 0, kLinesPerDirection));
       below_[band + 1].add(reaches_[n]);
       above_[band].add(reaches_[n]);
     }
@@ -287,19 +289,20 @@ class Sweep {
   const CutShape& shape_;
   std::span<const CutPrice> prices_;
   std::uint32_t count_;
-  std::vector<std::uint32_t> node_of_;  ///< Node of each triangle.
+  std::vector<std::uint32_t> node_of_;  ///< Node that each triangle belongs to.
   std::vector<Node> nodes_;
   std::vector<Link> links_;
-  std::vector<CutShape::Edge> across_;  ///< Edges between bands.
-  std::vector<Reach> reaches_;          ///< Extent of each node; empty until one is needed.
+  std::vector<CutShape::Edge> across_;  ///< Edges of triangles between bands.
+  std::vector<Reach> reaches_;          ///< Extent of each node; empty until needed.
   std::vector<Reach> below_,
-      above_;  ///< Extents below a line and above it, once reaches are there.
+      above_;  ///< Extents below and above each line, computed with reaches_.
   std::size_t line_ = 0,
-              parts_count_ = 0;      ///< The line that is looked at, and the parts that it makes.
+              parts_count_ = 0;      ///< The current line, and the parts that it makes.
   std::vector<std::uint32_t> part_;  ///< The first node of each node's part.
   std::vector<Part> parts_;
-  std::vector<Reach> spans_;                      ///< Span of each part; empty until one is needed.
-  std::vector<std::vector<std::uint8_t>> apart_;  ///< At each price, per node, for the best cut.
+  std::vector<Reach> spans_;  ///< Extent of each part; empty until needed.
+  /// For each price, per node: it is on the cut-off side of the best cut.
+  std::vector<std::vector<std::uint8_t>> apart_;
   std::vector<ChartCut> best_;
 };
 
@@ -363,7 +366,7 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
 }
 
 bool CutShape::may_gain(const CutPrice& price) const {
-  return area >= 2 * price.least && box - kLeastBox * area + 0.5 * price.size * area * area > 0;
+  return area >= 2 * price.least && box - kMinBoxRatio * area + 0.5 * price.size * area * area > 0;
 }
 
 std::vector<ChartCut> CutShape::best_cuts(std::size_t direction,

@@ -12,29 +12,28 @@
 
 namespace kiln {
 
-/// The neighbour across each side of a chart's triangles, by places in the chart; kNoIndex at its border.
+/// Neighbours of a chart's triangles across each side, as indices in the chart; kNoIndex at its border.
 using ChartNeighbours = std::vector<std::uint32_t>;
 
 /// The best cut of a chart at one price.
 struct ChartCut {
-  double gain = 0;    ///< Area saved beyond the price; 0 where no cut is worth it.
-  double length = 0;  ///< Length of the edges that it opens.
-  std::vector<std::uint8_t>
-      apart;  ///< Per triangle of the chart: whether it is of the part cut off.
+  double gain = 0;                  ///< Area saved beyond the price; 0: no cut is worth its price.
+  double length = 0;                ///< Length of the opened edges.
+  std::vector<std::uint8_t> apart;  ///< Per triangle of the chart: it belongs to the cut-off part.
 
-  /// The gain a cut of another length needs to be better.
+  /// Gain that a cut of length `other` needs to be better than this one.
   double gain_at(double other) const { return gain > 0 ? gain / length * other : 0; }
 };
 
-/// The area of the smallest upright box around a chart, of those along a few directions.
+/// Area of the smallest bounding box of a chart over some rotations.
 double smallest_box(const FlatChart& chart);
 
-/// A chart as the search sees it.
+/// A chart prepared for the search.
 class CutShape {
  public:
-  /// Directions in half a turn; boxes are upright along each two that are square to each other.
+  /// Directions in half a turn. Bounding boxes are aligned to each pair of perpendicular directions.
   static constexpr std::size_t kDirections = 16;
-  /// Extents of points along each direction, then against it, so that all are maxima.
+  /// Maximal extents of points along each direction, and along its opposite.
   struct Reach {
     std::array<float, 2 * kDirections> to;
     Reach() { to.fill(-std::numeric_limits<float>::max()); }
@@ -43,10 +42,10 @@ class CutShape {
         to[d] = to[d] < other.to[d] ? other.to[d] : to[d];
       }
     }
-    /// Area of the box along each two directions that are square to each other.
+    /// Smallest area of the boxes along all pairs of perpendicular directions.
     double smallest_box() const;
   };
-  /// Two triangles of the chart that are neighbours; the vertices and the length of their edge.
+  /// Two adjacent triangles of the chart; vertices and length of their shared edge.
   struct Edge {
     std::uint32_t a = 0, b = 0;
     std::array<std::uint32_t, 2> ends{};
@@ -57,21 +56,21 @@ class CutShape {
     std::uint32_t triangle = 0, vertex = 0;
   };
 
-  /// \param chart  viewed, not copied
+  /// \param chart  referenced, not copied
   CutShape(const ChartSurface& surface, const FlatChart& chart, const ChartNeighbours& neighbour);
 
-  /// True if a cut of any length could be worth its price.
+  /// True if any cut could be worth its price.
   bool may_gain(const CutPrice& price) const;
   /// The best cut along lines across one direction, at each price.
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 
   const FlatChart& chart;
-  std::vector<Edge> edges;   ///< Each once.
-  std::vector<Rim> rim;      ///< All there are.
-  std::vector<Reach> reach;  ///< One per vertex.
-  Reach whole;               ///< Reach of all vertices.
-  double area = 0;           ///< Area of the surface.
-  double box = 0;            ///< The smallest upright box's.
+  std::vector<Edge> edges;   ///< Every inner edge once.
+  std::vector<Rim> rim;      ///< All triangles and vertices at the border.
+  std::vector<Reach> reach;  ///< Extent of each vertex.
+  Reach whole;               ///< Extent of the whole chart.
+  double area = 0;           ///< Area on the surface.
+  double box = 0;            ///< Area of the smallest bounding box.
 };
 
 }  // namespace kiln

@@ -35,7 +35,7 @@ FlatChart part_of(const ChartSurface& surface, const ChartBorders& borders, cons
   return part;
 }
 
-/// Charts and what they were cut into, at several prices: parts that several prices come to are there once.
+/// Charts and the parts they are cut into at several prices, as a tree; a part that several prices lead to is one node.
 class CutTree {
  public:
   CutTree(const ChartSurface& surface, const ChartBorders& borders,
@@ -92,7 +92,7 @@ class CutTree {
   }
 
  private:
-  /// A cut, and at which prices: the nodes of both parts.
+  /// A cut and the prices that choose it; node indices of both parts.
   struct Split {
     std::vector<std::uint32_t> prices;
     std::size_t rest = 0, apart = 0;
@@ -100,10 +100,10 @@ class CutTree {
   struct Node {
     FlatChart chart;
     ChartNeighbours neighbour;
-    std::vector<std::uint32_t> prices;  ///< Prices that cut down to this part
+    std::vector<std::uint32_t> prices;  ///< Prices whose cuts lead to this part
     std::vector<Split> splits;
   };
-  /// Scratch of one thread, as large as the surface.
+  /// Scratch of one thread; its size is that of the surface.
   struct Scratch {
     ChartBorders borders;
     std::vector<std::uint32_t> local;
@@ -117,7 +117,7 @@ class CutTree {
     return nullptr;
   }
 
-  /// Cuts nodes, each at most once a price, and adds the parts as new ones.
+  /// Cuts the nodes of a level, each at most once for a price, and appends the parts as new nodes.
   void cut_level(std::size_t begin, std::size_t end) {
     const std::size_t count = end - begin;
     std::vector<std::optional<CutShape>> shapes(count);
@@ -164,7 +164,7 @@ class CutTree {
     Node rest, apart;
   };
 
-  /// One for each different cut that prices come to, and that leaves discs.
+  /// Parts for each distinct cut that the prices choose, if both parts are discs.
   std::vector<Parts> split_node(const Node& node, std::span<std::vector<ChartCut>> by_direction) {
     std::vector<ChartCut> best(node.prices.size());
     for (std::vector<ChartCut>& cuts : by_direction) {
@@ -182,7 +182,7 @@ class CutTree {
         prices.push_back(node.prices[q]);
         if (q != p) best[q].gain = 0;
       }
-      if (!scratch) scratch = borrow(node);
+      if (!scratch) scratch = acquire(node);
       Parts parts{{node.chart, {}, prices, {}}, {{}, {}, prices, {}}};
       const std::vector<std::uint8_t>& apart = best[p].apart;
       const bool done = cut_apart(surface_, scratch->borders, apart, scratch->local,
@@ -193,11 +193,11 @@ class CutTree {
       parts.apart.neighbour = part_of(node.neighbour, apart, 1);
       result.push_back(std::move(parts));
     }
-    if (scratch) give_back(node, std::move(scratch));
+    if (scratch) release(node, std::move(scratch));
     return result;
   }
 
-  /// Sets a scratch to a node: its own edges glued, and those to others open, or glued as they were.
+  /// Sets a scratch's glued edges for a node. \param apart  true: opens edges to other nodes; false: restores borders_
   void mark(const Node& node, Scratch& scratch, bool apart) const {
     for (std::uint32_t i = 0; i < node.chart.source.size(); ++i) {
       scratch.local[node.chart.source[i]] = i;
@@ -209,7 +209,7 @@ class CutTree {
     }
   }
 
-  std::unique_ptr<Scratch> borrow(const Node& node) {
+  std::unique_ptr<Scratch> acquire(const Node& node) {
     std::unique_ptr<Scratch> scratch;
     {
       const std::lock_guard lock(mutex_);
@@ -226,13 +226,13 @@ class CutTree {
     return scratch;
   }
 
-  void give_back(const Node& node, std::unique_ptr<Scratch> scratch) {
+  void release(const Node& node, std::unique_ptr<Scratch> scratch) {
     mark(node, *scratch, false);
     const std::lock_guard lock(mutex_);
     free_.push_back(std::move(scratch));
   }
 
-  /// The neighbours that triangles of one part have in it.
+  /// Neighbours within one of two parts.
   static ChartNeighbours part_of(const ChartNeighbours& whole,
                                  const std::vector<std::uint8_t>& apart, std::uint8_t side) {
     std::vector<std::uint32_t> place(apart.size(), kNoIndex);
@@ -253,7 +253,7 @@ class CutTree {
   std::span<const CutPrice> prices_;
   int threads_;
   std::vector<Node> nodes_;
-  std::size_t first_ = 0;  ///< Nodes that are charts as given.
+  std::size_t first_ = 0;  ///< First of the nodes that are uncut charts.
   std::mutex mutex_;       ///< Guards the members below.
   std::vector<std::unique_ptr<Scratch>> free_;
 };

@@ -13,21 +13,21 @@
 namespace kiln {
 namespace {
 
-/// Added to errors: what no map resolves, a sixteenth of a degree.
-constexpr double kUnseen = 0.001;
-/// The error of a map falls with the square of the texel's side at best.
-constexpr double kSteepest = 2;
-/// Charts of few places lean towards the mean, as if they had this share of the area besides.
-constexpr double kTowardsMean = 0.0005;
-/// Directions in half a turn.
+/// Added to errors, in units of unit normals' difference: a sixteenth of a degree, which no map resolves.
+constexpr double kErrorFloor = 0.001;
+/// Greatest power law of the error: it falls at best with the square of the texel's side.
+constexpr double kMaxPower = 2;
+/// Regularizes charts with few samples: the mesh's mean is blended in with the weight of this share of the area.
+constexpr double kMeanWeight = 0.0005;
+/// Directions of cuts in half a turn.
 constexpr std::size_t kCutDirections = 8;
 
-/// error = level * side^-power, over an area.
+/// Model of the error on an area: error = level * side^-power.
 struct PowerLaw {
   double area = 0, level = 0, power = 0;
 
   double error(double s) const { return area * level * std::pow(s, -power); }
-  /// The scale s at which error + weight * area * s^2 is least.
+  /// The scale s that minimizes error + weight * area * s^2.
   double best(double weight, double least, double most) const {
     const double s = std::pow(0.5 * power * level / weight, 1 / (2 + power));
     return std::clamp(s, least, most);
@@ -43,20 +43,20 @@ TexelNeed sum_of(std::span<const TexelNeed> needs) {
   return sum;
 }
 
-/// \param whole  what the need leans towards
-PowerLaw law_of(const TexelNeed& need, const TexelNeed& whole) {
+/// \param whole  need of the whole mesh, for regularization
+PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
   TexelErrors e{};
   for (std::size_t k = 0; k < e.size(); ++k) {
-    e[k] = kUnseen + (need.errors[k] + kTowardsMean * whole.errors[k]) /
-                         (need.area + kTowardsMean * whole.area);
+    e[k] = kErrorFloor + (need.errors[k] + kMeanWeight * whole.errors[k]) /
+                             (need.area + kMeanWeight * whole.area);
   }
   const double power = std::log2(e[0] / e[2]) / std::log2(kTexelSides[0] / kTexelSides[2]);
-  return {need.area, std::cbrt(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kSteepest)};
+  return {need.area, std::cbrt(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxPower)};
 }
 
-/// The error one texel's area must save: the Lagrange multiplier at which charts fill the area.
-double weight_for(const std::vector<PowerLaw>& laws, double area) {
-  const double least = 1 / std::sqrt(kMostDenser), most = std::sqrt(kMostDenser);
+/// Lagrange multiplier at which the optimal scales fill the area: the error that one texel's area must save.
+double lagrange_multiplier(const std::vector<PowerLaw>& laws, double area) {
+  const double least = 1 / std::sqrt(kMaxDensityRatio), most = std::sqrt(kMaxDensityRatio);
   double low = 1e-12, high = 1e6;
   for (int i = 0; i < 100; ++i) {
     const double weight = std::sqrt(low * high);
@@ -70,13 +70,13 @@ double weight_for(const std::vector<PowerLaw>& laws, double area) {
   return high;
 }
 
-std::vector<PowerLaw> laws_of(std::span<const TexelNeed> needs, const TexelNeed& whole) {
+std::vector<PowerLaw> fit_power_laws(std::span<const TexelNeed> needs, const TexelNeed& whole) {
   std::vector<PowerLaw> laws;
-  for (const TexelNeed& need : needs) laws.push_back(law_of(need, whole));
+  for (const TexelNeed& need : needs) laws.push_back(fit_power_law(need, whole));
   return laws;
 }
 
-/// The best cut of one chart.
+/// Search for the best cut of one chart.
 class DensityCut {
  public:
   DensityCut(const ChartSurface& surface, const ChartBorders& borders, const DensityPrice& price,
@@ -88,8 +88,8 @@ class DensityCut {
     std::vector<std::uint8_t> apart;
   };
 
-  /// One for each direction at most, the best first.
-  /// \param local  the place in the chart of each of its triangles
+  /// The best cut of each direction that has one, in order of gain.
+  /// \param local  index in the chart for each of its triangles
   std::vector<Found> run(const FlatChart& chart, std::span<const TexelNeed> needs,
                          const std::vector<std::uint32_t>& local) {
     chart_ = &chart;
@@ -101,7 +101,7 @@ class DensityCut {
     chart_cost_ = cost(chart_sum_);
     std::vector<Found> found;
     for (std::size_t d = 0; d < kCutDirections; ++d) {
-      Found cut = along(static_cast<double>(d) * std::numbers::pi / kCutDirections);
+      Found cut = best_cut_across(static_cast<double>(d) * std::numbers::pi / kCutDirections);
       if (cut.gain > 0) found.push_back(std::move(cut));
     }
     std::stable_sort(found.begin(), found.end(),
@@ -114,10 +114,11 @@ class DensityCut {
     double value = 0, scale = 1;
   };
 
-  /// Error and texels, in units of texels' area, at the best scale.
+  /// Error plus the price of texels at the optimal scale.
   Cost cost(const TexelNeed& need) const {
-    const PowerLaw law = law_of(need, whole_);
-    const double s = law.best(weight_, 1 / std::sqrt(kMostDenser), std::sqrt(kMostDenser));
+    const PowerLaw law = fit_power_law(need, whole_);
+    const double s =
+        law.best(weight_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     return {law.error(s) / weight_ + law.area * s * s, s};
   }
 
@@ -136,8 +137,8 @@ class DensityCut {
     return borders_.is_glued(h) ? (*local_)[surface_.mate[h] / 3] : kNoIndex;
   }
 
-  /// The best of all lines across a direction.
-  Found along(double angle) const {
+  /// The best cut of all lines across a direction.
+  Found best_cut_across(double angle) const {
     const auto count = static_cast<std::uint32_t>(chart_->source.size());
     const Vec2d to{std::cos(angle), std::sin(angle)};
     std::vector<double> at(count);
@@ -168,7 +169,7 @@ class DensityCut {
     }
     if (most == 0) return {};
     for (std::size_t n = 0; n < count; ++n) apart[order[n]] = n < most ? 1 : 0;
-    return in_two(std::move(apart));
+    return split_connected(std::move(apart));
   }
 
   static void add(TexelNeed& sum, const TexelNeed& need) {
@@ -176,8 +177,8 @@ class DensityCut {
     for (std::size_t k = 0; k < sum.errors.size(); ++k) sum.errors[k] += need.errors[k];
   }
 
-  /// Each side is what hangs together of it and has most area; the rest goes to the other.
-  Found in_two(std::vector<std::uint8_t> apart) const {
+  /// Reduces each side to its largest connected component; the rest goes to the other side.
+  Found split_connected(std::vector<std::uint8_t> apart) const {
     for (const std::uint8_t side : {1, 0}) keep_largest(apart, side);
     TexelNeed part;
     double length = 0;
@@ -227,10 +228,10 @@ class DensityCut {
   const ChartBorders& borders_;
   const DensityPrice& price_;
   const TexelNeed& whole_;
-  double weight_;  ///< Price of a texel's area, as error.
+  double weight_;  ///< Lagrange multiplier: price of a texel's area, as error.
   const FlatChart* chart_ = nullptr;
   const std::vector<std::uint32_t>* local_ = nullptr;
-  std::vector<TexelNeed> needs_;  ///< Needs of the chart's triangles.
+  std::vector<TexelNeed> needs_;  ///< Texel needs of the chart's triangles.
   TexelNeed chart_sum_;
   Cost chart_cost_;
 };
@@ -239,12 +240,12 @@ class DensityCut {
 
 std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
   const TexelNeed whole = sum_of(needs);
-  const std::vector<PowerLaw> laws = laws_of(needs, whole);
-  const double weight = weight_for(laws, whole.area);
+  const std::vector<PowerLaw> laws = fit_power_laws(needs, whole);
+  const double weight = lagrange_multiplier(laws, whole.area);
   std::vector<double> scales;
   double taken = 0;
   for (const PowerLaw& law : laws) {
-    const double s = law.best(weight, 1 / std::sqrt(kMostDenser), std::sqrt(kMostDenser));
+    const double s = law.best(weight, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     scales.push_back(s);
     taken += law.area * s * s;
   }
@@ -253,7 +254,7 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
 }
 
 double expected_error(std::span<const TexelNeed> needs, std::span<const double> scales) {
-  const std::vector<PowerLaw> laws = laws_of(needs, sum_of(needs));
+  const std::vector<PowerLaw> laws = fit_power_laws(needs, sum_of(needs));
   double sum = 0;
   for (std::size_t i = 0; i < laws.size(); ++i) sum += laws[i].error(scales[i]);
   return sum;
@@ -302,7 +303,8 @@ std::vector<TexelNeed> chart_needs(const std::vector<FlatChart>& charts,
 void cut_by_density(const ChartSurface& surface, ChartBorders& borders, const DensityPrice& price,
                     std::span<const TexelNeed> needs, std::vector<FlatChart>& charts) {
   const TexelNeed whole = sum_of(needs);
-  const double weight = weight_for(laws_of(chart_needs(charts, needs), whole), whole.area);
+  const double weight =
+      lagrange_multiplier(fit_power_laws(chart_needs(charts, needs), whole), whole.area);
   DensityCut search(surface, borders, price, whole, weight);
   std::vector<std::uint32_t> local(surface.triangles.size());
   for (std::size_t i = 0; i < charts.size();) {

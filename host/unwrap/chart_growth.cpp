@@ -16,18 +16,18 @@
 namespace kiln {
 namespace {
 
-/// Merges tried at once, on any number of threads. Most are refused, so few are tried in vain.
-constexpr std::size_t kTogether = 6;
-/// Pieces of work that patches are laid flat in.
-constexpr std::size_t kPieces = 32;
-/// Rounds that may bring a chart within its limits.
+/// Merges tried in one batch, for any number of threads. Most are refused, so few of a batch are superseded.
+constexpr std::size_t kTrialsPerBatch = 6;
+/// Number of tasks in which patches are flattened.
+constexpr std::size_t kFlatteningTasks = 32;
+/// Rounds of each solver to bring a chart within its limits.
 constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
-/// Patches end where normals vary more: 1 - |mean normal|.
-constexpr double kMostVariance = 0.2;
-/// Merges of fewer triangles together are done before a thread has started.
-constexpr std::size_t kWorthThreads = 200;
+/// Greatest variance of normals within a patch: 1 - |mean normal|.
+constexpr double kMaxNormalVariance = 0.2;
+/// Merges of fewer triangles run on one thread, since starting threads would take longer.
+constexpr std::size_t kMinTrianglesForThreads = 200;
 
-/// The triangles that a patch was merged of: the first patches are the triangles.
+/// Triangles of a patch, from its tree of merges, whose leaves are triangles.
 std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, std::uint32_t p) {
   std::vector<std::uint32_t> triangles, stack{p};
   while (!stack.empty()) {
@@ -43,39 +43,40 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
   return triangles;
 }
 
-/// A patch, and the way down in it by the larger part each time, until a part can be laid flat.
+/// A patch, and the path down its tree of merges through the larger part, for a binary search of the largest part that
+/// can be flattened.
 struct Descent {
-  std::vector<std::uint32_t> path;  ///< The patch first, a triangle last.
-  int fails = -1, fits = 0;  ///< Places in the path: the last that fails, the first that fits.
-  FlatChart chart;           ///< The flattened chart, if it fits.
+  std::vector<std::uint32_t> path;  ///< Merge tree nodes from the patch to a triangle.
+  int fails = -1, fits = 0;  ///< Indices in the path: the last that fails, the first that fits.
+  FlatChart chart;           ///< The flattened chart of the largest part that fits.
 
   bool is_done() const { return fails + 1 == fits && !chart.source.empty(); }
-  /// The place to try next: much smaller ones until one fits, then half-way back.
+  /// The index to try next: much smaller parts until one fits, then bisection.
   int next(std::span<const std::uint32_t> sizes) const {
-    constexpr double kSmaller = 0.7;
+    constexpr double kShrinkFactor = 0.7;
     if (fails < 0 || fails + 1 == fits) return fails + 1;
     if (!chart.source.empty()) return (fails + fits) / 2;
     int at = fails + 1;
     while (at < fits && sizes[path[static_cast<std::size_t>(at)]] >
-                            kSmaller * sizes[path[static_cast<std::size_t>(fails)]]) {
+                            kShrinkFactor * sizes[path[static_cast<std::size_t>(fails)]]) {
       ++at;
     }
     return at;
   }
 };
 
-/// Lays patches flat. Those that cannot be within the limits are taken apart, as they were merged.
-class PatchLayer {
+/// Flattens patches. A patch that cannot be flattened within the limits is split as it was merged.
+class PatchFlattener {
  public:
-  PatchLayer(const ChartSurface& surface, const std::vector<ChartPatch>& patches,
-             const ChartLimits& limits, ChartBorders& borders)
+  PatchFlattener(const ChartSurface& surface, const std::vector<ChartPatch>& patches,
+                 const ChartLimits& limits, ChartBorders& borders)
       : surface_(surface),
         patches_(patches),
         limits_(limits),
         borders_(borders),
         scratches_(surface) {
     sizes_.reserve(patches.size());
-    for (const ChartPatch& patch : patches) {  // Parts come before what is made of them.
+    for (const ChartPatch& patch : patches) {  // Parts precede the patches merged from them.
       const auto [a, b] = patch.parts;
       sizes_.push_back(a == kNoIndex ? 1 : sizes_[a] + sizes_[b]);
     }
@@ -89,11 +90,11 @@ class PatchLayer {
     std::vector<FlatChart> charts;
     while (!waiting.empty()) {
       const auto lay = [&](std::size_t begin, std::size_t end) {
-        std::unique_ptr<CutScratch> scratch = scratches_.take();
+        std::unique_ptr<CutScratch> scratch = scratches_.acquire();
         for (std::size_t i = begin; i < end; ++i) try_next(waiting[i], *scratch);
-        scratches_.give_back(std::move(scratch));
+        scratches_.release(std::move(scratch));
       };
-      parallel_for(waiting.size(), waiting.size() / kPieces + 1, lay, threads);
+      parallel_for(waiting.size(), waiting.size() / kFlatteningTasks + 1, lay, threads);
       std::vector<Descent> next;
       for (Descent& one : waiting) {
         if (!one.is_done()) {
@@ -149,12 +150,11 @@ class PatchLayer {
   const std::vector<ChartPatch>& patches_;
   const ChartLimits& limits_;
   ChartBorders& borders_;
-  std::vector<std::uint32_t> sizes_;  ///< Triangles of each patch.
+  std::vector<std::uint32_t> sizes_;  ///< Number of triangles of each patch.
   ScratchPool scratches_;
 };
 
-/// Patches of triangles whose normals agree; those that cannot be laid flat within the limits are taken
-/// apart again.
+/// Patches of triangles with similar normals; those that cannot be flattened within the limits are split again.
 std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimits& limits,
                                     ChartBorders& borders, int threads) {
   ChartMerger merger(surface, borders);
@@ -163,19 +163,19 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimi
     patch.open = 3 * t;
     patch.area = surface.area[t];
     patch.normal = surface.normal[t] * surface.area[t];
-    merger.own(t, merger.add(std::move(patch)));
+    merger.assign_owner(t, merger.add(std::move(patch)));
   }
   merger.run(
       1,
       [&](double area, const Vec3d& normal) {
-        return variance(area, normal) <= kMostVariance * area;
+        return variance(area, normal) <= kMaxNormalVariance * area;
       },
       [](std::span<const ChartPatch>, std::span<std::uint8_t>) {});
 
-  return PatchLayer(surface, merger.patches(), limits, borders).run(threads);
+  return PatchFlattener(surface, merger.patches(), limits, borders).run(threads);
 }
 
-/// Lays the joined chart's points where those of its parts are, the second moved so that the joint fits.
+/// Initializes a joined chart: copies the layouts of both parts, the second one moved so that the joint fits.
 void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b) {
   const std::size_t split = a.triangles.size();
   std::vector<std::uint8_t> of_a(joined.points.size(), 0);
@@ -216,7 +216,7 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
   }
 }
 
-/// Two charts as one, laid edge to edge. \param joint  half-edges to glue
+/// Joins two charts edge to edge. \param joint  half-edges to glue
 FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
                std::span<const std::uint32_t> joint, const FlatChart& a, const FlatChart& b,
                CutScratch& scratch) {
@@ -236,7 +236,7 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
   return joined;
 }
 
-/// Relaxes a joined chart. \returns whether it is injective and within
+/// Relaxes a joined chart. \returns whether it is injective and within the limits
 bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
   if (!is_short(chart, limits)) return false;
   const auto system = rigid_system(chart);
@@ -262,14 +262,14 @@ bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
 
 namespace {
 
-/// Greedy merges of flat charts, each tried.
+/// Merges charts greedily; each merge is tried by flattening.
 void join_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                  std::vector<FlatChart>& charts, int threads) {
   ChartMerger merger(surface, borders);
   for (std::uint32_t c = 0; c < charts.size(); ++c) {
     ChartPatch patch;
     for (const std::uint32_t t : charts[c].source) {
-      merger.own(t, c);
+      merger.assign_owner(t, c);
       patch.area += surface.area[t];
       patch.normal += surface.normal[t] * surface.area[t];
       for (std::uint32_t k = 0; k < 3; ++k) {
@@ -281,10 +281,10 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   }
   ScratchPool scratches(surface);
   const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
-    std::array<FlatChart, kTogether> laid;
-    MergeTrials<kTogether> trials(joined);
-    // The largest first, so that none is left for the end; but those that may be vain after the others.
-    std::array<std::size_t, kTogether> order{}, sizes{};
+    std::array<FlatChart, kTrialsPerBatch> laid;
+    MergeTrials<kTrialsPerBatch> trials(joined);
+    // Trials start with the largest, for load balance, but those that another trial may supersede come last.
+    std::array<std::size_t, kTrialsPerBatch> order{}, sizes{};
     std::size_t triangles = 0;
     for (std::size_t i = 0; i < joined.size(); ++i) {
       for (const std::uint32_t part : joined[i].parts) sizes[i] += charts[part].triangles.size();
@@ -297,24 +297,24 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
                               std::pair(trials.has_rival(p), sizes[q]);
                      });
     const auto lay = [&](std::size_t begin, std::size_t end) {
-      std::unique_ptr<CutScratch> scratch = scratches.take();
+      std::unique_ptr<CutScratch> scratch = scratches.acquire();
       for (std::size_t n = begin; n < end; ++n) {
         const std::size_t i = order[n];
-        if (trials.is_vain(i)) {
+        if (trials.is_superseded(i)) {
           accepted[i] = 0;
           continue;
         }
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
         laid[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
         accepted[i] = lay_joined(laid[i], limits) ? 1 : 0;
-        trials.note(i, accepted[i] != 0);
+        trials.record(i, accepted[i] != 0);
       }
-      scratches.give_back(std::move(scratch));
+      scratches.release(std::move(scratch));
     };
-    parallel_for(joined.size(), 1, lay, triangles < kWorthThreads ? 1 : threads);
+    parallel_for(joined.size(), 1, lay, triangles < kMinTrianglesForThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {
       for (const std::uint32_t part : joined[i].parts) {
-        if (charts[part].source.empty()) accepted[i] = 0;  // One before took it.
+        if (charts[part].source.empty()) accepted[i] = 0;  // An earlier merge has consumed it.
       }
       if (accepted[i] == 0) continue;
       for (const std::uint32_t part : joined[i].parts) charts[part] = {};
@@ -322,7 +322,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
     }
   };
   merger.run(
-      kTogether, [](double, const Vec3d&) { return true; }, accept);
+      kTrialsPerBatch, [](double, const Vec3d&) { return true; }, accept);
   std::erase_if(charts, [](const FlatChart& chart) { return chart.source.empty(); });
 }
 

@@ -1,4 +1,4 @@
-// Greedy merging of patches into discs: the least rise of normals' variance for the longest edge first.
+// Greedy merging of patches into discs, ordered by the rise of the normals' variance over the removed edges' length.
 #pragma once
 
 #include <algorithm>
@@ -18,30 +18,32 @@
 
 namespace kiln {
 
-/// The pull of small patches to be merged where nothing bends.
-inline constexpr double kSmallPull = 0.02;
+/// Priority of merging small patches, where the surface is flat.
+inline constexpr double kSmallPatchPriority = 0.02;
 
 struct ChartPatch {
-  std::uint32_t open = 0, border = 3;  ///< A half-edge of its border; how many that has.
+  /// A half-edge of its border, and the border's number of half-edges.
+  std::uint32_t open = 0, border = 3;
   double area = 0;
-  Vec3d normal;  ///< Sum of normals by area.
+  Vec3d normal;  ///< Sum of normals, weighted by area.
   std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
-  std::vector<std::uint32_t> glued;  ///< Half-edges that joined the parts.
+  std::vector<std::uint32_t> glued;  ///< Half-edges at which the two parts were joined.
   bool alive = true;
 };
 
 inline double variance(double area, const Vec3d& normal) { return area - length(normal); }
 
-/// Merges tried at once, in their order: one that has a part of an earlier one goes only where that was refused.
+/// A batch of trial merges in their order. If two merges share a part, the later one is used only if the earlier one is
+/// refused.
 template <std::size_t count>
 class MergeTrials {
  public:
   explicit MergeTrials(std::span<const ChartPatch> joined) : joined_(joined) {}
 
-  /// True if it need not be flattened: an earlier one is known to contain part of it. Any thread.
-  bool is_vain(std::size_t i) const {
+  /// True if flattening merge i is useless, since an earlier accepted merge contains one of its parts. Thread-safe.
+  bool is_superseded(std::size_t i) const {
     for (std::size_t j = 0; j < i; ++j) {
-      if (shares_part(i, j) && laid_[j] == 1 && goes(j)) return true;
+      if (shares_part(i, j) && outcome_[j] == 1 && is_final(j)) return true;
     }
     return false;
   }
@@ -51,7 +53,7 @@ class MergeTrials {
     }
     return false;
   }
-  void note(std::size_t i, bool laid) { laid_[i] = laid ? 1 : -1; }
+  void record(std::size_t i, bool laid) { outcome_[i] = laid ? 1 : -1; }
 
  private:
   bool shares_part(std::size_t i, std::size_t j) const {
@@ -59,19 +61,19 @@ class MergeTrials {
     const auto [c, d] = joined_[j].parts;
     return a == c || a == d || b == c || b == d;
   }
-  /// True if a merge that could be flattened is known to be superseded.
-  bool goes(std::size_t i) const {
+  /// True if an accepted merge is final: no earlier accepted merge shares a part.
+  bool is_final(std::size_t i) const {
     for (std::size_t j = 0; j < i; ++j) {
-      if (shares_part(i, j) && laid_[j] != -1 && !is_vain(j)) return false;
+      if (shares_part(i, j) && outcome_[j] != -1 && !is_superseded(j)) return false;
     }
     return true;
   }
 
   std::span<const ChartPatch> joined_;
-  std::array<std::atomic<int>, count> laid_{};  ///< 0: not known yet, -1: not.
+  std::array<std::atomic<int>, count> outcome_{};  ///< 0: not tried yet, 1: accepted, -1: refused.
 };
 
-/// Greedy merging; what a merge must fulfil is the caller's.
+/// Greedy merging; the caller decides which merges are accepted.
 class ChartMerger {
  public:
   ChartMerger(const ChartSurface& surface, ChartBorders& borders)
@@ -84,13 +86,13 @@ class ChartMerger {
     place_.push_back(kNoIndex);
     return root_.back();
   }
-  void own(std::uint32_t triangle, std::uint32_t patch) { owner_[triangle] = patch; }
+  void assign_owner(std::uint32_t triangle, std::uint32_t patch) { owner_[triangle] = patch; }
   std::vector<ChartPatch>& patches() { return patches_; }
 
-  /// Merges until no pair is left that may. `fits(area, normal)` is a quick look before a pair queues;
-  /// `accept(joined, accepted)` sees up to `width` joined patches at once, the cheapest first, and refuses some by
-  /// 0. A part may be in several: where one of these is accepted, those after it must be refused. With a width of
-  /// more than 1 joints are open while it looks.
+  /// Merges until no pair is left. `fits(area, normal)` is a cheap test before a pair is queued. `accept(joined,
+  /// accepted)` receives up to `width` merged patches, the cheapest first, and sets 0 for those it refuses. Several of
+  /// them may share a part: if one of these is accepted, the later ones must be refused. For a width above 1, the
+  /// joints are open during the call.
   template <typename Fits, typename Accept>
   void run(std::size_t width, const Fits& fits, const Accept& accept) {
     for (std::uint32_t p = 0; p < patches_.size(); ++p) {
@@ -100,7 +102,7 @@ class ChartMerger {
     std::vector<std::uint8_t> accepted;
     while (!queue_.empty()) {
       ProgressGuard::poll();
-      take(width, joined);
+      pop_pairs(width, joined);
       accepted.assign(joined.size(), 1);
       accept(std::span<const ChartPatch>(joined), accepted);
       for (std::size_t i = 0; i < joined.size(); ++i) {
@@ -125,14 +127,14 @@ class ChartMerger {
   struct Pair {
     double cost = 0;
     std::uint32_t a = 0, b = 0, half_edge = 0;
-    std::uint32_t from = 0;                    ///< Which of the two queued it.
-    bool operator<(const Pair& other) const {  // The cheapest on top.
+    std::uint32_t from = 0;                    ///< The part that queued the pair.
+    bool operator<(const Pair& other) const {  // Orders the cheapest pair on top.
       return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
     }
   };
 
-  /// Takes the cheapest pairs that can be glued.
-  void take(std::size_t width, std::vector<ChartPatch>& joined) {
+  /// Pops the cheapest pairs that can be glued.
+  void pop_pairs(std::size_t width, std::vector<ChartPatch>& joined) {
     joined.clear();
     while (joined.size() < width && !queue_.empty()) {
       const Pair pair = queue_.top();
@@ -168,8 +170,8 @@ class ChartMerger {
     return p;
   }
 
-  /// Queues the cheapest pair that a patch has waiting. Most of the others are never needed: they wait apart,
-  /// since a queue of all would be many times as long.
+  /// Queues the cheapest waiting pair of a patch. The others wait in heaps of their own: most are never needed, and the
+  /// queue stays short.
   void queue_next(std::uint32_t p) {
     std::vector<Pair>& waiting = waiting_[p];
     while (!waiting.empty()) {
@@ -182,7 +184,7 @@ class ChartMerger {
     }
   }
 
-  /// Queues a patch with each of its neighbours, over the longest run they share.
+  /// Queues the pairs of a patch with each of its neighbours, at the longest shared run.
   template <typename Fits>
   void propose(std::uint32_t p, bool later_only, const Fits& fits) {
     std::vector<std::pair<std::uint32_t, ChartBorders::Run>> best;
@@ -224,7 +226,8 @@ class ChartMerger {
       const double rise = variance(area, normal) - variance(patch.area, patch.normal) -
                           variance(neighbour.area, neighbour.normal);
       const double cost =
-          (std::max(rise, 0.0) + kSmallPull * std::min(patch.area, neighbour.area)) / run.length;
+          (std::max(rise, 0.0) + kSmallPatchPriority * std::min(patch.area, neighbour.area)) /
+          run.length;
       waiting.push_back({cost, std::min(p, other), std::max(p, other), run.first, p});
     }
     std::make_heap(waiting.begin(), waiting.end());
@@ -236,8 +239,9 @@ class ChartMerger {
   std::vector<std::uint32_t> owner_, root_;
   std::vector<ChartPatch> patches_;
   std::priority_queue<Pair> queue_;         ///< The cheapest pair of each patch.
-  std::vector<std::vector<Pair>> waiting_;  ///< Heaps of the other pairs that a patch has queued.
-  std::vector<std::uint32_t> place_;        ///< Scratch of propose(): of each patch, or kNoIndex.
+  std::vector<std::vector<Pair>> waiting_;  ///< Heaps of the other pairs of each patch.
+  /// Scratch of propose(): per patch, kNoIndex or a position.
+  std::vector<std::uint32_t> place_;
 };
 
 }  // namespace kiln

@@ -15,16 +15,18 @@
 namespace kiln {
 namespace {
 
-/// Weight of an edge's squared length, times the area around its start, against squared distances.
+/// Cost of an edge's squared length times the area around its start, relative to squared distances. It favours short
+/// edges where the surface is flat.
 constexpr double kLengthCost = 0.003;
-/// A border's plane weighs its squared length, times this.
+/// Weight of the plane through a border edge, times its squared length.
 constexpr double kBorderWeight = 1;
-/// Triangles that a collapse moves turn by less than this cosine says.
-constexpr double kLeastCosine = 0.3;
-/// They keep this share of an equilateral triangle's area, for the same sides; or what they had.
-constexpr double kLeastShape = 0.05;
+/// Least cosine between normals of a triangle before and after a collapse.
+constexpr double kMinCosine = 0.3;
+/// Least area of a triangle after a collapse, as a share of an equilateral triangle's with the same sum of squared
+/// sides; triangles that had less before must not get worse.
+constexpr double kMinShape = 0.05;
 
-/// The half-edge that starts a vertex's fan: at a border the one without a mate, else any.
+/// The half-edge that starts a vertex's fan: at a border the one without a mate, otherwise any.
 std::uint32_t fan_begin(const std::vector<std::uint32_t>& mate, std::uint32_t h) {
   std::uint32_t begin = h;
   while (mate[begin] != kNoIndex) {
@@ -49,7 +51,7 @@ class ProxyCollapse {
         position_(fans.first.size()),
         quadric_(fans.first.size()),
         queued_(fans.first.size(), 0),
-        left_(surface.triangles.size()) {
+        triangles_left_(surface.triangles.size()) {
     std::iota(curve_.begin(), curve_.end(), 0U);
     std::iota(piece_.begin(), piece_.end(), 0U);
     for (std::uint32_t v = 0; v < first_.size(); ++v)
@@ -70,11 +72,11 @@ class ProxyCollapse {
 
   void run(std::size_t triangles) {
     for (std::uint32_t v = 0; v < first_.size(); ++v) propose(v);
-    while (left_ > triangles && !queue_.empty()) {
+    while (triangles_left_ > triangles && !queue_.empty()) {
       const Candidate next = queue_.top();
       queue_.pop();
       queued_[next.from] = 0;
-      // Its neighbours may have changed since.
+      // The queued cost may be outdated, since neighbours have changed.
       const Candidate now = cheapest(next.from);
       if (now.half_edge == kNoIndex) continue;
       if (now.cost > next.cost) {
@@ -118,12 +120,12 @@ class ProxyCollapse {
   }
 
  private:
-  /// An edge that one end may collapse along; of its two half-edges, one that there is.
+  /// A collapse of one end of an edge to the other; one of the edge's half-edges.
   struct Candidate {
     double cost = 0;
     std::uint32_t from = 0, half_edge = kNoIndex;
     Vec3d place;  ///< Position of the other end after the collapse
-    bool operator<(const Candidate& other) const {  // The cheapest on top.
+    bool operator<(const Candidate& other) const {  // Orders the cheapest on top.
       return std::tie(cost, from) > std::tie(other.cost, other.from);
     }
   };
@@ -136,9 +138,9 @@ class ProxyCollapse {
     return t;
   }
 
-  /// Calls body(h) for the half-edges from a vertex, then `last(h)` for one that ends at it, at a border.
+  /// Calls body(h) for the half-edges that start at a vertex, then `last(h)` for the one that ends there at a border.
   template <typename Body, typename Last>
-  void each_from(std::uint32_t v, const Body& body, const Last& last) const {
+  void for_each_from(std::uint32_t v, const Body& body, const Last& last) const {
     const std::uint32_t begin = first_[v];
     std::uint32_t h = begin;
     do {
@@ -152,8 +154,8 @@ class ProxyCollapse {
     } while (h != begin);
   }
   template <typename Body>
-  void each_neighbour(std::uint32_t v, const Body& body) const {
-    each_from(
+  void for_each_neighbour(std::uint32_t v, const Body& body) const {
+    for_each_from(
         v, [&](std::uint32_t h) { body(end(h)); }, [&](std::uint32_t h) { body(at_[h]); });
   }
 
@@ -166,7 +168,7 @@ class ProxyCollapse {
     if (best.half_edge != kNoIndex) push(best);
   }
 
-  /// The cheapest collapse of a vertex that may be done.
+  /// The cheapest valid collapse of a vertex.
   Candidate cheapest(std::uint32_t v) {
     candidates_.clear();
     const bool border = at_border(v);
@@ -177,14 +179,14 @@ class ProxyCollapse {
       const Vec3d place = at_border(to) && !border ? b : q.best_near(a, b);
       candidates_.push_back({q.at(place) + kLengthCost * dot(along, along) * q.area, v, h, place});
     };
-    each_from(
+    for_each_from(
         v, [&](std::uint32_t h) { add(h, end(h)); }, [&](std::uint32_t h) { add(h, at_[h]); });
     while (!candidates_.empty()) {
       const auto best = std::max_element(
           candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
             return std::tie(a.cost, a.half_edge) > std::tie(b.cost, b.half_edge);
           });
-      if (may(*best)) return *best;
+      if (is_valid(*best)) return *best;
       *best = candidates_.back();
       candidates_.pop_back();
     }
@@ -201,7 +203,7 @@ class ProxyCollapse {
   }
 
   /// True if a collapse keeps the topology and flips no triangle.
-  bool may(const Candidate& one) {
+  bool is_valid(const Candidate& one) {
     const std::uint32_t u = one.from, v = target(one), h = one.half_edge, m = mate_[h];
     std::array<std::uint32_t, 2> sides{h, m}, apex{kNoIndex, kNoIndex};
     for (std::size_t i = 0; i < 2; ++i) {
@@ -210,52 +212,52 @@ class ProxyCollapse {
       if (mate_[next] == kNoIndex && mate_[before] == kNoIndex) return false;
       apex[i] = at_[before];
       std::size_t around = 0;
-      each_neighbour(apex[i], [&](std::uint32_t) { ++around; });
+      for_each_neighbour(apex[i], [&](std::uint32_t) { ++around; });
       if (around <= 3 && !at_border(apex[i])) return false;
     }
     if (apex[0] == apex[1]) return false;
     ring_.clear();
-    each_neighbour(u, [&](std::uint32_t w) { ring_.push_back(w); });
+    for_each_neighbour(u, [&](std::uint32_t w) { ring_.push_back(w); });
     bool linked = true;
-    each_neighbour(v, [&](std::uint32_t w) {
+    for_each_neighbour(v, [&](std::uint32_t w) {
       if (w == apex[0] || w == apex[1]) return;
       linked = linked && std::find(ring_.begin(), ring_.end(), w) == ring_.end();
     });
     if (!linked) return false;
     bool good = true;
     for (const std::uint32_t w : {u, v}) {
-      each_from(
+      for_each_from(
           w,
           [&](std::uint32_t g) {
             if (!good || vanishes(g, h)) return;
             const Vec3d &a = position_[end(g)], &b = position_[at_[previous_half_edge(g)]];
-            good = keeps(a, b, position_[w], one.place);
+            good = keeps_shape(a, b, position_[w], one.place);
           },
           [](std::uint32_t) {});
     }
     return good;
   }
 
-  /// True if a triangle keeps its orientation and becomes no needle when its third corner moves.
-  static bool keeps(const Vec3d& a, const Vec3d& b, const Vec3d& from, const Vec3d& to) {
+  /// True if a triangle keeps its orientation and does not become a needle when its third corner moves.
+  static bool keeps_shape(const Vec3d& a, const Vec3d& b, const Vec3d& from, const Vec3d& to) {
     const Vec3d before = cross(b - a, from - a), after = cross(b - a, to - a);
     const double size = length(after);
-    if (!(dot(before, after) > kLeastCosine * length(before) * size)) return false;
+    if (!(dot(before, after) > kMinCosine * length(before) * size)) return false;
     const auto shape = [&](double doubled, const Vec3d& c) {
       const double sides = dot(b - a, b - a) + dot(c - a, c - a) + dot(c - b, c - b);
       return 3.4641016151377544 * doubled / sides;
     };
-    return shape(size, to) >= std::min(kLeastShape, shape(length(before), from));
+    return shape(size, to) >= std::min(kMinShape, shape(length(before), from));
   }
 
   void collapse(const Candidate& one) {
     const std::uint32_t u = one.from, v = target(one), h = one.half_edge, m = mate_[h];
     fan_.clear();
-    each_from(
+    for_each_from(
         u, [&](std::uint32_t g) { fan_.push_back(g); }, [](std::uint32_t) {});
-    // A half-edge from v that stays, until its fan is looked through.
+    // A half-edge from v that survives, used until v's fan is rebuilt.
     std::uint32_t from_v = kNoIndex;
-    each_from(
+    for_each_from(
         v,
         [&](std::uint32_t g) {
           if (!vanishes(g, h)) from_v = g;
@@ -265,30 +267,30 @@ class ProxyCollapse {
       at_[g] = v;
       if (!vanishes(g, h)) from_v = g;
     }
-    close(h);
-    if (m != kNoIndex) close(m);
+    remove_triangle(h);
+    if (m != kNoIndex) remove_triangle(m);
     first_[v] = fan_begin(mate_, from_v);
     quadric_[v] += quadric_[u];
     position_[v] = one.place;
-    each_neighbour(v, [&](std::uint32_t w) {
-      if (queued_[w] == 0) again_.push_back(w);
+    for_each_neighbour(v, [&](std::uint32_t w) {
+      if (queued_[w] == 0) to_requeue_.push_back(w);
     });
-    if (queued_[v] == 0) again_.push_back(v);
-    for (const std::uint32_t w : again_) propose(w);
-    again_.clear();
+    if (queued_[v] == 0) to_requeue_.push_back(v);
+    for (const std::uint32_t w : to_requeue_) propose(w);
+    to_requeue_.clear();
   }
 
-  /// Takes a triangle out whose half-edge h has shrunk to a point: its other two become one edge.
-  void close(std::uint32_t h) {
+  /// Removes a triangle whose half-edge h was collapsed, and merges its other two sides into one edge.
+  void remove_triangle(std::uint32_t h) {
     const std::uint32_t t = h / 3, apex = at_[previous_half_edge(h)];
     std::array<std::uint32_t, 2> own{next_half_edge(h), previous_half_edge(h)};
     std::array<std::uint32_t, 2> over{mate_[own[0]], mate_[own[1]]};
     gone_[t] = 1;
-    --left_;
+    --triangles_left_;
     const auto area = [&](std::uint32_t g) {
       return g == kNoIndex ? std::numeric_limits<double>::infinity() : area_[piece_of(g / 3)];
     };
-    // The smaller piece takes it in.
+    // The neighbour with the smaller piece inherits the triangle's piece.
     if (area(over[1]) < area(over[0])) std::swap(own[0], own[1]), std::swap(over[0], over[1]);
     const std::uint32_t to = over[0] / 3;
     piece_[t] = to;
@@ -297,7 +299,7 @@ class ProxyCollapse {
     curve_[over[0]] = curve_[own[1]];
     mate_[over[0]] = over[1];
     if (over[1] != kNoIndex) mate_[over[1]] = over[0];
-    // The apex's fan may have begun here.
+    // The removed half-edge may have been the start of the apex's fan.
     first_[apex] = fan_begin(mate_, at_[over[0]] == apex ? over[0] : next_half_edge(over[0]));
   }
 
@@ -310,8 +312,8 @@ class ProxyCollapse {
   std::vector<std::uint8_t> queued_;
   std::priority_queue<Candidate> queue_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> ring_, fan_, again_;
-  std::size_t left_, done_ = 0;
+  std::vector<std::uint32_t> ring_, fan_, to_requeue_;
+  std::size_t triangles_left_, done_ = 0;
 };
 
 }  // namespace

@@ -13,11 +13,11 @@
 namespace kiln {
 namespace {
 
-/// At edges of more triangles than this, none are mates.
-constexpr std::size_t kMostSheets = 32;
+/// At edges with more triangles than this, no half-edges are paired.
+constexpr std::size_t kMaxSheets = 32;
 
-/// Pairs the half-edges at an edge of more than two triangles: those that bend least first. Sheets that
-/// touch go on by themselves there.
+/// Pairs the half-edges at an edge of more than two triangles, in order of increasing dihedral bend. So sheets that
+/// touch there continue.
 void pair_sheets(ChartSurface& surface,
                  std::span<const std::pair<std::uint64_t, std::uint32_t>> edges) {
   struct Bend {
@@ -41,8 +41,8 @@ void pair_sheets(ChartSurface& surface,
   }
 }
 
-/// Opposite half-edges: they run along an edge in opposite senses.
-/// \returns of each vertex, whether it is at an edge of more than two triangles
+/// Pairs opposite half-edges: mates run along an edge in opposite directions.
+/// \returns per vertex, whether it lies on an edge of more than two triangles
 std::vector<std::uint8_t> find_mates(ChartSurface& surface) {
   std::vector<std::uint8_t> at_sheets(surface.positions.size(), 0);
   const std::size_t count = surface.triangles.size() * 3;
@@ -62,7 +62,7 @@ std::vector<std::uint8_t> find_mates(ChartSurface& surface) {
       surface.mate[b] = a;
     } else if (end - i > 2) {
       at_sheets[start_of(surface, a)] = at_sheets[end_of(surface, a)] = 1;
-      if (end - i <= kMostSheets) pair_sheets(surface, std::span(edges).subspan(i, end - i));
+      if (end - i <= kMaxSheets) pair_sheets(surface, std::span(edges).subspan(i, end - i));
     }
     i = end;
   }
@@ -85,10 +85,11 @@ void measure(ChartSurface& surface) {
   }
 }
 
-/// Angles around inner vertices; a vertex where discs meet in one point counts as it is.
-/// \param open  of each vertex, whether its angles say nothing; those at borders are added
+/// Computes the bends from angles around inner vertices. A vertex where several discs meet in a point is treated as
+/// one.
+/// \param open  per vertex, whether its angle sum has no meaning; border vertices are added
 void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
-  constexpr double kLeastTurn = 0.1;
+  constexpr double kMinAngle = 0.1;
   const std::size_t count = surface.positions.size();
   std::vector<double> turn(count, 0);
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
@@ -99,7 +100,7 @@ void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
     if (surface.mate[h] == kNoIndex) open[start_of(surface, h)] = open[end_of(surface, h)] = 1;
   }
   for (std::size_t v = 0; v < count; ++v) {
-    turn[v] = open[v] != 0 ? 0 : std::log(std::max(turn[v] / (2 * std::numbers::pi), kLeastTurn));
+    turn[v] = open[v] != 0 ? 0 : std::log(std::max(turn[v] / (2 * std::numbers::pi), kMinAngle));
   }
   for (const Triangle& t : surface.triangles) {
     const double a = turn[t[0]], b = turn[t[1]], c = turn[t[2]];

@@ -1,4 +1,4 @@
-// The surface that charts grow on: usable triangles, welded, with the half-edge across every edge.
+// The surface that charts are grown on: welded triangles with area, and the half-edge opposite each half-edge.
 #pragma once
 
 #include <cstdint>
@@ -12,25 +12,26 @@ namespace kiln {
 
 /// Half-edge 3 t + k runs from corner k of triangle t to the next corner.
 struct ChartSurface {
-  std::vector<Vec3d> positions;       ///< Moved to the origin, scaled by a power of two to about 1.
-  std::vector<Triangle> triangles;    ///< With area only; corners are welded.
-  std::vector<std::uint32_t> source;  ///< Their places in the mesh.
-  std::vector<std::uint32_t> mate;  ///< The half-edge opposite; kNoIndex at borders and where more
-                                    ///< than two triangles meet or two disagree in orientation.
-  std::vector<double> length;       ///< Per half-edge.
-  std::vector<double> area;         ///< Per triangle.
-  std::vector<Vec3d> normal;        ///< Per triangle, unit.
-  /// Per triangle, means over its corners: how far each is from lying flat, and the square of that. It is the
-  /// logarithm of the angle around the corner over a full turn. 0 at borders.
+  /// Moved to the origin, scaled by a power of two to a size of about 1.
+  std::vector<Vec3d> positions;
+  std::vector<Triangle> triangles;    ///< Triangles with area; corners are welded.
+  std::vector<std::uint32_t> source;  ///< Indices of the triangles in the mesh.
+  std::vector<std::uint32_t> mate;  ///< The opposite half-edge; kNoIndex at borders and where more
+                                    ///< than two triangles meet or two are oriented inconsistently.
+  std::vector<double> length;       ///< Length of each half-edge.
+  std::vector<double> area;         ///< Area of each triangle.
+  std::vector<Vec3d> normal;        ///< Unit normal of each triangle.
+  /// Per triangle, means over its corners of a corner's bend and of the squared bend. The bend is the logarithm of the
+  /// angle sum around the corner over a full turn: 0 for a flat corner and at borders.
   std::vector<double> bend, bend_squared;
   double total_area = 0;
-  double finer = 1;  ///< For a proxy: triangles of the surface it stands for, over its own.
+  double finer = 1;  ///< Number of triangles of the surface that a proxy represents, over its own.
 };
 
-/// \param mesh  indices in range
+/// \param mesh  with indices in range
 ChartSurface chart_surface(const Mesh& mesh);
 
-/// Fills in lengths, areas, normals and bends, of positions, triangles and mates.
+/// Computes lengths, areas, normals and bends from positions, triangles and mates.
 void measure_surface(ChartSurface& surface);
 
 inline std::uint32_t start_of(const ChartSurface& surface, std::uint32_t h) {

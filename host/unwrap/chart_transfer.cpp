@@ -18,10 +18,10 @@
 namespace kiln {
 namespace {
 
-/// Edges of the surface that are glued: pieces, the proxy's glued edges, and all trees around vertices but for their
-/// parts that seams go along.
-std::vector<std::uint8_t> glued_by(const ChartSurface& surface, const VertexFans& fans,
-                                   const ChartProxy& proxy, const ChartBorders& borders) {
+/// Glued edges of the surface: edges inside of pieces, edges of the proxy's glued edges, and the trees around vertices,
+/// except for the branches that seams run along.
+std::vector<std::uint8_t> glued_edges(const ChartSurface& surface, const VertexFans& fans,
+                                      const ChartProxy& proxy, const ChartBorders& borders) {
   std::vector<std::uint8_t> glued = proxy.inside;
   std::vector<std::uint8_t> curve(glued.size(), 0);
   for (std::uint32_t h = 0; h < proxy.curve.size(); ++h) {
@@ -29,7 +29,7 @@ std::vector<std::uint8_t> glued_by(const ChartSurface& surface, const VertexFans
     if (borders.is_glued(h)) glued[proxy.curve[h]] = 1;
   }
   const auto end = [&](std::uint32_t h) { return fans.of[next_half_edge(h)]; };
-  // Edges that are open, of each fan.
+  // Number of open edges at each fan.
   std::vector<std::uint32_t> open(fans.first.size(), 0);
   for (std::uint32_t h = 0; h < glued.size(); ++h) {
     const std::uint32_t m = surface.mate[h];
@@ -44,7 +44,7 @@ std::vector<std::uint8_t> glued_by(const ChartSurface& surface, const VertexFans
     const std::uint32_t v = leaves.back();
     leaves.pop_back();
     if (open[v] != 1) continue;
-    std::uint32_t h = fans.first[v];  // Not at a border, which has two open edges
+    std::uint32_t h = fans.first[v];  // Not at a border, where two edges are open
     while (glued[h] != 0) h = surface.mate[previous_half_edge(h)];
     if (curve[h] != 0) continue;
     glued[h] = glued[surface.mate[h]] = 1;
@@ -54,24 +54,25 @@ std::vector<std::uint8_t> glued_by(const ChartSurface& surface, const VertexFans
   return glued;
 }
 
-/// Rounds that may bring a chart within its limits.
+/// Rounds of each solver to bring a chart within its limits.
 constexpr int kTransferRigidRounds = 5, kTransferInjectiveRounds = 15, kPullRounds = 40;
-/// Weights that hold vertices where the proxy has them, relative to their triangles: tried in turn.
-constexpr std::array<double, 2> kHolds{0, 0.01};
-/// Limits of untangling: touching places of the border and flipped triangles, as shares of their numbers.
-constexpr std::size_t kMostTransferTouches = 16, kMostFlips = 8, kSidesOfTouch = 8,
-                      kTrianglesOfFlip = 200;
-/// Border vertices pushed with each one that touches.
-constexpr std::size_t kReach = 4;
+/// Weights that hold vertices near the proxy's layout, relative to their triangles; tried in this order.
+constexpr std::array<double, 2> kHoldWeights{0, 0.01};
+/// Limits of untangling: touching places of the border and flipped triangles, also as shares of the numbers of sides
+/// and triangles.
+constexpr std::size_t kMaxTransferTouches = 16, kMaxFlips = 8, kSidesPerTouch = 8,
+                      kTrianglesPerFlip = 200;
+/// Border vertices on each side of a touching one that are pushed with it.
+constexpr std::size_t kPushReach = 4;
 
-/// Lays a chart flat near to where it starts. \returns whether it is injective and within
+/// Flattens a chart near its initial layout. \returns whether it is injective and within the limits
 bool lay_near(FlatChart& chart, FlatStart start, const ChartLimits& limits) {
   const auto system = rigid_system(chart);
   const std::vector<double> holds = start.holds;
   const UntangleEffort effort{
-      kPullRounds, std::max(kMostTransferTouches, chart.boundary.size() / kSidesOfTouch),
-      std::max(kMostFlips, chart.triangles.size() / kTrianglesOfFlip), kReach};
-  for (const double by : kHolds) {
+      kPullRounds, std::max(kMaxTransferTouches, chart.boundary.size() / kSidesPerTouch),
+      std::max(kMaxFlips, chart.triangles.size() / kTrianglesPerFlip), kPushReach};
+  for (const double by : kHoldWeights) {
     for (std::size_t v = 0; v < holds.size(); ++v) start.holds[v] = by * holds[v];
     if (!rigid_rounds(chart, kTransferRigidRounds, *system, &start)) continue;
     if (!is_injective(chart)) {
@@ -96,8 +97,8 @@ class ProxyLayout {
     for (const FlatChart& chart : chosen.charts) charts_.push_back(&chart);
   }
 
-  /// \param chart  of the surface
-  /// \param of     the proxy's chart that it is of
+  /// \param chart  chart of the surface
+  /// \param of     index of the proxy's chart that it corresponds to
   /// \param local  scratch, one entry a triangle of the surface
   FlatStart start_of(const FlatChart& chart, std::uint32_t of, std::span<const std::uint8_t> glued,
                      std::vector<std::uint32_t>& local) const {
@@ -129,7 +130,7 @@ class ProxyLayout {
       known[0] = 1;
       queue.push_back(0);
     }
-    // Trims brought the others: they unfold from their neighbours.
+    // Triangles that trimming added have no place in this proxy's chart: they unfold from their neighbours.
     for (std::size_t n = 0; n < queue.size(); ++n) {
       const std::uint32_t i = queue[n];
       for (std::uint32_t k = 0; k < 3; ++k) {
@@ -154,13 +155,13 @@ class ProxyLayout {
   }
 
  private:
-  /// The side from corner k of a triangle at rest.
+  /// The side from corner k of a triangle in its rest shape.
   static Vec2d side(const RestShape& rest, std::size_t k) {
     const Vec2d& g = rest.gradient[(k + 2) % 3];
     return Vec2d{g.y, -g.x} * (2 * rest.area);
   }
 
-  /// A position as it is mapped by a triangle of the proxy.
+  /// Maps a position by the layout of a triangle of the proxy.
   Vec2d place(const Vec3d& position, std::uint32_t piece) const {
     const auto [c, n] = at_[piece];
     const FlatChart& chart = *charts_[c];
@@ -177,7 +178,7 @@ class ProxyLayout {
     return result;
   }
 
-  /// The rotation nearest to a triangle's map; as cosine and sine.
+  /// The rotation nearest to a triangle's map, as cosine and sine.
   static Vec2d rotation(const RestShape& rest, const std::array<Vec2d, 3>& places) {
     Vec2d u, v;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -191,11 +192,11 @@ class ProxyLayout {
   const ChartSurface& surface_;
   const ChartProxy& proxy_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
-      at_;  ///< Chart and place of each triangle of the proxy
+      at_;  ///< Chart and index in it for each triangle of the proxy
   std::vector<const FlatChart*> charts_;
 };
 
-/// Some triangles as a surface: other edges than glued ones are borders.
+/// Some triangles as a surface of their own; edges that are not glued become borders.
 ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
                      std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local) {
   ChartSurface part;
@@ -218,7 +219,7 @@ ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t>
   return part;
 }
 
-/// Grows charts anew of one that has no map.
+/// Grows new charts for a chart that has no flat map.
 std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& chart,
                                   const ChartLimits& limits, std::vector<std::uint8_t>& glued,
                                   std::vector<std::uint32_t>& local, int threads) {
@@ -248,7 +249,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   label.reserve(proxy.piece.size());
   for (const std::uint32_t piece : proxy.piece) label.push_back(chart_of[piece]);
   ChosenCharts made{ChartBorders(surface), {}, chosen.packed, chosen.any_size};
-  made.borders.restore(glued_by(surface, fans, proxy, chosen.borders));
+  made.borders.restore(glued_edges(surface, fans, proxy, chosen.borders));
   straighten_seams(surface, made.borders, label);
   std::vector<std::vector<std::uint32_t>> triangles(chosen.charts.size());
   for (std::uint32_t t = 0; t < label.size(); ++t) triangles[label[t]].push_back(t);
@@ -258,14 +259,14 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   const ProxyLayout layout(surface, proxy, chosen);
   ScratchPool scratches(surface);
   const auto lay = [&](std::size_t begin, std::size_t end) {
-    std::unique_ptr<CutScratch> scratch = scratches.take();
+    std::unique_ptr<CutScratch> scratch = scratches.acquire();
     for (std::size_t c = begin; c < end; ++c) {
       charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->local);
       const FlatStart start = layout.start_of(charts[c], static_cast<std::uint32_t>(c),
                                               made.borders.glued(), scratch->local);
       done[c] = is_disc(charts[c]) && lay_near(charts[c], start, limits) ? 1 : 0;
     }
-    scratches.give_back(std::move(scratch));
+    scratches.release(std::move(scratch));
   };
   parallel_for(charts.size(), 1, lay, threads);
   if (std::find(done.begin(), done.end(), 0) == done.end()) return made;

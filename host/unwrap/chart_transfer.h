@@ -1,4 +1,4 @@
-// Charts of a proxy, taken over to the surface that it stands for.
+// Transfers charts from a proxy to the finer surface.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace kiln {
 
-/// Every chart becomes the pieces of its triangles. Its seams are straightened, and it is laid flat from where the
-/// proxy's chart lies. Where that has no map within the limits, charts are grown anew.
-/// \param chosen  of the proxy
-/// \param anew    [out] triangles whose charts were
-/// \returns charts of the surface, each a disc that is injective
+/// A chart becomes the pieces of its triangles. Its seams are straightened, and it is flattened from the proxy chart's
+/// layout. Where this finds no map within the limits, new charts are grown.
+/// \param chosen  charts of the proxy
+/// \param anew    [out] number of triangles in charts that were grown anew
+/// \returns charts of the surface, each a disc and injective
 ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans,
                              const ChartProxy& proxy, const ChosenCharts& chosen,
                              const ChartLimits& limits, int threads, std::size_t& anew);

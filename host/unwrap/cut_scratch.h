@@ -12,32 +12,32 @@
 
 namespace kiln {
 
-/// Scratch of cut_open() for edges that are glued otherwise than the borders say.
+/// Scratch of cut_open() with edges whose glue state differs from the borders'.
 struct CutScratch {
   std::vector<std::uint32_t> local;
-  std::vector<std::uint8_t> other;  ///< 0, but while it is in use.
+  std::vector<std::uint8_t> other;  ///< 0 for all half-edges while not in use.
 
   explicit CutScratch(const ChartSurface& surface)
       : local(surface.triangles.size()), other(surface.mate.size(), 0) {}
-  /// Edges that count as the opposite; 0: no longer.
+  /// Marks edges whose glue state is inverted; 0: unmarks them.
   void mark(const ChartSurface& surface, std::span<const std::uint32_t> edges, std::uint8_t value) {
     for (const std::uint32_t h : edges) other[h] = other[surface.mate[h]] = value;
   }
 };
 
-/// As many as there are threads at work, since each is as large as the surface.
+/// A pool with one scratch for each active thread, since a scratch has the size of the surface.
 class ScratchPool {
  public:
   explicit ScratchPool(const ChartSurface& surface) : surface_(surface) {}
 
-  std::unique_ptr<CutScratch> take() {
+  std::unique_ptr<CutScratch> acquire() {
     const std::lock_guard lock(mutex_);
     if (free_.empty()) return std::make_unique<CutScratch>(surface_);
     std::unique_ptr<CutScratch> one = std::move(free_.back());
     free_.pop_back();
     return one;
   }
-  void give_back(std::unique_ptr<CutScratch> one) {
+  void release(std::unique_ptr<CutScratch> one) {
     const std::lock_guard lock(mutex_);
     free_.push_back(std::move(one));
   }

@@ -1,5 +1,4 @@
-// Charts as flat meshes: cutting open, projecting, checking, measuring. The solvers are in
-// flat_solvers.cpp.
+// Charts as flat meshes: cuts them open, projects, checks and measures them. The solvers are in flat_solvers.cpp.
 #include "unwrap/flat_chart.h"
 
 #include <algorithm>
@@ -16,16 +15,16 @@
 namespace kiln {
 namespace {
 
-/// Needles count as at least this high over their longest side.
-constexpr double kLeastHeight = 2e-3;
-/// Energy of the best flat maps of rough balls, over the variance of their bends.
-constexpr double kForced = 3.5;
-/// The part of roughness that is added to the limit of a single triangle, over the limit and that energy.
-constexpr double kForcedWorst = 6;
-/// Sides of a border stay this far apart, over the side of a square with the surface's area: a few UV steps.
-constexpr double kLeastApart = 1e-6;
+/// Least height of a triangle over its longest side; flatter needles are treated as this high.
+constexpr double kMinHeightRatio = 2e-3;
+/// FlatChart::forced over the variance of the chart's bends. Measured: the energy of the best flat maps of rough balls.
+constexpr double kForcedEnergyFactor = 3.5;
+/// Relative increase of the distortion limit of single triangles, for each unit of FlatChart::forced.
+constexpr double kForcedWorstFactor = 6;
+/// Least distance between border sides, over the square root of the surface's area: a few steps of UVs.
+constexpr double kMinBorderDistance = 1e-6;
 
-/// The triangle in its own plane, counter-clockwise, its longest side along x.
+/// The triangle in its own plane, counter-clockwise, with its longest side along x.
 std::array<Vec2d, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
   std::uint32_t base = 0;  // The longest side starts at this corner.
   for (std::uint32_t k = 1; k < 3; ++k) {
@@ -37,7 +36,7 @@ std::array<Vec2d, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
   const double side = surface.length[3 * t + base];
   const Vec3d along = (at(1) - at(0)) * (1 / side);
   const double foot = dot(at(2) - at(0), along);
-  const double height = std::max(2 * surface.area[t] / side, kLeastHeight * side);
+  const double height = std::max(2 * surface.area[t] / side, kMinHeightRatio * side);
   std::array<Vec2d, 3> points;
   points[base] = {0, 0};
   points[(base + 1) % 3] = {side, 0};
@@ -55,13 +54,13 @@ RestShape rest_shape(const std::array<Vec2d, 3>& p) {
   return rest;
 }
 
-/// Which half-edges are glued, see cut_open().
+/// State of glued edges, see cut_open().
 struct GluedEdges {
   std::span<const std::uint8_t> glued, other;
   bool operator[](std::uint32_t h) const { return glued[h] != (other.empty() ? 0 : other[h]); }
 };
 
-/// The border's half-edges in order: round every vertex, over glued edges, to the next open one.
+/// The border's half-edges in order: rotates around each vertex, over glued edges, to the next open one.
 std::vector<std::uint32_t> border_of(const ChartSurface& surface, const GluedEdges& glued,
                                      std::uint32_t first) {
   std::vector<std::uint32_t> border;
@@ -74,7 +73,7 @@ std::vector<std::uint32_t> border_of(const ChartSurface& surface, const GluedEdg
   return border;
 }
 
-/// From end to end, along the best of eight directions: at least 0.98 of it.
+/// Length of the chart along the longest of eight directions: at least 0.98 of its diameter.
 double length_of(const FlatChart& chart) {
   constexpr int kDirections = 8;
   double longest = 0;
@@ -147,13 +146,13 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     squared += surface.area[t] * surface.bend_squared[t];
   }
   bend /= area, squared /= area;
-  // A bend in one direction is shape, not roughness: cuts remove it.
-  chart.forced = kForced * std::max(0.0, squared - bend * bend);
+  // A uniform bend is shape, not roughness: cuts remove it. So only the variance counts.
+  chart.forced = kForcedEnergyFactor * std::max(0.0, squared - bend * bend);
   for (const std::uint32_t h : border_of(surface, glued, open)) {
     chart.boundary.push_back(chart.triangles[local[h / 3]][h % 3]);
   }
   chart.points.resize(chart.vertex.size());
-  chart.apart = kLeastApart * std::sqrt(surface.total_area);
+  chart.apart = kMinBorderDistance * std::sqrt(surface.total_area);
   return chart;
 }
 
@@ -195,7 +194,7 @@ FlatDistortion distortion(const FlatChart& chart) {
   FlatDistortion result;
   double area = 0, sum = 0;
   for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    Vec2d du, dv;  // The rows of the Jacobian.
+    Vec2d du, dv;  // Rows of the Jacobian.
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2d& p = chart.points[chart.triangles[i][k]];
       du = du + chart.rest[i].gradient[k] * p.x;
@@ -217,8 +216,8 @@ FlatDistortion distortion(const FlatChart& chart) {
 
 bool is_short(const FlatChart& chart, const ChartLimits& limits) {
   if (std::isinf(limits.length) || length_of(chart) <= limits.length) return true;
-  // A triangle that is as long cannot be cut.
-  constexpr double kOfEdge = 1.1;
+  // A chart as long as one of its edges cannot be shortened by cuts.
+  constexpr double kMaxEdgeRatio = 1.1;
   double longest = 0;
   for (const Triangle& t : chart.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -226,14 +225,14 @@ bool is_short(const FlatChart& chart, const ChartLimits& limits) {
       longest = std::max(longest, std::hypot(edge.x, edge.y));
     }
   }
-  return length_of(chart) <= kOfEdge * longest;
+  return length_of(chart) <= kMaxEdgeRatio * longest;
 }
 
 bool within(const FlatChart& chart, const ChartLimits& limits) {
   if (!is_short(chart, limits)) return false;
   const FlatDistortion d = distortion(chart);
   return d.energy <= limits.energy + chart.forced &&
-         d.worst <= limits.worst * (1 + kForcedWorst * chart.forced);
+         d.worst <= limits.worst * (1 + kForcedWorstFactor * chart.forced);
 }
 
 double flat_area(const FlatChart& chart) {

@@ -10,8 +10,8 @@ namespace {
 
 double length(const Vec2d& p) { return std::sqrt(dot(p, p)); }
 
-/// 1: left, -1: right, 0: too close to tell, or nearer than `apart` to the line.
-int side(const Vec2d& a, const Vec2d& b, const Vec2d& c, double apart = 0) {
+/// 1: left of the line, -1: right, 0: undecided within rounding, or nearer to the line than `apart`.
+int side_of_line(const Vec2d& a, const Vec2d& b, const Vec2d& c, double apart = 0) {
   const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
   const double det = left - right;
   const double bound = 3.3306690738754716e-16 * (std::abs(left) + std::abs(right)) +
@@ -19,7 +19,7 @@ int side(const Vec2d& a, const Vec2d& b, const Vec2d& c, double apart = 0) {
   return det > bound ? 1 : det < -bound ? -1 : 0;
 }
 
-/// A side of a polygon, and its box.
+/// A side of a polygon and its bounding box.
 struct BoxedSide {
   double left = 0, right = 0, low = 0, high = 0;
   std::uint32_t first = 0;
@@ -28,9 +28,9 @@ struct BoxedSide {
   }
 };
 
-/// Calls `found(a, b)` for sides that touch, until it returns false.
+/// Calls `found(a, b)` for each pair of touching sides, until it returns false.
 template <typename Found>
-void each_touch(std::span<const Vec2d> polygon, double apart, const Found& found) {
+void for_each_touch(std::span<const Vec2d> polygon, double apart, const Found& found) {
   const std::size_t count = polygon.size();
   const auto end = [&](std::size_t i) -> const Vec2d& {
     return polygon[i + 1 < count ? i + 1 : 0];
@@ -50,15 +50,15 @@ void each_touch(std::span<const Vec2d> polygon, double apart, const Found& found
       const std::size_t b = sides[j].first;
       const bool follows = (a + 1) % count == b;
       if (follows || (b + 1) % count == a) {
-        // Neighbours share a corner; they overlap only where they fold back onto each other.
+        // Neighbouring sides share a corner; they overlap only if the second folds back onto the first.
         const std::size_t first = follows ? a : b, second = follows ? b : a;
-        if (side(polygon[first], end(first), end(second)) == 0 &&
+        if (side_of_line(polygon[first], end(first), end(second)) == 0 &&
             dot(end(first) - polygon[first], end(second) - polygon[second]) <= 0) {
           if (!found(a, b)) return;
         }
         continue;
       }
-      // A short side may stand between two that are next but one.
+      // Sides that are next but one may be nearer than `apart`, since a short side can lie between them.
       const bool near = (a + 2) % count == b || (b + 2) % count == a;
       if (!segments_apart_certain(polygon[a], end(a), polygon[b], end(b), near ? 0 : apart)) {
         if (!found(a, b)) return;
@@ -69,13 +69,15 @@ void each_touch(std::span<const Vec2d> polygon, double apart, const Found& found
 
 }  // namespace
 
-bool orient2d_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c) { return side(a, b, c) > 0; }
+bool orient2d_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c) {
+  return side_of_line(a, b, c) > 0;
+}
 
 bool segments_apart_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d,
                             double apart) {
-  const int first = side(a, b, c, apart), second = side(a, b, d, apart);
+  const int first = side_of_line(a, b, c, apart), second = side_of_line(a, b, d, apart);
   if (first != 0 && first == second) return true;
-  const int third = side(c, d, a, apart), fourth = side(c, d, b, apart);
+  const int third = side_of_line(c, d, a, apart), fourth = side_of_line(c, d, b, apart);
   return third != 0 && third == fourth;
 }
 
@@ -86,7 +88,7 @@ bool is_simple(std::span<const Vec2d> polygon, double apart) {
 std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const Vec2d> polygon,
                                                                double apart) {
   std::optional<std::pair<std::size_t, std::size_t>> touch;
-  each_touch(polygon, apart, [&](std::size_t a, std::size_t b) {
+  for_each_touch(polygon, apart, [&](std::size_t a, std::size_t b) {
     touch = {a, b};
     return false;
   });
@@ -96,7 +98,7 @@ std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const V
 std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const Vec2d> polygon,
                                                          double apart, std::size_t most) {
   std::vector<std::pair<std::size_t, std::size_t>> found;
-  each_touch(polygon, apart, [&](std::size_t a, std::size_t b) {
+  for_each_touch(polygon, apart, [&](std::size_t a, std::size_t b) {
     found.emplace_back(a, b);
     return found.size() < most;
   });

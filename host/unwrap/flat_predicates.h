@@ -1,4 +1,4 @@
-// Sides and crossings in the plane, in double precision with an error bound.
+// Orientation and intersection predicates in the plane, in double precision with an error bound.
 #pragma once
 
 #include <cstddef>
@@ -11,25 +11,25 @@
 
 namespace kiln {
 
-/// True if a, b, c certainly turn left: above the rounding of the determinant (Shewchuk 1997,
-/// orient2d's first bound).
+/// True if a, b, c certainly turn left: the determinant exceeds its rounding error (Shewchuk 1997, first bound of
+/// orient2d).
 bool orient2d_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c);
 
-/// True if segments ab and cd are certainly apart: one lies on one side of the other's line.
+/// True if segments ab and cd are certainly disjoint: one lies on one side of the other's line.
 /// \param apart  and at least this far from it
 bool segments_apart_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d,
                             double apart = 0);
 
-/// True if the closed polygon certainly does not touch itself, except neighbours at their corner.
-/// Sorted along x: about n log n for outlines that are no worse than round.
-/// \param apart  how far from each other sides must be that are not next to each other, nor next but one
+/// True if the closed polygon certainly does not touch itself, except for neighbouring sides at their corner. A sweep
+/// along x: about n log n for outlines that are not much longer than wide.
+/// \param apart  least distance between sides that are neither neighbours nor next but one
 bool is_simple(std::span<const Vec2d> polygon, double apart = 0);
 
-/// The first two sides found that touch, by the numbers of their first corners.
+/// The first pair of touching sides that is found, as indices of their first corners.
 std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const Vec2d> polygon,
                                                                double apart = 0);
 
-/// All that are found, up to a number.
+/// Touching sides, up to a number.
 std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const Vec2d> polygon,
                                                          double apart, std::size_t most);
 

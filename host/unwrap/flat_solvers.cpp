@@ -1,4 +1,4 @@
-// The rounds of flat charts: each solves a linear system.
+// Solvers of flat charts; each round solves a sparse linear system.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +20,7 @@ struct Symmetric {
   double xx = 1, xy = 0, yy = 1;
 };
 
-/// A map's first derivatives on a triangle, by rows.
+/// A map's first derivatives on a triangle: the rows of the Jacobian.
 struct Jacobian {
   Vec2d u, v;
 };
@@ -41,8 +41,8 @@ Vec2d nearest_rotation(const Jacobian& j) {
   return size > 0 ? Vec2d{c / size, s / size} : Vec2d{1, 0};
 }
 
-/// Weight of the distance to a rotation so that its gradient is that of the symmetric Dirichlet
-/// energy (Rabinovich et al. 2017, equation 15): squared, in the frame of the image.
+/// Weight of the distance to a rotation, such that its gradient equals that of the symmetric Dirichlet energy
+/// (Rabinovich et al. 2017, equation 15); squared, in the frame of the image.
 Symmetric dirichlet_weight(const Jacobian& j) {
   const double det = cross(j.u, j.v);
   const double sum = dot(j.u, j.u) + dot(j.v, j.v);
@@ -65,7 +65,7 @@ double energy(const FlatChart& chart, const std::vector<Vec2d>& points) {
   return sum;
 }
 
-/// The step along the direction at which a triangle flattens first (Smith, Schaefer 2015, section 3.3).
+/// The greatest step along the direction before a triangle degenerates (Smith, Schaefer 2015, section 3.3).
 double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction) {
   double best = std::numeric_limits<double>::infinity();
   for (const Triangle& t : chart.triangles) {
@@ -75,7 +75,7 @@ double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction
     const double a = cross(de, df), b = cross(e, df) + cross(de, f), c = cross(e, f);
     const double disc = b * b - 4 * a * c;
     if (disc < 0) continue;
-    // Both roots in their stable forms; the least positive one counts.
+    // Both roots, computed without cancellation; the least positive one counts.
     const double q = -0.5 * (b + std::copysign(std::sqrt(disc), b));
     for (const double root : {a != 0 ? q / a : -1.0, q != 0 ? c / q : -1.0}) {
       if (root > 0) best = std::min(best, root);
@@ -84,30 +84,30 @@ double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction
   return best;
 }
 
-/// The linear system of one step: the minimum of the weighted distance to the nearest rotations.
+/// The linear system of one step: minimizes the weighted distance to the nearest rotations.
 class StepSystem {
  public:
-  /// \param known  of the same triangles; or null
+  /// \param known  system of the same triangles; or null
   StepSystem(const FlatChart& chart, const RigidSystem* known)
       : system_(known != nullptr ? known->pattern() : std::make_shared<const FlatPattern>(chart)) {}
 
-  /// \returns false where it has no solution
-  /// \param pinned  vertices that stay where they are, nearly
+  /// \returns false if there is no solution
+  /// \param pinned  vertices that are held in place by a large weight
   bool solve(const FlatChart& chart, std::vector<Vec2d>& target,
              std::span<const std::uint32_t> pinned = {}) {
-    // Holds the system up where a chart could turn or move freely, and shortens wild steps.
-    constexpr double kProximal = 1e-4;
+    // Proximal term: makes the system definite where a chart can move or turn freely, and damps large steps.
+    constexpr double kProximalWeight = 1e-4;
     system_.clear();
     target = chart.points;
     for (std::uint32_t v = 0; v < target.size(); ++v) {
-      target[v] = target[v] * kProximal;
-      system_.diagonal(v) = {kProximal, 0, 0, kProximal};
+      target[v] = target[v] * kProximalWeight;
+      system_.diagonal(v) = {kProximalWeight, 0, 0, kProximalWeight};
     }
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) add(chart, i, target);
-    constexpr double kPin = 1e3;  // Over what triangles weigh.
+    constexpr double kPinWeight = 1e3;  // Relative to the weights of triangles.
     for (const std::uint32_t v : pinned) {
       FlatSystem<2>::Block& own = system_.diagonal(v);
-      const double by = kPin * (own[0] + own[3]);
+      const double by = kPinWeight * (own[0] + own[3]);
       own[0] += by, own[3] += by;
       target[v] = target[v] + chart.points[v] * by;
     }
@@ -133,29 +133,29 @@ class StepSystem {
       Vec2d& pull = right[chart.triangles[i][k]];
       pull = pull + Vec2d{m.xx * turned.x + m.xy * turned.y, m.xy * turned.x + m.yy * turned.y} *
                         rest.area;
-      add(system_.own(i, k), rest.area * dot(g, g), m);
-      add(system_.side(i, k), rest.area * dot(g, rest.gradient[(k + 1) % 3]), m);
+      add(system_.corner_block(i, k), rest.area * dot(g, g), m);
+      add(system_.edge_block(i, k), rest.area * dot(g, rest.gradient[(k + 1) % 3]), m);
     }
   }
 
   FlatSystem<2> system_;
 };
 
-/// Adds vertices of the border that would touch if all went where they want. \returns whether there are any
+/// Adds border vertices that would touch after a full step. \returns whether there are any
 bool pin_touching(const FlatChart& chart, const std::vector<Vec2d>& to,
                   std::vector<std::uint32_t>& pinned) {
-  constexpr std::size_t kMost = 1000, kBeside = 2;
+  constexpr std::size_t kMaxTouches = 1000, kPinReach = 2;
   std::vector<Vec2d> border;
   for (const std::uint32_t v : chart.boundary) border.push_back(to[v]);
-  const auto found = touches(border, chart.apart, kMost);
+  const auto found = touches(border, chart.apart, kMaxTouches);
   if (found.empty()) return false;
   const std::size_t count = border.size();
   std::vector<std::uint8_t> is_pinned(chart.points.size(), 0);
   for (const std::uint32_t v : pinned) is_pinned[v] = 1;
   for (const auto& [a, b] : found) {
     for (const std::size_t side : {a, b}) {
-      for (std::size_t n = 0; n < 2 * kBeside + 2; ++n) {
-        const std::uint32_t v = chart.boundary[(side + n + count * kBeside - kBeside) % count];
+      for (std::size_t n = 0; n < 2 * kPinReach + 2; ++n) {
+        const std::uint32_t v = chart.boundary[(side + n + count * kPinReach - kPinReach) % count];
         if (is_pinned[v] == 0) pinned.push_back(v);
         is_pinned[v] = 1;
       }
@@ -182,7 +182,7 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatS
     }
     chart.points = start->places;
   }
-  // Vertex 0 stays where it is: what pulls at the others adds up to nothing.
+  // Vertex 0 is anchored at its place; the other forces sum to 0, so the anchor does not distort.
   double& held = system.diagonal(0)[0];
   const Vec2d anchor = chart.points[0] * held;
   held += held;
@@ -225,9 +225,9 @@ double rigid_energy(const FlatChart& chart) {
 
 void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
                       const RigidSystem* known, bool pins) {
-  constexpr double kDone = 1e-5, kStalled = 0.01;
+  constexpr double kConverged = 1e-5, kStalled = 0.01;
   double current = energy(chart, chart.points);
-  // The sum that energy() makes of the limit.
+  // The limit in the units of energy(): a sum over the area.
   const double area = std::accumulate(chart.rest.begin(), chart.rest.end(), 0.0,
                                       [](double sum, const RestShape& r) { return sum + r.area; });
   const double wanted = until == nullptr ? std::numeric_limits<double>::infinity()
@@ -259,8 +259,8 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
       chart.points = before;
       return;
     }
-    // Above the limit, what hardly falls will not come within.
-    if (last - current < (current > wanted ? kStalled : kDone) * last) return;
+    // Ends on convergence; above the limit, also where slow progress would not reach it.
+    if (last - current < (current > wanted ? kStalled : kConverged) * last) return;
   }
 }
 

@@ -12,7 +12,7 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// The edges of a chart, each once; the higher vertex first.
+/// The edges of a chart, each once, the higher vertex first.
 std::vector<Edge> edges_of(const FlatChart& chart) {
   std::vector<Edge> edges;
   edges.reserve(chart.triangles.size() * 3);
@@ -27,7 +27,7 @@ std::vector<Edge> edges_of(const FlatChart& chart) {
   return edges;
 }
 
-/// The place of each vertex in Eigen's order of least degree.
+/// The rank of each vertex in Eigen's minimum-degree ordering.
 std::vector<std::uint32_t> least_degree(std::size_t count, const std::vector<Edge>& edges) {
   const auto size = static_cast<Eigen::Index>(count);
   Matrix upper(size, size);
@@ -53,13 +53,14 @@ std::vector<std::uint32_t> least_degree(std::size_t count, const std::vector<Edg
 
 template <int N>
 struct FlatSystem<N>::Solver {
-  /// Points as columns of x and of y, or as one of both in turns.
+  /// Unknowns: two columns x and y, or one column of interleaved x and y.
   using Unknowns =
       std::conditional_t<N == 1, Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>,
                          Eigen::VectorXd>;
 
-  Matrix matrix;  ///< Its upper half, in the order of elimination: Eigen copies nothing then
-  std::vector<std::uint32_t> number_of;  ///< Index of each of its values among those of all blocks
+  Matrix matrix;  ///< Upper triangle in the order of elimination, so that Eigen makes no copy
+  /// For each stored value, its index among the values of all blocks
+  std::vector<std::uint32_t> number_of;
   Eigen::SimplicialLDLT<Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>> factor;
   Unknowns right;
 };
@@ -93,7 +94,7 @@ FlatSystem<N>::FlatSystem(std::shared_ptr<const FlatPattern> pattern)
   const auto count = static_cast<std::uint32_t>(pattern_->place.size());
   blocks_.resize(count + edges.size());
   Matrix& matrix = solver_->matrix;
-  // Column by column: edges to vertices before, the diagonal last.
+  // Filled column by column: edges to earlier vertices first, the diagonal last.
   matrix.resize(Eigen::Index{N} * count, Eigen::Index{N} * count);
   matrix.reserve(static_cast<Eigen::Index>(blocks_.size() * N * N));
   std::size_t first = 0;
@@ -135,7 +136,7 @@ template <int N>
 bool FlatSystem<N>::solve(std::vector<Vec2d>& points) {
   auto& right = solver_->right;
   right.resize(solver_->matrix.cols(), N == 1 ? 2 : 1);
-  double* const values = right.data();  // x of all places, then y.
+  double* const values = right.data();  // x of all points, then y of all points
   for (std::size_t v = 0; v < points.size(); ++v) {
     double* const p = values + std::size_t{2} * pattern_->place[v];
     p[0] = points[v].x;

@@ -1,5 +1,4 @@
-// The linear systems of flat charts: a block of numbers for each edge and vertex, factorised again and again on
-// one pattern.
+// Sparse linear systems of flat charts: a block for each edge and vertex, refactorized with one symbolic pattern.
 #pragma once
 
 #include <algorithm>
@@ -15,19 +14,20 @@
 
 namespace kiln {
 
-/// The places of a chart's vertices in the order of elimination. Where a matrix of its edges is not zero.
+/// Elimination order of a chart's vertices, and the non-zero pattern of matrices on its edges.
 struct FlatPattern {
   explicit FlatPattern(const FlatChart& chart);
 
-  std::vector<std::uint32_t> place;  ///< Place of each vertex
-  /// Places of the ends of each edge, the higher first.
+  std::vector<std::uint32_t> place;  ///< Rank of each vertex in the order
+  /// Ranks of the ends of each edge, the higher one first.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  /// Blocks of each triangle: corners with themselves, and with the next; of places, then of edges.
+  /// Block indices of each triangle: each corner with itself and with the next. Blocks of vertices come first, then
+  /// those of edges.
   std::vector<std::uint32_t> slots;
 };
 
-/// A symmetric positive definite matrix of N x N blocks on a chart's pattern, and what solves it. Its unknowns are
-/// points: of N = 1, x and y alike. Blocks are by rows, and symmetric themselves.
+/// A symmetric positive definite matrix of N x N blocks on a chart's pattern, and its solver. The unknowns are points;
+/// for N = 1, x and y share the matrix. Blocks are stored by rows, and are symmetric.
 template <int N>
 class FlatSystem {
  public:
@@ -42,21 +42,25 @@ class FlatSystem {
 
   void clear() { std::fill(blocks_.begin(), blocks_.end(), Block{}); }
   Block& diagonal(std::uint32_t v) { return blocks_[pattern_->place[v]]; }
-  /// Blocks of triangle i: corner k with itself, and with the next one.
-  Block& own(std::size_t i, std::size_t k) { return blocks_[pattern_->slots[6 * i + 2 * k]]; }
-  Block& side(std::size_t i, std::size_t k) { return blocks_[pattern_->slots[6 * i + 2 * k + 1]]; }
+  /// Blocks of triangle i: corner k with itself, and with the next corner.
+  Block& corner_block(std::size_t i, std::size_t k) {
+    return blocks_[pattern_->slots[6 * i + 2 * k]];
+  }
+  Block& edge_block(std::size_t i, std::size_t k) {
+    return blocks_[pattern_->slots[6 * i + 2 * k + 1]];
+  }
 
-  /// \returns false where the matrix is not positive definite
+  /// \returns false if the matrix is not positive definite
   bool factorize();
-  /// \param points  of each vertex; in: the right side, out: the solution
+  /// \param points  of each vertex; in: the right-hand side, out: the solution
   /// \returns whether all are finite
   bool solve(std::vector<Vec2d>& points);
 
  private:
-  struct Solver;  ///< Eigen's
+  struct Solver;  ///< Wraps Eigen's solver
 
   std::shared_ptr<const FlatPattern> pattern_;
-  std::vector<Block> blocks_;  ///< One per place, then one per edge
+  std::vector<Block> blocks_;  ///< Block of each vertex, then of each edge
   std::unique_ptr<Solver> solver_;
 };
 
@@ -68,7 +72,7 @@ class RigidSystem : public FlatSystem<1> {
  public:
   using FlatSystem<1>::FlatSystem;
 
-  /// Sets the chart's areas, each times a weight; no weights are ones.
+  /// Sets the matrix from the chart's areas, each times a weight; empty weights are 1.
   void fill(const FlatChart& chart, std::span<const double> weights) {
     clear();
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
@@ -76,8 +80,8 @@ class RigidSystem : public FlatSystem<1> {
       const double area = weights.empty() ? rest.area : rest.area * weights[i];
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec2d& g = rest.gradient[k];
-        own(i, k)[0] += area * dot(g, g);
-        side(i, k)[0] += area * dot(g, rest.gradient[(k + 1) % 3]);
+        corner_block(i, k)[0] += area * dot(g, g);
+        edge_block(i, k)[0] += area * dot(g, rest.gradient[(k + 1) % 3]);
       }
     }
   }

@@ -1,4 +1,4 @@
-// Rounds that make a chart injective whose border overlaps a little.
+// Untangling: makes a chart injective whose border overlaps slightly.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -13,14 +13,15 @@
 namespace kiln {
 namespace {
 
-/// Vertices of the border are pushed by this share of the sides beside them: at first, and each time by more.
-constexpr double kFirstPush = 0.1, kMorePush = 1.3;
+/// Distance by which touching border vertices are pushed, as a share of the adjacent sides; and its growth with each
+/// round.
+constexpr double kFirstPush = 0.1, kPushGrowth = 1.3;
 /// Weight that holds a pushed vertex in place, relative to its triangles.
-constexpr double kHold = 1;
-/// A flipped triangle weighs more by this, each time.
-constexpr double kFlipped = 2;
-/// Beyond hope: many more triangles are flipped than at first.
-constexpr std::size_t kMoreFlips = 4;
+constexpr double kHoldWeight = 1;
+/// Growth of a flipped triangle's weight with each round.
+constexpr double kFlipWeightGrowth = 2;
+/// Untangling is given up if this many times as many triangles are flipped as at first.
+constexpr std::size_t kMaxFlipGrowth = 4;
 
 /// Cosine and sine of the rotation nearest to a triangle's map.
 Vec2d rotation(const FlatChart& chart, std::size_t i) {
@@ -51,7 +52,7 @@ class Untangler {
     for (int round = 0;; ++round) {
       const std::size_t flips = weigh_flips();
       if (round == 0) first_flips = flips;
-      if (flips > std::min(effort.flips, 2 * first_flips + kMoreFlips)) return false;
+      if (flips > std::min(effort.flips, 2 * first_flips + kMaxFlipGrowth)) return false;
       const std::vector<Touch> found = touching();
       if (flips == 0 && found.empty()) return is_injective(chart_);
       if (round == effort.rounds || found.size() > most_touches_) return false;
@@ -68,7 +69,7 @@ class Untangler {
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
       const Triangle& t = chart_.triangles[i];
       if (orient2d_certain(chart_.points[t[0]], chart_.points[t[1]], chart_.points[t[2]])) continue;
-      weight_[i] *= kFlipped;
+      weight_[i] *= kFlipWeightGrowth;
       ++flips;
     }
     return flips;
@@ -80,7 +81,7 @@ class Untangler {
     return touches(border, 2 * chart_.apart, most_touches_ + 1);
   }
 
-  /// Pushes the ends of sides that touch into their chart.
+  /// Pushes the ends of touching sides into their chart.
   void push(const std::vector<Touch>& found) {
     const std::size_t count = chart_.boundary.size();
     std::vector<std::size_t> places;
@@ -98,12 +99,13 @@ class Untangler {
       const Vec2d along = chart_.points[chart_.boundary[(i + 1) % count]] -
                           chart_.points[chart_.boundary[(i + count - 1) % count]];
       if (push_[v] == 0) pushed_.push_back(v);
-      push_[v] = push_[v] == 0 ? kFirstPush : push_[v] * kMorePush;
+      push_[v] = push_[v] == 0 ? kFirstPush : push_[v] * kPushGrowth;
       target_[v] = chart_.points[v] + Vec2d{-along.y, along.x} * (0.5 * push_[v]);
     }
   }
 
-  /// Pushes what is beside, too, the less the farther: all across the border's direction over the whole reach.
+  /// Also pushes neighbours of touching vertices, less with distance, all perpendicular to the border's direction over
+  /// the whole reach.
   void push_wide(const std::vector<std::size_t>& places) {
     const std::size_t count = chart_.boundary.size(), far = reach_ % count;
     std::vector<double> share(count, 0);
@@ -124,7 +126,7 @@ class Untangler {
       const Vec2d along = across(far), side = across(1);
       const double size = std::sqrt(dot(along, along));
       if (push_[v] == 0) pushed_.push_back(v);
-      if (share[i] == 1) push_[v] = push_[v] == 0 ? kFirstPush : push_[v] * kMorePush;
+      if (share[i] == 1) push_[v] = push_[v] == 0 ? kFirstPush : push_[v] * kPushGrowth;
       push_[v] = std::max(push_[v], kFirstPush * share[i]);
       const double by =
           0.5 * std::max(push_[v], kFirstPush) * share[i] * std::sqrt(dot(side, side));
@@ -133,7 +135,7 @@ class Untangler {
     }
   }
 
-  /// A round as rigid as possible; pushed vertices stay near their targets.
+  /// One as-rigid-as-possible round; pushed vertices are held near their targets.
   bool solve() {
     std::vector<Vec2d> points(chart_.points.size());
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
@@ -147,18 +149,19 @@ class Untangler {
       }
     }
     system_.fill(chart_, weight_);
-    const auto hold = [&](std::uint32_t v, const Vec2d& at, double by) {
+    const auto hold_at = [&](std::uint32_t v, const Vec2d& at, double by) {
       double& own = system_.diagonal(v)[0];
       const double held = by * own;
       own += held;
       points[v] = points[v] + at * held;
     };
     for (std::uint32_t v = 0; start_ != nullptr && v < push_.size(); ++v) {
-      if (push_[v] == 0) hold(v, start_->places[v], start_->holds[v]);
+      if (push_[v] == 0) hold_at(v, start_->places[v], start_->holds[v]);
     }
-    for (const std::uint32_t v : pushed_) hold(v, target_[v], kHold);
-    constexpr double kAnchor = 1e-6;  // The whole may move freely.
-    hold(0, chart_.points[0], kAnchor);
+    for (const std::uint32_t v : pushed_) hold_at(v, target_[v], kHoldWeight);
+    // Makes the system definite: the whole chart can move freely.
+    constexpr double kAnchorWeight = 1e-6;
+    hold_at(0, chart_.points[0], kAnchorWeight);
     if (!system_.factorize() || !system_.solve(points)) return false;
     chart_.points = std::move(points);
     return true;
@@ -168,8 +171,9 @@ class Untangler {
   RigidSystem& system_;
   const FlatStart* start_;
   std::size_t most_touches_ = 0, reach_ = 0;
-  std::vector<double> weight_;         ///< Weight of each triangle.
-  std::vector<double> push_;           ///< Push of each vertex, as a share; 0: not yet.
+  std::vector<double> weight_;  ///< Weight of each triangle.
+  /// Push of each vertex, as a share of adjacent sides; 0: not pushed.
+  std::vector<double> push_;
   std::vector<Vec2d> target_;          ///< Positions where pushed vertices are held.
   std::vector<std::uint32_t> pushed_;  ///< Vertices, in the order of their first push.
 };

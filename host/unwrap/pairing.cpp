@@ -10,18 +10,19 @@
 namespace kiln {
 namespace {
 
-/// Pairs beyond this are worse than two singles: halves of 5 times the area, or a shear of 4.
+/// Greatest stretch of a pair; two single triangles are better beyond it. It is reached by areas that differ by a
+/// factor of 5, or a shear of 4.
 constexpr double kStretchLimit = 0.7;
 
 struct Link {
   float stretch;
-  std::uint32_t a, b;  ///< Triangles, a < b.
+  std::uint32_t a, b;  ///< Linked triangles, a < b.
   std::uint8_t apex_a, apex_b;
 };
 
 double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, int apex_b) {
-  // Around the quad: apex of a, next corner of a, apex of b, next corner of b. Sides that face each
-  // other share a rectangle's side.
+  // Sides around the quad: apex of a, next corner of a, apex of b, next corner of b. Opposite sides share a side of the
+  // rectangle.
   const double a_next = a.squared_edge[(apex_a + 2) % 3], a_last = a.squared_edge[(apex_a + 1) % 3];
   const double b_next = b.squared_edge[(apex_b + 2) % 3], b_last = b.squared_edge[(apex_b + 1) % 3];
   const double width = std::sqrt(a_next) + std::sqrt(b_next);
@@ -30,7 +31,7 @@ double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, 
   const double total =
       a.area * stretch(width * scale, height * scale, a_next, a_last, a.squared_edge[apex_a]) +
       b.area * stretch(width * scale, height * scale, b_next, b_last, b.squared_edge[apex_b]);
-  // Both halves count alike beside their areas, or a tiny one would be sacrificed to a large one.
+  // The unweighted difference of areas is added, or a tiny triangle would be distorted for a large one.
   const double even = 0.5 * (std::log(a.area) - std::log(b.area));
   return total / (a.area + b.area) + 0.25 * even * even;
 }
@@ -38,7 +39,7 @@ double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, 
 std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                              std::span<const TriangleShape> shapes) {
   struct Side {
-    std::uint64_t key;  ///< Lower vertex, higher vertex.
+    std::uint64_t key;  ///< Lower vertex, higher vertex: packed.
     std::uint32_t triangle;
     std::uint8_t apex, forward;
   };
@@ -65,7 +66,7 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
     while (end < sides.size() && sides[end].key == sides[begin].key) {
       if (sides[end++].forward) backward = end;
     }
-    // At an edge of many triangles the i-th of either sense are paired: linear cost.
+    // At an edge of more than two triangles, the i-th of both orientations are paired, at linear cost.
     for (std::size_t i = begin, j = backward; i < backward && j < end; ++i, ++j) {
       const Side& a = sides[i].triangle < sides[j].triangle ? sides[i] : sides[j];
       const Side& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
@@ -82,16 +83,19 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
   return links;
 }
 
-/// A matching that grows by alternating paths. Odd cycles (blossoms) are not contracted, so a path
-/// may be overlooked; in triangle meshes almost none is.
+/// A matching that is improved along alternating paths. Odd cycles (blossoms) are not contracted, so a path may be
+/// missed; in triangle meshes that is rare.
 class Matching {
  public:
   Matching(std::size_t triangles, std::span<const Link> links)
-      : links_(links), mate_(triangles, kNoIndex), of_(triangles, {kNoIndex, kNoIndex, kNoIndex}) {
+      : links_(links),
+        mate_(triangles, kNoIndex),
+        links_of_(triangles, {kNoIndex, kNoIndex, kNoIndex}) {
     for (std::uint32_t i = 0; i < links.size(); ++i) {
       for (const std::uint32_t t : {links[i].a, links[i].b}) {
-        const auto free = std::find(of_[t].begin(), of_[t].end(), kNoIndex);
-        if (free != of_[t].end()) *free = i;  // Three sides, at most one link each.
+        const auto free = std::find(links_of_[t].begin(), links_of_[t].end(), kNoIndex);
+        if (free != links_of_[t].end())
+          *free = i;  // A triangle has three sides, so at most three links.
       }
     }
     for (std::uint32_t i = 0; i < links.size(); ++i) {
@@ -99,17 +103,17 @@ class Matching {
     }
   }
 
-  /// Looks for an alternating path from every single triangle, near ones first.
+  /// Searches an alternating path from every single triangle, breadth first.
   void augment() {
     std::vector<std::uint32_t> seen(mate_.size(), kNoIndex), queue, from;
     for (std::uint32_t root = 0; root < mate_.size(); ++root) {
-      if (mate_[root] != kNoIndex || of_[root][0] == kNoIndex) continue;
+      if (mate_[root] != kNoIndex || links_of_[root][0] == kNoIndex) continue;
       queue.assign(1, root);
       from.assign(1, kNoIndex);
       seen[root] = root;
       bool found = false;
-      for (std::size_t head = 0; head < queue.size() && head < kReach && !found; ++head) {
-        for (const std::uint32_t link : of_[queue[head]]) {
+      for (std::size_t head = 0; head < queue.size() && head < kMaxVisited && !found; ++head) {
+        for (const std::uint32_t link : links_of_[queue[head]]) {
           if (link == kNoIndex) break;
           const std::uint32_t other = across(link, queue[head]);
           if (seen[other] == root) continue;
@@ -134,7 +138,8 @@ class Matching {
   const std::vector<std::uint32_t>& mate() const { return mate_; }
 
  private:
-  static constexpr std::size_t kReach = 256;  ///< Triangles looked at from one single.
+  /// Most triangles visited from one single triangle.
+  static constexpr std::size_t kMaxVisited = 256;
 
   std::uint32_t across(std::uint32_t link, std::uint32_t triangle) const {
     return links_[link].a == triangle ? links_[link].b : links_[link].a;
@@ -142,8 +147,8 @@ class Matching {
   void join(std::uint32_t link) { mate_[links_[link].a] = mate_[links_[link].b] = link; }
 
   void flip(std::uint32_t link, std::size_t head, const std::vector<std::uint32_t>& from) {
-    // Each join takes both of its triangles away from their old mates, whose other one the next join
-    // up the path takes over.
+    // Flips the path: each new pair takes both triangles from their old mates; the other old mate is paired by the next
+    // step up the path.
     std::uint32_t at = static_cast<std::uint32_t>(head);
     std::uint32_t current = link;
     while (true) {
@@ -155,15 +160,15 @@ class Matching {
   }
 
   std::span<const Link> links_;
-  std::vector<std::uint32_t> mate_;               ///< Link of each triangle.
-  std::vector<std::array<std::uint32_t, 3>> of_;  ///< Links of each triangle, best first.
-  std::vector<std::uint32_t> via_;                ///< Link by which a queue entry was reached.
+  std::vector<std::uint32_t> mate_;                     ///< Link of each triangle's current pair.
+  std::vector<std::array<std::uint32_t, 3>> links_of_;  ///< Links of each triangle, the best first.
+  std::vector<std::uint32_t> via_;  ///< Link by which a queue entry was reached.
 };
 
 }  // namespace
 
 double stretch(double width, double height, double leg_u, double leg_v, double hypotenuse) {
-  // First fundamental form of the map, and its eigenvalues: the squared singular values.
+  // First fundamental form of the map. Its eigenvalues are the squared singular values.
   const double e = leg_u / (width * width);
   const double g = leg_v / (height * height);
   const double f = 0.5 * (leg_u + leg_v - hypotenuse) / (width * height);

@@ -1,4 +1,4 @@
-// Pairs of triangles that share an edge, chosen so that each pair unfolds to almost a rectangle.
+// Pairs triangles that share an edge such that each pair unfolds to nearly a rectangle.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,22 @@
 
 namespace kiln {
 
-/// For every triangle its partner, and its own corner that is opposite the shared edge.
+/// Partner of every triangle, and its own corner opposite the shared edge.
 struct Pairing {
   std::vector<std::uint32_t> partner;  ///< Index of the other triangle, or kNoIndex.
-  std::vector<std::uint8_t> apex;      ///< 0, 1 or 2; meaningful where there is a partner.
+  std::vector<std::uint8_t> apex;      ///< 0, 1 or 2; undefined without a partner.
   std::uint64_t pairs = 0;
 };
 
-/// A right triangle with legs `width` and `height` in the texture is mapped to a surface triangle. How far
-/// that is from keeping lengths: the mean over the axes of the squared logarithm of the singular values. 0: none. `leg_u` and `leg_v` are the squared lengths of the surface's legs, `hypotenuse`
-/// that of its third side.
+/// Stretch of the map from a right triangle with legs `width` and `height` in the texture to a surface triangle: the
+/// mean over both axes of the squared logarithm of the singular values. 0: an isometry. `leg_u` and `leg_v` are the
+/// squared lengths of the surface's legs, `hypotenuse` that of its third side.
 double stretch(double width, double height, double leg_u, double leg_v, double hypotenuse);
 
-/// Pairs triangles greedily, least stretched first, then lengthens alternating paths so that few stay
-/// single. Only triangles of positive area that run along the shared edge in opposite senses (a
-/// consistent orientation) are paired. No pair's stretch exceeds a limit: such triangles are better off
-/// single. Vertices at exactly the same position count as one. Deterministic.
-/// Cost: n log n; about 1 s for a million triangles.
+/// Pairs triangles greedily, the least stretched first, then extends the matching along alternating paths so that few
+/// stay single. Only triangles of positive area that run along the shared edge in opposite directions (a consistent
+/// orientation) are paired. No pair's stretch exceeds a limit, beyond which single triangles are better. Vertices at
+/// exactly the same position count as one. Deterministic. Cost: n log n; about 1 s for a million triangles.
 Pairing pair_triangles(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const TriangleShape> shapes);
 

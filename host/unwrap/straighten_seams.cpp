@@ -12,10 +12,10 @@
 namespace kiln {
 namespace {
 
-/// Seams settle in fewer.
-constexpr int kMostSweeps = 16;
-/// Two edges for two others: only for a seam shorter by this factor.
-constexpr double kWorthwhileMove = 0.97;
+/// Limit on sweeps over the seams; they converge in fewer.
+constexpr int kMaxSweeps = 16;
+/// A move that replaces two edges by two others must shorten the seam by this factor.
+constexpr double kMaxLengthRatio = 0.97;
 
 bool boxes_apart(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d) {
   return std::max(a.x, b.x) < std::min(c.x, d.x) || std::max(c.x, d.x) < std::min(a.x, b.x) ||
@@ -44,7 +44,7 @@ class Trimmer {
       }
     }
   }
-  /// For charts that are not flat yet.
+  /// For charts without a layout yet.
   Trimmer(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
           std::vector<std::uint32_t> label)
       : surface_(surface), borders_(borders), limits_(limits), label_(std::move(label)) {
@@ -52,9 +52,10 @@ class Trimmer {
   }
 
   void run() {
-    // One way, then back: moves both ways in turns would leave steps that none can take out.
+    // Sweeps in one direction, then in the other. Alternating moves both ways would leave steps in the seam that
+    // neither can remove.
     bool last = true;
-    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
       ProgressGuard::poll();
       forward_ = sweep % 2 == 0;
       bool any = false;
@@ -101,15 +102,16 @@ class Trimmer {
 
   bool is_flat() const { return !corner_.empty(); }
 
-  /// A possible move: one or two triangles round the vertex between two half-edges of a seam.
+  /// A possible move: the one or two triangles around a vertex between two half-edges of a seam.
   struct Fan {
     std::array<std::uint32_t, 2> inside{};  ///< Half-edges of the triangles that end at the vertex.
-    std::array<std::uint32_t, 2> outer{};   ///< And those that become border, opposite to it.
+    std::array<std::uint32_t, 2> outer{};   ///< Opposite half-edges, which become border.
     std::uint32_t count = 0;
-    Vec2d tip, first, last, apex;  ///< Places in the new chart; the apex of two triangles.
+    /// Positions in the new chart; apex: the shared corner of two triangles.
+    Vec2d tip, first, last, apex;
   };
 
-  /// Tries the seam's two half-edges from h on. \returns whether their side changed over
+  /// Tries to move the triangles at the seam's two half-edges from h on. \returns whether they changed charts
   bool move(std::uint32_t h) {
     const std::uint32_t g = borders_.next(h), mate = surface_.mate[h], over = surface_.mate[g];
     if (mate == kNoIndex || over == kNoIndex || borders_.next(over) != mate) return false;
@@ -132,7 +134,7 @@ class Trimmer {
     return borders_.next(g) == surface_.mate[g] || borders_.previous(h) == surface_.mate[h];
   }
 
-  /// \returns false where there are more than two, or the chart would not stay a disc
+  /// Collects the triangles of a move. \returns false if there are more than two, or the chart would not stay a disc
   bool gather(std::uint32_t h, std::uint32_t g, Fan& fan) const {
     for (std::uint32_t in = h;; in = surface_.mate[next_half_edge(in)]) {
       const std::uint32_t outer = previous_half_edge(in);
@@ -142,7 +144,7 @@ class Trimmer {
       if (next_half_edge(in) == g) break;
     }
     if (fan.count == 1) return true;
-    // The apex must be inside its chart.
+    // The apex must be an inner vertex of its chart.
     const std::uint32_t start = fan.outer[0];
     std::uint32_t at = start;
     do {
@@ -155,10 +157,10 @@ class Trimmer {
   bool is_shorter(std::uint32_t h, std::uint32_t g, const Fan& fan) const {
     if (fan.count == 1) return true;
     return surface_.length[fan.outer[0]] + surface_.length[fan.outer[1]] <
-           kWorthwhileMove * (surface_.length[h] + surface_.length[g]);
+           kMaxLengthRatio * (surface_.length[h] + surface_.length[g]);
   }
 
-  /// The third corner of triangle h / 3 where its half-edge h goes from a to b.
+  /// Position of the third corner of triangle h / 3 if its half-edge h goes from a to b.
   Vec2d unfolded(std::uint32_t h, const Vec2d& a, const Vec2d& b) const {
     const double base = surface_.length[h], to_a = surface_.length[previous_half_edge(h)],
                  to_b = surface_.length[next_half_edge(h)];
@@ -178,7 +180,7 @@ class Trimmer {
     }
   }
 
-  /// Corners of the fan's triangle i, from the start of its half-edge inside.
+  /// Corners of the fan's triangle i, starting at its half-edge inside.
   static std::array<Vec2d, 3> places(const Fan& fan, std::uint32_t i) {
     if (i == 0) return {fan.first, fan.tip, fan.apex};
     return {fan.apex, fan.tip, fan.last};
@@ -204,7 +206,7 @@ class Trimmer {
     return true;
   }
 
-  /// True if hardly anything of the other chart's border would stay.
+  /// True if nearly the whole border of the other chart would be glued.
   bool is_narrow(std::uint32_t over, std::uint32_t mate) const {
     const std::uint32_t after = borders_.next(mate);
     return after == over || borders_.next(after) == over;
@@ -260,9 +262,11 @@ class Trimmer {
   const ChartSurface& surface_;
   ChartBorders& borders_;
   const ChartLimits& limits_;
-  std::vector<std::uint32_t> label_;  ///< Each triangle's chart.
-  std::vector<RestShape> rest_;       ///< Rest shape of each triangle; empty before charts are flat
-  std::vector<Vec2d> corner_;         ///< Position of each corner in its chart; likewise
+  std::vector<std::uint32_t> label_;  ///< Chart of each triangle.
+  /// Rest shape of each triangle; empty for charts without a layout
+  std::vector<RestShape> rest_;
+  /// Position of each corner in its chart; empty for charts without a layout
+  std::vector<Vec2d> corner_;
   bool moved_ = false, forward_ = true;
 };
 
@@ -283,7 +287,7 @@ void trim_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   trimmer.run();
   if (!trimmer.moved()) return;
   std::vector<FlatChart> trimmed = trimmer.charts(charts.size());
-  // Each move keeps charts injective; this holds it to that.
+  // Each move keeps charts injective; this checks it.
   if (std::all_of(trimmed.begin(), trimmed.end(),
                   [](const FlatChart& chart) { return is_injective(chart); })) {
     charts = std::move(trimmed);

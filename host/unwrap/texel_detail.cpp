@@ -13,13 +13,13 @@
 namespace kiln {
 namespace {
 
-/// Places on a low poly; each triangle has one more, at least.
-constexpr double kPlaces = 8000;
-/// Share of a map that charts are expected to cover.
-constexpr double kCovered = 0.75;
-constexpr std::size_t kGrainOfTriangles = 32;
+/// Samples on a low poly; each triangle has at least one.
+constexpr double kSampleCount = 8000;
+/// Expected share of the map that charts cover.
+constexpr double kCoveredShare = 0.75;
+constexpr std::size_t kTrianglesPerTask = 32;
 
-/// Triangles with finite corners.
+/// Indices of triangles with finite corners.
 std::vector<std::uint32_t> finite_triangles(const Mesh& mesh, const std::vector<Vec3>& positions) {
   std::vector<std::uint32_t> result;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -31,15 +31,15 @@ std::vector<std::uint32_t> finite_triangles(const Mesh& mesh, const std::vector<
   return result;
 }
 
-std::vector<Triangle> those(const std::vector<Triangle>& triangles,
-                            const std::vector<std::uint32_t>& which) {
+std::vector<Triangle> pick_triangles(const std::vector<Triangle>& triangles,
+                                     const std::vector<std::uint32_t>& which) {
   std::vector<Triangle> result;
   result.reserve(which.size());
   for (const std::uint32_t t : which) result.push_back(triangles[t]);
   return result;
 }
 
-/// Places on a triangle, begun elsewhere on each, and turns of the texel around them.
+/// Stratified samples on a triangle, offset for each triangle, and the rotation of the texel at each sample.
 struct Spread : TriangleSpread {
   double turn;
   Spread(std::size_t triangle, std::size_t place)
@@ -58,11 +58,11 @@ TexelDetail::TexelDetail(const Mesh& high)
     : frame_(Frame::of(high)),
       positions_(frame_.to_frame(high)),
       source_(finite_triangles(high, positions_)),
-      triangles_(those(high.triangles, source_)),
+      triangles_(pick_triangles(high.triangles, source_)),
       normals_(corner_normals(high, positions_)),
       surface_(positions_, triangles_) {}
 
-/// \returns false where the nearest point faces away
+/// \returns false if the nearest point faces away
 bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& normal) const {
   const std::uint32_t t = surface_.nearest(to_float(point));
   const Triangle& c = triangles_[t];
@@ -78,7 +78,7 @@ bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& norm
   return dot(normal, facing) > 0;
 }
 
-/// Places of one low poly.
+/// Samples of one low poly.
 class TexelDetail::Walk {
  public:
   Walk(const TexelDetail& detail, const Mesh& low, const FlatTriangles& flat)
@@ -94,10 +94,11 @@ class TexelDetail::Walk {
     return 0.5 * cross(b - a, c - a);
   }
 
-  /// The high poly's normal where a point of the layout is, in the low poly's frame. \param t  a triangle nearby
+  /// The high poly's normal at a point of the layout, in the low poly's frame. \param t  a triangle nearby, where the
+  /// walk to the point's triangle starts
   bool normal_at(std::uint32_t t, const Vec2d& at, Vec3d& normal) const {
-    constexpr int kMostSteps = 200;
-    for (int step = 0; step < kMostSteps && t != kNoIndex; ++step) {
+    constexpr int kMaxSteps = 200;
+    for (int step = 0; step < kMaxSteps && t != kNoIndex; ++step) {
       const std::array<Vec2d, 3>& c = flat_.corners[t];
       const double whole = cross(c[1] - c[0], c[2] - c[0]);
       std::array<double, 3> share{};
@@ -114,7 +115,7 @@ class TexelDetail::Walk {
   }
 
  private:
-  /// By corner: where the layout's x goes on the surface, the mean over the triangles that lie round it.
+  /// Per corner: direction of the layout's x axis on the surface, averaged over the triangles around the corner.
   std::vector<Vec3d> corner_tangents() const {
     struct Corner {
       std::uint32_t position = 0;
@@ -188,10 +189,10 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
   std::vector<TexelErrors> result(low.triangles.size(), TexelErrors{});
   double total = 0;
   for (std::size_t t = 0; t < result.size(); ++t) total += walk.area(t);
-  const double side = std::sqrt(total / kCovered) / size;
-  const auto look_at = [&](std::uint32_t t) {
+  const double side = std::sqrt(total / kCoveredShare) / size;
+  const auto measure_triangle = [&](std::uint32_t t) {
     const auto& [a, b, c] = flat.corners[t];
-    const auto places = 1 + static_cast<std::size_t>(kPlaces * walk.area(t) / total);
+    const auto places = 1 + static_cast<std::size_t>(kSampleCount * walk.area(t) / total);
     double seen = 0;
     for (std::size_t i = 0; i < places; ++i) {
       const Spread at(t, i);
@@ -215,10 +216,10 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
   };
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      if (walk.area(t) > 0) look_at(static_cast<std::uint32_t>(t));
+      if (walk.area(t) > 0) measure_triangle(static_cast<std::uint32_t>(t));
     }
   };
-  if (total > 0) parallel_for(result.size(), kGrainOfTriangles, body, threads);
+  if (total > 0) parallel_for(result.size(), kTrianglesPerTask, body, threads);
   return result;
 }
 

@@ -1,4 +1,4 @@
-// Detail that a normal map cannot hold: the error per texel, by texel size.
+// Detail that a normal map cannot resolve: the error per texel as a function of texel size.
 #pragma once
 
 #include <array>
@@ -14,32 +14,32 @@
 
 namespace kiln {
 
-/// Sides of texels that are looked at, times that of texels spread evenly.
+/// Sides of texels for which errors are computed, relative to texels at uniform density.
 inline constexpr std::array<double, 3> kTexelSides = {2, 1, 0.5};
 
-/// Error of a map's normals, as the length of the difference of unit vectors, at each of kTexelSides.
+/// Error of a map's normals at each of kTexelSides: the length of the difference of unit vectors.
 using TexelErrors = std::array<double, kTexelSides.size()>;
 
-/// A mesh's triangles laid flat at the surface's scale; those without area at one point.
+/// A mesh's triangles in the layout, at the surface's scale; those without area are points.
 struct FlatTriangles {
   std::vector<std::array<Vec2d, 3>> corners;
   std::vector<std::array<std::uint32_t, 3>>
-      beside;  ///< Over the side from corner k on; kNoIndex: none
+      beside;  ///< The half-edge across the side from corner k; kNoIndex: none
 };
 
-/// The high poly's normals, ready to be looked up from low polys. Immutable.
-/// Cost: n log n to build; about 1 microsecond a look-up, 13 look-ups a place.
+/// The high poly's normals, prepared for lookups from low polys. Immutable. Cost: n log n to build; about 1 microsecond
+/// a lookup, 13 lookups a sample.
 class TexelDetail {
  public:
-  /// \throws Error(input) where no triangle has an extent
+  /// \throws Error(input) if no triangle has an extent
   explicit TexelDetail(const Mesh& high);
 
-  /// Error of each triangle for several texel sizes. At a few places on it, the high poly's normal at
-  /// the nearest point is held against a mean: of those at the corners of a square as large as a texel. The corners
-  /// lie on the same chart, or do not count. Normals are seen in the frame of the low poly, as maps in tangent
-  /// space keep them: where its normals turn, such a map turns too, even over a flat. Where nothing of the high
-  /// poly faces as the triangle does, 0.
-  /// \param flat     where the mesh's triangles lie
+  /// Error of each triangle at several texel sizes. At a few samples on the triangle, the high poly's normal at the
+  /// nearest point is compared with the mean of the normals at the corners of a texel-sized square; corners outside of
+  /// the chart are skipped. Normals are compared in the low poly's frame, as tangent-space maps store them: where the
+  /// low poly's normals turn, such a map varies even over a flat surface. The error is 0 where no surface of the high
+  /// poly faces as the triangle does.
+  /// \param flat     layout of the mesh's triangles
   /// \param size     texels a side of the map
   /// \param threads  0: thread_count(); never changes the result
   std::vector<TexelErrors> errors(const Mesh& low, const FlatTriangles& flat, std::uint32_t size,
@@ -51,8 +51,8 @@ class TexelDetail {
 
   Frame frame_;
   std::vector<Vec3> positions_;
-  std::vector<std::uint32_t> source_;  ///< Indices in the mesh of triangles with finite corners.
-  std::vector<Triangle> triangles_;    ///< These.
+  std::vector<std::uint32_t> source_;  ///< Indices of the mesh's triangles with finite corners.
+  std::vector<Triangle> triangles_;    ///< Triangles listed in source_.
   CornerNormals normals_;
   SurfaceDistance surface_;
 };

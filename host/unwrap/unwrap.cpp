@@ -1,4 +1,4 @@
-// Texture coordinates: see kiln/unwrap.h.
+// Dispatches UV unwrapping to its methods: see kiln/unwrap.h.
 #include "kiln/unwrap.h"
 
 #include <chrono>
@@ -16,10 +16,10 @@
 namespace kiln {
 namespace {
 
-// Measured with 5,000 to 80,000 faces: 107 to 148, and 793 to 870.
-constexpr std::uint64_t kBytesOfFaceInPairs = 160, kBytesOfFaceInCharts = 900;
-/// Copies of positions, corners and normals, and the boxes around them.
-constexpr std::uint64_t kBytesOfDetail = 160;
+// Upper bounds on bytes a face. Measured with 5,000 to 80,000 faces: 107 to 148, and 793 to 870.
+constexpr std::uint64_t kBytesPerFaceInPairs = 160, kBytesPerFaceInCharts = 900;
+/// Bytes a face of copies of positions, corners and normals, and of the BVH.
+constexpr std::uint64_t kDetailBytesPerFace = 160;
 
 void check(const Mesh& mesh, const UnwrapOptions& options) {
   if (options.size < 16 || options.size > 65536) {
@@ -40,11 +40,11 @@ void check(const Mesh& mesh, const UnwrapOptions& options) {
   if (options.detail_of != nullptr) validate(*options.detail_of);
 }
 
-/// Texel detail of UnwrapOptions::detail_of, if given.
+/// Texel detail of UnwrapOptions::detail_of; none if it is null.
 std::optional<TexelDetail> detail_of(const UnwrapOptions& options) {
   if (options.detail_of == nullptr) return std::nullopt;
   require_memory("Looking at the detail of the high poly",
-                 kBytesOfDetail * options.detail_of->triangles.size());
+                 kDetailBytesPerFace * options.detail_of->triangles.size());
   return std::make_optional<TexelDetail>(*options.detail_of);
 }
 
@@ -60,7 +60,7 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
   check(mesh, options);
   const bool charts = options.method == UnwrapMethod::charts;
   require_memory("Unwrapping",
-                 (charts ? kBytesOfFaceInCharts : kBytesOfFaceInPairs) * mesh.triangles.size());
+                 (charts ? kBytesPerFaceInCharts : kBytesPerFaceInPairs) * mesh.triangles.size());
   std::vector<TriangleShape> shapes(mesh.triangles.size());
   std::uint64_t degenerate = 0;
   std::size_t example = 0;

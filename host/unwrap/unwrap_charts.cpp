@@ -25,21 +25,22 @@
 namespace kiln {
 namespace {
 
-/// UVs are whole multiples of 2^-24: single precision holds them exactly up to 1, and double precision
-/// decides the side of a point without rounding.
-constexpr double kSteps = 16777216;
-/// Above this many charts they are packed by their boxes.
-constexpr std::size_t kMostBitmaps = 10000;
-/// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
-constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
-/// Below a texel only where hardly anything, or nothing, is left.
-constexpr double kHardlyAny = 0.02;
-/// Texels by detail are left alone where they are expected to gain less than this.
-constexpr double kLeastGain = 0.01;
-/// Share of the surface above which charts narrower than a texel are worth a warning: less is rims and fillets.
-constexpr double kMostNarrow = 0.25;
+/// UV steps a side. UVs are whole multiples of 2^-24, which single precision holds exactly up to 1, and for which
+/// double precision decides on which side of a line a point lies without rounding.
+constexpr double kUvSteps = 16777216;
+/// Above this number of charts, they are packed by bounding boxes.
+constexpr std::size_t kMaxBitmapCharts = 10000;
+/// If charts cover less of the map than this, the padding may be halved, as long as each halving raises the coverage by
+/// a factor.
+constexpr double kWantedCoverage = 0.25, kMinCoverageGain = 1.3;
+/// The padding goes below a texel only if charts cover less than this.
+constexpr double kMaxSubtexelCoverage = 0.02;
+/// Texel density stays uniform if the expected gain of adapting it is less than this.
+constexpr double kMinExpectedGain = 0.01;
+/// Warn if more than this share of the surface lies in charts narrower than a texel; less is rims and fillets.
+constexpr double kMaxNarrowShare = 0.25;
 
-/// A triangle by itself, as an equilateral one: what is too small for a place in a chart.
+/// A chart for a triangle that is too small for a place in any chart: equilateral, at least `side` long.
 FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::uint32_t t,
                      double side, std::vector<std::uint32_t>& local) {
   const std::array<std::uint32_t, 1> triangle{t};
@@ -61,11 +62,11 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lon
     surface.mate[surface.mate[h]] = kNoIndex;
     surface.mate[h] = kNoIndex;
   }
-  part_at_creases(surface);
+  separate_at_creases(surface);
   return surface;
 }
 
-/// Lays triangles by themselves, which have the size of a texel.
+/// Lays out lone triangles, at the size of a texel.
 void lay_lone(const ChartSurface& surface, const UnwrapOptions& options,
               const std::vector<std::uint8_t>& lone, ChosenCharts& chosen) {
   const double texel = std::sqrt(surface.total_area) / options.size;
@@ -83,10 +84,10 @@ struct Layout {
 
 Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
                  const PackState* from, int threads) {
-  // Rounding to UV steps may move two borders towards each other.
-  const double apart = padding + 4 * size / kSteps;
+  // The border's distance covers padding and the rounding of two borders to UV steps.
+  const double apart = padding + 4 * size / kUvSteps;
   const auto packed = [&] {
-    if (outlines.size() > kMostBitmaps) return pack_boxes(outlines, size, apart);
+    if (outlines.size() > kMaxBitmapCharts) return pack_boxes(outlines, size, apart);
     return pack_outlines(outlines, size, apart, from, threads);
   };
   Layout layout{packed(), padding};
@@ -95,26 +96,27 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
   return layout;
 }
 
-/// With the padding asked for, or with less where that lets charts have many more texels.
+/// Packs with the requested padding, or with less if that lets charts cover much more of the map.
 Layout pack(const std::vector<FlatChart>& charts, const PackState* from,
             const UnwrapOptions& options, int threads) {
   const std::vector<Outline> outlines = outlines_of(charts);
   Layout best = pack_with(outlines, options.size, options.border_texels, from, threads);
-  while (best.coverage < kWantedCoverage && (best.padding > 1 || best.coverage < kHardlyAny)) {
+  while (best.coverage < kWantedCoverage &&
+         (best.padding > 1 || best.coverage < kMaxSubtexelCoverage)) {
     if (best.padding < 1.0 / 1024) {
       throw Error(ErrorCode::input, "unwrap: the mesh has too many charts for a texture of " +
                                         std::to_string(options.size) +
                                         " texels; simplify it first, or use a larger size");
     }
     Layout next = pack_with(outlines, options.size, 0.5 * best.padding, nullptr, threads);
-    // Long thin charts leave room whatever the padding.
-    if (best.coverage > 0 && next.coverage < kWorthwhile * best.coverage) break;
+    // Long thin charts leave space unused whatever the padding.
+    if (best.coverage > 0 && next.coverage < kMinCoverageGain * best.coverage) break;
     best = std::move(next);
   }
   return best;
 }
 
-/// The price of a cut for other densities.
+/// Price of a cut between different texel densities.
 DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& options) {
   const double texel = std::sqrt(surface.total_area / kExpectedCoverage) / options.size;
   double length = 0;
@@ -122,14 +124,15 @@ DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& opt
   const double edge = length / static_cast<double>(surface.length.size());
   const double vertex =
       kVertexPrice * surface.total_area / static_cast<double>(surface.positions.size());
-  return {0.5 * options.border_texels * texel, vertex / edge, kLeastPart * surface.total_area};
+  return {0.5 * options.border_texels * texel, vertex / edge, kMinPartShare * surface.total_area};
 }
 
-/// Gives charts scales of their own, as they are or cut, where that is expected to gain.
-/// \param mesh    that the surface is of
-/// \param layout  of the charts as they are; out: of those chosen
-void follow_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDetail& detail,
-                   const UnwrapOptions& options, ChosenCharts& made, Layout& layout, int threads) {
+/// Scales charts to their detail, with or without cuts, if an improvement is expected.
+/// \param mesh    mesh of the surface
+/// \param layout  of the charts at uniform density; out: of the chosen charts
+void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDetail& detail,
+                     const UnwrapOptions& options, ChosenCharts& made, Layout& layout,
+                     int threads) {
   const FlatTriangles flat =
       flat_triangles(surface, made.borders, made.charts, mesh.triangles.size());
   const std::vector<TexelNeed> needs =
@@ -140,8 +143,8 @@ void follow_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDet
     for (double& s : scales) s *= packed.packing.scale / even;
     return expected_error(chart_needs(charts, needs), scales);
   };
-  double least =
-      (1 - kLeastGain) * error_of(made.charts, std::vector<double>(made.charts.size(), 1), layout);
+  double least = (1 - kMinExpectedGain) *
+                 error_of(made.charts, std::vector<double>(made.charts.size(), 1), layout);
   ChosenCharts next = made;
   for (const bool cut : {false, true}) {
     const std::size_t before = next.charts.size();
@@ -150,7 +153,7 @@ void follow_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDet
       if (next.charts.size() == before) break;
     }
     const std::vector<double> scales = texel_scales(chart_needs(next.charts, needs));
-    // Packing hardly gets better by it.
+    // Packing hardly improves it, so it is skipped without an expected gain.
     if (error_of(next.charts, scales, layout) >= least) continue;
     std::vector<FlatChart> charts = next.charts;
     for (std::size_t i = 0; i < charts.size(); ++i) {
@@ -165,24 +168,24 @@ void follow_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDet
   }
 }
 
-/// Moves the chart's points to their places in the texture, in whole steps.
+/// Moves the chart's points to their places in the texture, rounded to UV steps.
 void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t size) {
   for (Vec2d& p : chart.points) {
     const Vec2d q = p * scale;
     const Vec2d texel{at.turn.x * q.x - at.turn.y * q.y + at.shift.x,
                       at.turn.y * q.x + at.turn.x * q.y + at.shift.y};
-    p = {std::round(texel.x / size * kSteps), std::round(texel.y / size * kSteps)};
+    p = {std::round(texel.x / size * kUvSteps), std::round(texel.y / size * kUvSteps)};
   }
 }
 
-/// Charts in whole steps, mended where rounding flattened a triangle or let the border touch itself.
+/// A chart rounded to UV steps; repairs triangles that rounding flattened, and borders that touch.
 class RoundedChart {
  public:
   explicit RoundedChart(FlatChart& chart) : chart_(chart) {}
 
-  /// Moves vertices by a few steps. \returns whether that mends all
-  bool mend() {
-    for (int attempt = 0; attempt < kMostMends; ++attempt) {
+  /// Moves vertices by a few steps. \returns whether the chart is injective
+  bool repair() {
+    for (int attempt = 0; attempt < kMaxRepairs; ++attempt) {
       const std::vector<std::size_t> flat = flattened();
       const auto touch = flat.empty() ? first_touch(outline_of(chart_)) : std::nullopt;
       if (flat.empty() && !touch) return true;
@@ -192,7 +195,7 @@ class RoundedChart {
     return false;
   }
 
-  /// Marks the flattened triangles; where none is, those at two places where the border touches itself.
+  /// Marks the flattened triangles; without any, those at two places where the border touches itself.
   void mark(std::vector<std::uint8_t>& lone) const {
     const std::vector<std::size_t> flat = flattened();
     for (const std::size_t i : flat) lone[chart_.source[i]] = 1;
@@ -210,9 +213,9 @@ class RoundedChart {
   }
 
  private:
-  /// At most 0.19 texels of 16384 altogether, if all move one vertex.
-  static constexpr int kMostMends = 64;
-  static constexpr double kMendSteps = 3;
+  /// Limits of repairs. Together they move a vertex by at most 0.19 texels of a map of 16384.
+  static constexpr int kMaxRepairs = 64;
+  static constexpr double kRepairSteps = 3;
 
   std::vector<std::size_t> flattened() const {
     std::vector<std::size_t> result;
@@ -228,12 +231,12 @@ class RoundedChart {
   void move(std::uint32_t v, const Vec2d& along) {
     const double size = std::hypot(along.x, along.y);
     const Vec2d left =
-        size > 0 ? Vec2d{-along.y, along.x} * (kMendSteps / size) : Vec2d{0, kMendSteps};
+        size > 0 ? Vec2d{-along.y, along.x} * (kRepairSteps / size) : Vec2d{0, kRepairSteps};
     Vec2d& p = chart_.points[v];
     p = {std::round(p.x + left.x), std::round(p.y + left.y)};
   }
 
-  /// Moves the corner opposite to the longest side away from that.
+  /// Moves the corner opposite the longest side away from it.
   void widen(const Triangle& t) {
     std::size_t longest = 0;
     Vec2d along;
@@ -250,13 +253,13 @@ class RoundedChart {
     return chart_.points[chart_.boundary[i % chart_.boundary.size()]];
   }
 
-  /// Distance between a side and a corner of the border, and the corner's direction.
+  /// Distance between a border side and a corner, and the corner's direction from the side.
   struct Near {
     double squared = std::numeric_limits<double>::max();
     std::size_t side = 0, corner = 0;
   };
 
-  /// Moves a side and the corner of another that is nearest to it apart.
+  /// Separates two sides: moves one and the nearest corner of the other apart.
   void part(std::size_t a, std::size_t b) {
     Near near;
     for (const std::size_t end : {0, 1}) {
@@ -269,7 +272,7 @@ class RoundedChart {
       }
     }
     if (near.squared == std::numeric_limits<double>::max()) return;
-    // The corner goes back to where its neighbours are, mostly outside of the side.
+    // The corner moves back to the side of its neighbours, which is mostly outside of the other side.
     const Vec2d from = border(near.side), along = border(near.side + 1) - from;
     const double inside = cross(along, border(near.corner + count() - 1) - from) +
                           cross(along, border(near.corner + 1) - from);
@@ -286,13 +289,14 @@ class RoundedChart {
 
 Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
-  result.tangents.clear();  // those of other UVs
-  result.uvs = {{0, 0}};    // All corners of the triangles that cover nothing.
+  result.tangents.clear();  // tangents belong to the previous UVs
+  result.uvs = {{0, 0}};    // All corners of triangles that cover nothing
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   for (const FlatChart& chart : charts) {
     const auto first = static_cast<std::uint32_t>(result.uvs.size());
     for (const Vec2d& p : chart.points) {
-      result.uvs.push_back({static_cast<float>(p.x / kSteps), static_cast<float>(p.y / kSteps)});
+      result.uvs.push_back(
+          {static_cast<float>(p.x / kUvSteps), static_cast<float>(p.y / kUvSteps)});
     }
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
       Triangle& uv = result.uv_triangles[surface.source[chart.source[i]]];
@@ -302,7 +306,7 @@ Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<Flat
   return result;
 }
 
-/// A chart's area over half the length of its border: the width of a strip. As a share of the map's side.
+/// Width of a chart as a strip: its area over half the length of its border, as a share of the map's side.
 double width_of(const FlatChart& chart) {
   double twice = 0, length = 0;
   for (std::size_t i = 0; i < chart.boundary.size(); ++i) {
@@ -311,7 +315,7 @@ double width_of(const FlatChart& chart) {
     twice += cross(a, b);
     length += std::sqrt(dot(b - a, b - a));
   }
-  return length > 0 ? twice / length / kSteps : 0;
+  return length > 0 ? twice / length / kUvSteps : 0;
 }
 
 void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts, double padding,
@@ -327,7 +331,7 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
       const Triangle& t = chart.triangles[i];
       const Vec2d& a = chart.points[t[0]];
       const double flat =
-          0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a) / (kSteps * kSteps);
+          0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a) / (kUvSteps * kUvSteps);
       const double area = surface.area[chart.source[i]];
       const double density = std::log2(flat) - std::log2(area);
       report.coverage += flat;
@@ -347,7 +351,7 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
                                    " texels: use a larger size or fewer faces",
                                report.charts});
   }
-  if (narrow > kMostNarrow * weight) {
+  if (narrow > kMaxNarrowShare * weight) {
     report.warnings.push_back(
         {"narrow-charts",
          counted(narrow_charts, "chart") + ", of " + percent(narrow / weight, 2) +
@@ -362,7 +366,7 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
 
 struct KnownCharts::State {
   std::unique_ptr<ChartSurface> surface;
-  std::optional<ChosenCharts> chosen;  ///< Relaxed, not yet at their places.
+  std::optional<ChosenCharts> chosen;  ///< Relaxed, not placed on the map yet.
 };
 
 KnownCharts::KnownCharts() : state_(std::make_unique<State>()) {}
@@ -373,7 +377,7 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
   KnownCharts own;
   KnownCharts::State& known = kept != nullptr ? kept->state() : own.state();
   std::vector<std::uint8_t> lone(mesh.triangles.size(), 0);
-  // Each round sets at least one more triangle apart, and one by itself always has a place.
+  // Each round separates at least one more triangle, and a separate triangle can always be placed, so the loop ends.
   for (;;) {
     if (!known.chosen) known.surface = std::make_unique<ChartSurface>(make_surface(mesh, lone));
     const ChartSurface& surface = *known.surface;
@@ -383,12 +387,12 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
     lay_lone(surface, options, lone, made);
     std::vector<FlatChart>& charts = made.charts;
     Layout layout = pack(charts, made.packed ? &*made.packed : nullptr, options, threads);
-    if (detail != nullptr) follow_detail(surface, mesh, *detail, options, made, layout, threads);
+    if (detail != nullptr) scale_by_detail(surface, mesh, *detail, options, made, layout, threads);
     bool failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
       RoundedChart rounded(charts[i]);
-      if (rounded.mend()) continue;
+      if (rounded.repair()) continue;
       rounded.mark(lone);
       failed = true;
     }
@@ -396,7 +400,7 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
       known.chosen.reset();
       continue;
     }
-    // Triangles handled apart may lead to other charts.
+    // Charts with separated triangles cannot be reused for another size.
     if (std::find(lone.begin(), lone.end(), 1) != lone.end()) known.chosen.reset();
     if (report != nullptr) describe(surface, charts, layout.padding, options, *report);
     return write(mesh, surface, charts);

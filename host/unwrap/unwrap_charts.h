@@ -1,4 +1,4 @@
-// Texture coordinates by grown charts: see UnwrapMethod::charts in kiln/unwrap.h.
+// UV unwrapping by grown charts: see UnwrapMethod::charts in kiln/unwrap.h.
 #pragma once
 
 #include <memory>
@@ -8,11 +8,11 @@
 
 namespace kiln {
 
-/// Charts of one mesh, kept for another size. Where there are very many, the size did not matter to them: growing
-/// them again would give the same ones.
+/// Cache of one mesh's charts, to be reused for another map size if the charts do not depend on the size, as for very
+/// many charts.
 class KnownCharts {
  public:
-  KnownCharts();  ///< None are known.
+  KnownCharts();  ///< An empty cache.
   ~KnownCharts();
   KnownCharts(const KnownCharts&) = delete;
   KnownCharts& operator=(const KnownCharts&) = delete;
@@ -24,17 +24,17 @@ class KnownCharts {
   std::unique_ptr<State> state_;
 };
 
-/// unwrap(), for a high poly whose detail is known: charts get texels by it.
+/// unwrap() for a high poly whose detail is precomputed: charts get texels by it.
 /// \param detail  null: texels by area, or by UnwrapOptions::detail_of
-/// \param known   of this mesh, for another size or border; out: for the next one. Null: nothing is kept. Never
-///                changes the result
+/// \param known   charts of this mesh from a call with another size or padding; updated. Null: nothing is cached. Never
+///     changes the result
 Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetail* detail,
                 UnwrapReport* report, KnownCharts* known = nullptr);
 
-/// \param options  checked; detail_of is not read
+/// \param options  validated; detail_of is ignored
 /// \param report   all but seconds and degenerate triangles is filled in; may be null
 /// \param threads  0: thread_count(); never changes the result
-/// \param detail   of the high poly, for texels by it; null: by area
+/// \param detail   of the high poly, to distribute texels by detail; null: by area
 /// \param known    see unwrap_for()
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
                    int threads = 0, const TexelDetail* detail = nullptr,

@@ -15,13 +15,13 @@
 namespace kiln {
 namespace {
 
-/// Longer patches waste space and shear little less.
+/// Greatest ratio of a patch's legs. Longer patches waste space and reduce shear only little.
 constexpr double kAspectLimit = 16;
-/// A border that leaves less of the map to triangles than this is halved.
+/// The padding is halved while triangles cover less of the map than this.
 constexpr double kWantedPairCoverage = 0.25;
 
-/// A rectangle for one or two triangles. The first has its right angle at the lower left corner, the
-/// second at the upper right one; they share the diagonal, or keep a border along it.
+/// A rectangle for one or two triangles. The first has its right angle at the lower left corner, the second at the
+/// upper right one; they share the diagonal, or keep padding along it.
 struct Patch {
   double width = 0, height = 0;  ///< Legs of the triangles, in units of the surface.
   std::array<std::uint32_t, 2> triangle{kNoIndex, kNoIndex};
@@ -29,11 +29,11 @@ struct Patch {
   bool joined = false;
 };
 
-/// Gives `patch` sides in the ratio of its legs, and the area that makes up for two triangles.
+/// Sets the patch's sides in the ratio of its legs, with an area that suffices for two triangles.
 void set_sides(Patch& patch, double width, double height, double area) {
   const double limit = kAspectLimit;
   double ratio = std::clamp(width / height, 1 / limit, limit);
-  if (!(ratio > 0)) ratio = 1;  // Legs of no length, or too long for squares in double precision.
+  if (!(ratio > 0)) ratio = 1;  // Legs of length 0, or too long to square in double precision.
   patch.height = std::sqrt(area / ratio);
   patch.width = patch.height * ratio;
 }
@@ -51,7 +51,7 @@ Patch single_patch(const TriangleShape& shape, std::uint32_t triangle) {
   return patch;
 }
 
-/// Lets single triangles of like shape and size share rectangles.
+/// Lets single triangles of similar shape and size share rectangles.
 void share_patches(std::vector<Patch>& singles, std::vector<Patch>& patches) {
   const auto key = [](const Patch& p) {
     return std::tuple(std::lround(2 * std::log2(p.width / p.height)), p.width * p.height,
@@ -76,7 +76,7 @@ void share_patches(std::vector<Patch>& singles, std::vector<Patch>& patches) {
   }
 }
 
-/// \param squares  all alike, with a square for each triangle left over
+/// \param squares  all patches are squares, with a square for each unpaired triangle
 std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShape>& shapes,
                                 bool squares) {
   const Pairing pairing = pair_triangles(mesh.positions, mesh.triangles, shapes);
@@ -111,50 +111,50 @@ std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShap
   return patches;
 }
 
-/// Rounding of patches to cells of whole grid steps.
-struct Rule {
-  std::uint32_t side = 0;      ///< Steps of the grid.
-  std::uint32_t border = 1;    ///< Steps between charts.
-  std::uint32_t smallest = 2;  ///< Shortest leg, steps. A triangle never gets less than one square.
-  bool squares = false;        ///< Both legs alike
+/// Rules for rounding patches to cells of whole grid steps.
+struct GridRules {
+  std::uint32_t side = 0;      ///< Steps a side of the grid.
+  std::uint32_t border = 1;    ///< Padding between charts in steps.
+  std::uint32_t smallest = 2;  ///< Shortest leg in steps. A triangle has at least one grid square.
+  bool squares = false;        ///< Legs of equal length
 };
 
 struct Legs {
   std::uint32_t width, height;
 };
 
-Legs legs_of(const Patch& patch, double scale, const Rule& rule) {
+Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
   const double most = 1e9;
-  const auto whole = [&](double value) {
+  const auto round_to_steps = [&](double value) {
     return std::max(rule.smallest, static_cast<std::uint32_t>(std::min(value + 0.5, most)));
   };
   if (rule.squares) {
-    const std::uint32_t leg = std::max(2U, whole(patch.width * scale));
+    const std::uint32_t leg = std::max(2U, round_to_steps(patch.width * scale));
     return {leg, leg};
   }
-  // The second side makes up for the first one's rounding.
+  // The second side compensates for the first one's rounding.
   const double area = patch.width * scale * (patch.height * scale);
   Legs legs{};
   if (patch.width >= patch.height) {
-    legs.height = whole(patch.height * scale);
-    legs.width = whole(area / legs.height);
+    legs.height = round_to_steps(patch.height * scale);
+    legs.width = round_to_steps(area / legs.height);
   } else {
-    legs.width = whole(patch.width * scale);
-    legs.height = whole(area / legs.width);
+    legs.width = round_to_steps(patch.width * scale);
+    legs.height = round_to_steps(area / legs.width);
   }
   if (legs.width == 1 && legs.height == 1)
     (patch.width >= patch.height ? legs.width : legs.height) = 2;
   return legs;
 }
 
-PackSize cell_of(const Patch& patch, const Legs& legs, const Rule& rule) {
+PackSize cell_of(const Patch& patch, const Legs& legs, const GridRules& rule) {
   const bool apart = patch.triangle[1] != kNoIndex && !patch.joined;
   const std::uint32_t extra = rule.border + (apart ? rule.border : 0);
   return {legs.width + extra, legs.height + extra};
 }
 
 struct PairLayout {
-  Rule rule;
+  GridRules rule;
   double scale = 0;
   std::vector<PackPlace> places;
   double coverage = 0;
@@ -162,15 +162,16 @@ struct PairLayout {
 
 class LayoutSearch {
  public:
-  LayoutSearch(const std::vector<Patch>& patches, const Rule& rule)
+  LayoutSearch(const std::vector<Patch>& patches, const GridRules& rule)
       : patches_(patches), rule_(rule), sizes_(patches.size()) {}
 
-  /// The largest scale that fits, to about 0.1%, or nothing where not even the smallest cells do.
+  /// The largest scale that fits, to about 0.1%; none if not even the smallest cells fit.
   std::optional<PairLayout> run() {
     const double side = rule_.side;
     double area = 0;
     for (const Patch& patch : patches_) area += patch.width * patch.height;
-    // Without borders and waste; from there down until the cells' area fits, then until they pack.
+    // The ceiling has neither padding nor waste. From there the scale falls until the cells' area fits, then until they
+    // pack.
     const double ceiling = side / std::sqrt(area);
     if (cells_area(0) > side * side) return std::nullopt;
     double low = 0, high = ceiling;
@@ -207,7 +208,7 @@ class LayoutSearch {
     return area;
   }
 
-  /// Keeps the layout where it fits.
+  /// Tries to pack at a scale; keeps the layout if it fits.
   bool pack(double scale) {
     double covered = 0;
     for (std::size_t i = 0; i < patches_.size(); ++i) {
@@ -224,13 +225,13 @@ class LayoutSearch {
   }
 
   const std::vector<Patch>& patches_;
-  Rule rule_;
+  GridRules rule_;
   std::vector<PackSize> sizes_;
   std::vector<PackPlace> places_;
   std::optional<PairLayout> best_;
 };
 
-/// The widest border that leaves room, then shorter legs, then steps finer than a texel.
+/// Tries the widest padding first, then shorter legs, then steps finer than a texel.
 PairLayout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& options) {
   const bool squares = options.method == UnwrapMethod::squares;
   for (std::uint32_t border = options.border_texels; border >= 1; border /= 2) {
@@ -245,7 +246,7 @@ PairLayout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& o
               "unwrap: the mesh has too many triangles for a texture; simplify it first");
 }
 
-/// Writes the UVs of one patch. Coordinates in the cell run along x and y before it is turned.
+/// Writes the UVs of one patch. Coordinates in the cell run along x and y before rotation.
 class UvWriter {
  public:
   UvWriter(const PairLayout& layout, Mesh& mesh) : layout_(layout), mesh_(mesh) {}
@@ -295,7 +296,7 @@ class UvWriter {
 double density_spread(const std::vector<Patch>& patches, const PairLayout& layout,
                       const std::vector<TriangleShape>& shapes) {
   double weight = 0, sum = 0, squares = 0;
-  const auto each = [&](const auto& body) {
+  const auto for_each_triangle = [&](const auto& body) {
     for (const Patch& patch : patches) {
       const Legs legs = legs_of(patch, layout.scale, layout.rule);
       const double uv_area = 0.5 * legs.width * legs.height;
@@ -304,9 +305,10 @@ double density_spread(const std::vector<Patch>& patches, const PairLayout& layou
       }
     }
   };
-  each([&](double area, double density) { weight += area, sum += area * density; });
+  for_each_triangle([&](double area, double density) { weight += area, sum += area * density; });
   const double mean = sum / weight;
-  each([&](double area, double density) { squares += area * (density - mean) * (density - mean); });
+  for_each_triangle(
+      [&](double area, double density) { squares += area * (density - mean) * (density - mean); });
   return std::sqrt(squares / weight);
 }
 
@@ -319,10 +321,10 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
   const PairLayout layout = find_layout(patches, options);
 
   Mesh result = mesh;
-  result.tangents.clear();  // those of other UVs
+  result.tangents.clear();  // tangents belong to the previous UVs
   result.uvs.clear();
   result.uvs.reserve(patches.size() * 4 + 1);
-  result.uvs.push_back({0, 0});  // All corners of the triangles that cover nothing.
+  result.uvs.push_back({0, 0});  // All corners of triangles that cover nothing
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   UvWriter writer(layout, result);
   for (std::size_t i = 0; i < patches.size(); ++i) writer.write(patches[i], layout.places[i]);

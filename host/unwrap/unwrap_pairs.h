@@ -1,4 +1,4 @@
-// Texture coordinates by pairs of triangles packed as rectangles: see unwrap().
+// UV unwrapping by pairs of triangles packed as rectangles: see unwrap().
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// \param shapes  of the mesh's triangles, one at least of positive area
+/// \param shapes  shapes of the mesh's triangles, at least one of positive area
 /// \param report  empty; may be null. [out] all but seconds and degenerate triangles
 Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
                   const std::vector<TriangleShape>& shapes, UnwrapReport* report);

@@ -105,7 +105,7 @@ TEST(BinaryCache, KeepsNothingWhereItCannot) {
 TEST(BinaryCache, DropsTheOldest) {
   const fs::path folder = test::scratch_folder();
   const BinaryCache cache(folder, "driver");
-  const std::size_t count = BinaryCache::kMostBinaries + 20;
+  const std::size_t count = BinaryCache::kMaxBinaries + 20;
   for (std::size_t i = 0; i < count; ++i) {
     cache.keep(std::to_string(i), "", Bytes{1});
     for (const fs::path& file : files_of(folder)) {
@@ -113,7 +113,7 @@ TEST(BinaryCache, DropsTheOldest) {
         fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(9));
     }
   }
-  EXPECT_EQ(files_of(folder).size(), BinaryCache::kMostBinaries);
+  EXPECT_EQ(files_of(folder).size(), BinaryCache::kMaxBinaries);
   EXPECT_FALSE(cache.find("0", ""));
   EXPECT_TRUE(cache.find(std::to_string(count - 1), ""));
 }

@@ -193,12 +193,12 @@ TEST_F(Limits, OfMemoryCountBuffersThatAreStillEmpty) {
 // So is it with what later work is known to take.
 TEST_F(Limits, OfMemoryCountWhatIsReserved) {
   set_memory_limit(free_memory() / 2);
-  require_memory("A block", kLittleMemory + 1);
+  require_memory("A block", kMaxUncheckedBytes + 1);
   {
     const ReservedMemory later(memory_left());
-    EXPECT_THROW(require_memory("A block", kLittleMemory + 1), Error);
+    EXPECT_THROW(require_memory("A block", kMaxUncheckedBytes + 1), Error);
   }
-  require_memory("A block", kLittleMemory + 1);
+  require_memory("A block", kMaxUncheckedBytes + 1);
   set_memory_limit(0);
 }
 

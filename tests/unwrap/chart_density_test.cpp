@@ -59,7 +59,7 @@ TEST(TexelScales, NoOthersOfTheSameAreaAreBetter) {
     for (const TexelNeed& piece : needs) area += piece.area;
     EXPECT_NEAR(area_taken(needs, best), area, 1e-9 * area);
     const auto [least, most] = std::minmax_element(best.begin(), best.end());
-    EXPECT_LE(*most, kMostDenser * *least * (1 + 1e-9));
+    EXPECT_LE(*most, kMaxDensityRatio * *least * (1 + 1e-9));
     for (int other = 0; other < 20; ++other) {
       std::vector<double> scales = best;
       for (double& s : scales) s *= 1 + 0.2 * (unit() - 0.5);
@@ -80,7 +80,7 @@ TEST(TexelScales, AreEvenWhereNothingDiffersOrNothingIsToBeSeen) {
 
 TEST(TexelScales, KeepToTheirRange) {
   const std::vector<double> scales = texel_scales(std::vector{need(1, 1e-6, 1), need(0.25, 50, 1)});
-  EXPECT_NEAR(scales[1] / scales[0], kMostDenser, 1e-3);
+  EXPECT_NEAR(scales[1] / scales[0], kMaxDensityRatio, 1e-3);
 }
 
 /// A flat sheet of side 4, with waves over the corner of side 1. Its low poly is flat.
@@ -131,7 +131,7 @@ TEST(UnwrapByDetail, ACornerWithWavesGetsMoreTexels) {
   // Nothing but the corner needs texels, so it has as many more as it may: in area at most the square.
   EXPECT_GT(uneven.charts, 1U);
   EXPECT_GT(corner_over_rest(by_detail), 4);
-  EXPECT_LT(corner_over_rest(by_detail), 1.01 * kMostDenser * kMostDenser);
+  EXPECT_LT(corner_over_rest(by_detail), 1.01 * kMaxDensityRatio * kMaxDensityRatio);
 }
 
 TEST(UnwrapByDetail, IsTheSameAsByAreaWhereDetailIsEven) {

@@ -75,8 +75,8 @@ void expect_solved(std::uint32_t nx, std::uint32_t ny) {
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
       const Triangle& t = chart.triangles[i];
       for (std::size_t k = 0; k < 3; ++k) {
-        add(system.own(i, k), part(t[k], t[k], 6));
-        add(system.side(i, k), part(t[k], t[(k + 1) % 3], -0.5));
+        add(system.corner_block(i, k), part(t[k], t[k], 6));
+        add(system.edge_block(i, k), part(t[k], t[(k + 1) % 3], -0.5));
       }
     }
     std::vector<Vec2d> right(chart.points.size());
