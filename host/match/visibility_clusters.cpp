@@ -6,8 +6,8 @@
 namespace kiln {
 namespace {
 
-constexpr int kRounds = 16;
-/// Along no axis or diagonal of the mesh's own, where two clusters often lie alike.
+constexpr int kClusterIterations = 16;
+/// Not along an axis or diagonal of the mesh, where two clusters are often symmetric.
 const Vec3d kOrder{0.48, 0.29, 0.83};
 
 Vec3d unit_or(const Vec3d& v, const Vec3d& other) {
@@ -25,7 +25,7 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
   for (const SeeingDirection& d : directions) sum += d.toward * d.weight;
   if (count == 1) return {unit_or(sum, directions[0].toward)};
 
-  // Cosine between each direction and the nearest centre so far; first, the mean.
+  // Cosine between each direction and the nearest centre so far; initially, to the mean.
   std::vector<double> nearness(directions.size());
   const Vec3d mean = unit_or(sum, {0, 0, 0});
   std::transform(directions.begin(), directions.end(), nearness.begin(),
@@ -39,7 +39,7 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
     }
     centres.push_back(centre);
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kClusterIterations; ++round) {
     std::vector<Vec3d> sums(centres.size());
     for (const SeeingDirection& d : directions) {
       std::size_t nearest = 0;

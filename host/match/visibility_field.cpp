@@ -15,14 +15,14 @@ namespace {
 constexpr std::uint32_t kLargestField = 2048;
 constexpr std::size_t kGrainOfField = 1 << 14;
 
-/// Samples a band, so that which directions see them takes 64 MiB.
-std::uint32_t samples_a_band(const VisibilityOptions& options, std::size_t directions) {
+/// Samples per band, such that the sets of directions that see them take 64 MiB.
+std::uint32_t samples_per_band(const VisibilityOptions& options, std::size_t directions) {
   if (options.clusters == 1) return 1U << 22;
   const std::size_t words = (directions + 31) / 32;
   return static_cast<std::uint32_t>(std::size_t{1} << 24) / static_cast<std::uint32_t>(words);
 }
 
-/// The clusters of a band's places whose directions scatter, in the order of the places.
+/// Clusters the directions of a band's places where they scatter, in the order of the places.
 void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBand& band,
                const VisibilityProbe::Places& places, const VisibilityOptions& options,
                std::uint32_t field_width, std::vector<PartedTexel>& parted) {
@@ -98,7 +98,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
   {
     TexelSampler sampler(
         context_, surface,
-        {field_width_, field_height_, 1, samples_a_band(options, probe.directions().size())});
+        {field_width_, field_height_, 1, samples_per_band(options, probe.directions().size())});
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       const TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
