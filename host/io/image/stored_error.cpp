@@ -1,4 +1,4 @@
-// Errors of pictures of 8 bits against the values that they hold.
+// Quantisation errors of 8-bit pictures.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kBandRows = 4;  // of a block
+constexpr std::size_t kBandRows = 4;  // rows of a block
 
 /// z from x and y, all as n/2 + 1/2.
 float third_of(float x, float y) {
@@ -20,7 +20,7 @@ float third_of(float x, float y) {
   return std::sqrt(std::max(0.0F, 1 - a * a - b * b)) / 2 + 0.5F;
 }
 
-/// A few rows as a file gives them back. Of `channels` channels, the image's or fewer.
+/// A few rows as decoded from a file. It has the image's number of channels or fewer.
 class StoredRows {
  public:
   StoredRows(const Image& image, const SaveImageOptions& options, const DitherBlocks& dither,
@@ -70,7 +70,7 @@ class StoredRows {
     for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image_.height; ++k) {
       for (std::size_t x = 0; x < image_.width; ++x) {
         const float* const from = lossy_.at(x, kBandRows * band + k);
-        for (std::size_t c = 0; c < channels_; ++c) {  // no alpha where all of it is opaque
+        for (std::size_t c = 0; c < channels_; ++c) {  // opaque alpha is not stored
           values_[(k * image_.width + x) * channels_ + c] = c < lossy_.channels ? from[c] : 1;
         }
       }
@@ -111,7 +111,7 @@ double error_of(const float* value, std::size_t channels, const float* stored,
 
 namespace {
 
-/// \param lossy  what a lossy format gives back; else empty
+/// \param lossy  decoded picture of a lossy format; else empty
 StoredError error_over(const Image& image, const SaveImageOptions& options,
                        const DitherBlocks& dither, const Image& lossy,
                        std::span<const std::uint8_t> coverage) {
