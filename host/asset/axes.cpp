@@ -3,7 +3,7 @@
 namespace kiln {
 
 AffineMap turn_of(UpAxis up) {
-  // Columns: where X, Y and Z go. All are turns; Z up is turned as Blender does it.
+  // Columns: images of X, Y and Z. All are rotations; Z up is rotated as in Blender.
   switch (up) {
     case UpAxis::as_given:
     case UpAxis::y:

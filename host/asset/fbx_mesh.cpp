@@ -12,7 +12,7 @@ namespace {
 
 Vec3d vector_of(const ufbx_vec3& v) { return {v.x, v.y, v.z}; }
 
-/// The rotation from one unit vector to another, on the shortest way, of a third.
+/// Applies to a vector the shortest rotation from one unit vector to another.
 Vec3d turned(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
   const Vec3d axis = cross(from, to);
   const double cosine = dot(from, to);

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLevels = 4;
-constexpr std::size_t kMostEntries = 20000;
+constexpr int kMaxFolderDepth = 4;
+constexpr std::size_t kMaxFolderEntries = 20000;
 
 std::vector<std::string> parts_of(const fs::path& path) {
   std::vector<std::string> parts;
@@ -23,7 +23,7 @@ std::vector<std::string> parts_of(const fs::path& path) {
   return parts;
 }
 
-/// Number of folders and names at the ends of two paths that are the same.
+/// Number of equal folders and names at the ends of two paths.
 std::size_t shared_parts(const std::vector<std::string>& a, const std::vector<std::string>& b) {
   const auto [end, other] = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend());
   return static_cast<std::size_t>(end - a.rbegin());
@@ -41,7 +41,7 @@ bool lies_within(const fs::path& folder, const fs::path& file) {
          whole.end();
 }
 
-/// A folder that has more entries than the limit is not searched at all: which of them come first is chance.
+/// Folders with more entries than the limit are not searched, since the order of entries is arbitrary.
 void FileFinder::list() {
   listed_ = true;
   std::error_code error;
@@ -49,13 +49,14 @@ void FileFinder::list() {
   fs::recursive_directory_iterator at(start, fs::directory_options::skip_permission_denied, error);
   std::size_t entries = 0;
   for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
-    if (++entries > kMostEntries) {
+    if (++entries > kMaxFolderEntries) {
       files_.clear();
       return;
     }
     std::error_code ignored;
     if (at->is_directory(ignored)) {
-      if (at.depth() + 1 >= kLevels || at->is_symlink(ignored)) at.disable_recursion_pending();
+      if (at.depth() + 1 >= kMaxFolderDepth || at->is_symlink(ignored))
+        at.disable_recursion_pending();
     } else if (at->is_regular_file(ignored) &&
                (!at->is_symlink(ignored) || lies_within(start, at->path()))) {
       const fs::path path = folder_.empty() ? at->path().lexically_relative(start) : at->path();
@@ -83,7 +84,7 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   if (note_whether_file(path) || fs::exists(path, ignored)) return path;
   if (const auto tiles = TileName::by_token(path)) {
     if (!tiles->files().empty()) return path;
-    // A set lies where its first picture does.
+    // A set is located by its first picture.
     constexpr std::uint32_t kFirst = 1001, kLast = 1100;
     for (std::uint32_t tile = kFirst; tile <= kLast; ++tile) {
       const fs::path file = tiles->file_of(tile), found = find(file, named_by);

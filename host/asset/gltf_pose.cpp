@@ -52,7 +52,7 @@ GltfWorlds::GltfWorlds(const GltfFile& file, std::vector<std::optional<std::size
     : file_(file), parents_(std::move(parents)), frame_(frame) {}
 
 const AffineMap& GltfWorlds::of(std::size_t node) {
-  std::vector<std::size_t> above;  // not known yet, from the node up
+  std::vector<std::size_t> above;  // unknown nodes, from this node upwards
   for (std::optional<std::size_t> at = node; at && !worlds_.contains(*at); at = parents_[*at]) {
     above.push_back(*at);
   }
@@ -74,7 +74,7 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
   const GltfValue list = from["joints"];
   if (list.size() == 0) from.fail("it has no joints");
   const GltfValue inverse = from["inverseBindMatrices"];
-  GltfNumbers binds;  // none: identities
+  GltfNumbers binds;  // empty: identities
   if (const auto accessor = inverse.index_into(file_.list("accessors"))) {
     binds = file_.numbers(*accessor, GltfFile::kMatrix);
     if (binds.count() < list.size()) {
@@ -86,7 +86,7 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
     AffineMap bind = kNoMove;
     if (!binds.values.empty()) {
       std::copy_n(binds.at(k), bind.size(), bind.begin());
-      // Rounded by programs that invert in single precision.
+      // Tolerance for programs that invert in single precision.
       constexpr double kBindRounding = 1e-4;
       if (std::abs(bind[3]) > kBindRounding || std::abs(bind[7]) > kBindRounding ||
           std::abs(bind[11]) > kBindRounding || !(std::abs(bind[15] - 1) <= kBindRounding)) {
@@ -159,7 +159,7 @@ GltfInfluences influences_of(const GltfValue& attributes, const std::vector<Gltf
       result.weights[v * result.width + i] = weight;
       sum += weight;
     }
-    // Quantised weights add up to nearly 1.
+    // Quantised weights sum only approximately to 1.
     for (std::size_t i = 0; i < result.width && sum > 0; ++i) {
       result.weights[v * result.width + i] /= sum;
     }

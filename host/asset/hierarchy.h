@@ -27,7 +27,7 @@ inline AffineMap product(const AffineMap& a, const AffineMap& b) {
   return result;
 }
 
-/// Makes names that are there once, as Blender does: "arm", "arm.001".
+/// Makes names unique, as Blender does: "arm", "arm.001".
 class UniqueNames {
  public:
   std::string add(const std::string& name) {
@@ -41,7 +41,7 @@ class UniqueNames {
   }
 
  private:
-  std::map<std::string, std::uint32_t> taken_;  // and how often it was asked for
+  std::map<std::string, std::uint32_t> taken_;  // and number of requests
 };
 
 }  // namespace kiln

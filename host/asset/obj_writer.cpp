@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-/// Text gathered in memory and handed to the file in large pieces.
+/// Buffers text, and writes it to the file in large pieces.
 class Writer {
  public:
   explicit Writer(AtomicFile& file) : file_(file) { buffer_.reserve(kCapacity); }
@@ -53,8 +53,8 @@ class Writer {
   std::string buffer_;
 };
 
-/// Names end at the line's end: a control character would break the line, and a final backslash join the
-/// next line. '#' stays: in a name it starts no comment.
+/// Makes a name safe: control characters would end the line, and a final backslash would join the next
+/// one. '#' is kept, since it starts no comment within a name.
 std::string safe_name(const std::string& name) {
   std::string safe = name.empty() ? "default" : name;
   for (char& c : safe) {
@@ -63,7 +63,7 @@ std::string safe_name(const std::string& name) {
   return safe;
 }
 
-/// Path of a file, which may have any character but those that end a line.
+/// Path of a file; all characters except line ends are kept.
 std::string safe_path(std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   std::erase_if(name, [](char c) { return c == '\n' || c == '\r' || c == '\0'; });
@@ -108,20 +108,20 @@ void check(const Mesh& mesh) {
   }
 }
 
-/// Says of each triangle whose name is another one than the last triangle's.
+/// Writes a name before the first triangle of each run.
 class Names {
  public:
   Names(const char* keyword, const std::vector<std::uint32_t>& of,
         const std::vector<std::string>& names)
       : keyword_(keyword), of_(of), names_(names) {}
 
-  /// All names first, so that a reader numbers them as we do.
+  /// Writes all names first, so that a reader numbers them in the same order.
   void announce(Writer& out) const {
     for (const std::string& name : of_.empty() ? std::vector<std::string>() : names_) {
       out.text(keyword_ + safe_name(name) + "\n");
     }
   }
-  /// True if a reader numbers them as we do without that: all are used, in their order.
+  /// True if a reader would number them in the same order anyway: all are used, in order.
   bool in_order() const {
     std::uint32_t next = 0;
     for (const std::uint32_t name : of_) {
@@ -130,14 +130,14 @@ class Names {
     }
     return next == names_.size();
   }
-  /// \returns whether the name is another one
+  /// \returns true if the name changed
   bool before(std::size_t triangle, Writer& out) {
     if (of_.empty() || of_[triangle] == now_) return false;
     now_ = of_[triangle];
     out.text(keyword_ + safe_name(names_[now_]) + "\n");
     return true;
   }
-  /// Readers take an object's name for a group's, too.
+  /// Readers also use an object's name as a group's.
   void follow(const Names& object) {
     now_ = kNone;
     const auto same = std::find(names_.begin(), names_.end(), object.names_[object.now_]);
@@ -146,13 +146,13 @@ class Names {
 
  private:
   std::string keyword_;
-  const std::vector<std::uint32_t>& of_;  // triangles
+  const std::vector<std::uint32_t>& of_;  // per triangle
   const std::vector<std::string>& names_;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::uint32_t now_ = kNone;
 };
 
-/// True if all three corners have a UV: a file has no word for one that is not finite.
+/// True if all three corners have a finite UV, since OBJ cannot express others.
 bool has_uvs(const Mesh& mesh, std::size_t triangle) {
   if (mesh.uv_triangles.empty()) return false;
   const Triangle& t = mesh.uv_triangles[triangle];
@@ -167,7 +167,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Writer out(file);
   out.text("# Kiln\n");
   for (const std::string& name : mesh.material_files) {
-    if (has_own_materials(name)) continue;  // no MTL
+    if (has_own_materials(name)) continue;  // it has no MTL
     if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
   }
   const bool placed = mesh.origin != std::array<double, 3>{};
@@ -214,7 +214,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Names groups("g ", mesh.groups, mesh.group_names);
   Names materials("usemtl ", mesh.materials, mesh.material_names);
   Names objects("o ", mesh.objects, mesh.object_names);
-  // Other programs make an object of each such line, with or without faces.
+  // Other programs create an object for each such line, with or without faces.
   if (mesh.objects.empty() || !groups.in_order()) groups.announce(out);
   if (!objects.in_order()) objects.announce(out);
   materials.announce(out);

@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-// Chunks of 3DS, each within the one before.
+// Ids of nested 3DS chunks.
 constexpr std::uint32_t kMain = 0x4D4D, kEditor = 0x3D3D, kObject = 0x4000, kMesh = 0x4100,
                         kFaces = 0x4120, kFaceMaterial = 0x4130, kSmoothing = 0x4150;
 constexpr std::size_t kHeaderBytes = 6, kFaceBytes = 8;
@@ -16,7 +16,7 @@ constexpr std::size_t kHeaderBytes = 6, kFaceBytes = 8;
 /// MeshLab's mask of every face.
 constexpr std::uint32_t kMeshLabMask = 10;
 
-/// A number at the beginning of bytes, which are cut off there; 0 where they end.
+/// Removes and returns a number at the start of bytes; 0 at their end.
 std::uint32_t take_number(std::string_view& bytes, std::size_t size) {
   if (bytes.size() < size) {
     bytes = {};
@@ -30,7 +30,7 @@ std::uint32_t take_number(std::string_view& bytes, std::size_t size) {
   return value;
 }
 
-/// Text that ends with a zero.
+/// Removes and returns a zero-terminated text.
 std::string_view take_text(std::string_view& bytes) {
   const std::size_t end = std::min(bytes.find('\0'), bytes.size());
   const std::string_view text = bytes.substr(0, end);
@@ -38,7 +38,7 @@ std::string_view take_text(std::string_view& bytes) {
   return text;
 }
 
-/// Calls use(id, content) for chunks that follow each other.
+/// Calls use(id, content) for consecutive chunks.
 template <typename Use>
 void for_each_chunk(std::string_view bytes, const Use& use) {
   while (bytes.size() >= kHeaderBytes) {
@@ -93,7 +93,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
       if (editor != kEditor) return;
       for_each_chunk(objects, [&](std::uint32_t object, std::string_view content) {
         if (object != kObject) return;
-        take_text(content);  // its name
+        take_text(content);  // skip its name
         for_each_chunk(content, read_object);
       });
     });
@@ -111,7 +111,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
 std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const Smoothing3ds& mesh, std::span<const Part3ds> parts) {
   constexpr std::size_t kNone = ~std::size_t{0};
-  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);  // of a material
+  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);  // per material
   for (std::size_t i = 1; i < part_of.size(); ++i) {
     for (std::size_t p = parts.size(); p-- > 0;) {
       if (lower_case(parts[p].material) == mesh.material_names[i]) part_of[i] = p;
@@ -123,7 +123,7 @@ std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const std::size_t part = part_of[material];
     ++(part == kNone ? left : counts[part]);
   }
-  // The part that the faces without a material of their own are in.
+  // The part of faces without their own material.
   std::size_t rest = kNone;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (counts[p] == parts[p].faces) continue;
