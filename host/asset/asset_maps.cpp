@@ -22,7 +22,7 @@ float scale_emission(Image& image) {
 }
 
 /// Expands a grey picture to three channels.
-void spread_grey(Image& image) {
+void expand_grey(Image& image) {
   if (image.channels != 1) return;
   std::vector<float> pixels(3 * image.pixels.size());
   for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = image.pixels[i / 3];
@@ -32,7 +32,7 @@ void spread_grey(Image& image) {
 
 /// Combines ambient occlusion with HIGH's own occlusion picture by the minimum, since both describe the same
 /// folds.
-void darken(Image& ao, const Image& picture) {
+void combine_occlusion(Image& ao, const Image& picture) {
   const std::size_t texels = std::size_t{ao.width} * ao.height;
   for (std::size_t i = 0; i < texels; ++i) {
     float& value = ao.pixels[i * ao.channels];
@@ -54,9 +54,9 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
       if (places.emission_strength == 0) continue;  // for this set
     }
     if (store) store(map, name);
-    if (name == "emission") spread_grey(map.image);
+    if (name == "emission") expand_grey(map.image);
     if (name == "occlusion" && places.occlusion != nullptr) {
-      darken(*ao, map.image);
+      combine_occlusion(*ao, map.image);
       continue;
     }
     if (name == "ao") ao = &map.image;

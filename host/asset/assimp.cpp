@@ -72,7 +72,7 @@ class SceneReader {
     if (is_x() && options.override_up) options.up = up_of_x(options.up);
     const WorldFrame world = world_frame(options, kNoMove, metres());
     AffineMap to_world = world.map.value_or(kNoMove);
-    undo_unit(to_world);
+    remove_unit(to_world);
     if (is_3ds() && options.override_up && options.up != UpAxis::as_given) {
       to_world = product(to_world, turn_of(UpAxis::minus_z));  // undoes Assimp's rotation of Z up
     }
@@ -92,12 +92,12 @@ class SceneReader {
                       "export normals, as OBJ or FBX.",
                   lost_groups_);
     }
-    if (unposed_ != 0) {
+    if (unresolved_skins_ != 0) {
       input_.warn("skinned",
-                  "pieces of meshes with bones, " + std::to_string(unposed_) +
+                  "pieces of meshes with bones, " + std::to_string(unresolved_skins_) +
                       " in all, are read as stored, not as posed: a joint of theirs is missing, or "
                       "shares its name with another node. Export glTF or FBX.",
-                  unposed_);
+                  unresolved_skins_);
     }
     uv_sets_.check();
     builder_.is_placed = true;
@@ -159,7 +159,7 @@ class SceneReader {
       const aiBone& bone = *mesh.mBones[b];
       const auto joint = joints_.find(bone.mName.C_Str());
       if (joint == joints_.end() || !joint->second) {
-        ++unposed_;
+        ++unresolved_skins_;
         return {};
       }
       const AffineMap map = product(*joint->second, transform_of(bone.mOffsetMatrix));
@@ -522,7 +522,7 @@ class SceneReader {
   }
 
   /// Removes Collada's own unit from the root, if another one overrides it.
-  void undo_unit(AffineMap& map) const {
+  void remove_unit(AffineMap& map) const {
     if (!is_collada() || !input_.options.override_unit || !(input_.options.metres > 0)) return;
     const aiMatrix4x4& root = scene_.mRootNode->mTransformation;
     const double unit = std::hypot(root.a1, root.b1, root.c1);
@@ -552,7 +552,7 @@ class SceneReader {
   };
   std::vector<SmoothPieces> pieces_;  // per mesh of Assimp; empty: not a 3DS
   std::map<std::array<std::uint32_t, 2>, std::map<std::uint32_t, std::uint32_t> > piece_normals_;
-  std::uint64_t unposed_ = 0, lost_groups_ = 0;
+  std::uint64_t unresolved_skins_ = 0, lost_groups_ = 0;
   UniqueNames objects_, unique_materials_;
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;
@@ -591,7 +591,7 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
 /// Reads the file in a child process first, since Assimp may crash on damaged files or exhaust memory: a child
 /// that fails becomes an error. This doubles the time of reading. If no child can be created, the check is
 /// skipped.
-void try_in_child(const MeshInput& input, const std::string& remedy) {
+void check_in_child(const MeshInput& input, const std::string& remedy) {
   const std::uint64_t bytes = input.bytes.size();
   // Ten times the need of real files.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),
@@ -619,7 +619,7 @@ void try_in_child(const MeshInput& input, const std::string& remedy) {
 
 Asset read_by_assimp(const MeshInput& input) {
   const std::string remedy = "Export the mesh again, or as OBJ or glTF.";
-  try_in_child(input, remedy);
+  check_in_child(input, remedy);
   Assimp::Importer importer;
   std::string said;
   const aiScene* const scene = read_scene(input, importer, said);

@@ -48,7 +48,7 @@ const std::string kRemedy = "Export the mesh again, or as OBJ or glTF.";
 std::string text_of(const ufbx_string& text) { return {text.data, text.length}; }
 
 /// Makes a message of ufbx printable, since it may quote the file.
-std::string in_message(const ufbx_string& text) {
+std::string printable_text(const ufbx_string& text) {
   std::string result = text_of(text);
   std::replace_if(
       result.begin(), result.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
@@ -97,8 +97,8 @@ LoadedScene load(const MeshInput& input) {
                "names a vertex that is not there",
                kRemedy);
   }
-  std::string why = in_message(error.description);
-  if (error.info_length != 0) why += " (" + in_message({error.info, error.info_length}) + ")";
+  std::string why = printable_text(error.description);
+  if (error.info_length != 0) why += " (" + printable_text({error.info, error.info_length}) + ")";
   input.fail("", "it cannot be read as FBX: " + (why.empty() ? "it is damaged" : why), kRemedy);
 }
 
@@ -339,7 +339,7 @@ class FbxReader {
           const ufbx_texture* const texture = file_of(use.texture);
           if (texture == nullptr) continue;
           const std::string name = text_of(texture->uv_set);
-          if (set_numbers_.contains(name) || !lies_elsewhere(*material, name)) continue;
+          if (set_numbers_.contains(name) || !uses_other_set(*material, name)) continue;
           std::uint32_t number = uv_set_of(*material, name);
           if (!taken.insert(number).second) taken.insert(number = unused++);
           set_numbers_[name] = number;
@@ -371,7 +371,7 @@ class FbxReader {
 
   /// True if, in any mesh of a material, pictures on the named set use another set than the one that is
   /// read.
-  bool lies_elsewhere(const ufbx_material& material, const std::string& name) const {
+  bool uses_other_set(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
     return meshes != meshes_of_.end() &&
            std::any_of(meshes->second.begin(), meshes->second.end(), [&](const ufbx_mesh* mesh) {
@@ -675,10 +675,11 @@ class FbxReader {
   void warn_of_repairs() const {
     for (const ufbx_warning& warning : scene_.metadata.warnings) {
       if (warning.type == UFBX_WARNING_BAD_UNICODE) continue;
-      input_.warn("damaged-file",
-                  "it is damaged, or unlike what FBX should be: " +
-                      in_message(warning.description) + ". Look at the result, or export it again.",
-                  warning.count);
+      input_.warn(
+          "damaged-file",
+          "it is damaged, or unlike what FBX should be: " + printable_text(warning.description) +
+              ". Look at the result, or export it again.",
+          warning.count);
     }
   }
 

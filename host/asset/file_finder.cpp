@@ -24,7 +24,8 @@ std::vector<std::string> parts_of(const fs::path& path) {
 }
 
 /// Number of equal folders and names at the ends of two paths.
-std::size_t shared_parts(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+std::size_t count_shared_parts(const std::vector<std::string>& a,
+                               const std::vector<std::string>& b) {
   const auto [end, other] = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend());
   return static_cast<std::size_t>(end - a.rbegin());
 }
@@ -102,7 +103,7 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   const std::vector<std::string> wanted = parts_of(path);
   const auto rank = [&](const fs::path& candidate) {
     const std::vector<std::string> parts = parts_of(candidate);
-    return std::tuple(-static_cast<std::ptrdiff_t>(shared_parts(wanted, parts)),
+    return std::tuple(-static_cast<std::ptrdiff_t>(count_shared_parts(wanted, parts)),
                       candidate.filename() != path.filename(), parts.size(), candidate.string());
   };
   const std::vector<fs::path>& all = candidates->second;

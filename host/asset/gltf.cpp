@@ -100,7 +100,7 @@ class GltfReader {
     const auto parent = parents();
     worlds_.emplace(file_, parent, world_.map);
     visit_nodes(asset, parent);
-    look_ahead();
+    prescan();
     choose_uv_set();
     uv_maps_ = gltf_uv_maps(file_, uv_set_, input_.warnings != nullptr);
     for (const std::uint32_t set : gltf_uv_sets(file_)) {
@@ -129,7 +129,7 @@ class GltfReader {
       asset.materials.push_back(*std::find_if(materials.begin(), materials.end(),
                                               [&](const Material& m) { return m.name == name; }));
     }
-    note_vertex_opacity(asset.mesh, asset.materials);
+    set_vertex_opacity(asset.mesh, asset.materials);
     return asset;
   }
 
@@ -329,7 +329,7 @@ class GltfReader {
   }
 
   /// Finds common properties of all primitives, and checks the memory for all instances.
-  void look_ahead() {
+  void prescan() {
     std::map<std::size_t, Counts> known;
     std::uint64_t vertices = 0, corners = 0;
     for (const Placed& placed : placed_) {
@@ -394,7 +394,7 @@ class GltfReader {
     Primitive result;
     result.positions = file_.numbers(*position, 3);
     const std::size_t count = result.positions.count();
-    for (const Wanted& wanted : wanted_of(attributes, placed, result)) {
+    for (const RequestedAttribute& wanted : requested_attributes(attributes, placed, result)) {
       *wanted.to = attribute(attributes, wanted.name, wanted.width, count);
     }
     finish_primitive(from, placed, result);
@@ -410,19 +410,20 @@ class GltfReader {
   }
 
   /// An attribute and its destination.
-  struct Wanted {
+  struct RequestedAttribute {
     std::string name;
     std::size_t width;
     GltfNumbers* to;
   };
 
   /// All attributes that are read, except positions.
-  std::vector<Wanted> wanted_of(const GltfValue& attributes, const Placed& placed,
-                                Primitive& result) const {
-    std::vector<Wanted> wanted = {{"NORMAL", 3, &result.normals},
-                                  {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
-                                  {"COLOR_0", GltfFile::kColor, &result.colors},
-                                  {"TANGENT", 4, &result.tangents}};
+  std::vector<RequestedAttribute> requested_attributes(const GltfValue& attributes,
+                                                       const Placed& placed,
+                                                       Primitive& result) const {
+    std::vector<RequestedAttribute> wanted = {{"NORMAL", 3, &result.normals},
+                                              {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                                              {"COLOR_0", GltfFile::kColor, &result.colors},
+                                              {"TANGENT", 4, &result.tangents}};
     result.other_uvs.resize(other_sets_.size());
     for (std::size_t k = 0; k < other_sets_.size(); ++k) {
       wanted.push_back({kUvSet + std::to_string(other_sets_[k]), 2, &result.other_uvs[k]});
@@ -458,16 +459,16 @@ class GltfReader {
                    Primitive& result) {
     if (targets.size() == 0) return;
     ++morphs_;
-    const Wanted changed[] = {{"POSITION", 3, &result.positions},
-                              {"NORMAL", 3, &result.normals},
-                              {"TANGENT", 3, &result.tangents},  // without its sign
-                              {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
-                              {"COLOR_0", GltfFile::kColor, &result.colors}};
+    const RequestedAttribute changed[] = {{"POSITION", 3, &result.positions},
+                                          {"NORMAL", 3, &result.normals},
+                                          {"TANGENT", 3, &result.tangents},  // without its sign
+                                          {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                                          {"COLOR_0", GltfFile::kColor, &result.colors}};
     const std::size_t count = result.positions.count();
     for (std::size_t i = 0; i < std::min(targets.size(), weights.size()); ++i) {
       if (weights[i] == 0) continue;
       const GltfValue target = targets.at(i);
-      for (const Wanted& to : changed) {
+      for (const RequestedAttribute& to : changed) {
         if (to.to->values.empty()) continue;
         add_offsets(attribute(target, to.name, to.width, count), weights[i], *to.to);
       }
@@ -491,11 +492,11 @@ class GltfReader {
   Primitive read_packed(const GltfValue& from, const GltfValue& packed, const Placed& placed) {
     Primitive result;
     const GltfValue given = from["attributes"], ids = packed["attributes"];
-    std::vector<Wanted> wanted = wanted_of(given, placed, result);
+    std::vector<RequestedAttribute> wanted = requested_attributes(given, placed, result);
     wanted.insert(wanted.begin(), {"POSITION", 3, &result.positions});
     std::vector<DracoAttribute> attributes;
     std::vector<GltfNumbers*> to;
-    for (const Wanted& attribute : wanted) {
+    for (const RequestedAttribute& attribute : wanted) {
       const auto accessor = given[attribute.name].index_into(file_.list("accessors"));
       if (!accessor || !ids[attribute.name].exists()) continue;
       attributes.push_back({ids[attribute.name].count(0), file_.list("accessors").at(*accessor),
@@ -508,7 +509,7 @@ class GltfReader {
     const std::shared_ptr<const DracoMesh> mesh = unpack(packed, attributes);
     for (std::size_t i = 0; i < to.size(); ++i) *to[i] = mesh->attributes[i];
     // Uncompressed attributes are stored beside it.
-    for (const Wanted& attribute : wanted) {
+    for (const RequestedAttribute& attribute : wanted) {
       if (!ids[attribute.name].exists()) {
         *attribute.to = this->attribute(given, attribute.name, attribute.width, mesh->points);
       }
@@ -557,7 +558,7 @@ class GltfReader {
         last_->weights == placed.weights) {
       return last_->primitives;
     }
-    last_ = Last{placed.mesh, skinned, placed.weights, {}};
+    last_ = CachedPrimitives{placed.mesh, skinned, placed.weights, {}};
     const GltfValue primitives = file_.list("meshes").at(placed.mesh)["primitives"];
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       std::optional<Primitive> primitive = read_primitive(primitives.at(i), placed);
@@ -707,32 +708,35 @@ class GltfReader {
   }
 
   void warn() const {
-    const auto say = [this](std::uint64_t count, const char* code, const std::string& text) {
+    const auto warn_count = [this](std::uint64_t count, const char* code, const std::string& text) {
       if (count != 0) input_.warn(code, text, count);
     };
-    say(lines_, "ignored-primitives",
-        counted(lines_, "primitive") + " of points or lines (" + first_lines_ +
-            " for one) were left out: they are no surface.");
-    say(odd_, "short-faces",
-        counted(odd_, "primitive") + " (" + first_odd_ +
-            " for one) end in a triangle with fewer than three corners; it was left out.");
-    say(flat_, "flat-normals",
-        counted(flat_, "triangle") + " without normals: flat, as glTF has it.");
-    say(skins_, "rest-pose",
+    warn_count(lines_, "ignored-primitives",
+               counted(lines_, "primitive") + " of points or lines (" + first_lines_ +
+                   " for one) were left out: they are no surface.");
+    warn_count(odd_, "short-faces",
+               counted(odd_, "primitive") + " (" + first_odd_ +
+                   " for one) end in a triangle with fewer than three corners; it was left out.");
+    warn_count(flat_, "flat-normals",
+               counted(flat_, "triangle") + " without normals: flat, as glTF has it.");
+    warn_count(
+        skins_, "rest-pose",
         counted(skins_, "skinned primitive") +
             ": taken in the pose at rest, by where the nodes of its joints are. What is baked onto "
             "it is right in every pose, but a file that Kiln writes has no skin.");
-    say(free_, "unweighted-vertices",
-        counted(free_, "vertex of a skin", "vertices of skins") + " (in " + first_free_ +
-            " for one) without weights: they lie where the mesh's own node puts them.");
-    say(morphs_, "rest-pose",
-        counted(morphs_, "primitive") +
-            " with morph targets: taken with the targets' default weights.");
-    say(children_, "scene-child",
-        counted(children_, "node", "nodes") + " of its scene (" + first_child_ + " for one) " +
-            (children_ == 1 ? "is a child of another" : "are children of others") +
-            " that it lists, too: read once, where the parent puts it.");
-    say(bright_, "bright-colors",
+    warn_count(free_, "unweighted-vertices",
+               counted(free_, "vertex of a skin", "vertices of skins") + " (in " + first_free_ +
+                   " for one) without weights: they lie where the mesh's own node puts them.");
+    warn_count(morphs_, "rest-pose",
+               counted(morphs_, "primitive") +
+                   " with morph targets: taken with the targets' default weights.");
+    warn_count(children_, "scene-child",
+               counted(children_, "node", "nodes") + " of its scene (" + first_child_ +
+                   " for one) " +
+                   (children_ == 1 ? "is a child of another" : "are children of others") +
+                   " that it lists, too: read once, where the parent puts it.");
+    warn_count(
+        bright_, "bright-colors",
         counted(bright_, "number") + " of vertex colours are above 1, and were cut off there.");
   }
 
@@ -762,13 +766,13 @@ class GltfReader {
   std::map<std::string, std::shared_ptr<const DracoMesh>> unpacked_;  // results that several
                                                                       // primitives use
   /// Primitives that were read last.
-  struct Last {
+  struct CachedPrimitives {
     std::size_t mesh = 0;
     bool skinned = false;
     std::vector<double> weights;
     std::vector<Primitive> primitives;
   };
-  std::optional<Last> last_;
+  std::optional<CachedPrimitives> last_;
   std::vector<Placed> placed_;
   std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // number of sets; chosen set
   bool has_colors_ = false, has_tangents_ = false;

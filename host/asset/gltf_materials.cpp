@@ -59,7 +59,7 @@ std::array<float, 6> uv_transform_of(const UvMap& map) {
 double determinant(const UvMap& map) { return map.m[0] * map.m[4] - map.m[1] * map.m[3]; }
 
 /// Undoes `first`, then applies `map`. \param first  with a non-zero determinant
-UvMap after(const UvMap& map, const UvMap& first) {
+UvMap compose_after(const UvMap& map, const UvMap& first) {
   if (map == first) return {};
   const auto& [a, b, x, c, d, y] = first.m;
   const double size = determinant(first);
@@ -281,7 +281,7 @@ class MaterialReader {
     result.uv_set = uv_set_of(texture_info);
     const UvMap map = uv_map_of(texture_info);
     result.uv_transform =
-        uv_transform_of(uv_map_ && result.uv_set == uv_set_ ? after(map, *uv_map_) : map);
+        uv_transform_of(uv_map_ && result.uv_set == uv_set_ ? compose_after(map, *uv_map_) : map);
     const GltfValue texture = file_.list("textures").at(*texture_index);
     if (const auto index = texture["sampler"].index_into(file_.list("samplers"))) {
       const GltfValue sampler = file_.list("samplers").at(*index);
@@ -304,7 +304,7 @@ class MaterialReader {
     if (!image_index) {
       const std::vector<std::string> names = texture["extensions"].names();
       if (names.empty()) {
-        miss(texture);
+        count_missing_picture(texture);
       } else if (unread_++ == 0) {
         first_unread_ = texture.place() + ": " + printable(names[0]);
       }
@@ -321,7 +321,7 @@ class MaterialReader {
     if (uri.exists() && !GltfFile::decode_data_uri(uri, bytes)) {
       result.file = file_.path_of(uri);
       if (!is_picture_file(result.file)) {
-        miss(uri);
+        count_missing_picture(uri);
         return {};
       }
     } else {
@@ -366,7 +366,7 @@ class MaterialReader {
     return false;
   }
 
-  void miss(const GltfValue& what) {
+  void count_missing_picture(const GltfValue& what) {
     const std::string uri =
         what.place().ends_with("uri") ? " '" + what.text().substr(0, 200) + "'" : "";
     if (missing_++ == 0) first_missing_ = what.place() + printable(uri);
@@ -461,7 +461,7 @@ std::vector<Material> read_gltf_materials(const MeshInput& input) {
   return read_gltf_materials(GltfFile(input), input.options.uv_set);
 }
 
-void note_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials) {
+void set_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials) {
   if (mesh.colors.empty()) return;
   constexpr std::uint8_t kOpaque = 255;
   for (std::size_t t = 0; t < mesh.materials.size(); ++t) {

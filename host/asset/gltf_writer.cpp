@@ -224,7 +224,7 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
 }
 
 /// Encodes a name as a URI.
-std::string as_uri(const std::string& name) {
+std::string encode_uri(const std::string& name) {
   std::string uri;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
@@ -455,7 +455,7 @@ class GltfOutput {
       save_text(written.back(), bytes);
     };
     const std::string buffer = path_.stem().string() + ".bin";
-    json_["buffers"][0]["uri"] = as_uri(buffer);
+    json_["buffers"][0]["uri"] = encode_uri(buffer);
     write(buffer, bytes_);
     for (const auto& [name, png] : files_) {
       write(name, {reinterpret_cast<const char*>(png->data()), png->size()});
@@ -489,7 +489,7 @@ class GltfOutput {
     Json image = {{"name", name}, {"mimeType", kind.mime}};
     if (is_text_) {
       files_.emplace_back(unique_.add(path_.stem().string() + "_" + name) + kind.ending, &bytes);
-      image["uri"] = as_uri(files_.back().first);
+      image["uri"] = encode_uri(files_.back().first);
     } else {
       image["bufferView"] = add_view(bytes.data(), bytes.size(), 0);
     }
@@ -693,7 +693,8 @@ void check_map(const Image* map, std::uint32_t least_channels, const char* name)
 }
 
 /// Combines the first channels of single maps, one per channel; `plain` replaces missing maps.
-Image joined(const std::vector<std::pair<const Image*, float>>& channels, const Image* first) {
+Image combine_channels(const std::vector<std::pair<const Image*, float>>& channels,
+                       const Image* first) {
   Image image;
   for (const auto& [map, plain] : channels) {
     if (map == nullptr) continue;
@@ -1008,7 +1009,8 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
                         const PictureEncoding& encoding) {
     if (map == nullptr) return;
     const bool is_normal = encoding.use == TextureUse::normal;
-    const Image first = map->channels == channels ? Image() : joined({{map, 1.0F}}, nullptr);
+    const Image first =
+        map->channels == channels ? Image() : combine_channels({{map, 1.0F}}, nullptr);
     pictures.errors.push_back(
         {name, is_normal,
          picture_error(map->channels == channels ? *map : first, encoding, maps.coverage)});
@@ -1025,14 +1027,15 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
   if (pictures.has_color || pictures.has_opacity) {
     std::vector<std::pair<const Image*, float>> channels(3, {maps.color, 1.0F});
     if (pictures.has_opacity) channels.emplace_back(maps.opacity, 1.0F);
-    pictures.color = encode_picture(joined(channels, maps.color), of_color);
+    pictures.color = encode_picture(combine_channels(channels, maps.color), of_color);
   }
   if (pictures.has_surface || pictures.has_occlusion) {
-    pictures.surface = encode_picture(joined({{maps.occlusion, 1.0F},
-                                              {maps.roughness, 1.0F},
-                                              {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
-                                             nullptr),
-                                      of_surface);
+    pictures.surface =
+        encode_picture(combine_channels({{maps.occlusion, 1.0F},
+                                         {maps.roughness, 1.0F},
+                                         {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
+                                        nullptr),
+                       of_surface);
   }
   if (maps.normal != nullptr) pictures.normal = encode_picture(*maps.normal, of_normals);
   if (maps.emission != nullptr) pictures.emission = encode_picture(*maps.emission, of_emission);

@@ -93,7 +93,7 @@ std::string in_words(const Material& material) {
 }
 
 /// Collects materials for one warning.
-class Found {
+class MaterialFinding {
  public:
   void add(const Material& material) {
     if (count_++ == 0) first_ = &material;
@@ -117,7 +117,7 @@ class Found {
 /// Refuses materials described only by defaults, and warns of converted numbers.
 void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                   std::vector<Warning>* warnings) {
-  Found without, converted;
+  MaterialFinding without, converted;
   for (const Material& material : materials) {
     if (!picture_of(material, slot).empty()) continue;
     const MaterialNumber number = number_of(material, slot);
@@ -257,7 +257,7 @@ void check_transform(const Material& material, const std::array<float, 6>& trans
 using ComparedFiles = std::map<std::pair<fs::path, fs::path>, bool>;
 
 /// True if two pictures are the same, or copies of each other.
-bool look_alike(const MaterialPicture& a, const MaterialPicture& b, ComparedFiles& compared) {
+bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b, ComparedFiles& compared) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
   if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform ||
       a.wrap != b.wrap || a.inverted != b.inverted) {
@@ -277,11 +277,11 @@ bool look_alike(const MaterialPicture& a, const MaterialPicture& b, ComparedFile
 }
 
 /// True if two descriptions give the same appearance.
-bool look_alike(const Material& a, const Material& b, ComparedFiles& compared) {
+bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compared) {
   for (const MaterialSlot slot :
        {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
         MaterialSlot::metallic, MaterialSlot::emission, MaterialSlot::occlusion}) {
-    if (!look_alike(picture_of(a, slot), picture_of(b, slot), compared)) return false;
+    if (!are_equivalent(picture_of(a, slot), picture_of(b, slot), compared)) return false;
   }
   return a.color == b.color && a.opacity == b.opacity && a.roughness == b.roughness &&
          a.metallic == b.metallic && a.emission == b.emission &&
@@ -368,7 +368,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     }
   }
   std::map<std::string_view, const Material*> by_name;  // the first with each name
-  Found unlike;
+  MaterialFinding unlike;
   std::string other;
   ComparedFiles compared;
   const std::unordered_set<std::string_view> used(mesh.material_names.begin(),
@@ -376,7 +376,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   for (const Material& material : read) {
     const auto [entry, added] = by_name.emplace(material.name, &material);
     if (added || !used.contains(material.name)) continue;
-    if (look_alike(*entry->second, material, compared)) continue;
+    if (are_equivalent(*entry->second, material, compared)) continue;
     if (unlike.count() == 0) other = material.place;
     unlike.add(*entry->second);
   }
@@ -401,7 +401,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
                              "\" for one) are described in no file.",
                          missing});
   }
-  note_vertex_opacity(mesh, materials);
+  set_vertex_opacity(mesh, materials);
   return materials;
 }
 
@@ -452,7 +452,7 @@ class Pictures {
 };
 
 /// Drops lists that hold only defaults.
-void trim(Texture& texture, std::uint32_t own_set) {
+void drop_default_lists(Texture& texture, std::uint32_t own_set) {
   const auto clear_if_all = [](auto& list, const auto& usual) {
     if (std::all_of(list.begin(), list.end(), [&](const auto& value) { return value == usual; })) {
       list.clear();
@@ -499,7 +499,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
   Pictures pictures;
-  Found heights, missing;
+  MaterialFinding heights, missing;
   std::string first_missing;
   std::vector<TileCounts> counts;  // computed if a name may be a set
   std::map<std::tuple<fs::path, int, bool, TileCounts>, std::uint32_t> sets;
@@ -591,7 +591,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     if (set->second == Texture::kNone) heights.add(material);
     texture.image_of.back() = set->second;
   }
-  trim(texture, known_sets.own);
+  drop_default_lists(texture, known_sets.own);
   if (missing.count() != 0) {
     missing.warn(
         warnings, "picture-missing",

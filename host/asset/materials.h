@@ -28,6 +28,6 @@ std::vector<Material> read_ply_materials(const MeshInput& input,
 
 /// Sets Material::vertex_opacity.
 /// \param materials  one for each of the mesh's names
-void note_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials);
+void set_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials);
 
 }  // namespace kiln

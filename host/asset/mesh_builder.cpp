@@ -193,7 +193,7 @@ void MeshBuilder::add_face_color(std::size_t triangles) {
 /// Converts colours of faces to colours of vertices. The first colour at a vertex keeps it; each further colour
 /// appends a copy of the vertex, so that indices in messages stay valid. Vertices' own colours take precedence, unless
 /// they are uniform while the faces' vary, or all white: programs such as MeshLab always write them.
-void MeshBuilder::give_face_colors(Mesh& mesh) {
+void MeshBuilder::convert_face_colors(Mesh& mesh) {
   if (triangle_colors_.empty()) return;
   const std::uint64_t colored = triangle_colors_.count();
   const auto of_triangles = triangle_colors_.finish(mesh.triangles.size(), input_);
@@ -381,7 +381,7 @@ void MeshBuilder::place(Mesh& mesh) {
                          narrow(p[2] - mesh.origin[2])};
   }
   check_steps(mesh);
-  keep_flat(mesh, used);
+  collapse_flat_triangles(mesh, used);
 }
 
 /// Warns if the file's numbers, or single precision, are too coarse for the edges.
@@ -413,7 +413,7 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
 }
 
 /// Collapses the corners of a distant triangle without area: rounding could give it a large area.
-void MeshBuilder::keep_flat(const Mesh& mesh, const Box& used) {
+void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
   if (std::all_of(positions.begin(), positions.end(),
                   [&](const Position& p) { return used.holds(p); })) {
     return;
@@ -561,7 +561,7 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
 }
 
 /// Ignores groups that are equal everywhere, since some exporters write "s off" into every file.
-void MeshBuilder::give_normals_by_groups(Mesh& mesh) {
+void MeshBuilder::compute_group_normals(Mesh& mesh) {
   std::vector<std::uint32_t> groups;
   std::vector<std::string> names;
   smoothing_.take(groups, names);
@@ -644,11 +644,11 @@ Mesh MeshBuilder::finish() {
   complete_attributes(mesh);
   mesh.triangles = std::move(triangles_);
   number_polygons(mesh);
-  give_normals_by_groups(mesh);
+  compute_group_normals(mesh);
   compute_normals(mesh);
-  give_tangents(mesh);
+  copy_tangents(mesh);
   count_degenerate(mesh);
-  give_face_colors(mesh);
+  convert_face_colors(mesh);
   return mesh;
 }
 

@@ -163,7 +163,7 @@ class MeshBuilder {
   void check_growth() const;
   void add_face_color(std::size_t triangles);
   void finish_colors();
-  void give_face_colors(Mesh& mesh);
+  void convert_face_colors(Mesh& mesh);
   void split_polygons();
   void number_polygons(Mesh& mesh) const;
   void check_finite() const;
@@ -171,11 +171,11 @@ class MeshBuilder {
   Box box() const;
   void place(Mesh& mesh);
   void check_steps(const Mesh& mesh);
-  void keep_flat(const Mesh& mesh, const Box& used);
+  void collapse_flat_triangles(const Mesh& mesh, const Box& used);
   void complete_attributes(Mesh& mesh);
   void check_tangents(const Mesh& mesh);
-  void give_tangents(Mesh& mesh);
-  void give_normals_by_groups(Mesh& mesh);
+  void copy_tangents(Mesh& mesh);
+  void compute_group_normals(Mesh& mesh);
   void compute_normals(Mesh& mesh) const;
   void count_degenerate(const Mesh& mesh);
 

@@ -33,7 +33,7 @@ std::optional<OptionWords> words_of(std::string_view option) {
 
 /// True if an option has no effect with these words, such as "-bm 1.0", which exporters always
 /// write.
-bool says_nothing(std::string_view option, std::span<const std::string_view> words) {
+bool has_no_effect(std::string_view option, std::span<const std::string_view> words) {
   const auto all = [&](double value) {
     return std::all_of(words.begin(), words.end(),
                        [value](std::string_view word) { return to_double(word) == value; });
@@ -48,7 +48,7 @@ bool says_nothing(std::string_view option, std::span<const std::string_view> wor
 
 /// Parses the first two of an option's numbers; the second may be missing. \returns false for an invalid
 /// number
-bool take_numbers(std::span<const std::string_view> words, std::array<float, 2>& to) {
+bool parse_numbers(std::span<const std::string_view> words, std::array<float, 2>& to) {
   for (std::size_t k = 0; k < words.size(); ++k) {
     const auto value = to_double(words[k]);
     if (!value || !std::isfinite(static_cast<float>(*value))) return false;
@@ -83,7 +83,8 @@ class MtlReader {
       if (!keyword.empty()) statement(keyword);
     } while (scan_.next_line());
     finish_material();
-    const auto warn = [this](const char* code, const Counted& what, const std::string& text) {
+    const auto warn = [this](const char* code, const StatementCount& what,
+                             const std::string& text) {
       if (what.count == 0) return;
       input_.warn(code, printable(what.example) + ": " + std::to_string(what.count) + " " + text,
                   what.count);
@@ -107,11 +108,11 @@ class MtlReader {
 
  private:
   /// Number of statements of a kind, and the first one's position.
-  struct Counted {
+  struct StatementCount {
     std::uint64_t count = 0;
     std::string example;
   };
-  void count(Counted& what, std::string_view word) {
+  void count(StatementCount& what, std::string_view word) {
     if (what.count++ == 0) what.example = scan_.place() + ": " + printable(word);
   }
 
@@ -130,7 +131,7 @@ class MtlReader {
     if (keyword == "ke") return color(material.emission, &material.emission_from);
     if (keyword == "ka") return color(ambient_);
     if (keyword == "d") {
-      scan_ahead_halo();
+      skip_halo();
       material.opacity = number();
       has_opacity_ = true;
     } else if (keyword == "tr") {
@@ -213,7 +214,7 @@ class MtlReader {
   }
 
   /// "d -halo 0.5".
-  void scan_ahead_halo() {
+  void skip_halo() {
     const TextScanner before = scan_;
     if (scan_.token_in_line() != "-halo") scan_ = before;
   }
@@ -262,8 +263,8 @@ class MtlReader {
       if (option == "-clamp" && given[0] == "on") {
         result.wrap = {TextureWrap::clamp, TextureWrap::clamp};
       } else if (option == "-s" || option == "-o") {
-        if (!take_numbers(numbers, option == "-s" ? scale : offset)) count(placed_, option);
-      } else if (!says_nothing(option, numbers)) {
+        if (!parse_numbers(numbers, option == "-s" ? scale : offset)) count(placed_, option);
+      } else if (!has_no_effect(option, numbers)) {
         count(placed_, option);
       }
     }
@@ -299,7 +300,7 @@ class MtlReader {
   FileFinder* finder_;
   TextScanner scan_;
   std::vector<Material> materials_;
-  Counted placed_, ignored_, stand_ins_, invisible_;
+  StatementCount placed_, ignored_, stand_ins_, invisible_;
   bool by_blender_ = false;
   // Statements of the current material.
   std::array<float, 3> ambient_{};

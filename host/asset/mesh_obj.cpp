@@ -213,7 +213,7 @@ class ObjReader {
     std::string first;
   };
   /// True if a corner has an index of a UV or a normal. Some programs, such as Cinema 4D, write 0 for none.
-  bool names_one(std::string_view text, Zeros& zeros) const {
+  bool has_index(std::string_view text, Zeros& zeros) const {
     if (text.empty()) return false;
     if (to_integer(text) != 0) return true;
     if (zeros.count++ == 0) zeros.first = scan_.place();
@@ -252,11 +252,11 @@ class ObjReader {
       vertex_.push_back(resolve(part[0], builder_.positions.size(), vertex_reach_, "vertex"));
       uv_.push_back(MeshBuilder::kNone);
       normal_.push_back(MeshBuilder::kNone);
-      if (names_one(part[1], zero_uvs_)) {
+      if (has_index(part[1], zero_uvs_)) {
         uv_.back() = resolve(part[1], builder_.uvs.size(), uv_reach_, "texture coordinate");
         any_uv = true;
       }
-      if (names_one(part[2], zero_normals_)) {
+      if (has_index(part[2], zero_normals_)) {
         normal_.back() = resolve(part[2], builder_.normals.size(), normal_reach_, "normal");
         any_normal = true;
       }

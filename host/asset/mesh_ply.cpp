@@ -363,7 +363,7 @@ class BodyReader {
 
   /// Drops pictures of a mesh without UVs, and reports faults of UVs and picture numbers once.
   void finish_textures(MeshBuilder& builder) {
-    const auto warn = [&](const char* code, const Counted& what, const std::string& text) {
+    const auto warn = [&](const char* code, const FaceCount& what, const std::string& text) {
       if (what.count == 0) return;
       input_.warn(code,
                   counted(what.count, "face") + " (face " + std::to_string(what.first) +
@@ -466,13 +466,13 @@ class BodyReader {
   const std::string* texture_ = nullptr;  ///< Of the last face
   const std::string untextured_ = kUntextured;
   /// Faces collected for one warning.
-  struct Counted {
+  struct FaceCount {
     std::uint64_t count = 0, first = 0;
     void add(std::uint64_t face) {
       if (count++ == 0) first = face;
     }
   };
-  Counted bad_wedges_, bad_numbers_;
+  FaceCount bad_wedges_, bad_numbers_;
 };
 
 /// \returns true if the elements of a surface exist

@@ -83,10 +83,10 @@ class StlColors {
     if (at == std::string_view::npos || at + kMagics.size() + 4 > header.size()) return;
     std::array<std::uint8_t, 4> color;
     std::memcpy(color.data(), header.data() + at + kMagics.size(), 4);
-    whole_ = color;
+    default_color_ = color;
     // Programs that only write a default colour leave the bytes 0, which would mean black
     // triangles.
-    const Bits bits = look();
+    const Bits bits = scan_bits();
     by_triangle_ = !bits.are_alike || bits.first != 0;
     mark_counts_ = !bits.are_all_marked;
     if (mark_counts_ || !by_triangle_) return;
@@ -114,8 +114,8 @@ class StlColors {
     const std::uint32_t bits = attribute(triangle);
     const bool is_marked = (bits & kMark) != 0;
     const std::array<std::uint8_t, 3> channels = channels_of(bits);
-    if (whole_) {
-      if ((is_marked && mark_counts_) || !by_triangle_) return whole_;
+    if (default_color_) {
+      if ((is_marked && mark_counts_) || !by_triangle_) return default_color_;
       return std::array<std::uint8_t, 4>{channels[0], channels[1], channels[2], 255};
     }
     if (!is_marked) return std::nullopt;
@@ -134,7 +134,7 @@ class StlColors {
     std::uint32_t first = 0;
     bool are_alike = true, are_all_marked = true;
   };
-  Bits look() const {
+  Bits scan_bits() const {
     Bits bits;
     bits.count = little_endian(bytes_.data() + kHeaderBytes - 4);
     if (bits.count != 0) bits.first = attribute(0);
@@ -155,7 +155,7 @@ class StlColors {
   }
 
   std::string_view bytes_;
-  std::optional<std::array<std::uint8_t, 4>> whole_;  ///< Magics' default colour
+  std::optional<std::array<std::uint8_t, 4>> default_color_;  ///< Magics' default colour
   bool by_triangle_ = true, mark_counts_ = true;
 };
 

@@ -31,7 +31,7 @@ bool mirrored(const Mesh& mesh, std::size_t t) {
 }
 
 /// Vertices with one fault: their number, and the first.
-struct Odd {
+struct TangentFault {
   std::uint64_t count = 0, first = 0;
   double value = 0;
 
@@ -52,7 +52,7 @@ struct Odd {
 /// Clears tangents that form no valid frame, and warns of them.
 void MeshBuilder::check_tangents(const Mesh& mesh) {
   const bool has_normals = mesh.normals.size() == positions.size();
-  Odd none_at, longer, signs;
+  TangentFault none_at, longer, signs;
   for (std::size_t i = 0; i < tangents.size(); ++i) {
     Tangent& tangent = tangents[i];
     const double size = length_of(tangent.direction);
@@ -91,7 +91,7 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
 }
 
 /// Copies tangents of vertices to corners. Without UVs tangents are dropped.
-void MeshBuilder::give_tangents(Mesh& mesh) {
+void MeshBuilder::copy_tangents(Mesh& mesh) {
   if (tangents.empty() || mesh.uv_triangles.empty()) return;
   check_tangents(mesh);
   mesh.tangents.resize(3 * mesh.triangles.size());

@@ -131,14 +131,14 @@ class Names {
     return next == names_.size();
   }
   /// \returns true if the name changed
-  bool before(std::size_t triangle, Writer& out) {
+  bool write_if_changed(std::size_t triangle, Writer& out) {
     if (of_.empty() || of_[triangle] == now_) return false;
     now_ = of_[triangle];
     out.text(keyword_ + safe_name(names_[now_]) + "\n");
     return true;
   }
   /// Readers also use an object's name as a group's.
-  void follow(const Names& object) {
+  void copy_names(const Names& object) {
     now_ = kNone;
     const auto same = std::find(names_.begin(), names_.end(), object.names_[object.now_]);
     if (same != names_.end()) now_ = static_cast<std::uint32_t>(same - names_.begin());
@@ -219,9 +219,9 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   if (!objects.in_order()) objects.announce(out);
   materials.announce(out);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (objects.before(t, out)) groups.follow(objects);
-    groups.before(t, out);
-    materials.before(t, out);
+    if (objects.write_if_changed(t, out)) groups.copy_names(objects);
+    groups.write_if_changed(t, out);
+    materials.write_if_changed(t, out);
     const bool uvs = has_uvs(mesh, t);
     out.text("f");
     for (int k = 0; k < 3; ++k) {

@@ -17,7 +17,7 @@ constexpr std::size_t kHeaderBytes = 6, kFaceBytes = 8;
 constexpr std::uint32_t kMeshLabMask = 10;
 
 /// Removes and returns a number at the start of bytes; 0 at their end.
-std::uint32_t take_number(std::string_view& bytes, std::size_t size) {
+std::uint32_t read_number(std::string_view& bytes, std::size_t size) {
   if (bytes.size() < size) {
     bytes = {};
     return 0;
@@ -31,7 +31,7 @@ std::uint32_t take_number(std::string_view& bytes, std::size_t size) {
 }
 
 /// Removes and returns a zero-terminated text.
-std::string_view take_text(std::string_view& bytes) {
+std::string_view read_text(std::string_view& bytes) {
   const std::size_t end = std::min(bytes.find('\0'), bytes.size());
   const std::string_view text = bytes.substr(0, end);
   bytes.remove_prefix(std::min(end + 1, bytes.size()));
@@ -42,8 +42,8 @@ std::string_view take_text(std::string_view& bytes) {
 template <typename Use>
 void for_each_chunk(std::string_view bytes, const Use& use) {
   while (bytes.size() >= kHeaderBytes) {
-    const std::uint32_t id = take_number(bytes, 2);
-    const std::size_t size = take_number(bytes, 4);
+    const std::uint32_t id = read_number(bytes, 2);
+    const std::size_t size = read_number(bytes, 4);
     if (size <= kHeaderBytes) continue;
     const std::string_view content = bytes.substr(0, size - kHeaderBytes);
     use(id, content);
@@ -52,24 +52,24 @@ void for_each_chunk(std::string_view bytes, const Use& use) {
 }
 
 void read_faces(std::string_view bytes, Smoothing3ds& mesh) {
-  const std::size_t count = std::min<std::size_t>(take_number(bytes, 2), bytes.size() / kFaceBytes);
+  const std::size_t count = std::min<std::size_t>(read_number(bytes, 2), bytes.size() / kFaceBytes);
   mesh.masks.resize(mesh.masks.size() + count, 0);
   mesh.materials.resize(mesh.masks.size(), 0);
   bytes.remove_prefix(count * kFaceBytes);
   for_each_chunk(bytes, [&](std::uint32_t id, std::string_view content) {
     if (id == kSmoothing) {
       for (std::size_t f = 0; f < mesh.masks.size() && content.size() >= 4; ++f) {
-        mesh.masks[f] = take_number(content, 4);
+        mesh.masks[f] = read_number(content, 4);
       }
     }
     if (id != kFaceMaterial) return;
-    const std::string name = lower_case(take_text(content));
+    const std::string name = lower_case(read_text(content));
     std::vector<std::string>& names = mesh.material_names;
     const auto known = std::find(names.begin() + 1, names.end(), name);
     const auto number = static_cast<std::uint32_t>(known - names.begin());
     if (known == names.end()) names.push_back(name);
-    for (std::uint32_t left = take_number(content, 2); left != 0 && content.size() >= 2; --left) {
-      const std::uint32_t face = take_number(content, 2);
+    for (std::uint32_t left = read_number(content, 2); left != 0 && content.size() >= 2; --left) {
+      const std::uint32_t face = read_number(content, 2);
       if (face < mesh.materials.size()) mesh.materials[face] = number;
     }
   });
@@ -93,7 +93,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
       if (editor != kEditor) return;
       for_each_chunk(objects, [&](std::uint32_t object, std::string_view content) {
         if (object != kObject) return;
-        take_text(content);  // skip its name
+        read_text(content);  // skip its name
         for_each_chunk(content, read_object);
       });
     });

@@ -105,9 +105,10 @@ struct Profile {
 };
 
 /// Casts rays from places beside edges, and collects their angles and gaps.
-class Probes {
+class BevelProbes {
  public:
-  Probes(const Source::Impl& high, const LowSurface& surface, double farthest, const Parts* parts)
+  BevelProbes(const Source::Impl& high, const LowSurface& surface, double farthest,
+              const Parts* parts)
       : high_(high), surface_(surface), farthest_(farthest), parts_(parts) {}
 
   /// Profiles of both sides of edges [begin, end) of a list.
@@ -197,7 +198,7 @@ Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const Ha
       kTargetRayCount / (2 * kEdgeDistances * measured), 1, kMaxPlacesPerEdge);
   const std::size_t batch_size =
       std::max<std::size_t>(1, kTargetRayCount / (2 * kEdgeDistances * places));
-  const Probes probes(high, surface, farthest, parts);
+  const BevelProbes probes(high, surface, farthest, parts);
   Bevels result;
   std::vector<double> found;
   result.widths.assign(hard.edges.size(), 0.0F);

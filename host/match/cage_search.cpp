@@ -28,9 +28,9 @@ constexpr int kMaxStackedSolids = 4;  // passes of follow_solids(): stacked soli
 constexpr float kRayStartOffset = 4 * KILN_BVH_EPSILON;  // offset of ray starts past a face
 constexpr float kNoHit = std::numeric_limits<float>::infinity();
 
-class Search {
+class CageSearch {
  public:
-  Search(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts)
+  CageSearch(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts)
       : request_(request), context_(context_of(request.source.device)), parts_(parts) {
     const double diagonal = request.source.frame.diagonal * request.source.frame.scale;
     max_height_ = static_cast<float>(kMaxSolidHeight * diagonal);
@@ -277,7 +277,7 @@ class Search {
 }  // namespace
 
 CageNeeds find_cage_needs(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts) {
-  return Search(request, turn, parts).run();
+  return CageSearch(request, turn, parts).run();
 }
 
 }  // namespace kiln

@@ -220,11 +220,11 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
 VisibilityProbe::~VisibilityProbe() = default;
 VisibilityProbe::VisibilityProbe(VisibilityProbe&&) noexcept = default;
 
-void VisibilityProbe::ask(KeepOn keep_on) { impl_->keep_on = std::move(keep_on); }
+void VisibilityProbe::set_progress(KeepOn keep_on) { impl_->keep_on = std::move(keep_on); }
 
 const std::vector<ProbeDirection>& VisibilityProbe::directions() const { return impl_->directions; }
 
-void VisibilityProbe::note_seen(Places& places) const {
+void VisibilityProbe::allocate_seen(Places& places) const {
   if (places.count == 0) return;
   const std::size_t words = (impl_->directions.size() + 31) / 32;
   places.seen = cl::Array<std::int32_t>(impl_->context, words * places.capacity);

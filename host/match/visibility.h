@@ -79,10 +79,10 @@ class VisibilityProbe {
 
   /// Sets a callback that is called several times a second by the functions below, which throw
   /// Cancelled if it returns false.
-  void ask(KeepOn keep_on);
+  void set_progress(KeepOn keep_on);
 
   /// Allocates Places::seen.
-  void note_seen(Places& places) const;
+  void allocate_seen(Places& places) const;
 
   /// Adds all directions to the places' sums: by pictures, or by rays.
   void add_by_views(Places& places);
@@ -158,7 +158,7 @@ class VisibilityField {
   std::uint32_t field_width_ = 0, field_height_ = 0;  // 0: per corner
   cl::Array<float> normals_;
   cl::Array<float> field_;
-  std::vector<cl::Array<float>> further_;  // the fields of clusters 1 and on
+  std::vector<cl::Array<float>> other_clusters_;  // the fields of clusters 1 and on
   std::optional<VisibilityClusters> clusters_;
   cl::Array<std::uint32_t> field_triangle_;
   cl::Array<std::uint32_t> chart_;

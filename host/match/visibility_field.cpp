@@ -74,7 +74,7 @@ VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface
   report.directions = static_cast<std::uint32_t>(directions.size());
   report.by_rays = options.test == VisibilityTest::rays;
   VisibilityProbe probe(context, surface, std::move(directions), options.view_size, traversal);
-  probe.ask(std::move(keep_on));
+  probe.set_progress(std::move(keep_on));
   if (options.at == VisibilityAt::texel) {
     make_texels(surface, probe, options, report);
   } else {
@@ -103,7 +103,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
       const TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
       VisibilityProbe::Places places = probe.places(band);
-      if (options.clusters > 1) probe.note_seen(places);
+      if (options.clusters > 1) probe.allocate_seen(places);
       if (report.by_rays) {
         probe.add_by_rays(places);
       } else {
@@ -207,7 +207,7 @@ void VisibilityField::store_clusters(const std::vector<PartedTexel>& parted, std
     if (!(size > 0)) continue;
     std::fill_n(&clusters_->directions[i * count], count, to_float(mean * (1 / size)));
   }
-  further_.clear();
+  other_clusters_.clear();
   for (std::uint32_t k = 0; k < count; ++k) {
     for (const PartedTexel& texel : parted) {
       const std::size_t number = texel.directions.size();
@@ -220,7 +220,7 @@ void VisibilityField::store_clusters(const std::vector<PartedTexel>& parted, std
     if (k == 0) {
       field_ = std::move(field);
     } else {
-      further_.push_back(std::move(field));
+      other_clusters_.push_back(std::move(field));
     }
   }
 }
@@ -246,8 +246,8 @@ void VisibilityField::means(const TexelBand& band, std::uint32_t samples,
   context_.launch(context_.kernel("visibility", "kiln_visibility_seen"), band.texel_count, kLocal,
                   band_params(band, samples, capacity), band.texel_index, band.texel_first,
                   band.sample_slot, band.triangle, band.barycentric,
-                  cluster == 0 ? field_ : further_[cluster - 1], field_triangle_, chart_, border_,
-                  links_, seen);
+                  cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_, chart_,
+                  border_, links_, seen);
 }
 
 void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
@@ -258,8 +258,8 @@ void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool 
   context_.launch(context_.kernel("visibility", "kiln_visibility_direct"), band.texel_count, kLocal,
                   params, band.texel_index, band.texel_first, band.sample_slot, band.triangle,
                   band.barycentric, band.points, normals_,
-                  cluster == 0 ? field_ : further_[cluster - 1], field_triangle_, chart_, border_,
-                  links_, directed);
+                  cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_, chart_,
+                  border_, links_, directed);
 }
 
 }  // namespace kiln

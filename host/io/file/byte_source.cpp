@@ -45,7 +45,7 @@ class FileSource final : public ByteSource {
       throw;
     }
     size_ = facts->bytes;
-    note_read(facts->id);
+    register_input(facts->id);
   }
   ~FileSource() override { os::close(file_); }
   FileSource(const FileSource&) = delete;

@@ -71,7 +71,7 @@ void create_output_folder(const std::filesystem::path& folder) {
   const std::filesystem::path whole = std::filesystem::absolute(folder, error);
   const std::lock_guard lock(created_mutex);
   created_folders.push_back(error ? folder : whole);
-  note_created_folder(created_folders.back());
+  register_created_folder(created_folders.back());
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ void remove_empty_output_folders() noexcept {
     os::remove_folder(created_folders.back().c_str());
     created_folders.pop_back();
   }
-  forget_created_folders();
+  unregister_created_folders();
 }
 
 void prepare_output_folder(const std::filesystem::path& folder) {

@@ -162,7 +162,7 @@ std::filesystem::path OutputSet::held(const std::filesystem::path& destination) 
 
 void OutputSet::protect(const std::filesystem::path& input) {
   note_whether_file(input);
-  if (const auto found = os::facts_of(input)) note_read(found->id);
+  if (const auto found = os::facts_of(input)) register_input(found->id);
 }
 
 void OutputSet::check(const std::filesystem::path& destination) {
@@ -206,7 +206,7 @@ void refuse_input(const std::filesystem::path& destination, os::FileId file) {
                                     "name or folder for the output.");
 }
 
-void note_read(os::FileId file) {
+void register_input(os::FileId file) {
   const std::lock_guard lock(state().mutex);
   if (state().is_open) state().read.insert(file);
 }

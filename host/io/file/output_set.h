@@ -35,6 +35,6 @@ std::size_t held_outputs();
 void refuse_input(const std::filesystem::path& destination, os::FileId file);
 
 /// Records a file that is open for reading as an input. Without an open set it does nothing.
-void note_read(os::FileId file);
+void register_input(os::FileId file);
 
 }  // namespace kiln

@@ -96,7 +96,7 @@ bool is_plain(std::string_view name) {
 }
 
 /// Completes a journal. The folder is locked, so the process that wrote it has ended.
-void finish(const fs::path& folder, const fs::path& journal) {
+void complete_journal(const fs::path& folder, const fs::path& journal) {
   const std::optional<os::FileFacts> facts = os::facts_of_link(journal);
   // Journals of other users are ignored.
   if (!facts || !facts->is_regular || !facts->is_own || facts->bytes > kMaxJournalBytes) return;
@@ -145,7 +145,7 @@ void complete_journals(const fs::path& folder) {
     if (!path.filename().string().starts_with(kHiddenPrefix)) continue;
     (is_journal(path) ? journals : others).push_back(path);
   }
-  for (const fs::path& journal : journals) finish(folder, journal);
+  for (const fs::path& journal : journals) complete_journal(folder, journal);
   for (const fs::path& path : others) remove_leftovers(path);
 }
 

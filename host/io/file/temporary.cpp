@@ -91,11 +91,11 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
   return os::is_gone(std::stol(process)) ? NameState::left : NameState::live;
 }
 
-void note_created_folder(const std::filesystem::path& folder) noexcept {
+void register_created_folder(const std::filesystem::path& folder) noexcept {
   if (register_name(folder_slots, folder.native()) < 0) errno = 0;
 }
 
-void forget_created_folders() noexcept {
+void unregister_created_folders() noexcept {
   for (Slot& slot : folder_slots) slot.state = kSlotFree;
 }
 

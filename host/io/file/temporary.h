@@ -40,9 +40,9 @@ NameState state_of_name(std::string_view name, std::string_view ending);
 
 /// Registers a folder for remove_temporary_files(), which removes it if it is empty. If too many are
 /// registered, or the name is too long, it is not.
-void note_created_folder(const std::filesystem::path& folder) noexcept;
+void register_created_folder(const std::filesystem::path& folder) noexcept;
 /// Unregisters all folders.
-void forget_created_folders() noexcept;
+void unregister_created_folders() noexcept;
 
 /// Largest number of names to try.
 inline constexpr int kNameAttempts = 100;

@@ -143,7 +143,7 @@ float number_at(const std::uint8_t* from, const Storage& storage) {
 }
 
 /// Removes ignored channels, and alpha of opaque blocks.
-void leave_out_alpha(Image& image) {
+void drop_ignored_alpha(Image& image) {
   const std::size_t texels = image.pixels.size() / 4;
   for (std::size_t i = 0; i < texels; ++i) {
     for (std::size_t c = 0; c < 3; ++c) image.pixels[3 * i + c] = image.pixels[4 * i + c];
@@ -194,7 +194,7 @@ Image decode(const Storage& storage, std::string_view bytes, std::uint32_t width
                  });
   }
   if (channels == 4 && (storage.no_alpha || (storage.block && is_opaque(image)))) {
-    leave_out_alpha(image);
+    drop_ignored_alpha(image);
   }
   return image;
 }
@@ -242,7 +242,7 @@ void swizzle(Image& image, std::string_view letters) {
     for (const char letter : letters) turned.pixels.push_back(values[kLetters.find(letter)]);
   }
   image = std::move(turned);
-  if (letters[3] == '1') leave_out_alpha(image);
+  if (letters[3] == '1') drop_ignored_alpha(image);
 }
 
 constexpr std::string_view kKtx2("\xABKTX 20\xBB\r\n\x1A\n", 12);
@@ -275,7 +275,7 @@ struct Ktx2Header {
   }
 
   /// Why the level cannot be read; empty if it can. \param remedy  out
-  std::string refused(std::string& remedy) const {
+  std::string refusal_reason(std::string& remedy) const {
     constexpr std::uint32_t kEtc1s = 163, kUastc = 166, kBasisLz = 1, kZstd = 2, kZlib = 3;
     remedy = "Convert it to PNG.";
     if (scheme == kBasisLz || model == kEtc1s || model == kUastc) {
@@ -372,7 +372,7 @@ std::string why_not_ktx2(std::span<const std::byte> given) {
   const std::string_view bytes(reinterpret_cast<const char*>(given.data()), given.size());
   if (!is_ktx2(bytes) || bytes.size() < kKtx2Header + kKtx2Level) return "it is no KTX 2 file";
   std::string remedy;
-  return Ktx2Header(bytes).refused(remedy);
+  return Ktx2Header(bytes).refusal_reason(remedy);
 }
 
 bool gpu_texture_holds_floats(const ByteSource& source) {
@@ -393,7 +393,8 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
   if (bytes.size() < kKtx2Header + kKtx2Level) fail("header", "the file is cut short", kAgain);
   const Ktx2Header header(bytes);
   std::string remedy;
-  if (const std::string why = header.refused(remedy); !why.empty()) fail("header", why, remedy);
+  if (const std::string why = header.refusal_reason(remedy); !why.empty())
+    fail("header", why, remedy);
   const Storage storage = *storage_of(&FormatRow::vulkan, header.format);
   check_size(header.width, header.height, storage, limits, fail);
   if (header.at > bytes.size() || header.packed > bytes.size() - header.at) {

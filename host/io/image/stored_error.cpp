@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kBandRows = 4;  // rows of a block
 
 /// z from x and y, all as n/2 + 1/2.
-float third_of(float x, float y) {
+float z_of_xy(float x, float y) {
   const float a = 2 * x - 1, b = 2 * y - 1;
   return std::sqrt(std::max(0.0F, 1 - a * a - b * b)) / 2 + 0.5F;
 }
@@ -93,10 +93,10 @@ double error_of(const float* value, std::size_t channels, const float* stored,
   if (is_normal && channels >= 2) {
     const bool two = channels == 2 || stored_channels == 2 || value[2] == 0;
     const std::array<float, 3> back{stored[0], stored[1],
-                                    two ? third_of(stored[0], stored[1]) : stored[2]};
+                                    two ? z_of_xy(stored[0], stored[1]) : stored[2]};
     const std::array<float, 3> own{
         value[0], value[1],
-        channels == 2 || value[2] == 0 ? third_of(value[0], value[1]) : value[2]};
+        channels == 2 || value[2] == 0 ? z_of_xy(value[0], value[1]) : value[2]};
     return normal_angle_degrees(own.data(), back.data());
   }
   double worst = 0;

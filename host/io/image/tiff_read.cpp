@@ -198,7 +198,7 @@ void check_kind(const Layout& layout, bool heights, const FailWith& fail) {
 }
 
 /// Unpacked bytes per packed byte at most; 0 if there is no useful bound.
-std::uint64_t most_of_a_byte(std::uint16_t packing) {
+std::uint64_t max_unpack_ratio(std::uint16_t packing) {
   switch (packing) {
     case COMPRESSION_NONE:
       return 1;
@@ -339,7 +339,7 @@ void divide_by_alpha(Image& image) {
 }
 
 /// Applies the tag Orientation: row 0 becomes the upper one, column 0 the left one.
-Image upright(Image image, std::uint16_t orientation) {
+Image apply_orientation(Image image, std::uint16_t orientation) {
   const bool transposed = orientation >= ORIENTATION_LEFTTOP;
   const bool from_right =
       orientation == ORIENTATION_TOPRIGHT || orientation == ORIENTATION_BOTRIGHT ||
@@ -461,7 +461,7 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
     fail("Compression", "libtiff does not read kind " + std::to_string(layout.packing), again);
   }
   const std::uint64_t pixels = std::uint64_t{layout.width} * layout.height;
-  const std::uint64_t ratio = most_of_a_byte(layout.packing);
+  const std::uint64_t ratio = max_unpack_ratio(layout.packing);
   if (ratio != 0 && capped_product(pixels, layout.samples) / 8 * layout.bits >
                         capped_product(source.size(), ratio)) {
     fail("header",
@@ -480,7 +480,7 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
   tiff.warning.clear();  // ignore warnings about unknown tags
   if (!read_blocks(tiff, layout, values, image)) give_up("pixels");
   if (layout.premultiplied) divide_by_alpha(image);
-  return upright(std::move(image), layout.orientation);
+  return apply_orientation(std::move(image), layout.orientation);
 }
 
 }  // namespace
