@@ -65,7 +65,7 @@ struct AssessOptions {
 /// section 4. Positions are compared as numbers, never as colours.
 ///
 /// A viewing ray comes from a test direction d. It shows the point p of the low poly where it meets
-/// a front face first; back faces hide what is behind them and are not rated. Rays lie as evenly as
+/// a front face first; back faces occlude but are not rated. Rays lie as evenly as
 /// the pixels of an orthogonal picture, but need no pixel size: each texel is weighted by its area
 /// times the cosine between d and the face's normal. Texels without a match have no ray.
 struct MatchAssessment {

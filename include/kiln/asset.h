@@ -69,20 +69,20 @@ struct Asset {
 /// KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is converted: its diffuse becomes the colour,
 /// 1 - glossiness the roughness. A file that requires another extension is refused; KHR_materials_* are accepted.
 /// Warnings, beside those of load_mesh():
-///   ignored-primitives  points and lines: left out
+///   ignored-primitives  points and lines, which are dropped
 ///   flat-normals        triangles without normals
-///   rest-pose           skins, taken in their pose at rest, and morph targets, taken by their default weights: what
-///                       save_asset() writes has neither
-///   unweighted-vertices of skins: they lie where the mesh's own node puts them
+///   rest-pose           skins, read in their rest pose, and morph targets, read with their default weights:
+///                       save_asset() writes neither
+///   unweighted-vertices vertices of skins without weights: the mesh's own node places them
 ///   uv-transforms       pictures of one material that scale quantised UVs differently
 ///   scene-child         nodes that a scene lists beside their parents: read once
-///   bright-colors       vertex colours above 1: cut off
-///   material-extensions KHR_materials_* whose looks no map holds (clearcoat, transmission...): left out
-///   nearest-filter      samplers of hard texels: taken as linear
-///   picture-missing     pictures that are not there: the factor stands alone
+///   bright-colors       vertex colours above 1: clamped
+///   material-extensions KHR_materials_* without a map in Kiln (clearcoat, transmission...): ignored
+///   nearest-filter      samplers with nearest filtering: read as linear
+///   picture-missing     missing pictures: the factor alone is used
 /// \throws Error(input), as load_mesh() and load_materials()
-/// Thread safety: may be called from several threads. Memory and time are linear in the files' sizes, and in what
-/// the nodes place.
+/// Thread safety: may be called from several threads. Memory and time are linear in the files' sizes, and in the
+/// instances of the nodes.
 Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options = {},
                  std::vector<Warning>* warnings = nullptr);
 

@@ -18,7 +18,7 @@ struct CleanOptions {
   /// Weld vertices of open edges that are closer than this, and close open edges on which vertices of other open edges
   /// lie. Never across more than a quarter of the shortest edge there. 0: off.
   double weld = 1e-5;
-  /// Holes of at most 12 edges and this perimeter are filled where the surface goes on across them. 0: none.
+  /// Largest perimeter of holes, of at most 12 edges, that are filled if the surface continues across them. 0: off.
   double max_hole = 0.02;
   /// Drop bodies of a smaller diagonal: floaters. Gaps below half of this share join pieces into one body; here
   /// the diagonal is that of the largest body. 0: keep all.
@@ -53,22 +53,23 @@ struct CleanReport {
 /// one body, whose edges have one or two triangles that face alike and outwards.
 ///
 /// In this order:
-///   degenerate-triangles  left out
-///   duplicate-triangles   the same corners in the same order: left out. Two-sided sheets stay
-///   welded-vertices       vertices of open edges within `weld` get one position. Indices, UVs, normals and colours stay,
-///                         so seams do, too
-///   split-at-junctions    an open edge on which others end is cut there, so that both sides share their edges
-///   dropped-fins          parts with open edges, smaller than `floater`, that hang on edges of three triangles; never more
-///                         than a tenth of the area
-///   turned-triangles      a part (what edges of two triangles connect) that disagrees is made to face where views from
-///                         outside see it; where they see both sides alike, as agree_windings(). A part that agrees is
-///                         turned where views see its back 8 times as much as its front
-///   faces-inwards         where most of what views see are backs, as of a room, only triangles that face against their
-///                         neighbours are turned
-///   filled-holes          see CleanOptions::max_hole; with the UVs and normals of the corners around
+///   degenerate-triangles  dropped
+///   duplicate-triangles   dropped if they have the same corners in the same order. Two-sided sheets are kept
+///   welded-vertices       vertices of open edges within `weld` get one position. Indices, UVs, normals and colours
+///                         are kept, and so are seams
+///   split-at-junctions    an open edge on which vertices of other open edges lie is split there, so that both sides
+///                         share their edges
+///   dropped-fins          parts with open edges, smaller than `floater`, that are attached to edges of three
+///                         triangles; never more than a tenth of the area
+///   turned-triangles      an inconsistent part (triangles connected by edges of two triangles) is made to face the
+///                         views from outside that see it; if they see both sides equally, as in agree_windings(). A
+///                         consistent part is reversed if views see its back 8 times as much as its front
+///   faces-inwards         if views see mostly backs, as in a room, only triangles that face against their neighbours
+///                         are reversed
+///   filled-holes          see CleanOptions::max_hole; with the UVs and normals of the surrounding corners
 ///   dropped-floaters      see CleanOptions::floater; never more than a tenth of the area
-///   dropped-inner         parts (what shared vertices connect) of which views see nothing, whether or not they look through
-///                         backs of others
+///   dropped-inner         parts (triangles connected by shared vertices) that no view sees, whether or not the backs
+///                         of other parts are treated as transparent
 ///
 /// Views are orthographic pictures of 512 x 512 pixels from 32 directions; before a part is dropped, from 64 more.
 /// Parts smaller than a pixel stay.

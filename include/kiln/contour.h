@@ -201,8 +201,8 @@ inline constexpr double kMapTooFine = 4;
 /// resolution, so both sides of a seam hold the same values. Where the map has kMapTooFine texels a
 /// cell or more, push-pull fills it between fine vertices. That is no better, and may be worse, than
 /// the low poly's own normals ("map-too-fine"). Threads, lifetimes and callbacks as contour().
-/// \throws as contour(); Error(usage) for an option out of range or a map too small for the faces asked
-///         for; Error(input) where it is too small for the charts that the topology keeps
+/// \throws as contour(); Error(usage) for an option out of range or a map too small for the number of
+///         faces; Error(input) where it is too small for the charts that the topology keeps
 ExtractResult extract(const Device& device, const Volume& volume,
                       const ExtractOptions& options = {});
 

@@ -264,7 +264,7 @@ enum class ViewLikelihood {
   all,      ///< All directions alike
   horizon,  ///< From the side: the squared cosine of the angle to the horizon
   up,       ///< From above: falls linearly with height from 1 straight above to 0 straight below
-  list,     ///< As `VisibilityOptions::likelihoods` says
+  list,     ///< By `VisibilityOptions::likelihoods`
 };
 
 /// For MatchMethod::visibility and hybrid. A place's direction is the weighted mean of those evenly

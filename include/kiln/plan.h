@@ -245,7 +245,7 @@ struct LodLevel {
 
 /// Levels of detail that bake_lods() made.
 struct LodChain {
-  std::vector<LodLevel> levels;   ///< By falling `screen` and bytes; may be fewer than asked for
+  std::vector<LodLevel> levels;   ///< By falling `screen` and bytes; may be fewer than requested
   std::vector<Warning> warnings;  ///< "lod-left-out": a size for which no level was made
   bool reached = false;           ///< All levels are within their bounds.
   bool cancelled = false;         ///< Cancelled by BakeOptions::progress; `levels` is then
