@@ -241,13 +241,13 @@ class Builder {
     const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
                      : extent[1] >= extent[2]                         ? 1
                                                                       : 2;
-    const auto before = [axis](const Primitive& a, const Primitive& b) {
+    const auto has_lower_centre = [axis](const Primitive& a, const Primitive& b) {
       const float at_a = a.center()[axis], at_b = b.center()[axis];
       return at_a != at_b ? at_a < at_b : a.triangle() < b.triangle();
     };
     Primitive* const first = primitives_.get();
     std::nth_element(first + range.begin, first + range.begin + range.size() / 2, first + range.end,
-                     before);
+                     has_lower_centre);
   }
 
   void measure(Range& range) const {

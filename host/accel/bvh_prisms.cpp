@@ -46,7 +46,7 @@ class PrismPlacer {
   }
 
  private:
-  static bool used(const kiln_bvh_node& node, std::size_t c) {
+  static bool is_child_used(const kiln_bvh_node& node, std::size_t c) {
     return node.planes[0][0][c] <= node.planes[0][1][c];
   }
   static bool is_leaf(std::uint32_t child) { return (child & KILN_BVH_LEAF) != 0; }
@@ -73,7 +73,7 @@ class PrismPlacer {
     for (std::size_t i = bvh_.node_count; i-- > 0;) {
       const kiln_bvh_node& node = bvh_.node_data[i];
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-        if (!used(node, c)) continue;
+        if (!is_child_used(node, c)) continue;
         const std::uint32_t child = node.child[c];
         if (is_leaf(child)) {
           const kiln_bvh_block& block = bvh_.block_data[child & ~KILN_BVH_LEAF];
@@ -95,7 +95,7 @@ class PrismPlacer {
     const kiln_bvh_node& top = bvh_.node_data[0];
     Box root;
     for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-      if (!used(top, c)) continue;
+      if (!is_child_used(top, c)) continue;
       const auto& p = top.planes;
       root.include(Float4{p[0][0][c], p[1][0][c], p[2][0][c], 0});
       root.include(Float4{p[0][1][c], p[1][1][c], p[2][1][c], 0});
@@ -105,7 +105,7 @@ class PrismPlacer {
       const kiln_bvh_node& node = bvh_.node_data[i];
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
         const std::uint32_t child = node.child[c];
-        if (!used(node, c) || is_leaf(child)) continue;
+        if (!is_child_used(node, c) || is_leaf(child)) continue;
         const std::array<double, 3> size = size_of(node, c);
         const double box = half_area(size);
         crowded[child] = crowded[i] || leaf_area_[child] > kMinCrowdedLeaves * box;
@@ -125,7 +125,7 @@ class PrismPlacer {
       const kiln_bvh_node& node = bvh_.node_data[open.back()];
       open.pop_back();
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-        if (!used(node, c)) continue;
+        if (!is_child_used(node, c)) continue;
         if (!is_leaf(node.child[c])) {
           open.push_back(node.child[c]);
           continue;
@@ -158,11 +158,11 @@ class PrismPlacer {
   void choose() {
     std::vector<std::uint32_t> candidate_of(bvh_.node_count, kNone);
     for (std::uint32_t i = 0; i < candidates_.size(); ++i) candidate_of[candidates_[i].node] = i;
-    struct Above {
+    struct EnclosingBounds {
       double half_area = std::numeric_limits<double>::infinity();
       double height = half_area;
     };
-    std::vector<Above> above(bvh_.node_count);
+    std::vector<EnclosingBounds> above(bvh_.node_count);
     prism_of_node_.assign(bvh_.node_count, kNone);
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
       if (const std::uint32_t k = candidate_of[i]; k != kNone) {
@@ -184,7 +184,7 @@ class PrismPlacer {
       }
       const kiln_bvh_node& node = bvh_.node_data[i];
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-        if (used(node, c) && !is_leaf(node.child[c])) above[node.child[c]] = above[i];
+        if (is_child_used(node, c) && !is_leaf(node.child[c])) above[node.child[c]] = above[i];
       }
     }
   }

@@ -64,13 +64,13 @@ kiln_raster_bounds empty_bounds() {
   return bounds;
 }
 
-float above(double value) {
+float round_up(double value) {
   return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
 }
 
 /// Computes box and cone of a chunk.
-void bound(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint32_t count,
-           RasterChunks& result) {
+void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint32_t count,
+                    RasterChunks& result) {
   kiln_raster_bounds& bounds = result.bounds.back();
   const std::size_t lane = result.chunks.size() % kLanes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -84,7 +84,7 @@ void bound(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint
     high = std::min(high, kMaxCoordinate);
     const auto centre = static_cast<float>((low + high) / 2);
     bounds.centre[axis][lane] = centre;
-    bounds.half_extent[axis][lane] = above(std::max(high - centre, centre - low));
+    bounds.half_extent[axis][lane] = round_up(std::max(high - centre, centre - low));
     result.diagonals += (high - low) * (high - low);
   }
   std::array<Vec3d, kChunk> normals;
@@ -127,18 +127,18 @@ void bound(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint
 }
 
 /// Cuts triangles `order[begin, end)`, or those of the mesh without an order.
-RasterChunks cut(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                 std::span<const std::uint32_t> order, std::size_t begin, std::size_t end) {
+RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                       std::span<const std::uint32_t> order, std::size_t begin, std::size_t end) {
   RasterChunks result;
   result.chunks.reserve((end - begin) / 24 + kLanes);
   LocalVertices local;
   kiln_raster_chunk chunk{};
   std::uint32_t vertex_count = 0;
   std::uint32_t count = 0;
-  const auto close = [&] {
+  const auto finish_chunk = [&] {
     if (count == 0) return;
     if (result.chunks.size() % kLanes == 0) result.bounds.push_back(empty_bounds());
-    bound(chunk, vertex_count, count, result);
+    compute_bounds(chunk, vertex_count, count, result);
     result.chunks.push_back(chunk);
     chunk = {};
     local.clear();
@@ -153,7 +153,7 @@ RasterChunks cut(std::span<const Vec3> positions, std::span<const Triangle> tria
     }
     std::uint32_t fresh = vertex_count;
     for (const std::uint32_t v : triangle) fresh += local.has(v) ? 0 : 1;
-    if (count == kChunk || fresh > kChunk) close();
+    if (count == kChunk || fresh > kChunk) finish_chunk();
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t number = local.add(triangle[k], vertex_count);
       if (number == vertex_count) {
@@ -167,18 +167,18 @@ RasterChunks cut(std::span<const Vec3> positions, std::span<const Triangle> tria
     }
     chunk.triangle[count++] = t;
   }
-  close();
+  finish_chunk();
   result.chunks.resize((result.chunks.size() + kLanes - 1) / kLanes * kLanes);
   return result;
 }
 
-std::vector<RasterChunks> cut_all(std::span<const Vec3> positions,
-                                  std::span<const Triangle> triangles,
-                                  std::span<const std::uint32_t> order) {
+std::vector<RasterChunks> cut_in_parallel(std::span<const Vec3> positions,
+                                          std::span<const Triangle> triangles,
+                                          std::span<const std::uint32_t> order) {
   std::vector<RasterChunks> pieces((triangles.size() + kTrianglesPerPiece - 1) /
                                    kTrianglesPerPiece);
   parallel_for(triangles.size(), kTrianglesPerPiece, [&](std::size_t begin, std::size_t end) {
-    pieces[begin / kTrianglesPerPiece] = cut(positions, triangles, order, begin, end);
+    pieces[begin / kTrianglesPerPiece] = cut_piece(positions, triangles, order, begin, end);
   });
   return pieces;
 }
@@ -250,7 +250,7 @@ std::vector<std::uint32_t> curve_order(std::span<const Vec3> positions,
 
 std::vector<RasterChunks> make_raster_chunks(std::span<const Vec3> positions,
                                              std::span<const Triangle> triangles) {
-  std::vector<RasterChunks> pieces = cut_all(positions, triangles, {});
+  std::vector<RasterChunks> pieces = cut_in_parallel(positions, triangles, {});
   double area = 0;
   double diagonals = 0;
   for (const RasterChunks& piece : pieces) {
@@ -259,7 +259,7 @@ std::vector<RasterChunks> make_raster_chunks(std::span<const Vec3> positions,
   }
   // NaN fails the comparison, too.
   if (!(diagonals <= kMaxDiagonalsPerArea * area)) {
-    pieces = cut_all(positions, triangles, curve_order(positions, triangles));
+    pieces = cut_in_parallel(positions, triangles, curve_order(positions, triangles));
   }
   return pieces;
 }

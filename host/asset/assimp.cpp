@@ -313,7 +313,7 @@ class SceneReader {
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
     const NormalTurn of_node(world);
     std::vector<NormalTurn> turns(posed.begin(), posed.end());
-    const auto turn = [&](unsigned v) -> const NormalTurn& {
+    const auto normal_turn_of = [&](unsigned v) -> const NormalTurn& {
       return turns.empty() ? of_node : turns[v];
     };
     const auto has_channel = [&mesh](const UvSet& set) { return mesh.HasTextureCoords(set.set); };
@@ -335,7 +335,7 @@ class SceneReader {
       }
       if (own_normals) {
         const aiVector3D& n = mesh.mNormals[v];
-        builder_.normals.push_back(turn(v)(n.x, n.y, n.z));
+        builder_.normals.push_back(normal_turn_of(v)(n.x, n.y, n.z));
       }
     }
     std::vector<std::uint32_t> corners, corner_uvs, corner_normals;
@@ -345,7 +345,7 @@ class SceneReader {
       corner_uvs.clear();
       corner_normals.clear();
       const bool mirrored = face.mNumIndices != 0 && face.mIndices[0] < mesh.mNumVertices &&
-                            turn(face.mIndices[0]).mirrors();
+                            normal_turn_of(face.mIndices[0]).mirrors();
       for (unsigned i = 0; i < face.mNumIndices; ++i) {
         const unsigned v = face.mIndices[i];
         if (v >= mesh.mNumVertices) {

@@ -242,7 +242,7 @@ class TextGroups {
     if (at_ < text_.size() && text_[at_] == ':') {
       key_ = word;
       ++at_;
-      if (keys_.size() == 2 && key_ == "PolygonVertexIndex") now_.is_mesh = true;
+      if (keys_.size() == 2 && key_ == "PolygonVertexIndex") current_geometry_.is_mesh = true;
       return;
     }
     // The count after '*' is not a value.
@@ -259,18 +259,18 @@ class TextGroups {
   void close() {
     if (keys_.empty()) return;
     if (keys_.size() == 3 && in_groups()) {
-      if (by_polygon_ && !now_.has_groups) {
-        now_.has_groups = true;
-        now_.groups = std::move(groups_);
+      if (by_polygon_ && !current_geometry_.has_groups) {
+        current_geometry_.has_groups = true;
+        current_geometry_.groups = std::move(groups_);
       }
       groups_.clear();
       by_polygon_ = false;
     }
     if (keys_.size() == 2 && keys_[0] == "Objects") {
-      if (now_.is_mesh && (keys_[1] == "Geometry" || keys_[1] == "Model")) {
-        result_.push_back(std::move(now_.groups));
+      if (current_geometry_.is_mesh && (keys_[1] == "Geometry" || keys_[1] == "Model")) {
+        result_.push_back(std::move(current_geometry_.groups));
       }
-      now_ = {};
+      current_geometry_ = {};
     }
     keys_.pop_back();
     key_ = {};
@@ -281,7 +281,7 @@ class TextGroups {
   std::size_t at_ = 0;
   std::vector<std::string_view> keys_;
   std::string_view key_;
-  Geometry now_;
+  Geometry current_geometry_;
   std::vector<std::uint32_t> groups_;
   bool by_polygon_ = false;
 };

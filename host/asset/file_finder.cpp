@@ -86,8 +86,8 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   if (const auto tiles = TileName::by_token(path)) {
     if (!tiles->files().empty()) return path;
     // A set is located by its first picture.
-    constexpr std::uint32_t kFirst = 1001, kLast = 1100;
-    for (std::uint32_t tile = kFirst; tile <= kLast; ++tile) {
+    constexpr std::uint32_t kFirstTileNumber = 1001, kLastTileNumber = 1100;
+    for (std::uint32_t tile = kFirstTileNumber; tile <= kLastTileNumber; ++tile) {
       const fs::path file = tiles->file_of(tile), found = find(file, named_by);
       if (found != file) return found.parent_path() / path.filename();
     }

@@ -106,7 +106,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   for (std::size_t i = 1; i + 1 < n; ++i) triangles_.push_back(fan_triangle(vertex, i));
   add_face_color(n - 2);
   for (Names* names : {&groups_, &objects_, &materials_, &smoothing_})
-    names->reach(triangles_.size());
+    names->extend_to(triangles_.size());
 }
 
 void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
@@ -115,12 +115,12 @@ void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
     // Faces before the first name belong to "default".
     ids_.emplace("default", 0);
     names_.emplace_back("default");
-    of_.resize(triangles, 0);
+    name_of_triangle_.resize(triangles, 0);
   }
   const auto [entry, added] =
       ids_.emplace(std::string(name), static_cast<std::uint32_t>(names_.size()));
   if (added) names_.emplace_back(name);
-  now_ = entry->second;
+  current_name_ = entry->second;
 }
 
 void MeshBuilder::Colors::set(std::size_t i, const std::array<double, 4>& rgba) {
@@ -497,7 +497,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   mesh.normals = std::move(normals);
   mesh.normal_triangles = std::move(normal_triangles_);
   mesh.colors = std::move(colors);
-  for (Names* names : {&groups_, &objects_, &materials_}) names->reach(triangles_.size());
+  for (Names* names : {&groups_, &objects_, &materials_}) names->extend_to(triangles_.size());
   groups_.take(mesh.groups, mesh.group_names);
   objects_.take(mesh.objects, mesh.object_names);
   materials_.take(mesh.materials, mesh.material_names);

@@ -104,20 +104,22 @@ class MeshBuilder {
     /// Sets the name of the following triangles. \param triangles  number of triangles so far
     void set(std::string_view name, std::size_t triangles);
     /// Extends the list to a number of triangles: new ones get the last name.
-    void reach(std::size_t triangles) {
-      if (!names_.empty()) of_.resize(triangles, now_);
+    void extend_to(std::size_t triangles) {
+      if (!names_.empty()) name_of_triangle_.resize(triangles, current_name_);
     }
     void take(std::vector<std::uint32_t>& of, std::vector<std::string>& names) {
-      of = std::move(of_);
+      of = std::move(name_of_triangle_);
       names = std::move(names_);
     }
-    std::uint64_t bytes() const { return std::uint64_t{of_.capacity()} * sizeof(std::uint32_t); }
+    std::uint64_t bytes() const {
+      return std::uint64_t{name_of_triangle_.capacity()} * sizeof(std::uint32_t);
+    }
 
    private:
-    std::vector<std::uint32_t> of_;  // per triangle
+    std::vector<std::uint32_t> name_of_triangle_;  // per triangle
     std::vector<std::string> names_;
     std::unordered_map<std::string, std::uint32_t> ids_;
-    std::uint32_t now_ = 0;
+    std::uint32_t current_name_ = 0;
   };
 
   /// Colours of vertices or of triangles, kept both as bytes and as fractions until finish() decides.

@@ -197,15 +197,16 @@ class MtlReader {
         invisible_.example = transparency_place_ + ": " + material.name;
       }
     }
-    const auto stand_in = [&](MaterialPicture& own, MaterialPicture& other, const char* keyword) {
+    const auto use_fallback_map = [&](MaterialPicture& own, MaterialPicture& other,
+                                      const char* keyword) {
       if (own.empty() && !other.empty()) {
         own = other;
         if (stand_ins_.count++ == 0) stand_ins_.example = material.name + ": " + keyword;
       }
       other = {};
     };
-    stand_in(material.roughness_map, exponents_, "map_Ns");
-    stand_in(material.metallic_map, reflections_, "map_refl");
+    use_fallback_map(material.roughness_map, exponents_, "map_Ns");
+    use_fallback_map(material.metallic_map, reflections_, "map_refl");
     ambient_ = {};
     shininess_ = -1;
     illumination_ = {};
@@ -247,7 +248,8 @@ class MtlReader {
       const std::string_view option = next_word(rest);
       const auto words = words_of(option);
       if (!words) {
-        rest = std::string_view(option.data(), option.size() + rest.size() + gap(option, rest));
+        rest = std::string_view(option.data(),
+                                option.size() + rest.size() + blanks_between(option, rest));
         break;
       }
       std::array<std::string_view, 3> given;
@@ -291,7 +293,7 @@ class MtlReader {
     text = without_blanks(text.substr(end));
     return word;
   }
-  static std::size_t gap(std::string_view word, std::string_view rest) {
+  static std::size_t blanks_between(std::string_view word, std::string_view rest) {
     return rest.empty() ? 0 : static_cast<std::size_t>(rest.data() - word.data()) - word.size();
   }
 

@@ -24,7 +24,7 @@ class Writer {
     buffer_ += value;
   }
   void single(float value) { number(value, std::chars_format::general, 9); }
-  void full(double value) { number(value, std::chars_format::general, 17); }
+  void exact_number(double value) { number(value, std::chars_format::general, 17); }
   void index(std::uint32_t zero_based) {
     char digits[16];
     const auto end =
@@ -71,7 +71,7 @@ std::string safe_path(std::string name) {
 }
 
 void check(const Mesh& mesh) {
-  const auto wrong = [&mesh](const char* what) {
+  const auto fail_validation = [&mesh](const char* what) {
     throw Error(ErrorCode::usage, "save_obj: mesh \"" + mesh.name + "\" has " + what +
                                       "; build it so that every attribute is empty or complete.");
   };
@@ -79,32 +79,34 @@ void check(const Mesh& mesh) {
                                  const char* what) {
     for (const Triangle& triangle : list) {
       for (const std::uint32_t index : triangle) {
-        if (index >= pool) wrong(what);
+        if (index >= pool) fail_validation(what);
       }
     }
   };
   const std::size_t n = mesh.triangles.size();
   if (!mesh.uv_triangles.empty() && mesh.uv_triangles.size() != n)
-    wrong("uv_triangles not parallel to triangles");
+    fail_validation("uv_triangles not parallel to triangles");
   if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
-    wrong("normal_triangles not parallel to triangles");
-  if (!mesh.groups.empty() && mesh.groups.size() != n) wrong("groups not parallel to triangles");
-  if (!mesh.objects.empty() && mesh.objects.size() != n) wrong("objects not parallel to triangles");
+    fail_validation("normal_triangles not parallel to triangles");
+  if (!mesh.groups.empty() && mesh.groups.size() != n)
+    fail_validation("groups not parallel to triangles");
+  if (!mesh.objects.empty() && mesh.objects.size() != n)
+    fail_validation("objects not parallel to triangles");
   if (!mesh.materials.empty() && mesh.materials.size() != n)
-    wrong("materials not parallel to triangles");
+    fail_validation("materials not parallel to triangles");
   if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
-    wrong("colors not parallel to positions");
+    fail_validation("colors not parallel to positions");
   check_indices(mesh.triangles, mesh.positions.size(), "a vertex index out of range");
   check_indices(mesh.uv_triangles, mesh.uvs.size(), "a UV index out of range");
   check_indices(mesh.normal_triangles, mesh.normals.size(), "a normal index out of range");
   for (const std::uint32_t group : mesh.groups) {
-    if (group >= mesh.group_names.size()) wrong("a group index out of range");
+    if (group >= mesh.group_names.size()) fail_validation("a group index out of range");
   }
   for (const std::uint32_t object : mesh.objects) {
-    if (object >= mesh.object_names.size()) wrong("an object index out of range");
+    if (object >= mesh.object_names.size()) fail_validation("an object index out of range");
   }
   for (const std::uint32_t material : mesh.materials) {
-    if (material >= mesh.material_names.size()) wrong("a material index out of range");
+    if (material >= mesh.material_names.size()) fail_validation("a material index out of range");
   }
 }
 
@@ -132,16 +134,16 @@ class Names {
   }
   /// \returns true if the name changed
   bool write_if_changed(std::size_t triangle, Writer& out) {
-    if (of_.empty() || of_[triangle] == now_) return false;
-    now_ = of_[triangle];
-    out.text(keyword_ + safe_name(names_[now_]) + "\n");
+    if (of_.empty() || of_[triangle] == last_written_) return false;
+    last_written_ = of_[triangle];
+    out.text(keyword_ + safe_name(names_[last_written_]) + "\n");
     return true;
   }
   /// Readers also use an object's name as a group's.
   void copy_names(const Names& object) {
-    now_ = kNone;
-    const auto same = std::find(names_.begin(), names_.end(), object.names_[object.now_]);
-    if (same != names_.end()) now_ = static_cast<std::uint32_t>(same - names_.begin());
+    last_written_ = kNone;
+    const auto same = std::find(names_.begin(), names_.end(), object.names_[object.last_written_]);
+    if (same != names_.end()) last_written_ = static_cast<std::uint32_t>(same - names_.begin());
   }
 
  private:
@@ -149,7 +151,7 @@ class Names {
   const std::vector<std::uint32_t>& of_;  // per triangle
   const std::vector<std::string>& names_;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  std::uint32_t now_ = kNone;
+  std::uint32_t last_written_ = kNone;
 };
 
 /// True if all three corners have a finite UV, since OBJ cannot express others.
@@ -175,9 +177,9 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
     const Vec3& p = mesh.positions[i];
     out.text("v");
     if (placed) {
-      out.full(mesh.origin[0] + double{p.x});
-      out.full(mesh.origin[1] + double{p.y});
-      out.full(mesh.origin[2] + double{p.z});
+      out.exact_number(mesh.origin[0] + double{p.x});
+      out.exact_number(mesh.origin[1] + double{p.y});
+      out.exact_number(mesh.origin[2] + double{p.z});
     } else {
       out.single(p.x);
       out.single(p.y);

@@ -63,7 +63,7 @@ struct Areas {
   }
 
   /// Share of the surface whose triangles are smaller than a pixel of this side.
-  double share_below(double pixel) const {
+  double area_share_below(double pixel) const {
     double small = 0;
     for (int i = 0; i < kBins; ++i) {
       if (area_at(i) < pixel * pixel) small += sum[static_cast<std::size_t>(i)];
@@ -76,7 +76,7 @@ struct Areas {
 
 double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t size) {
-  return Areas(positions, triangles).share_below(2 * radius / size);
+  return Areas(positions, triangles).area_share_below(2 * radius / size);
 }
 
 ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
@@ -93,7 +93,7 @@ ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Trian
   const double rounded = std::ceil(std::min(wanted, 65536.0) / 256) * 256;
   ViewSize result;
   result.size = std::min(limit, static_cast<std::uint32_t>(std::max(1024.0, rounded)));
-  result.undersampled = areas.share_below(2 * radius / result.size);
+  result.undersampled = areas.area_share_below(2 * radius / result.size);
   return result;
 }
 
