@@ -70,8 +70,8 @@ class SceneReader {
   Asset read() {
     LoadMeshOptions options = input_.options;
     if (is_x() && options.override_up) options.up = up_of_x(options.up);
-    const WorldFrame world = world_frame(options, kNoMove, metres());
-    AffineMap to_world = world.map.value_or(kNoMove);
+    const WorldFrame world = world_frame(options, kIdentityMap, metres());
+    AffineMap to_world = world.map.value_or(kIdentityMap);
     remove_unit(to_world);
     if (is_3ds() && options.override_up && options.up != UpAxis::as_given) {
       to_world = product(to_world, turn_of(UpAxis::minus_z));  // undoes Assimp's rotation of Z up
@@ -320,8 +320,8 @@ class SceneReader {
     const bool uvs = uv_set.has_value() ||
                      std::any_of(builder_.other_uvs.begin(), builder_.other_uvs.end(), has_channel);
     const auto uv_of = [&mesh](std::optional<unsigned> set, unsigned v) {
-      constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-      if (!set || !mesh.HasTextureCoords(*set)) return Vec2{kNowhere, kNowhere};
+      constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
+      if (!set || !mesh.HasTextureCoords(*set)) return Vec2{kMissingUv, kMissingUv};
       const aiVector3D& uv = mesh.mTextureCoords[*set][v];
       return Vec2{uv.x, uv.y};
     };

@@ -110,7 +110,7 @@ class FbxReader {
   Asset read() {
     warn_of_repairs();
     const WorldFrame world = world_frame(input_.options, own_turn(), metres());
-    to_world_ = world.map.value_or(kNoMove);
+    to_world_ = world.map.value_or(kIdentityMap);
     nodes();
     check_memory();
     number_uv_sets();
@@ -152,7 +152,7 @@ class FbxReader {
                   "its axes are not three different ones, so that it was not turned. Say what is "
                   "up, such as --up high=z.",
                   1);
-      return kNoMove;
+      return kIdentityMap;
     }
     map[15] = 1;
     return map;
@@ -414,8 +414,8 @@ class FbxReader {
           known.emplace(key, static_cast<std::uint32_t>(builder_.uvs.size()));
       uvs.of_corner.push_back(place->second);
       for (std::size_t k = 0; is_new && k < sets.size(); ++k) {
-        constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-        Vec2 uv{kNowhere, kNowhere};
+        constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
+        Vec2 uv{kMissingUv, kMissingUv};
         if (key[k] != UFBX_NO_INDEX) {
           const ufbx_vec2& value = sets[k]->values.data[key[k]];
           uv = {narrow(value.x), narrow(value.y)};
@@ -727,7 +727,7 @@ class FbxReader {
   UvSetChoice uv_sets_;
   ScenePictures pictures_;
   Asset asset_;
-  AffineMap to_world_ = kNoMove;
+  AffineMap to_world_ = kIdentityMap;
   std::vector<Placed> placed_;
   UniqueNames objects_, unique_materials_;
   std::map<const ufbx_mesh*, MeshUvs> uvs_;

@@ -265,11 +265,11 @@ class GltfReader {
             numbers_of(own.exists() ? own : meshes.at(*mesh)["weights"]);
         // A skinned mesh is placed by its joints, so instances would coincide.
         const std::vector<AffineMap> instances =
-            skin ? std::vector<AffineMap>{kNoMove} : instances_of(file_, node);
+            skin ? std::vector<AffineMap>{kIdentityMap} : instances_of(file_, node);
         require_memory("its instances", capped_product(instances.size(), sizeof(Placed)),
                        memory_failure(fail_, ""));
         for (const AffineMap& instance : instances) {
-          const AffineMap map = instances.size() == 1 && instance == kNoMove
+          const AffineMap map = instances.size() == 1 && instance == kIdentityMap
                                     ? worlds.back()
                                     : product(worlds.back(), instance);
           placed_.push_back({*mesh, index, map, unique.add(name), skin, weights});
@@ -612,8 +612,8 @@ class GltfReader {
 
   Vec2 uv_of(const GltfNumbers& uvs, std::size_t vertex) const {
     if (uvs.values.empty()) {
-      constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-      return {kNowhere, kNowhere};
+      constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
+      return {kMissingUv, kMissingUv};
     }
     return {narrow(uvs.at(vertex)[0]), narrow(1 - uvs.at(vertex)[1])};
   }
@@ -753,7 +753,7 @@ class GltfReader {
 
   const MeshInput& input_;
   const GltfFile file_;
-  const WorldFrame world_ = world_frame(input_.options, kNoMove, 1);
+  const WorldFrame world_ = world_frame(input_.options, kIdentityMap, 1);
   MeshBuilder builder_;
   const std::vector<std::string> material_names_;
   const FailWith fail_ = [this](const std::string& place, const std::string& problem,

@@ -49,7 +49,7 @@ constexpr ComponentType component_type() {
 constexpr std::uint64_t kFloat = 5126;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
 // Limits of meshopt's ratio: vertices take at least 1/64 of their size, 2 bits for 16 bytes.
-constexpr std::uint64_t kMaxUnpackedRatio = 64, kUnpackedTail = 65536;
+constexpr std::uint64_t kMaxUnpackedRatio = 64, kUncheckedBytes = 65536;
 
 ComponentType component_of(const GltfValue& place, std::uint64_t type) {
   switch (type) {
@@ -361,7 +361,7 @@ void GltfFile::check_packed() const {
     const auto [part, added] = parts.insert(packed_of(packed));
     if (!added) continue;
     if (part->step != 0 &&
-        part->count > (kMaxUnpackedRatio * part->length + kUnpackedTail) / part->step) {
+        part->count > (kMaxUnpackedRatio * part->length + kUncheckedBytes) / part->step) {
       packed.fail("it should hold " + std::to_string(part->count) + " elements, more than its " +
                   std::to_string(part->length) + " bytes can");
     }
@@ -370,7 +370,7 @@ void GltfFile::check_packed() const {
     buffers.insert(part->buffer);
   }
   for (const std::size_t i : buffers) bytes += buffer(i).size();
-  if (unpacked > kMaxUnpackedRatio * bytes + kUnpackedTail) {
+  if (unpacked > kMaxUnpackedRatio * bytes + kUncheckedBytes) {
     views.fail("what is packed by " + std::string(kMeshopt) + " should hold " +
                std::to_string(unpacked) + " bytes, more than the " + std::to_string(bytes) +
                " bytes can that it lies in");

@@ -33,7 +33,7 @@ AffineMap map_of_parts(const std::array<double, 3>& t, std::array<double, 4> q,
 AffineMap map_of_node(const GltfValue& node) {
   const GltfValue matrix = node["matrix"];
   if (matrix.exists()) {
-    const AffineMap given = matrix.numbers<16>(kNoMove);
+    const AffineMap given = matrix.numbers<16>(kIdentityMap);
     if (given[3] != 0 || given[7] != 0 || given[11] != 0 || given[15] != 1) {
       matrix.fail("its last row is not 0 0 0 1, and so it is no affine map");
     }
@@ -83,7 +83,7 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
     }
   }
   for (std::size_t k = 0; k < list.size(); ++k) {
-    AffineMap bind = kNoMove;
+    AffineMap bind = kIdentityMap;
     if (!binds.values.empty()) {
       std::copy_n(binds.at(k), bind.size(), bind.begin());
       // Tolerance for programs that invert in single precision.
@@ -117,7 +117,7 @@ std::vector<AffineMap> instances_of(const GltfFile& file, const GltfValue& node)
                       std::to_string(count));
     }
   }
-  if (count == 0) return {kNoMove};
+  if (count == 0) return {kIdentityMap};
   std::vector<AffineMap> maps;
   maps.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -138,18 +138,18 @@ GltfInfluences influences_of(const GltfValue& attributes, const std::vector<Gltf
                              const std::vector<GltfNumbers>& weights, std::size_t count) {
   GltfInfluences result;
   if (joints.empty()) return result;
-  constexpr std::size_t kOfSet = 4;
-  result.width = kOfSet * joints.size();
+  constexpr std::size_t kJointsPerSet = 4;
+  result.width = kJointsPerSet * joints.size();
   const std::size_t vertices = joints[0].count();
   result.joints.resize(vertices * result.width);
   result.weights.resize(result.joints.size());
   for (std::size_t v = 0; v < vertices; ++v) {
     double sum = 0;
     for (std::size_t i = 0; i < result.width; ++i) {
-      const std::size_t set = i / kOfSet;
-      const double weight = weights[set].at(v)[i % kOfSet];
+      const std::size_t set = i / kJointsPerSet;
+      const double weight = weights[set].at(v)[i % kJointsPerSet];
       if (!(weight > 0) || !std::isfinite(weight)) continue;
-      const double joint = joints[set].at(v)[i % kOfSet];
+      const double joint = joints[set].at(v)[i % kJointsPerSet];
       if (!(joint >= 0 && joint < static_cast<double>(count))) {
         attributes["JOINTS_" + std::to_string(set)].fail(
             "vertex " + std::to_string(v) + " has joint " + std::to_string(joint) +

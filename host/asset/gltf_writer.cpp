@@ -290,24 +290,25 @@ class GltfOutput {
     for (std::size_t i = 0; i < count; ++i) vertices[remap[i]] = &part.vertices[i];
     for (std::uint32_t& index : indices) index = remap[index];
 
-    constexpr std::size_t kPadded = 4;  // strides are multiples of 4 bytes
-    std::vector<std::uint16_t> places(kPadded * count, 0);
+    constexpr std::size_t kPaddedValues = 4;  // strides are multiples of 4 bytes
+    std::vector<std::uint16_t> places(kPaddedValues * count, 0);
     std::array<std::uint16_t, 3> low{0xFFFF, 0xFFFF, 0xFFFF}, high{};
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint16_t place = grid.rounded(vertices[i]->values[k], k);
-        places[kPadded * i + k] = place;
+        places[kPaddedValues * i + k] = place;
         low[k] = std::min(low[k], place);
         high[k] = std::max(high[k], place);
       }
     }
     Json attributes;
-    attributes["POSITION"] = add_accessor({{"bufferView", add_packed(places, kPadded * 2, nullptr)},
-                                           {"componentType", kUshort},
-                                           {"count", count},
-                                           {"type", "VEC3"},
-                                           {"min", low},
-                                           {"max", high}});
+    attributes["POSITION"] =
+        add_accessor({{"bufferView", add_packed(places, kPaddedValues * 2, nullptr)},
+                      {"componentType", kUshort},
+                      {"count", count},
+                      {"type", "VEC3"},
+                      {"min", low},
+                      {"max", high}});
     attributes["NORMAL"] = add_directions(vertices, 3, 3);
     if (has_uvs) {
       attributes["TANGENT"] = add_directions(vertices, 6, 4);
@@ -653,8 +654,8 @@ class GltfOutput {
   std::string binary() const {
     std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
     text.resize((text.size() + 3) / 4 * 4, ' ');
-    constexpr std::uint64_t kHeads = 12 + 8 + 8;
-    const std::uint64_t size = kHeads + text.size() + bytes_.size();
+    constexpr std::uint64_t kGlbHeaderBytes = 12 + 8 + 8;
+    const std::uint64_t size = kGlbHeaderBytes + text.size() + bytes_.size();
     if (size > std::numeric_limits<std::uint32_t>::max()) {
       throw Error(ErrorCode::output, "'" + path_.string() +
                                          "' would be larger than the 4 GiB that a GLB may have: "

@@ -12,7 +12,7 @@ namespace kiln {
 
 /// An affine map, column-major.
 using AffineMap = std::array<double, 16>;
-inline constexpr AffineMap kNoMove{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+inline constexpr AffineMap kIdentityMap{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
 /// Applies `b`, then `a`.
 inline AffineMap product(const AffineMap& a, const AffineMap& b) {

@@ -40,15 +40,15 @@ struct SlotRow {
   const char* statements;  ///< MTL's statements
 };
 const SlotRow& row_of(MaterialSlot slot) {
-  constexpr MaterialNumber kSilent = MaterialNumber::none, kGiven = MaterialNumber::given;
+  constexpr MaterialNumber kUnstated = MaterialNumber::none, kGiven = MaterialNumber::given;
   using M = Material;
   static const SlotRow rows[] = {
-      {&M::color_map, &M::color_from, kSilent, "colour", "map_Kd or Kd"},
+      {&M::color_map, &M::color_from, kUnstated, "colour", "map_Kd or Kd"},
       {&M::opacity_map, nullptr, kGiven, "opacity", "map_d or d"},
-      {&M::normal_map, nullptr, kSilent, "normals", "norm, map_Kn, map_Bump or bump"},
-      {&M::roughness_map, &M::roughness_from, kSilent, "roughness", "map_Pr, Pr or Ns"},
-      {&M::metallic_map, &M::metallic_from, kSilent, "metalness", "map_Pm or Pm"},
-      {&M::emission_map, &M::emission_from, kSilent, "emission", "map_Ke or Ke"},
+      {&M::normal_map, nullptr, kUnstated, "normals", "norm, map_Kn, map_Bump or bump"},
+      {&M::roughness_map, &M::roughness_from, kUnstated, "roughness", "map_Pr, Pr or Ns"},
+      {&M::metallic_map, &M::metallic_from, kUnstated, "metalness", "map_Pm or Pm"},
+      {&M::emission_map, &M::emission_from, kUnstated, "emission", "map_Ke or Ke"},
       {&M::occlusion_map, nullptr, kGiven, "occlusion", "none"},
   };
   return rows[static_cast<std::size_t>(slot)];

@@ -457,9 +457,9 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   std::uint64_t missing = 0;  // the placeholder is not one of the file's UVs
   if (const std::uint64_t bare = fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
     // A finite placeholder would be baked over some chart.
-    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-    uvs.push_back({kNowhere, kNowhere});
-    for (UvSet& set : other_uvs) set.uvs.push_back({kNowhere, kNowhere});
+    constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
+    uvs.push_back({kMissingUv, kMissingUv});
+    for (UvSet& set : other_uvs) set.uvs.push_back({kMissingUv, kMissingUv});
     missing = 1;
     input_.warn("missing-uvs",
                 counted(bare, "triangle") + (bare == 1 ? " has" : " have") +

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kHullTestPlaces = 1
                                         << 14;  // places at which a hull is tested before the bake
 constexpr float kMaxHullDistance = 4;           // frame units; beyond any mesh
-constexpr float kTouching = 8 * KILN_BVH_EPSILON;
+constexpr float kMaxContactDistance = 8 * KILN_BVH_EPSILON;
 
 struct Range {
   double least = 0, median = 0, most = 0;
@@ -63,7 +63,7 @@ void CageReach::apply(cl::Context& context, TexelBand& band) const {
 std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<float>& points,
                                       std::uint32_t count, std::uint32_t capacity) const {
   RayQuery query;
-  query.t_min = -kTouching;
+  query.t_min = -kMaxContactDistance;
   query.t_max = kMaxHullDistance;
   query.two_sided = true;
   DeviceCorrespondence met(context, count);

@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kSearchPlaces = 1 << 18;
+constexpr std::size_t kTargetPlaceCount = 1 << 18;
 // Thresholds of the search, as shares of the high poly's diagonal.
 constexpr double kMaxSolidHeight = 0.25;   // largest height at which a solid may end
 constexpr double kMaxFaceDepth = 0.1;      // largest depth of a face
@@ -38,7 +38,7 @@ class CageSearch {
     min_clearance_ = static_cast<float>(kMinClearance * diagonal);
     max_wall_height_ = static_cast<float>(kMaxWallHeight * diagonal);
     max_own_height_ = static_cast<float>(kMaxOwnHeight * diagonal);
-    needs_.places = spread_places(context_, request.surface, kSearchPlaces);
+    needs_.places = spread_places(context_, request.surface, kTargetPlaceCount);
     turn.apply(context_, needs_.places.band);
     count_ = needs_.places.list.size();
     points_.resize(7 * count_);

@@ -15,7 +15,7 @@ constexpr double kMaxRoomShare = 0.5;    // largest share of the room above that
 constexpr int kSmoothingPasses = 4;      // smoothing passes
 constexpr int kFittingPasses = 32;       // fitting passes
 constexpr double kFreeRoomShare = 0.05;  // share of the room that stays free at either end
-constexpr double kSlack = 4 * KILN_BVH_EPSILON;
+constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
 constexpr double kMinShellCosine = 0.05;  // as in kernels/lib/shell.clh
 
 /// Linear form of a shell's height over a place: the sum of the corners' offsets times `weight`. The
@@ -77,7 +77,9 @@ class Shell {
   const std::vector<double>& off() const { return off_; }
 
   /// True if the next face lies within the shell.
-  bool conflicts(std::size_t i) const { return needs_.counts[i] != 0 && at(i) > most_[i] + kSlack; }
+  bool conflicts(std::size_t i) const {
+    return needs_.counts[i] != 0 && at(i) > most_[i] + kConflictTolerance;
+  }
 
  private:
   double room(std::size_t i) const { return std::max(0.0, double{most_[i]} - least_[i]); }
@@ -118,7 +120,7 @@ class Shell {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.counts[i] == 0 || !(most_[i] < std::numeric_limits<float>::infinity())) continue;
       const double highest = most_[i] - kFreeRoomShare * room(i), now = at(i);
-      if (now <= highest + kSlack) continue;
+      if (now <= highest + kConflictTolerance) continue;
       move(i, highest - now);
       any = true;
     }
@@ -130,7 +132,7 @@ class Shell {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
       const double lowest = least_[i] + std::min(margin_, kMaxRoomShare * room(i)) / 2, now = at(i);
-      if (now >= lowest - kSlack) continue;
+      if (now >= lowest - kConflictTolerance) continue;
       move(i, lowest - now);
       any = true;
     }

@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kLargestField = 2048;
+constexpr std::uint32_t kMaxFieldSide = 2048;
 constexpr std::size_t kGrainOfField = 1 << 14;
 
 /// Samples per band, such that the sets of directions that see them take 64 MiB.
@@ -86,7 +86,7 @@ VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface
 
 void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& probe,
                                   const VisibilityOptions& options, VisibilityReport& report) {
-  const std::uint32_t shrink = (std::max(width_, height_) + kLargestField - 1) / kLargestField;
+  const std::uint32_t shrink = (std::max(width_, height_) + kMaxFieldSide - 1) / kMaxFieldSide;
   field_width_ = report.width = (width_ + shrink - 1) / shrink;
   field_height_ = report.height = (height_ + shrink - 1) / shrink;
   const std::size_t pixels = std::size_t{field_width_} * field_height_;

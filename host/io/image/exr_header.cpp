@@ -9,9 +9,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLargestHeader = std::size_t{1} << 20;
-constexpr std::size_t kLargestChannels = 1024;
-constexpr std::size_t kLargestParts = 1024;
+constexpr std::size_t kMaxExrHeaderBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxExrChannels = 1024;
+constexpr std::size_t kMaxExrParts = 1024;
 constexpr std::uint32_t kTiled = 1U << 9;
 constexpr std::uint32_t kDeep = 1U << 11;
 constexpr std::uint32_t kMultiPart = 1U << 12;
@@ -105,7 +105,7 @@ std::vector<ExrChannel> read_channels(Cursor& cursor, std::size_t end) {
     channel.dx = cursor.number(), channel.dy = cursor.number();
     if (channel.dx < 1 || channel.dy < 1) cursor.fail("channels", "a sampling rate is below 1");
     channels.push_back(channel);
-    if (channels.size() > kLargestChannels) cursor.fail("channels", "there are more than 1024");
+    if (channels.size() > kMaxExrChannels) cursor.fail("channels", "there are more than 1024");
   }
   return channels;
 }
@@ -285,7 +285,7 @@ std::uint64_t ExrPart::blocks_of_all_levels() const {
 }
 
 ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std::uint32_t largest) {
-  const std::string bytes = source.head(kLargestHeader);
+  const std::string bytes = source.head(kMaxExrHeaderBytes);
   Cursor cursor(bytes, bytes.size() == source.size(), fail);
   if (cursor.word() != 20000630) cursor.fail("byte 0", "it is no OpenEXR file");
   const std::uint32_t version = cursor.word();
@@ -302,7 +302,7 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
     check_complete(cursor, part);
     headers.parts.push_back(std::move(part));
     if (!headers.multi_part) break;
-    if (headers.parts.size() > kLargestParts) cursor.fail("header", "it has more than 1024 parts");
+    if (headers.parts.size() > kMaxExrParts) cursor.fail("header", "it has more than 1024 parts");
   }
   const std::string& type = headers.parts.front().type;
   // A deep type without the flag would be read as deep, too.

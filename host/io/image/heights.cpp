@@ -16,10 +16,11 @@ constexpr std::size_t kFormatHeadBytes = 32;
 
 /// Largest value of a PNG's channels; 1 for all other pictures.
 double largest_stored(const std::string& head) {
-  constexpr std::size_t kDepthAt = 24, kKindAt = 25;
+  constexpr std::size_t kBitDepthOffset = 24, kColourTypeOffset = 25;
   constexpr char kPalette = 3;
-  if (!head.starts_with("\x89PNG\r\n\x1a\n") || head.size() <= kKindAt) return 1;
-  const unsigned bits = head[kKindAt] == kPalette ? 8U : static_cast<unsigned char>(head[kDepthAt]);
+  if (!head.starts_with("\x89PNG\r\n\x1a\n") || head.size() <= kColourTypeOffset) return 1;
+  const unsigned bits =
+      head[kColourTypeOffset] == kPalette ? 8U : static_cast<unsigned char>(head[kBitDepthOffset]);
   return bits >= 1 && bits <= 16 ? static_cast<double>((1U << bits) - 1U) : 1;
 }
 

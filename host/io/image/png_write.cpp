@@ -244,7 +244,7 @@ void encode_band(const Layout& layout, std::size_t first, std::size_t last, cons
 // levels.
 
 constexpr std::size_t kMaxSingleStreamBytes = std::size_t{1} << 29;
-constexpr std::size_t kSampleRows = 16, kSampleEvery = 64;
+constexpr std::size_t kSampleRows = 16, kSampleRowInterval = 64;
 
 /// Filters of PNG's specification, 9.2; kLeastEntropy selects one per row.
 constexpr int kPaeth = 4, kFilters = 5, kLeastEntropy = 5;
@@ -343,23 +343,23 @@ int level_for(std::size_t /*bytes*/) { return 6; }
 #endif
 
 int choose_filter(const Layout& layout) {
-  constexpr std::array<int, 3> kTried = {kFilterUp, kPaeth, kLeastEntropy};
+  constexpr std::array<int, 3> kCandidateFilters = {kFilterUp, kPaeth, kLeastEntropy};
   const std::size_t row = layout.row_bytes() + 1, height = layout.image.height;
-  const std::size_t samples = (height + kSampleEvery - 1) / kSampleEvery;
-  std::vector<std::size_t> sizes(kTried.size() * samples);
+  const std::size_t samples = (height + kSampleRowInterval - 1) / kSampleRowInterval;
+  std::vector<std::size_t> sizes(kCandidateFilters.size() * samples);
   parallel_for(sizes.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t first = i / kTried.size() * kSampleEvery;
+      const std::size_t first = i / kCandidateFilters.size() * kSampleRowInterval;
       Bytes rows(row * std::min(kSampleRows, height - first)), packed;
-      filter_rows(layout, kTried[i % kTried.size()], first, rows);
+      filter_rows(layout, kCandidateFilters[i % kCandidateFilters.size()], first, rows);
       deflate_whole(rows, kQuick, packed);
       sizes[i] = packed.size();
     }
   });
-  std::array<std::size_t, kTried.size()> sums{};
-  for (std::size_t i = 0; i < sizes.size(); ++i) sums[i % kTried.size()] += sizes[i];
-  return kTried[static_cast<std::size_t>(std::min_element(sums.begin(), sums.end()) -
-                                         sums.begin())];
+  std::array<std::size_t, kCandidateFilters.size()> sums{};
+  for (std::size_t i = 0; i < sizes.size(); ++i) sums[i % kCandidateFilters.size()] += sizes[i];
+  return kCandidateFilters[static_cast<std::size_t>(std::min_element(sums.begin(), sums.end()) -
+                                                    sums.begin())];
 }
 
 template <typename Put>
@@ -367,7 +367,7 @@ void send_small(const Layout& layout, bool smallest, const std::string& /*name*/
   const std::size_t row = layout.row_bytes() + 1, height = layout.image.height;
   const int filter = choose_filter(layout);
   Bytes raw(row * height);
-  parallel_for(height, kSampleEvery, [&](std::size_t begin, std::size_t end) {
+  parallel_for(height, kSampleRowInterval, [&](std::size_t begin, std::size_t end) {
     filter_rows(layout, filter, begin, std::span(raw).subspan(begin * row, (end - begin) * row));
   });
   Bytes data = open_chunk("IDAT");
