@@ -51,8 +51,8 @@ KILN_C_API const char* kiln_c_version(void);
 
 /// Called about ten times a second on the thread that called Kiln. It must not throw.
 /// \param done  share done, 0 to 1  \param stage  name of the current step; valid during the callback
-/// \param user  as given  \returns 0 to cancel the call, which then returns KILN_CANCELLED within 0.3
-///              s
+/// \param user  as given  \returns 0 to cancel the call, which then returns KILN_CANCELLED within
+///              0.3 s
 typedef int32_t (*kiln_progress)(double done, const char* stage, void* user);
 
 /* ---- meshes ---- */
