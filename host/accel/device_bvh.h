@@ -47,7 +47,7 @@ struct Tree {
     std::uint64_t duplicates = 0;  ///< Triangles equal to another one, which represents them
     std::uint64_t nodes = 0;
     std::uint64_t bytes = 0;   ///< Size on the device
-    double leaves_a_line = 0;  ///< See Bvh::leaves_a_line
+    double leaves_a_line = 0;  ///< as Bvh::leaves_a_line
     double build_seconds = 0;
     double upload_seconds = 0;
   };

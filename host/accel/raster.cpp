@@ -175,7 +175,7 @@ void Rasterizer::draw_tiles(std::span<const kiln_view> views, const DepthKeys& k
     context_.launch(context_.kernel("tiles", "kiln_tiles_draw"), std::size_t{count} * tiles, 1,
                     count * tiles, groups, padded, some, boxes_, group_boxes_, chunks_, keys.keys,
                     keys.drawn);
-    context_.finish();  // `some` is destroyed
+    context_.finish();  // wait, since `some` is still in use
   }
 }
 

@@ -51,7 +51,7 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
     const std::string name = std::string(map.kind.name);
     if (name == "emission") {
       places.emission_strength = scale_emission(map.image);
-      if (places.emission_strength == 0) continue;  // for this set
+      if (places.emission_strength == 0) continue;  // this set does not emit
     }
     if (store) store(map, name);
     if (name == "emission") expand_grey(map.image);

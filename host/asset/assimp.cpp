@@ -252,7 +252,7 @@ class SceneReader {
     using Place = std::array<std::uint64_t, 3>;
     std::map<Place, std::uint32_t> places;
     std::vector<std::array<std::uint32_t, 2> > corners;  // position, corner
-    std::vector<std::uint32_t> mask_of;                  // per corner
+    std::vector<std::uint32_t> mask_of;                  // smoothing mask per corner
     std::vector<std::uint32_t> first;                    // first corner of each part
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const aiMesh& part = *scene_.mMeshes[parts[p]];
@@ -543,7 +543,7 @@ class SceneReader {
     std::string object;
     AffineMap world;
   };
-  std::vector<Placed> placed_;                               // nodes with meshes
+  std::vector<Placed> placed_;                               // nodes with meshes, in order
   std::map<std::string, std::optional<AffineMap> > joints_;  // by name; none: the name is ambiguous
   struct SmoothPieces {
     std::uint32_t mesh = 0;  // index in the file

@@ -293,7 +293,7 @@ std::vector<std::uint32_t> smooth_pieces(const ufbx_mesh& mesh,
   const bool has_edges = mesh.edge_smoothing.count != 0 && mesh.edges.count != 0 &&
                          mesh.edge_smoothing.count >= mesh.edges.count;
   if (!has_edges && groups.empty()) return {};
-  DisjointSets pieces(mesh.num_indices);  // of corners
+  DisjointSets pieces(mesh.num_indices);  // corners, joined into smooth pieces
   if (has_edges) {
     join_along_edges(mesh, pieces);
   } else {

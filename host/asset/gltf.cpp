@@ -137,11 +137,11 @@ class GltfReader {
   /// A mesh as instantiated by a node.
   struct Placed {
     std::size_t mesh;
-    std::uint32_t node;  // of the asset
+    std::uint32_t node;  // index of the node in the asset
     AffineMap matrix;
     std::string name;
     std::optional<std::size_t> skin;
-    std::vector<double> weights;  // of morph targets
+    std::vector<double> weights;  // weights of its morph targets
   };
 
   /// Checks that nodes have at most one parent, and no cycles.
@@ -585,7 +585,7 @@ class GltfReader {
   /// Transforms of a primitive's vertices to the world: one for all, or one per vertex.
   struct Placings {
     Placing node;
-    std::vector<Placing> own;  // of skinned vertices
+    std::vector<Placing> own;  // one per vertex if skinned
 
     const Placing& of(std::size_t vertex) const { return own.empty() ? node : own[vertex]; }
     /// True if a triangle is mirrored, by the majority of its corners.
@@ -759,7 +759,7 @@ class GltfReader {
   const FailWith fail_ = [this](const std::string& place, const std::string& problem,
                                 const std::string& remedy) { input_.fail(place, problem, remedy); };
   std::optional<GltfWorlds> worlds_;
-  std::vector<std::optional<UvMap>> uv_maps_;  // per material
+  std::vector<std::optional<UvMap>> uv_maps_;  // UV transform per material
   std::vector<std::uint32_t> other_sets_;      // UV sets that materials use beside the chosen one
   std::map<std::size_t, std::uint64_t> packed_uses_;                  // number of uses per buffer
                                                                       // view

@@ -27,7 +27,7 @@ std::vector<Material> read_gltf_materials(const GltfFile& file, std::uint32_t uv
 
 /// An affine map of UVs whose v points down, as in glTF.
 struct UvMap {
-  std::array<double, 6> m{1, 0, 0, 0, 1, 0};  ///< Two rows
+  std::array<double, 6> m{1, 0, 0, 0, 1, 0};  ///< Two rows of the affine map
 
   std::array<double, 2> at(double u, double v) const {
     return {m[0] * u + m[1] * v + m[2], m[3] * u + m[4] * v + m[5]};

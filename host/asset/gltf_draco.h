@@ -27,9 +27,9 @@ struct DracoMesh {
 /// An attribute of compressed data.
 struct DracoAttribute {
   std::uint64_t id = 0;   ///< Id in the extension
-  GltfValue accessor;     ///< Describes the numbers
+  GltfValue accessor;     ///< JSON that describes its numbers
   std::size_t width = 0;  ///< As for GltfFile::numbers()
-  std::string name;       ///< For messages
+  std::string name;       ///< Name for messages
 };
 
 /// Counts from the header of compressed data.

@@ -85,9 +85,10 @@ class GltfFile {
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_;
   bool has_binary_ = false;
-  mutable std::map<std::size_t, std::shared_ptr<const std::string>> buffers_;  // except binary_
-  mutable std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_;  // of buffers
-  mutable std::map<Packed, std::string> unpacked_;  // decompressed views
+  // Caches: buffers except binary_, and files that several buffers may share.
+  mutable std::map<std::size_t, std::shared_ptr<const std::string>> buffers_;
+  mutable std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_;
+  mutable std::map<Packed, std::string> unpacked_;  // cached decompressed views
   mutable bool packed_fit_ = false;                 // result of check_packed()
 };
 

@@ -374,8 +374,8 @@ class MaterialReader {
 
   const GltfFile& file_;
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
-  std::map<std::size_t, MaterialPicture> pictures_;  // by image
-  std::map<std::size_t, Bytes> views_;               // by image
+  std::map<std::size_t, MaterialPicture> pictures_;  // cached pictures, by image
+  std::map<std::size_t, Bytes> views_;               // cached bytes, by image
   std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0, undecoded_ = 0;
   std::uint32_t uv_set_;
   std::optional<UvMap> uv_map_;  // of the current material

@@ -74,7 +74,7 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
   const GltfValue list = from["joints"];
   if (list.size() == 0) from.fail("it has no joints");
   const GltfValue inverse = from["inverseBindMatrices"];
-  GltfNumbers binds;  // empty: identities
+  GltfNumbers binds;  // inverse bind matrices; empty: identities
   if (const auto accessor = inverse.index_into(file_.list("accessors"))) {
     binds = file_.numbers(*accessor, GltfFile::kMatrix);
     if (binds.count() < list.size()) {

@@ -63,7 +63,7 @@ Json parse_extras(const std::string& text, const char* of) {
 /// A vertex of the file; vertices with equal bits are merged.
 struct Vertex {
   std::array<float, 12> values;       // position, normal, tangent with its sign, UV
-  std::array<std::uint8_t, 4> color;  // sRGB
+  std::array<std::uint8_t, 4> color;  // sRGB-encoded
 
   bool operator==(const Vertex& other) const {
     return std::memcmp(values.data(), other.values.data(), sizeof values) == 0 &&
@@ -934,9 +934,9 @@ void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& o
 
 const Image** slot_of(AssetMaps& maps, std::string_view name) {
   return name == "normal"      ? &maps.normal
-         : name == "normals"   ? &maps.normal  // of materials
+         : name == "normals"   ? &maps.normal  // name in materials
          : name == "ao"        ? &maps.occlusion
-         : name == "occlusion" ? &maps.occlusion  // of materials
+         : name == "occlusion" ? &maps.occlusion  // name in materials
          : name == "roughness" ? &maps.roughness
          : name == "metallic"  ? &maps.metallic
          : name == "opacity"   ? &maps.opacity

@@ -601,7 +601,7 @@ double MeshBuilder::move_to_world() {
     for (std::size_t k = 0; k < 3; ++k) result[k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
     return result;
   };
-  AffineMap turn = *world.map;  // without the unit
+  AffineMap turn = *world.map;  // transform without the unit's scale
   const double unit = std::abs(turn[0]) + std::abs(turn[1]) + std::abs(turn[2]);
   for (double& value : turn) value /= unit;
   const auto turned = [&](const Vec3& v) {

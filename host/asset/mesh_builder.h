@@ -116,7 +116,7 @@ class MeshBuilder {
     }
 
    private:
-    std::vector<std::uint32_t> name_of_triangle_;  // per triangle
+    std::vector<std::uint32_t> name_of_triangle_;  // index of the name, per triangle
     std::vector<std::string> names_;
     std::unordered_map<std::string, std::uint32_t> ids_;
     std::uint32_t current_name_ = 0;

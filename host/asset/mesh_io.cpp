@@ -166,7 +166,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
       return std::move(whole->mesh);
     case MeshFormat::fbx:
     case MeshFormat::assimp:
-      break;  // handled above
+      break;  // handled before the switch
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }

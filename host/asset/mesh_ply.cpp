@@ -135,7 +135,7 @@ class BodyReader {
     std::ptrdiff_t useful = std::count_if(header_.elements.begin(), header_.elements.end(),
                                           [](const Element& e) { return is_useful(e); });
     for (const Element& element : header_.elements) {
-      if (useful == 0) break;  // ignore the rest
+      if (useful == 0) break;  // ignore the remaining elements
       if (is_useful(element)) --useful;
       check_size(element);
       if (element.name == "vertex") {

@@ -148,7 +148,7 @@ class Names {
 
  private:
   std::string keyword_;
-  const std::vector<std::uint32_t>& of_;  // per triangle
+  const std::vector<std::uint32_t>& of_;  // index of the name, per triangle
   const std::vector<std::string>& names_;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::uint32_t last_written_ = kNone;

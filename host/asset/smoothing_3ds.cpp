@@ -111,7 +111,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
 std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const Smoothing3ds& mesh, std::span<const Part3ds> parts) {
   constexpr std::size_t kNone = ~std::size_t{0};
-  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);  // per material
+  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);  // part of each material
   for (std::size_t i = 1; i < part_of.size(); ++i) {
     for (std::size_t p = parts.size(); p-- > 0;) {
       if (lower_case(parts[p].material) == mesh.material_names[i]) part_of[i] = p;

@@ -41,7 +41,7 @@ class TileName {
  private:
   std::filesystem::path folder_;
   std::string before_, after_, token_;
-  bool by_columns_ = false;  ///< u1_v1
+  bool by_columns_ = false;  ///< true for names with u1_v1
   std::uint32_t number_ = 0;
 };
 

@@ -31,7 +31,7 @@ class CageReach {
 
   bool writes_ = false;
   Frame frame_;
-  cl::Array<float> outer_;  ///< See LowSurface::shell
+  cl::Array<float> outer_;  ///< heights of the outer shell, see LowSurface::shell
   std::shared_ptr<const CageHull> hull_;
   std::unique_ptr<RayCaster> rays_;
   std::vector<float> hull_distances_;  ///< Distances to a hull, from places all over the low poly

@@ -10,10 +10,10 @@
 namespace kiln {
 namespace {
 
-constexpr double kExtraHeight = 0.25;    // extra height, as a share of the needed one
-constexpr double kMaxRoomShare = 0.5;    // largest share of the room above that it uses
-constexpr int kSmoothingPasses = 4;      // smoothing passes
-constexpr int kFittingPasses = 32;       // fitting passes
+constexpr double kExtraHeight = 0.25;  // extra height, as a share of the needed one
+constexpr double kMaxRoomShare = 0.5;  // largest share of the room above that it uses
+constexpr int kSmoothingPasses = 4;
+constexpr int kFittingPasses = 32;
 constexpr double kFreeRoomShare = 0.05;  // share of the room that stays free at either end
 constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
 constexpr double kMinShellCosine = 0.05;  // as in kernels/lib/shell.clh

@@ -13,7 +13,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrainOfPoints = 1 << 12;
-constexpr std::size_t kMaxGridSide = 1024;  // a side
+constexpr std::size_t kMaxGridSide = 1024;  // cells a side of the grid
 // Tolerance of weights below 0, so that no point between two triangles is in neither.
 constexpr double kUvSlack = 1e-9;
 

@@ -68,7 +68,7 @@ class AtomicFile {
   std::vector<char> buffer_;      ///< Buffer of the stream
   std::FILE* stream_ = nullptr;
   bool direct_ = false;  ///< A device or a pipe: no temporary file, no rename
-  bool done_ = false;    ///< Committed
+  bool done_ = false;    ///< True after commit()
 };
 
 }  // namespace kiln

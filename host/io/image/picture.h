@@ -32,7 +32,7 @@ struct PictureEncoding {
   Dither dither = Dither::off;
   TextureUse use = TextureUse::
       values;  ///< Colours may be subsampled; z of normals is not dithered by Dither::automatic
-  bool smallest = false;  ///< Smallest PNGs
+  bool smallest = false;  ///< Compress PNGs as small as possible
 
   bool is_lossy() const {
     return format == PictureFormat::jpeg || (format == PictureFormat::webp && quality != 0);

@@ -26,7 +26,7 @@ struct PngOptions {
   Dither dither = Dither::off;          ///< 8 bits only
   int threads = 0;                      ///< 0: all cores
   std::vector<ImageText> texts = {};    ///< One tEXt chunk each
-  TextureUse use = TextureUse::values;  ///< For Dither::automatic
+  TextureUse use = TextureUse::values;  ///< Decides the channels of Dither::automatic
   Deflate deflate = Deflate::fast;
 };
 

@@ -183,7 +183,7 @@ struct Layout {
 
 // One band of rows: quantised, filtered and deflated.
 struct Band {
-  Bytes chunk;  // the finished chunk
+  Bytes chunk;  // the finished IDAT chunk
   uLong adler = 0;
   std::size_t raw_bytes = 0;
 };

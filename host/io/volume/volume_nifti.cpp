@@ -49,7 +49,7 @@ struct Fields {
   double offset = 0, slope = 0, intercept = 0;
   std::array<double, 8> pixdim{};  ///< [0]: the sign of the third axis; [1] to [3]: spacing
   std::int64_t qform_code = 0, sform_code = 0;
-  std::array<double, 3> quaternion{}, qoffset{};  ///< b, c, d
+  std::array<double, 3> quaternion{}, qoffset{};  ///< components b, c, d of the quaternion
   std::array<std::array<double, 4>, 3> srow{};
 };
 

@@ -304,8 +304,8 @@ class JoinedFiles final : public ByteSource {
  private:
   struct Part {
     std::string name;
-    std::uint64_t offset;  ///< In its file
-    std::uint64_t at;      ///< In the concatenation
+    std::uint64_t offset;  ///< Offset of the data in its file
+    std::uint64_t at;      ///< Offset in the concatenation
   };
   const VolumeInput& input_;
   std::vector<Part> parts_;
