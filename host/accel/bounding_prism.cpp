@@ -10,19 +10,20 @@
 namespace kiln::bvh {
 namespace {
 
-constexpr std::size_t kSides = 16,
-                      kEven = 13;  // directions of sides: so many spread evenly, 3 of an edge
-constexpr double kMargin = KILN_BVH_PRISM_MARGIN + 1e-6;  // supports are of single precision
-constexpr double kFarthestSlab = 2;
-constexpr double kSharpest = 1e-6;  // sine between two sides
+// Candidate directions of sides: kEvenSides evenly spread ones, and the 3 edges of a triangle.
+constexpr std::size_t kSideCandidates = 16, kEvenSides = 13;
+constexpr double kPrismMargin = KILN_BVH_PRISM_MARGIN + 1e-6;  // supports have single precision
+constexpr double kMaxSlabDistance = 2;
+constexpr double kMinSideSine = 1e-6;  // sine of the angle between two sides
 
-/// Measures of the corners by which the directions of an axis are chosen.
+/// Measures of the corners from which candidate directions of the axis are derived.
 struct Shape {
   Matrix3 spread{};                                        ///< Covariance of the corners
-  Matrix3 normals{};                                       ///< Squares of normals, by area
+  Matrix3 normals{};                                       ///< Sum of outer products of normals,
+                                                           ///< weighted by area
   std::size_t largest = 0;                                 ///< First corner of the largest triangle
-  double longest = 0;                                      ///< Edge
-  double least = std::numeric_limits<double>::infinity();  ///< Twice the area
+  double longest = 0;                                      ///< Longest edge
+  double least = std::numeric_limits<double>::infinity();  ///< Smallest doubled area
 };
 
 void add_square(Matrix3& m, const Vec3d& v, double weight) {
@@ -57,7 +58,7 @@ Shape shape_of(const Corners& corners) {
   return shape;
 }
 
-/// The eigenvectors of the least and of the largest eigenvalue.
+/// The eigenvectors of the smallest and of the largest eigenvalue.
 std::array<Vec3d, 2> extreme_axes(Matrix3 m) {
   Matrix3 v;
   diagonalise(m, v);
@@ -75,10 +76,10 @@ struct Point2 {
 };
 double cross2(const Point2& a, const Point2& b) { return a.x * b.y - a.y * b.x; }
 
-/// Normals of the sides that are tried, in the plane of e and f: as many as fit the corners' spread, so that
-/// needles get as many as round shapes; and those of the largest triangle.
-std::array<Point2, kSides> sides_of(const Corners& corners, const Shape& shape, const Vec3d& e,
-                                    const Vec3d& f) {
+/// Normals of the candidate sides, in the plane of e and f: evenly spaced relative to the corners' spread,
+/// so that needles get as many as round shapes; and those of the largest triangle.
+std::array<Point2, kSideCandidates> sides_of(const Corners& corners, const Shape& shape,
+                                             const Vec3d& e, const Vec3d& f) {
   const auto spread = [&](const Vec3d& a, const Vec3d& b) {
     const double u[] = {a.x, a.y, a.z}, v[] = {b.x, b.y, b.z};
     double sum = 0;
@@ -87,18 +88,18 @@ std::array<Point2, kSides> sides_of(const Corners& corners, const Shape& shape, 
     }
     return sum;
   };
-  // Cholesky: the spread is l lᵀ. A direction d of the round shape is one of l⁻ᵀ d here.
-  constexpr double kLeast = kMargin * kMargin;
-  const double l00 = std::sqrt(std::max(spread(e, e), 0.0) + kLeast);
+  // Cholesky: the spread is l lᵀ. A direction d of the round shape corresponds to l⁻ᵀ d.
+  constexpr double kMinSpread = kPrismMargin * kPrismMargin;
+  const double l00 = std::sqrt(std::max(spread(e, e), 0.0) + kMinSpread);
   const double l10 = spread(e, f) / l00;
-  const double l11 = std::sqrt(std::max(spread(f, f) - l10 * l10, 0.0) + kLeast);
-  std::array<Point2, kSides> sides{};
+  const double l11 = std::sqrt(std::max(spread(f, f) - l10 * l10, 0.0) + kMinSpread);
+  std::array<Point2, kSideCandidates> sides{};
   const auto unit = [](double x, double y) {
     const double size = std::sqrt(x * x + y * y);
     return size > 0 ? Point2{x / size, y / size} : Point2{1, 0};
   };
-  for (std::size_t k = 0; k < kEven; ++k) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(k) / kEven;
+  for (std::size_t k = 0; k < kEvenSides; ++k) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(k) / kEvenSides;
     const double y = std::sin(angle) / l11;
     sides[k] = unit((std::cos(angle) - l10 * y) / l00, y);
   }
@@ -112,14 +113,15 @@ std::array<Point2, kSides> sides_of(const Corners& corners, const Shape& shape, 
   const double turn = cross2(ab, ac) < 0 ? -1 : 1;
   for (std::size_t k = 0; k < 3; ++k) {
     const Point2 &from = corner[k], &to = corner[(k + 1) % 3];
-    sides[kEven + k] = unit(turn * (to.y - from.y), turn * (from.x - to.x));
+    sides[kEvenSides + k] = unit(turn * (to.y - from.y), turn * (from.x - to.x));
   }
   return sides;
 }
 
 /// Largest extent of the corners along each side's normal.
-std::array<float, kSides> supports(const Corners& corners, const std::array<Vec3d, kSides>& ways) {
-  constexpr std::size_t kGroups = kSides / 4;
+std::array<float, kSideCandidates> supports(const Corners& corners,
+                                            const std::array<Vec3d, kSideCandidates>& ways) {
+  constexpr std::size_t kGroups = kSideCandidates / 4;
   Float4 wx[kGroups], wy[kGroups], wz[kGroups], most[kGroups];
   for (std::size_t g = 0; g < kGroups; ++g) {
     const Vec3 a = to_float(ways[4 * g]), b = to_float(ways[4 * g + 1]);
@@ -135,30 +137,31 @@ std::array<float, kSides> supports(const Corners& corners, const std::array<Vec3
       most[g] = upper(most[g], x * wx[g] + y * wy[g] + z * wz[g]);
     }
   }
-  std::array<float, kSides> result{};
-  for (std::size_t k = 0; k < kSides; ++k) result[k] = most[k / 4][static_cast<int>(k % 4)];
+  std::array<float, kSideCandidates> result{};
+  for (std::size_t k = 0; k < kSideCandidates; ++k)
+    result[k] = most[k / 4][static_cast<int>(k % 4)];
   return result;
 }
 
-/// Three of the sides, and what they make: a triangle around all corners.
+/// Three of the sides, which form a triangle around all corners.
 struct Base {
   std::array<std::size_t, 3> side{};
   double half_area = std::numeric_limits<double>::infinity();
 };
 
-/// The three sides with which a prism of a height has the least surface.
-Base best_base(const std::array<Point2, kSides>& sides, const std::array<double, kSides>& ends,
-               double height) {
+/// The three sides that minimise the surface of a prism of a given height.
+Base best_base(const std::array<Point2, kSideCandidates>& sides,
+               const std::array<double, kSideCandidates>& ends, double height) {
   Base best;
-  for (std::size_t i = 0; i < kSides; ++i) {
-    for (std::size_t j = i + 1; j < kSides; ++j) {
+  for (std::size_t i = 0; i < kSideCandidates; ++i) {
+    for (std::size_t j = i + 1; j < kSideCandidates; ++j) {
       const double ij = cross2(sides[i], sides[j]);
-      if (!(std::abs(ij) > kSharpest)) continue;
-      for (std::size_t k = j + 1; k < kSides; ++k) {
+      if (!(std::abs(ij) > kMinSideSine)) continue;
+      for (std::size_t k = j + 1; k < kSideCandidates; ++k) {
         const double jk = cross2(sides[j], sides[k]), ki = cross2(sides[k], sides[i]);
         const double sign = ij > 0 ? 1 : -1;
-        if (!(jk * sign > kSharpest) || !(ki * sign > kSharpest)) continue;
-        // Sines of the triangle's angles, which its edges are proportional to.
+        if (!(jk * sign > kMinSideSine) || !(ki * sign > kMinSideSine)) continue;
+        // Sines of the triangle's angles, which are proportional to its edges.
         const double a = jk * sign, b = ki * sign, c = ij * sign;
         const double sum = a * ends[i] + b * ends[j] + c * ends[k];
         const double scale = sum / (a * b * c);
@@ -175,20 +178,20 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   Vec3d e = cross(axis, other);
   e = e * (1 / length(e));
   const Vec3d f = cross(axis, e);
-  const std::array<Point2, kSides> sides = sides_of(corners, shape, e, f);
-  std::array<Vec3d, kSides> ways;
-  for (std::size_t k = 0; k < kSides; ++k) ways[k] = e * sides[k].x + f * sides[k].y;
-  std::array<double, kSides> ends{};
-  const std::array<float, kSides> reached = supports(corners, ways);
-  for (std::size_t k = 0; k < kSides; ++k) ends[k] = double{reached[k]} + kMargin;
+  const std::array<Point2, kSideCandidates> sides = sides_of(corners, shape, e, f);
+  std::array<Vec3d, kSideCandidates> ways;
+  for (std::size_t k = 0; k < kSideCandidates; ++k) ways[k] = e * sides[k].x + f * sides[k].y;
+  std::array<double, kSideCandidates> ends{};
+  const std::array<float, kSideCandidates> reached = supports(corners, ways);
+  for (std::size_t k = 0; k < kSideCandidates; ++k) ends[k] = double{reached[k]} + kPrismMargin;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::size_t i = 0; i < corners.x.size(); ++i) {
     const double at = dot(corners.at(i), axis);
     low = std::min(low, at);
     high = std::max(high, at);
   }
-  low -= kMargin;
-  high += kMargin;
+  low -= kPrismMargin;
+  high += kPrismMargin;
   const Base base = best_base(sides, ends, high - low);
   Prism prism;
   if (!std::isfinite(base.half_area)) return prism;
@@ -207,13 +210,14 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   prism.normals[4] = axis;
   prism.ends[4] = high;
   for (const Vec3d& p : prism.corners) {
-    if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kFarthestSlab)) return prism;
+    if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kMaxSlabDistance))
+      return prism;
   }
   prism.half_area = base.half_area;
   return prism;
 }
 
-/// Sets the slack that prism_between takes off and adds: see kernels/accel/prism.clh.
+/// Sets the slack by which prism_between widens the interval: see kernels/accel/prism.clh.
 void set_slack(const Corners& corners, const Shape& shape, Prism& prism) {
   const double edge = shape.longest;
   const double weight = (0x1p-21 * edge * edge + 4 * 0x1p-18 * edge) / shape.least;
@@ -226,7 +230,7 @@ void set_slack(const Corners& corners, const Shape& shape, Prism& prism) {
     least = std::min(least, along * along / dot(normal, normal));
   }
   const double cosine = std::sqrt(least), sine = std::sqrt(1 - least);
-  prism.tilt = 2 * (sine + 1 - cosine) + 1e-5;  // single precision there
+  prism.tilt = 2 * (sine + 1 - cosine) + 1e-5;  // margin for single precision
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 
 namespace kiln::bvh {
 
-/// Corners of triangles, three after three.
+/// Corners of triangles, three per triangle.
 struct Corners {
   std::vector<float> x, y, z;
   void add(float px, float py, float pz) {
@@ -23,16 +23,16 @@ struct Corners {
 };
 
 struct Prism {
-  std::array<Vec3d, 6> corners;  ///< 3 of the bottom, then those above them
-  std::array<Vec3d, 5> normals;  ///< Out of it, unit: sides, bottom, top
-  std::array<double, 5> ends{};  ///< No corner lies farther along a normal
+  std::array<Vec3d, 6> corners;  ///< 3 of the bottom, then the ones above them
+  std::array<Vec3d, 5> normals;  ///< Outward unit normals: sides, bottom, top
+  std::array<double, 5> ends{};  ///< Largest extent of the corners along each normal
   double slack = 0, tilt = 0;    ///< As in kiln_bvh_prism
   double height() const { return ends[3] + ends[4]; }
-  double half_area = std::numeric_limits<double>::infinity();  ///< Infinite: there is none
+  double half_area = std::numeric_limits<double>::infinity();  ///< Infinite if there is no prism
 };
 
-/// A small prism around all corners, by KILN_BVH_PRISM_MARGIN larger: the best of three directions of its axis
-/// and of 16 of its sides. None where it would reach beyond 2 frame units.
+/// Fits a small prism around all corners, enlarged by KILN_BVH_PRISM_MARGIN: the best of three directions of
+/// its axis and of 16 of its sides. None if it would extend beyond 2 frame units.
 Prism fit_prism(const Corners& corners);
 
 kiln_bvh_prism prism_of(const Prism& prism);

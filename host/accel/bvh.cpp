@@ -22,14 +22,15 @@ namespace {
 
 using namespace bvh;
 
-// Levels of 8-wide nodes below which ranges are halved by count: 2^31 triangles need 10 more at most
+// Levels of 8-wide nodes below which ranges are halved by count: 2^31 triangles need at most 10 more
 // (each level divides by 8), so no tree is deeper than 26.
 constexpr std::uint32_t kSahLevels = 15;
-// The halves of a split of at least so many triangles may overlap by this share of their lengths' sum.
-constexpr std::size_t kFewestForOverlap = 64;
-constexpr float kMostOverlap = 0.9F;
-// The overlap is looked at where a split costs more than this share of none.
-constexpr float kOverlapMatters = 0.75F;
+// Smallest number of triangles for which overlap is checked, and the share of the halves' total length
+// that may overlap.
+constexpr std::size_t kMinOverlapTriangles = 64;
+constexpr float kMaxOverlapShare = 0.9F;
+// Cost of a split, as a share of no split, above which overlap is checked.
+constexpr float kMinCostRatio = 0.75F;
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
 
 class Builder {
@@ -45,8 +46,8 @@ class Builder {
     const Range root = gather();
     bvh.triangles = root.size();
     bvh.skipped = triangles_.size() - root.size();
-    // The top of the tree one node after the other, with parallel binning; then subtrees in parallel.
-    // The cut depends on the triangle count alone, so the tree does too.
+    // Builds the top of the tree one node after the other, with parallel binning, then subtrees in
+    // parallel. The cut depends on the triangle count alone, so the tree does too.
     const std::size_t cut = std::max<std::size_t>(4096, root.size() / 64);
     Subtree top;
     std::vector<Task> tasks;
@@ -74,7 +75,7 @@ class Builder {
       crowded = crowded || subtree.crowded;
     }
     if (const double area{root.box.half_area()}; area > 0) bvh.leaves_a_line = leaf_area / area;
-    if (prisms_ && (crowded || bvh.leaves_a_line > kCrowded)) add_prisms(bvh);
+    if (prisms_ && (crowded || bvh.leaves_a_line > kMinCrowdedLeaves)) add_prisms(bvh);
     bvh.duplicates = duplicates_;
     bvh.triangles -= duplicates_;
     return bvh;
@@ -170,7 +171,7 @@ class Builder {
     }
   }
 
-  /// Cuts a range in two, neither empty.
+  /// Splits a range in two, neither empty.
   void split(const Range& range, bool by_count, bool parallel, Range& left, Range& right) {
     left = right = Range{};
     left.begin = range.begin;
@@ -185,17 +186,17 @@ class Builder {
         fill_bins(range, mapping, bins);
       }
       chosen = best_split(bins, mapping);
-      if (chosen.axis >= 0 && range.size() >= kFewestForOverlap &&
-          chosen.cost > kOverlapMatters * range.box.half_area() *
+      if (chosen.axis >= 0 && range.size() >= kMinOverlapTriangles &&
+          chosen.cost > kMinCostRatio * range.box.half_area() *
                             blocks_of(static_cast<std::uint32_t>(range.size())) &&
-          split_together(range, mapping, bins, chosen, left, right)) {
+          split_with_least_overlap(range, mapping, bins, chosen, left, right)) {
         return;
       }
     }
     if (chosen.axis < 0) {
       left.end = right.begin = range.begin + range.size() / 2;
       left.merged = right.merged = range.merged;
-      order_by_place(range);
+      sort_by_position(range);
       measure(left);
       measure(right);
       return;
@@ -207,16 +208,16 @@ class Builder {
     measure(right);
   }
 
-  /// Replaces a split whose sides overlap much by one whose sides do not. Without one, all boxes lie
-  /// within each other, and the range is cut by the corners' coordinate that differs most, in its middle. Triangles
-  /// of one shape stay together, which a bounding prism can lie close around; those that are the same, too.
-  /// \returns whether it is cut
-  [[gnu::noinline]] bool split_together(const Range& range, const Mapping& mapping,
-                                        const Bins& bins, Split& chosen, Range& left,
-                                        Range& right) {
-    if (!(overlap(bins, mapping, chosen) > kMostOverlap)) return false;
+  /// Replaces a split whose sides overlap much by one with less overlap. If all boxes lie within each other, the
+  /// range is split at the middle of the corner coordinate with the largest variation. Triangles of similar shape,
+  /// and duplicates, then stay together, and a bounding prism fits them tightly.
+  /// \returns true if the range was split
+  [[gnu::noinline]] bool split_with_least_overlap(const Range& range, const Mapping& mapping,
+                                                  const Bins& bins, Split& chosen, Range& left,
+                                                  Range& right) {
+    if (!(overlap(bins, mapping, chosen) > kMaxOverlapShare)) return false;
     chosen = apart_split(bins, mapping);
-    if (!(chosen.cost > kMostOverlap)) return false;
+    if (!(chosen.cost > kMaxOverlapShare)) return false;
     Primitive* const first = &primitives_[range.begin];
     Primitive* const last = first + range.size();
     const Corner widest = widest_corner({first, last}, positions_, triangles_);
@@ -232,21 +233,21 @@ class Builder {
 
   static bool one_centre(const Range& range) { return range.merged || is_flat(range); }
 
-  /// Before a range is halved by count: what lies together stays together. Ranges of one centre are in
-  /// order of their boxes' size already.
-  void order_by_place(const Range& range) {
+  /// Sorts a range before it is halved by count, so that neighbours stay together. Ranges with one
+  /// centre are in order of their boxes' size already.
+  void sort_by_position(const Range& range) {
     if (one_centre(range)) return;
     const Float4 extent = range.centers.hi - range.centers.lo;
     const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
                      : extent[1] >= extent[2]                         ? 1
                                                                       : 2;
-    const auto before = [axis](const Primitive& a, const Primitive& b) {
+    const auto has_lower_centre = [axis](const Primitive& a, const Primitive& b) {
       const float at_a = a.center()[axis], at_b = b.center()[axis];
       return at_a != at_b ? at_a < at_b : a.triangle() < b.triangle();
     };
     Primitive* const first = primitives_.get();
     std::nth_element(first + range.begin, first + range.begin + range.size() / 2, first + range.end,
-                     before);
+                     has_lower_centre);
   }
 
   void measure(Range& range) const {
@@ -256,7 +257,7 @@ class Builder {
     }
   }
 
-  /// Opens a range into the up to 8 children of a node.
+  /// Splits a range into up to 8 children of a node.
   int open(const Range& range, std::uint32_t level, std::size_t parallel_above,
            std::array<Range, KILN_BVH_WIDTH>& children) {
     const bool by_count = level >= kSahLevels;
@@ -283,7 +284,7 @@ class Builder {
         duplicates_ += parent_slot.size() - left;
         parent_slot.end = parent_slot.begin + left;
         parent_slot.merged = true;
-        continue;  // it may be a leaf now
+        continue;  // it may have become a leaf
       }
       const Range parent = parent_slot;
       split(parent, by_count, parent.size() > parallel_above,
@@ -298,7 +299,9 @@ class Builder {
     std::uint32_t found[KILN_BVH_LEAF_TRIANGLES] = {};
     const std::size_t count =
         merger_.leaf(&primitives_[range.begin], &primitives_[range.begin] + range.size(), found);
-    if (count != range.size()) duplicates_ += range.size() - count;  // all threads share it
+    if (count != range.size())
+      duplicates_ += range.size() - count;  // avoid writes, since all
+                                            // threads share it
     for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
       const bool used = lane < count;
       const std::uint32_t index = found[used ? lane : 0];
@@ -332,7 +335,8 @@ class Builder {
         emit(child, level + 1, out);
       }
     }
-    if (out.leaf_area - leaf_area > kCrowded * double{range.box.half_area()}) out.crowded = true;
+    if (out.leaf_area - leaf_area > kMinCrowdedLeaves * double{range.box.half_area()})
+      out.crowded = true;
   }
 
   void emit_top(const Range& root, std::size_t cut, Subtree& top, std::vector<Task>& tasks) {

@@ -2,8 +2,8 @@
 
 namespace kiln::bvh {
 
-/// True if all corners are the same numbers, in the same order: then so is every answer, and ties go to the
-/// lower index.
+/// True if all corners are equal, in the same order: then all hits are equal, and ties go to the lower
+/// index.
 bool Merger::same_corners(std::uint32_t a, std::uint32_t b) const {
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3& p = positions_[triangles_[a][k]];
@@ -33,7 +33,7 @@ Primitive* Merger::merge(Primitive* first, Primitive* last) const {
       return same_corners(a.triangle(), b.triangle());
     });
   }
-  // Boxes beyond single precision have no number for an area, and come last.
+  // Boxes beyond single precision have no finite area, and come last.
   const auto size = [](const Primitive& primitive) {
     const float area = primitive.box.half_area();
     return area < kInfinity ? area : kInfinity;
@@ -46,7 +46,7 @@ Primitive* Merger::merge(Primitive* first, Primitive* last) const {
 std::size_t Merger::leaf(const Primitive* first, const Primitive* last,
                          std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) const {
   std::size_t count = 0;
-  // Most triangles differ in their boxes already, which lie side by side.
+  // Most triangles already differ in their boxes, which are contiguous.
   float low[KILN_BVH_LEAF_TRIANGLES];
   for (; first != last; ++first) {
     const std::uint32_t index = first->triangle();

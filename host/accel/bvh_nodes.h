@@ -1,4 +1,4 @@
-// Nodes that the builder of the BVH writes: subtrees, and the tree that they are joined to.
+// Nodes written by the builder of the BVH: subtrees, and the tree that joins them.
 #pragma once
 
 #include <algorithm>
@@ -17,15 +17,15 @@ struct Subtree {
   std::vector<kiln_bvh_node> nodes;
   std::vector<kiln_bvh_block> blocks;
   std::uint32_t depth = 0;
-  double leaf_area = 0;  ///< Sum of its leaves' half areas
-  bool crowded = false;  ///< Bounding prisms may pay somewhere
+  double leaf_area = 0;  ///< Sum of the half areas of its leaves
+  bool crowded = false;  ///< True if bounding prisms may be worthwhile in it
 };
 
 /// A range whose subtree is still to be built.
 struct Task {
   Range range;
   std::uint32_t level = 0;
-  std::size_t node = 0;  ///< The subtree's parent: node and child of the top
+  std::size_t node = 0;  ///< Its parent: node and child of the top
   int child = 0;
 };
 
@@ -47,7 +47,7 @@ inline void set_box(kiln_bvh_node& node, int child, const Box& box) {
   }
 }
 
-/// Makes the tree of its top and of the subtrees, in order; the tasks say which of the top's children they are.
+/// Joins the top and the subtrees, in order; tasks give the parent of each subtree.
 void join(Subtree& top, const std::vector<Task>& tasks, const std::vector<Subtree>& subtrees,
           Bvh& bvh);
 

@@ -15,19 +15,20 @@
 namespace kiln::bvh {
 namespace {
 
-constexpr std::uint32_t kFewTriangles =
-    16;  // a bounding prism costs as much as testing some of these
-// A bounding prism pays below these shares of the surface, or of the thickness, of the box and of the prism above.
-constexpr double kPays = 0.75, kThinPays = 0.5;
-constexpr double kLargestTilt = 0.5;  // above which thin bounding prisms tell little
+constexpr std::uint32_t kMinPrismTriangles =
+    16;  // tests; a bounding prism costs about as much as these
+// Largest shares of the surface, or of the thickness, of the box and of the prism above for a prism to be
+// worthwhile.
+constexpr double kMaxAreaRatio = 0.75, kMaxThicknessRatio = 0.5;
+constexpr double kMaxThinTilt = 0.5;  // above which thin bounding prisms reject little
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-/// A child that is a node, and may get a bounding prism.
+/// An inner child that may get a bounding prism.
 struct Candidate {
-  std::uint32_t node = 0;  ///< The child's own index
+  std::uint32_t node = 0;  ///< Index of the child
   std::uint32_t triangles = 0;
-  double box = 0;              ///< Half area
-  std::array<double, 3> size;  ///< Of the box
+  double box = 0;              ///< Half area of its box
+  std::array<double, 3> size;  ///< Size of its box
   Prism prism{};
 };
 
@@ -45,7 +46,7 @@ class PrismPlacer {
   }
 
  private:
-  static bool used(const kiln_bvh_node& node, std::size_t c) {
+  static bool is_child_used(const kiln_bvh_node& node, std::size_t c) {
     return node.planes[0][0][c] <= node.planes[0][1][c];
   }
   static bool is_leaf(std::uint32_t child) { return (child & KILN_BVH_LEAF) != 0; }
@@ -64,14 +65,15 @@ class PrismPlacer {
     return half_area(size_of(node, c));
   }
 
-  /// Triangles and leaves' areas below each node. A child's index is larger than its parent's.
+  /// Counts triangles and sums leaves' areas below each node. A child's index is larger than its
+  /// parent's.
   void measure() {
     triangles_.assign(bvh_.node_count, 0);
     leaf_area_.assign(bvh_.node_count, 0);
     for (std::size_t i = bvh_.node_count; i-- > 0;) {
       const kiln_bvh_node& node = bvh_.node_data[i];
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-        if (!used(node, c)) continue;
+        if (!is_child_used(node, c)) continue;
         const std::uint32_t child = node.child[c];
         if (is_leaf(child)) {
           const kiln_bvh_block& block = bvh_.block_data[child & ~KILN_BVH_LEAF];
@@ -87,27 +89,27 @@ class PrismPlacer {
     }
   }
 
-  /// Nodes below the topmost that are crowded. The root gets no prism, as no node is its parent.
+  /// Finds crowded nodes below the topmost ones. The root gets no prism, since it has no parent.
   void find() {
     std::vector<bool> crowded(bvh_.node_count, false);
     const kiln_bvh_node& top = bvh_.node_data[0];
     Box root;
     for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-      if (!used(top, c)) continue;
+      if (!is_child_used(top, c)) continue;
       const auto& p = top.planes;
       root.include(Float4{p[0][0][c], p[1][0][c], p[2][0][c], 0});
       root.include(Float4{p[0][1][c], p[1][1][c], p[2][1][c], 0});
     }
-    crowded[0] = leaf_area_[0] > kCrowded * double{root.half_area()};
+    crowded[0] = leaf_area_[0] > kMinCrowdedLeaves * double{root.half_area()};
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
       const kiln_bvh_node& node = bvh_.node_data[i];
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
         const std::uint32_t child = node.child[c];
-        if (!used(node, c) || is_leaf(child)) continue;
+        if (!is_child_used(node, c) || is_leaf(child)) continue;
         const std::array<double, 3> size = size_of(node, c);
         const double box = half_area(size);
-        crowded[child] = crowded[i] || leaf_area_[child] > kCrowded * box;
-        if (!crowded[child] || triangles_[child] < kFewTriangles) continue;
+        crowded[child] = crowded[i] || leaf_area_[child] > kMinCrowdedLeaves * box;
+        if (!crowded[child] || triangles_[child] < kMinPrismTriangles) continue;
         candidates_.push_back({child, triangles_[child], box, size, {}});
       }
     }
@@ -123,7 +125,7 @@ class PrismPlacer {
       const kiln_bvh_node& node = bvh_.node_data[open.back()];
       open.pop_back();
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-        if (!used(node, c)) continue;
+        if (!is_child_used(node, c)) continue;
         if (!is_leaf(node.child[c])) {
           open.push_back(node.child[c]);
           continue;
@@ -152,15 +154,15 @@ class PrismPlacer {
     });
   }
 
-  /// From the top down: those that are much smaller than their box and than the bounding prism above.
+  /// Chooses prisms top down: those much smaller than their box and than the bounding prism above.
   void choose() {
     std::vector<std::uint32_t> candidate_of(bvh_.node_count, kNone);
     for (std::uint32_t i = 0; i < candidates_.size(); ++i) candidate_of[candidates_[i].node] = i;
-    struct Above {
+    struct EnclosingBounds {
       double half_area = std::numeric_limits<double>::infinity();
       double height = half_area;
     };
-    std::vector<Above> above(bvh_.node_count);
+    std::vector<EnclosingBounds> above(bvh_.node_count);
     prism_of_node_.assign(bvh_.node_count, kNone);
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
       if (const std::uint32_t k = candidate_of[i]; k != kNone) {
@@ -171,22 +173,23 @@ class PrismPlacer {
                               std::abs(axis.y) * candidate.size[1] +
                               std::abs(axis.z) * candidate.size[2];
         const double height = prism.height() + 2 * prism.slack;
-        const bool small = prism.half_area < kPays * std::min(candidate.box, above[i].half_area);
-        const bool thin = prism.half_area < candidate.box && prism.tilt < kLargestTilt &&
-                          height < kThinPays * std::min(across, above[i].height);
+        const bool small =
+            prism.half_area < kMaxAreaRatio * std::min(candidate.box, above[i].half_area);
+        const bool thin = prism.half_area < candidate.box && prism.tilt < kMaxThinTilt &&
+                          height < kMaxThicknessRatio * std::min(across, above[i].height);
         if (small || thin) {
           prism_of_node_[i] = k;
-          above[i] = {prism.half_area, prism.tilt < kLargestTilt ? height : above[i].height};
+          above[i] = {prism.half_area, prism.tilt < kMaxThinTilt ? height : above[i].height};
         }
       }
       const kiln_bvh_node& node = bvh_.node_data[i];
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-        if (used(node, c) && !is_leaf(node.child[c])) above[node.child[c]] = above[i];
+        if (is_child_used(node, c) && !is_leaf(node.child[c])) above[node.child[c]] = above[i];
       }
     }
   }
 
-  /// Moves nodes up, and puts each bounding prism right before its node.
+  /// Makes room among the nodes, and inserts each bounding prism right before its node.
   void insert() {
     std::vector<std::uint32_t> moved(bvh_.node_count);
     std::uint32_t prisms = 0;
@@ -218,7 +221,7 @@ class PrismPlacer {
   std::vector<std::uint32_t> triangles_;
   std::vector<double> leaf_area_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> prism_of_node_;  ///< By node: its candidate, or kNone
+  std::vector<std::uint32_t> prism_of_node_;  ///< Per node: index of its candidate, or kNone
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Input of the BVH's builder: triangles as boxes, ranges of them, and cuts of a range.
+// Input of the BVH's builder: triangles as boxes, ranges of them, and splits of a range.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +35,7 @@ struct Box {
   }
 };
 
-/// A triangle while building: its box, not widened, and its index in the unused lane of `lo`.
+/// A triangle during the build: its box, not widened, and its index in the unused lane of `lo`.
 struct Primitive {
   Box box;
   std::uint32_t triangle() const { return std::bit_cast<std::uint32_t>(box.lo[3]); }
@@ -52,15 +52,15 @@ struct Range {
   std::size_t end = 0;
   Box box;
   Box centers;
-  bool merged = false;  ///< No two of its triangles are the same
+  bool merged = false;  ///< True if it contains no duplicates
   std::size_t size() const { return end - begin; }
   bool is_leaf() const { return size() <= KILN_BVH_LEAF_TRIANGLES; }
 };
 
-/// No wider than this, a quotient by the extent could overflow: such an axis is not split.
+/// Extent below which a quotient by it could overflow: such an axis is not split.
 inline constexpr float kNoExtent = 1e-30f;
 
-/// All centres are one: Mapping has a scale on no axis.
+/// True if all centres are equal: Mapping then has a scale on no axis.
 inline bool is_flat(const Range& range) {
   const Float4 extent = range.centers.hi - range.centers.lo;
   const auto is_split = [&](int axis) {
@@ -94,7 +94,7 @@ struct Mapping {
     const Int4 index = to_int4(place);
     const Int4 last = Int4{} + (count - 1);
     const Int4 below = select(index < last, index, last);
-    return select(below > 0, below, Int4{});  // overflown centres convert to negative numbers
+    return select(below > 0, below, Int4{});  // overflowing centres convert to negative numbers
   }
 };
 
@@ -137,43 +137,44 @@ inline Split best_split(const Bins& bins, const Mapping& mapping) {
   return best;
 }
 
-/// Moves what lies in bins before the split's to the front. \returns how many these are
-/// No branch depends on a triangle: half of them would be foretold wrongly.
+/// Moves primitives in bins before the split's to the front. \returns their number Branch-free,
+/// since half of the branches would be mispredicted.
 std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split);
 
-/// Share of the two sides' common length along the split's axis that both cover: 0 where they lie apart.
+/// Share of the two sides' common length along the split's axis that both cover: 0 if they are separate.
 float overlap(const Bins& bins, const Mapping& mapping, const Split& split);
 
-/// The split whose sides overlap least along its axis; of equal ones that nearest to half of the triangles.
+/// The split with the least overlap along its axis; among equal ones the one nearest to half of the
+/// triangles.
 Split apart_split(const Bins& bins, const Mapping& mapping);
 
-/// One coordinate of triangles: which corner's, and along which axis.
+/// A coordinate of triangles: index of the corner, and axis.
 struct Corner {
   std::size_t corner = 0;
   int axis = 0;
-  float middle = 0;  ///< Some lie at or below it, and some above
+  float middle = 0;  ///< Split value: some triangles are at or below it, some above
 };
 inline Float4 corner_of(std::span<const Vec3> positions, const Triangle& triangle,
                         std::size_t corner) {
   const Vec3& p = positions[triangle[corner]];
   return Float4{p.x, p.y, p.z, 0};
 }
-/// The one that differs most, of triangles that are not all the same.
+/// The coordinate with the largest variation, for triangles that are not all equal.
 Corner widest_corner(std::span<const Primitive> primitives, std::span<const Vec3> positions,
                      std::span<const Triangle> triangles);
 
-/// Triangles of one centre: drops each that is the same as one of a lower index. The others are
-/// ordered by the size of their boxes. Only such ranges can hold triangles that are the same.
+/// Merges triangles with one centre: drops duplicates of a lower index, and sorts the others by the
+/// size of their boxes. Only such ranges can contain duplicates.
 class Merger {
  public:
-  /// \param drop  false: only order them
+  /// \param drop  false: only sort
   Merger(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool drop)
       : positions_(positions), triangles_(triangles), drop_(drop) {}
 
-  /// \returns the end of those that stay
+  /// \returns the end of the remaining triangles
   Primitive* merge(Primitive* first, Primitive* last) const;
 
-  /// The triangles of a leaf, each once. \returns how many there are
+  /// The triangles of a leaf without duplicates. \returns their number
   std::size_t leaf(const Primitive* first, const Primitive* last,
                    std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) const;
 

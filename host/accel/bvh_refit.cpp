@@ -26,12 +26,12 @@ void refit_bvh(Bvh& bvh, std::span<const Vec3> positions, std::span<const Triang
       }
     }
   });
-  // A child's index is larger than its parent's. Widening a union is the union of what was widened.
+  // A child's index is larger than its parent's. The union of widened boxes is the widened union.
   std::vector<Box> boxes(bvh.node_count);
   for (std::size_t i = bvh.node_count; i-- > 0;) {
     kiln_bvh_node& node = bvh.node_data[i];
     for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-      // Unused children have inverted bounds, and stay so.
+      // Unused children keep their inverted bounds.
       if (node.planes[0][0][c] > node.planes[0][1][c]) continue;
       const std::uint32_t child = node.child[c];
       const bool leaf = (child & KILN_BVH_LEAF) != 0;

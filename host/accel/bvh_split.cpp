@@ -6,7 +6,7 @@
 namespace kiln::bvh {
 
 std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split) {
-  // Centres of an axis that is split have a finite extent: none is overflown, and bins_of only rounds down.
+  // An axis that is split has a finite extent of centres, so none overflows, and bins_of only rounds down.
   const int axis = split.axis;
   const float origin = mapping.origin[axis], scale = mapping.scale[axis];
   const auto bin = static_cast<float>(split.bin);

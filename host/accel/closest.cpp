@@ -9,11 +9,11 @@
 namespace kiln {
 namespace {
 
-// Bounds the work of one launch: a few milliseconds on a GPU, tenths of a second on a CPU.
+// Bounds the duration of a launch: a few milliseconds on a GPU, tenths of a second on a CPU.
 constexpr std::uint32_t kSamplesPerLaunch = 1U << 20;
 static_assert(kSamplesPerLaunch % KILN_CLOSEST_RUN == 0 &&
               KILN_CLOSEST_RUN % KILN_CLOSEST_GROUP == 0);
-// A run is work enough for itself: small groups keep all threads busy on small maps.
+// A run is enough work for a work-item: small groups keep all threads busy on small maps.
 constexpr std::size_t kRunLocalSize = 16;
 constexpr std::size_t kScalarLocalSize = 64;
 
@@ -37,7 +37,7 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
     throw Error(ErrorCode::internal, "More samples than their arrays hold.");
   }
   result.count = count;
-  // Other CPU drivers than PoCL take minutes to compile the wide kernel (Mesa's rusticl did).
+  // CPU drivers other than PoCL take minutes to compile the wide kernel (Mesa's rusticl did).
   const bool scalar = traversal_ != Traversal::cpu;
   const cl::Kernel kernel =
       context_->kernel("closest", scalar ? "kiln_closest_scalar" : "kiln_closest_run",

@@ -1,4 +1,4 @@
-// Nearest points of the high poly.
+// Nearest-point queries on the high poly.
 #pragma once
 
 #include <cstdint>
@@ -15,23 +15,23 @@ namespace kiln {
 
 struct ClosestQuery {
   float max_distance = 1;  ///< Frame units, 0 to 2^20
-  bool two_sided = false;  ///< Also faces whose normal points away from the sample's direction
+  bool two_sided = false;  ///< Include faces whose normal points away from the sample's direction
 };
 
 /// Finds the nearest point of the high poly (Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods
 /// and Assessment for Detail-Recovery", section 3.1).
 ///
-/// Exact but for rounding (the bound is in kernels/accel/nearest.clh). Ties go to the smaller
-/// triangle index. The result is a function of the triangles and the sample alone: tree, variant
-/// and threads change nothing.
+/// Exact up to rounding (the bound is in kernels/accel/nearest.clh). Ties go to the smaller triangle
+/// index. The result is a function of the triangles and the sample alone: it does not depend on tree,
+/// variant and threads.
 class ClosestFinder {
  public:
-  /// \param tree  shared with whoever else walks it
+  /// \param tree  may be shared
   ClosestFinder(cl::Context& context, std::shared_ptr<const Tree> tree,
                 Traversal traversal = Traversal::automatic);
 
   /// Finds the nearest points for samples [0, count) of `points` (planes of `capacity`: position x y z,
-  /// unit direction x y z; see TexelBand). Writes triangle, barycentric, distance (negative where the
+  /// unit direction x y z; see TexelBand). Writes triangle, barycentric, distance (negative if the
   /// point lies behind the sample, against its direction) and status for each.
   /// \throws Error(usage) for a distance out of range
   void find(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,

@@ -9,8 +9,8 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kDepthViewsPerLaunch = 64;  // bits of the kernel's `left_out`
-// Share of the device's memory for the keys of one batch.
-constexpr double kShareOfMemory = 0.25;
+// Largest share of the device's memory for the keys of one batch.
+constexpr double kMaxMemoryShare = 0.25;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ std::uint32_t DepthViews::batch_size(const cl::Context& context, std::uint32_t s
   const auto pixels = static_cast<double>(DepthKeys::count(size, size));
   const double bytes = 8.0 * pixels;
   const double limit = std::min(static_cast<double>(context.info().largest_buffer_bytes),
-                                kShareOfMemory * static_cast<double>(context.info().memory_bytes));
+                                kMaxMemoryShare * static_cast<double>(context.info().memory_bytes));
   // Pixels of a batch are counted in 32 bits.
   const double most = std::min(limit / bytes, 4294967295.0 / pixels);
   return static_cast<std::uint32_t>(std::clamp(most, 1.0, double{kDepthViewsPerLaunch}));

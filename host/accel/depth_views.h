@@ -1,4 +1,4 @@
-// Matching by depth views: which directions, how many pixels, and the best view of each sample.
+// Matching by depth views: directions, size, and the best view of each sample.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace kiln {
 /// using Fibonacci and latitude-longitude lattices").
 std::vector<Vec3d> spread_directions(std::uint32_t count);
 
-/// Ball that views show: all that lies within a radius of a centre, frame units.
+/// Ball that views show: radius around a centre, frame units.
 struct ViewArea {
   Vec3d center;
   double radius = 1;
@@ -26,26 +26,26 @@ struct ViewArea {
 struct ViewQuery {
   ViewCriterion criterion = ViewCriterion::angle;
   float max_distance = 1;  ///< Frame units
-  float least_cosine = 0;  ///< Least cosine of a view's angle to the sample's direction
+  float least_cosine = 0;  ///< Smallest cosine of a view's angle to the sample's direction
   bool refine = true;      ///< Move to the point on the sample's own direction
-  bool two_sided = false;  ///< Draw and take faces that are turned away
+  bool two_sided = false;  ///< Also draw and match faces that are turned away
   ViewArea area;           ///< The area that the view shows
 };
 
-/// Depth views on the device, drawn once and matched against any number of bands of samples.
+/// Depth views on the device, drawn once and matched with any number of bands of samples.
 class DepthViews {
  public:
-  /// \param size  pixels a side of each
+  /// \param size  pixels a side of each view
   DepthViews(cl::Context& context, Rasterizer& rasterizer, const std::vector<Vec3d>& directions,
              std::uint32_t size, bool two_sided, const ViewArea& area);
 
-  /// Improves the correspondence of samples [0, count) of `points`, where a view is better than the
-  /// `score` so far; of equally good ones the first that was ever asked stays.
+  /// Improves the correspondence of samples [0, count) of `points` if a view is better than their
+  /// `score` so far; among equally good views the first one stays.
   void match(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
              const ViewQuery& query, const cl::Array<float>& score,
              DeviceCorrespondence& result) const;
 
-  /// Tells for each view and sample the cosine between the view and the sample's direction, or 0 where it is not seen.
+  /// Computes, per view and sample, the cosine between the view and the sample's direction, or 0 if it is not seen.
   /// \param quality  [views * count]
   void probe(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
              const ViewQuery& query, const cl::Array<float>& quality) const;
@@ -54,7 +54,7 @@ class DepthViews {
   static void reset(cl::Context& context, std::uint32_t count, const cl::Array<float>& score,
                     DeviceCorrespondence& result);
 
-  /// Views of this size that fit one batch on this device.
+  /// Number of views of this size in one batch on this device.
   static std::uint32_t batch_size(const cl::Context& context, std::uint32_t size);
 
   const std::vector<kiln_view>& views() const { return views_; }

@@ -15,8 +15,8 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Its work-items are plain functions of the CPU, which streams are written for.
-constexpr std::string_view kPocl = "Portable Computing Language";
+// PoCL runs work-items as plain functions on the CPU, for which streams are written.
+constexpr std::string_view kPoclPlatform = "Portable Computing Language";
 
 }  // namespace
 
@@ -25,7 +25,7 @@ Traversal choose_traversal(const cl::Context& context, Traversal wanted) {
   const Traversal kind = wanted != Traversal::automatic ? wanted
                          : info.is_gpu                  ? Traversal::gpu
                                                         : Traversal::cpu;
-  return kind == Traversal::cpu && info.platform != kPocl ? Traversal::cpu_single : kind;
+  return kind == Traversal::cpu && info.platform != kPoclPlatform ? Traversal::cpu_single : kind;
 }
 
 Tree::Tree(cl::Context& context, std::span<const Vec3> positions,

@@ -1,4 +1,4 @@
-// The hierarchy of the low poly, for rays that may meet it and for nearest points on it.
+// The BVH of the low poly, for rays and nearest-point queries.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 
 namespace kiln {
 
-/// The usable triangles of a low poly, each with corners of its own, and their hierarchy.
+/// The usable triangles of a low poly, each with its own corners, and their BVH.
 struct LowTree {
-  std::vector<Vec3> positions;      ///< Three a triangle
-  std::vector<Triangle> triangles;  ///< Indices of these positions
-  std::vector<std::uint32_t> of;    ///< The surface's triangle of each
-  std::vector<Vec3d> normals;       ///< Unit
+  std::vector<Vec3> positions;      ///< Three per triangle
+  std::vector<Triangle> triangles;  ///< Indices into positions
+  std::vector<std::uint32_t> of;    ///< Index of each in the surface
+  std::vector<Vec3d> normals;       ///< Unit normals
   std::shared_ptr<const Tree> tree;
 
-  /// The tree of a surface: made when first asked for, and kept with it (LowSurface::made). May be called from
+  /// The tree of a surface, built at the first call and stored in it (LowSurface::made). May be called from
   /// several threads.
   static std::shared_ptr<const LowTree> of_surface(cl::Context& context, const LowSurface& surface);
 };

@@ -11,13 +11,13 @@
 namespace kiln {
 namespace {
 
-// Bounds the work of one launch.
-constexpr std::uint32_t kPerLaunch = 1U << 22;
+// Bounds the duration of a launch.
+constexpr std::uint32_t kItemsPerLaunch = 1U << 22;
 constexpr std::size_t kViewsPerLaunch = 16;
-// Memory of one launch's boxes: fewer views a launch for a mesh of very many chunks.
-constexpr std::size_t kBoxBytes = 32U << 20;
+// Memory of one launch's boxes: meshes of very many chunks use fewer views per launch.
+constexpr std::size_t kMaxBoxBytes = 32U << 20;
 
-/// Any two unit vectors across `toward`, the second upwards (+Y) where there is such a direction.
+/// Two unit vectors perpendicular to `toward`, the second one pointing up (+Y) if possible.
 void basis(const Vec3d& toward, Vec3d& right, Vec3d& up) {
   const Vec3d pole = std::abs(toward.y) < 0.99 ? Vec3d{0, 1, 0} : Vec3d{0, 0, -1};
   right = cross(pole, toward);
@@ -50,8 +50,8 @@ double squared_radius(std::span<const Vec3> positions, std::span<const Triangle>
 
 RasterPath choose_path(const cl::Context& context, RasterPath wanted) {
   const DeviceInfo& info = context.info();
-  // Mesa's rusticl draws wrong pictures with the tiles, at 160 times the time (40 KiB of private memory an
-  // item); its 64-bit arithmetic is at fault with the other ways, too, but for small triangles.
+  // Mesa's rusticl draws incorrect pictures with the tiles, in 160 times the time (40 KiB of private
+  // memory per item); with the other paths its 64-bit arithmetic is incorrect for large triangles.
   const bool is_mesa = info.platform.find("rusticl") != std::string::npos;
   if (wanted == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
   if (wanted == RasterPath::automatic || wanted == RasterPath::atomics) {
@@ -89,7 +89,7 @@ kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size, cons
   store(right, view.right);
   store(up, view.up);
   store(toward, view.toward);
-  // A pixel of margin on each side, for the snapping and for samples just beside the silhouette.
+  // A margin of one pixel on each side, for snapping and for samples just outside the silhouette.
   const double inner = size > 4 ? size - 2.0 : size;
   const double scale = inner / (2 * radius);
   view.scale = static_cast<float>(scale);
@@ -159,8 +159,8 @@ void Rasterizer::draw_tiles(std::span<const kiln_view> views, const DepthKeys& k
   const std::uint32_t padded =
       (groups + KILN_RASTER_BOXES - 1) / KILN_RASTER_BOXES * KILN_RASTER_BOXES;
   const std::size_t view_bytes = std::max<std::size_t>(groups, 1) * sizeof(kiln_raster_boxes);
-  const std::size_t batch =
-      std::min(views.size(), std::clamp<std::size_t>(kBoxBytes / view_bytes, 1, kViewsPerLaunch));
+  const std::size_t batch = std::min(
+      views.size(), std::clamp<std::size_t>(kMaxBoxBytes / view_bytes, 1, kViewsPerLaunch));
   if (boxes_.size() < batch * groups) {
     boxes_ = cl::Array<kiln_raster_boxes>(context_, batch * groups);
     group_boxes_ = cl::Array<kiln_raster_boxes>(context_, batch * padded / KILN_RASTER_BOXES);
@@ -175,7 +175,7 @@ void Rasterizer::draw_tiles(std::span<const kiln_view> views, const DepthKeys& k
     context_.launch(context_.kernel("tiles", "kiln_tiles_draw"), std::size_t{count} * tiles, 1,
                     count * tiles, groups, padded, some, boxes_, group_boxes_, chunks_, keys.keys,
                     keys.drawn);
-    context_.finish();  // `some` goes
+    context_.finish();  // wait, since `some` is still in use
   }
 }
 
@@ -189,10 +189,10 @@ void Rasterizer::draw_triangles(const kiln_view& view, const DepthKeys& keys) {
   context_.launch(kernel("kiln_raster_project"), vertex_count_, kLocal, view, vertex_count_,
                   positions_, projected_);
   context_.fill(queue_size_, std::uint32_t{0});
-  // Without 64-bit atomics: depths first, then the triangles that have them.
+  // Without 64-bit atomics: depths first, then the lowest triangles with these depths.
   for (std::uint32_t pass = 0; pass < (atomic64 ? 1U : 2U); ++pass) {
-    for (std::uint32_t first = 0; first < triangle_count_; first += kPerLaunch) {
-      const std::uint32_t some = std::min(kPerLaunch, triangle_count_ - first);
+    for (std::uint32_t first = 0; first < triangle_count_; first += kItemsPerLaunch) {
+      const std::uint32_t some = std::min(kItemsPerLaunch, triangle_count_ - first);
       context_.launch(kernel("kiln_raster_small"), some, kLocal, view, first, some, pass,
                       triangles_, projected_, keys.keys, queue_size_, queue_);
     }

@@ -19,14 +19,14 @@ namespace kiln {
 kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size,
                     const Vec3d& center = {});
 
-/// Pictures on the device: a key of depth and triangle a pixel, tile by tile (kernels/shared/raster.h).
+/// Keys of depth and triangle on the device, one per pixel, tile by tile (kernels/shared/raster.h).
 struct DepthKeys {
   DepthKeys() = default;
-  /// \param count  keys: a multiple of KILN_RASTER_TILE_PIXELS
+  /// \param count  number of keys: a multiple of KILN_RASTER_TILE_PIXELS
   DepthKeys(cl::Context& context, std::uint64_t count)
       : keys(context, count), drawn(context, count / KILN_RASTER_TILE_PIXELS) {}
 
-  /// Keys that a picture takes.
+  /// Number of keys of a picture.
   static std::uint64_t count(std::uint32_t width, std::uint32_t height) {
     return std::uint64_t{KILN_RASTER_TILES(width)} * KILN_RASTER_TILES(height) *
            KILN_RASTER_TILE_PIXELS;
@@ -35,27 +35,27 @@ struct DepthKeys {
   std::vector<std::uint64_t> picture(cl::Context& context, const kiln_view& view) const;
 
   cl::Array<std::uint64_t> keys;
-  cl::Array<std::uint8_t> drawn;  ///< A tile: 0 where it is empty and its keys were not written
+  cl::Array<std::uint8_t> drawn;  ///< Per tile: 0 if it is empty and its keys are undefined
 };
 
-/// Ways to draw. All draw the same keys.
+/// Variants of drawing. All draw the same keys.
 enum class RasterPath {
   automatic,   ///< The fastest for the device
-  tiles,       ///< A tile a work-item: CPUs
-  atomics,     ///< A triangle a work-item; 64-bit atomics, where the device has them
-  two_passes,  ///< The same where it has none
+  tiles,       ///< One work-item per tile: CPUs
+  atomics,     ///< One work-item per triangle; 64-bit atomics, on devices with them
+  two_passes,  ///< The same on devices without
 };
 
-/// Draws keys of depth and triangle (kernels/accel/raster.cl, tiles.cl). Which triangle a pixel shows is a function of
-/// mesh and view alone: the nearest; of equally near ones the lowest.
+/// Draws keys of depth and triangle (kernels/accel/raster.cl, tiles.cl). The triangle of a pixel is a function of mesh
+/// and view alone: the nearest; among equally near ones the lowest.
 class Rasterizer {
  public:
-  /// Uploads the mesh. Faces with a vertex that is not finite are not drawn.
+  /// Uploads the mesh. Faces with a non-finite vertex are not drawn.
   /// \param positions  in the working frame (within 0.5 of the origin)
   Rasterizer(cl::Context& context, std::span<const Vec3> positions,
              std::span<const Triangle> triangles, RasterPath path = RasterPath::automatic);
 
-  /// Clears the views' pixels within `keys` and draws. Back faces are left out but with
+  /// Clears the views' pixels within `keys` and draws. Back faces are culled without
   /// KILN_RASTER_TWO_SIDED. Threads may draw at the same time, into keys of their own.
   /// \param views  all of one size, side by side within `keys`
   void draw(std::span<const kiln_view> views, const DepthKeys& keys);
@@ -73,19 +73,19 @@ class Rasterizer {
 
   cl::Context& context_;
   std::mutex
-      drawing_;  ///< Held until all commands that use the changing arrays below are in the queue
+      drawing_;  ///< Locked until all commands that use the mutable arrays below are enqueued
   std::uint32_t vertex_count_ = 0;
   std::uint32_t triangle_count_ = 0;
   double radius_ = 0;
   RasterPath path_;
   cl::Array<float> positions_;          // [3 * vertices]
   cl::Array<std::uint32_t> triangles_;  // [3 * triangles]
-  // For tiles.
+  // Arrays of RasterPath::tiles.
   cl::Array<kiln_raster_chunk> chunks_;
   cl::Array<kiln_raster_bounds> bounds_;      // one per 16 chunks
   cl::Array<kiln_raster_boxes> boxes_;        // [views of a batch * bounds]
   cl::Array<kiln_raster_boxes> group_boxes_;  // [views of a batch * bounds / 16]
-  // For the others.
+  // Arrays of the other paths.
   cl::Array<std::int32_t> projected_;    // [4 * vertices]
   cl::Array<std::uint32_t> queue_size_;  // [1]
   cl::Array<std::uint32_t> queue_;       // [4 * triangles]

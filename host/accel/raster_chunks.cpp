@@ -14,23 +14,25 @@ namespace {
 
 constexpr std::uint32_t kChunk = KILN_RASTER_CHUNK;
 constexpr std::uint32_t kLanes = KILN_RASTER_BOXES;
-// Triangles that one thread cuts into chunks: fixed, so that the chunks are, too.
-constexpr std::size_t kPiece = 1 << 14;
-// Stands for anything beyond, so that products stay finite: what lies there is in no view.
-constexpr double kFarthest = 1e18;
-// Frame units: chunks with a triangle that is less high are not tested for facing away.
-constexpr double kLeastHeight = 1e-9;
-// Squared diagonals of the chunks' boxes over the area in them: 12 to 14 along a Morton curve, 16 for
-// strips, 1800 for a scan whose triangles are in no order. Up to this, the mesh's own order will do.
-constexpr double kLongest = 32;
+// Triangles that one thread cuts into chunks: constant, so that chunks do not depend on the number
+// of threads.
+constexpr std::size_t kTrianglesPerPiece = 1 << 14;
+// Coordinates are clamped to this, so that products stay finite: anything beyond is in no view.
+constexpr double kMaxCoordinate = 1e18;
+// Frame units: chunks with a triangle of a smaller height are never culled as facing away.
+constexpr double kMinTriangleHeight = 1e-9;
+// Squared diagonals of the chunks' boxes over their area: 12 to 14 along a Morton curve, 16 for
+// strips, 1800 for a scan with unordered triangles. Up to this value the mesh's own order is used.
+constexpr double kMaxDiagonalsPerArea = 32;
 
-/// The vertices of one chunk by their number in the mesh: a table with open addressing.
+/// Maps the vertices of one chunk from mesh indices to chunk indices: a hash table with open
+/// addressing.
 class LocalVertices {
  public:
   LocalVertices() { clear(); }
   void clear() { vertices_.fill(kNone); }
   bool has(std::uint32_t vertex) const { return vertices_[slot_of(vertex)] == vertex; }
-  /// Its number in the chunk; `next` from now on, where it is new.
+  /// The vertex's index in the chunk; `next` is assigned to a new one.
   std::uint32_t add(std::uint32_t vertex, std::uint32_t next) {
     const std::uint32_t slot = slot_of(vertex);
     if (vertices_[slot] != vertex) {
@@ -46,7 +48,7 @@ class LocalVertices {
     while (vertices_[slot] != vertex && vertices_[slot] != kNone) slot = (slot + 1) & 127U;
     return slot;
   }
-  // No mesh has a vertex of this number: it would be the 2^32nd.
+  // No mesh has a vertex with this index, the 2^32nd.
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::array<std::uint32_t, 128> vertices_;
   std::array<std::uint8_t, 128> numbers_;
@@ -55,33 +57,34 @@ class LocalVertices {
 kiln_raster_bounds empty_bounds() {
   kiln_raster_bounds bounds{};
   for (std::uint32_t k = 0; k < kLanes; ++k) {
-    for (auto& half_extent : bounds.half_extent) half_extent[k] = static_cast<float>(-kFarthest);
+    for (auto& half_extent : bounds.half_extent)
+      half_extent[k] = static_cast<float>(-kMaxCoordinate);
     bounds.cosine[k] = -1;
   }
   return bounds;
 }
 
-float above(double value) {
+float round_up(double value) {
   return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
 }
 
-/// Box and cone of a chunk.
-void bound(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint32_t count,
-           RasterChunks& result) {
+/// Computes box and cone of a chunk.
+void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint32_t count,
+                    RasterChunks& result) {
   kiln_raster_bounds& bounds = result.bounds.back();
   const std::size_t lane = result.chunks.size() % kLanes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    double low = kFarthest;
-    double high = -kFarthest;
+    double low = kMaxCoordinate;
+    double high = -kMaxCoordinate;
     for (std::uint32_t v = 0; v < vertex_count; ++v) {
       low = std::min(low, double{chunk.position[axis][v]});
       high = std::max(high, double{chunk.position[axis][v]});
     }
-    low = std::max(low, -kFarthest);
-    high = std::min(high, kFarthest);
+    low = std::max(low, -kMaxCoordinate);
+    high = std::min(high, kMaxCoordinate);
     const auto centre = static_cast<float>((low + high) / 2);
     bounds.centre[axis][lane] = centre;
-    bounds.half_extent[axis][lane] = above(std::max(high - centre, centre - low));
+    bounds.half_extent[axis][lane] = round_up(std::max(high - centre, centre - low));
     result.diagonals += (high - low) * (high - low);
   }
   std::array<Vec3d, kChunk> normals;
@@ -100,15 +103,16 @@ void bound(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint
     const double doubled_area = length(normal);
     const double longest = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)}));
     result.area += doubled_area / 2;
-    // Not-a-number fails the comparison, too.
-    least_height =
-        doubled_area > kLeastHeight * longest ? std::min(least_height, doubled_area / longest) : 0;
+    // NaN fails the comparison, too.
+    least_height = doubled_area > kMinTriangleHeight * longest
+                       ? std::min(least_height, doubled_area / longest)
+                       : 0;
     normals[t] = normal * (1 / doubled_area);
     sum += normals[t];
   }
   const double sum_length = length(sum);
-  // Never faces away.
-  if (!(least_height >= kLeastHeight && sum_length > 1e-3)) return;
+  // Such a chunk is never culled.
+  if (!(least_height >= kMinTriangleHeight && sum_length > 1e-3)) return;
   const Vec3 axis = to_float(sum * (1 / sum_length));
   double cosine = 1;
   for (std::uint32_t t = 0; t < count; ++t) {
@@ -117,24 +121,24 @@ void bound(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, std::uint
   bounds.axis[0][lane] = axis.x;
   bounds.axis[1][lane] = axis.y;
   bounds.axis[2][lane] = axis.z;
-  // Below the true one by more than single precision loses.
+  // Rounded down by more than the error of single precision.
   bounds.cosine[lane] = static_cast<float>(cosine - 1e-6);
   bounds.height[lane] = static_cast<float>(least_height * (1 - 1e-6));
 }
 
-/// Cuts triangles `order[begin, end)`, or those of the mesh where there is no order.
-RasterChunks cut(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                 std::span<const std::uint32_t> order, std::size_t begin, std::size_t end) {
+/// Cuts triangles `order[begin, end)`, or those of the mesh without an order.
+RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                       std::span<const std::uint32_t> order, std::size_t begin, std::size_t end) {
   RasterChunks result;
   result.chunks.reserve((end - begin) / 24 + kLanes);
   LocalVertices local;
   kiln_raster_chunk chunk{};
   std::uint32_t vertex_count = 0;
   std::uint32_t count = 0;
-  const auto close = [&] {
+  const auto finish_chunk = [&] {
     if (count == 0) return;
     if (result.chunks.size() % kLanes == 0) result.bounds.push_back(empty_bounds());
-    bound(chunk, vertex_count, count, result);
+    compute_bounds(chunk, vertex_count, count, result);
     result.chunks.push_back(chunk);
     chunk = {};
     local.clear();
@@ -149,7 +153,7 @@ RasterChunks cut(std::span<const Vec3> positions, std::span<const Triangle> tria
     }
     std::uint32_t fresh = vertex_count;
     for (const std::uint32_t v : triangle) fresh += local.has(v) ? 0 : 1;
-    if (count == kChunk || fresh > kChunk) close();
+    if (count == kChunk || fresh > kChunk) finish_chunk();
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t number = local.add(triangle[k], vertex_count);
       if (number == vertex_count) {
@@ -163,17 +167,18 @@ RasterChunks cut(std::span<const Vec3> positions, std::span<const Triangle> tria
     }
     chunk.triangle[count++] = t;
   }
-  close();
+  finish_chunk();
   result.chunks.resize((result.chunks.size() + kLanes - 1) / kLanes * kLanes);
   return result;
 }
 
-std::vector<RasterChunks> cut_all(std::span<const Vec3> positions,
-                                  std::span<const Triangle> triangles,
-                                  std::span<const std::uint32_t> order) {
-  std::vector<RasterChunks> pieces((triangles.size() + kPiece - 1) / kPiece);
-  parallel_for(triangles.size(), kPiece, [&](std::size_t begin, std::size_t end) {
-    pieces[begin / kPiece] = cut(positions, triangles, order, begin, end);
+std::vector<RasterChunks> cut_in_parallel(std::span<const Vec3> positions,
+                                          std::span<const Triangle> triangles,
+                                          std::span<const std::uint32_t> order) {
+  std::vector<RasterChunks> pieces((triangles.size() + kTrianglesPerPiece - 1) /
+                                   kTrianglesPerPiece);
+  parallel_for(triangles.size(), kTrianglesPerPiece, [&](std::size_t begin, std::size_t end) {
+    pieces[begin / kTrianglesPerPiece] = cut_piece(positions, triangles, order, begin, end);
   });
   return pieces;
 }
@@ -186,8 +191,8 @@ std::uint32_t spread(std::uint32_t x) {
   return (x | x << 2) & 0x09249249U;
 }
 
-/// Sorts by the upper 32 bits, of which 30 count; what is equal stays in order. By digits of 10 bits from
-/// the lowest, each in two sweeps over fixed pieces: count, then move.
+/// Stable radix sort by the upper 32 bits, of which 30 are used. Digits of 10 bits from the lowest, each
+/// in two passes over fixed pieces: count, then move.
 void radix_sort(std::vector<std::uint64_t>& keys) {
   constexpr std::uint32_t kDigits = 1024;
   constexpr std::size_t kGrain = 1 << 16;
@@ -220,12 +225,12 @@ std::vector<std::uint32_t> curve_order(std::span<const Vec3> positions,
                                        std::span<const Triangle> triangles) {
   constexpr float kCells = 1024;
   std::vector<std::uint64_t> keys(triangles.size());
-  // Triangles beyond 0.5 of the origin go to the border; those that are not finite, too.
+  // Triangles beyond 0.5 of the origin, and non-finite ones, are clamped to the border.
   const auto cell = [](float a, float b, float c) {
     const float at = ((a + b + c) / 3 + 0.5F) * kCells;
     return static_cast<std::uint32_t>(at > 0 ? std::min(at, kCells - 1) : 0);
   };
-  parallel_for(triangles.size(), kPiece, [&](std::size_t begin, std::size_t end) {
+  parallel_for(triangles.size(), kTrianglesPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Vec3& a = positions[triangles[t][0]];
       const Vec3& b = positions[triangles[t][1]];
@@ -245,16 +250,16 @@ std::vector<std::uint32_t> curve_order(std::span<const Vec3> positions,
 
 std::vector<RasterChunks> make_raster_chunks(std::span<const Vec3> positions,
                                              std::span<const Triangle> triangles) {
-  std::vector<RasterChunks> pieces = cut_all(positions, triangles, {});
+  std::vector<RasterChunks> pieces = cut_in_parallel(positions, triangles, {});
   double area = 0;
   double diagonals = 0;
   for (const RasterChunks& piece : pieces) {
     area += piece.area;
     diagonals += piece.diagonals;
   }
-  // Not-a-number fails the comparison, too.
-  if (!(diagonals <= kLongest * area)) {
-    pieces = cut_all(positions, triangles, curve_order(positions, triangles));
+  // NaN fails the comparison, too.
+  if (!(diagonals <= kMaxDiagonalsPerArea * area)) {
+    pieces = cut_in_parallel(positions, triangles, curve_order(positions, triangles));
   }
   return pieces;
 }

@@ -12,11 +12,11 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocalSize = 64;
-// Bounds the work of one launch: a few milliseconds on a GPU, tens on a CPU.
+// Bounds the duration of a launch: a few milliseconds on a GPU, tens on a CPU.
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // KILN_BEAM_RAYS of kernels/accel/beam.clh.
 constexpr std::uint32_t kRaysPerBeam = 64;
-// Blocks of a work-group.
+// Work-items, and thus blocks, per work-group.
 constexpr std::size_t kOcclusionLocalSize = 4;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0);
 

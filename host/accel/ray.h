@@ -1,4 +1,4 @@
-// Rays against the high poly.
+// Ray queries on the high poly.
 #pragma once
 
 #include <cstdint>
@@ -23,32 +23,33 @@ struct RayQuery {
   float offset = 0;
   bool use_reach = false;  ///< The offset is each sample's own `reach` (cage meshes)
   bool inward = false;
-  bool outward_first = false;  ///< t_min < 0: the nearest hit with t >= 0, else the nearest with
-                               ///< t < 0 (Tarini et al., section 3.2). Otherwise the smallest t.
+  bool outward_first = false;  ///< t_min < 0: the nearest hit with t >= 0, else the nearest with t
+                               ///< < 0 (Tarini et al., section 3.2). Otherwise the smallest t.
   bool two_sided = false;      ///< Keep hits whose face normal points against the direction
-  /// The greatest t instead. KILN_RAY_SEVERAL is set in the status of rays with hits at two or more
-  /// different t >= 0. Not with `inward` or `outward_first`.
+  /// Find the largest t instead. KILN_RAY_SEVERAL is set in the status of rays with hits at two or
+  /// more different t >= 0. Not with `inward` or `outward_first`.
   bool outermost = false;
   bool limited = false;  ///< With `outermost`: no t above each sample's own `reach`
 };
 
-/// The traversal kernels of rays, and the hierarchy that they walk.
+/// The traversal kernels of rays, and their BVH.
 ///
-/// The intersection test is watertight (after Woop, Benthin, Wald 2013): no ray slips between two
+/// The intersection test is watertight (after Woop, Benthin, Wald 2013): no ray passes between two
 /// triangles that share an edge or a vertex. Ties go to the smaller triangle index. So the result
-/// is a function of the triangles and the ray alone: tree, variant and threads change nothing.
+/// is a function of the triangles and the ray alone: it does not depend on tree, variant and
+/// threads.
 class RayCaster {
  public:
   /// Builds the tree on the host and uploads it.
   /// \param positions  in the working frame: about unit size
-  /// \throws Error(device) where the device has too little memory
+  /// \throws Error(device) if the device has too little memory
   RayCaster(cl::Context& context, std::span<const Vec3> positions,
             std::span<const Triangle> triangles, Traversal traversal = Traversal::automatic);
-  /// \param tree  shared with whoever else walks it
+  /// \param tree  may be shared
   RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree,
             Traversal traversal = Traversal::automatic);
   ~RayCaster();
-  /// The tree that it walks.
+  /// The tree.
   const Tree& tree() const;
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;
@@ -59,11 +60,11 @@ class RayCaster {
   void intersect(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                  const RayQuery& query, DeviceCorrespondence& result) const;
 
-  /// Any-hit: writes 1 to `hit` where something lies in [t_min, t_max].
+  /// Any-hit: writes 1 to `hit` if there is a hit in [t_min, t_max].
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                 const RayQuery& query, const cl::Array<std::uint8_t>& hit) const;
 
-  /// Parameters of a query for kernels that cast rays themselves, of rays [0, 0) so far.
+  /// Parameters of a query for kernels that cast rays themselves; the range of rays is [0, 0).
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity) const;
 
   using Stats = Tree::Stats;

@@ -1,4 +1,4 @@
-// Baked maps as the pictures of a material hold them.
+// Conversion of baked maps to pictures of a material.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Brings emission into [0, 1]. \returns what 1 stands for; 0: nothing shines
+/// Scales emission into [0, 1]. \returns the value that 1 stands for; 0: no emission
 float scale_emission(Image& image) {
   float strength = 0;
   for (const float value : image.pixels) {
@@ -21,8 +21,8 @@ float scale_emission(Image& image) {
   return strength;
 }
 
-/// A grey picture as the three channels that colours have.
-void spread_grey(Image& image) {
+/// Expands a grey picture to three channels.
+void expand_grey(Image& image) {
   if (image.channels != 1) return;
   std::vector<float> pixels(3 * image.pixels.size());
   for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = image.pixels[i / 3];
@@ -30,8 +30,9 @@ void spread_grey(Image& image) {
   image.channels = 3;
 }
 
-/// Darkens ambient occlusion by HIGH's own picture of it: the lesser of both, since they see the same folds.
-void darken(Image& ao, const Image& picture) {
+/// Combines ambient occlusion with HIGH's own occlusion picture by the minimum, since both describe the same
+/// folds.
+void combine_occlusion(Image& ao, const Image& picture) {
   const std::size_t texels = std::size_t{ao.width} * ao.height;
   for (std::size_t i = 0; i < texels; ++i) {
     float& value = ao.pixels[i * ao.channels];
@@ -50,16 +51,16 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
     const std::string name = std::string(map.kind.name);
     if (name == "emission") {
       places.emission_strength = scale_emission(map.image);
-      if (places.emission_strength == 0) continue;  // of this set
+      if (places.emission_strength == 0) continue;  // this set does not emit
     }
     if (store) store(map, name);
-    if (name == "emission") spread_grey(map.image);
+    if (name == "emission") expand_grey(map.image);
     if (name == "occlusion" && places.occlusion != nullptr) {
-      darken(*ao, map.image);
+      combine_occlusion(*ao, map.image);
       continue;
     }
     if (name == "ao") ao = &map.image;
-    // Later maps take the place of earlier ones: HIGH's normal maps over its shape tell more than its shape.
+    // Later maps replace earlier ones: HIGH's normal maps include more detail than its geometry's normals.
     if (const Image** const slot = slot_of(places, name); slot != nullptr) {
       *slot = &map.image;
     } else if (left != nullptr) {

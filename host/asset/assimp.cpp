@@ -48,7 +48,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Lets no file be opened: what is read is in memory, and names in it are no reason to look at others.
+/// Refuses to open files: the input is in memory, and names in it must not give access to other files.
 class NoFiles : public Assimp::IOSystem {
  public:
   bool Exists(const char* /*file*/) const override { return false; }
@@ -70,11 +70,11 @@ class SceneReader {
   Asset read() {
     LoadMeshOptions options = input_.options;
     if (is_x() && options.override_up) options.up = up_of_x(options.up);
-    const WorldFrame world = world_frame(options, kNoMove, metres());
-    AffineMap to_world = world.map.value_or(kNoMove);
-    undo_unit(to_world);
+    const WorldFrame world = world_frame(options, kIdentityMap, metres());
+    AffineMap to_world = world.map.value_or(kIdentityMap);
+    remove_unit(to_world);
     if (is_3ds() && options.override_up && options.up != UpAxis::as_given) {
-      to_world = product(to_world, turn_of(UpAxis::minus_z));  // undoes Assimp's turn of Z up
+      to_world = product(to_world, turn_of(UpAxis::minus_z));  // undoes Assimp's rotation of Z up
     }
     nodes(to_world);
     if (is_3ds()) find_smooth_pieces();
@@ -92,12 +92,12 @@ class SceneReader {
                       "export normals, as OBJ or FBX.",
                   lost_groups_);
     }
-    if (unposed_ != 0) {
+    if (unresolved_skins_ != 0) {
       input_.warn("skinned",
-                  "pieces of meshes with bones, " + std::to_string(unposed_) +
+                  "pieces of meshes with bones, " + std::to_string(unresolved_skins_) +
                       " in all, are read as stored, not as posed: a joint of theirs is missing, or "
                       "shares its name with another node. Export glTF or FBX.",
-                  unposed_);
+                  unresolved_skins_);
     }
     uv_sets_.check();
     builder_.is_placed = true;
@@ -148,9 +148,9 @@ class SceneReader {
     }
   }
 
-  /// Linear blend skinning: each vertex by the joints of its weights, whatever its mesh's node does. A joint's offset
-  /// is its inverse bind times the bind shape. Empty: no bones, or no joints for them. Vertices without weights
-  /// stay with the node.
+  /// Linear blend skinning: each vertex is transformed by its weighted joints, regardless of its mesh's node. A
+  /// joint's offset is its inverse bind times the bind shape. Empty without bones, or without joints for them.
+  /// Vertices without weights use the node's transform.
   std::vector<AffineMap> poses(const aiMesh& mesh, const AffineMap& world) {
     if (mesh.mNumBones == 0) return {};
     std::vector<AffineMap> maps(mesh.mNumVertices, AffineMap{});
@@ -159,7 +159,7 @@ class SceneReader {
       const aiBone& bone = *mesh.mBones[b];
       const auto joint = joints_.find(bone.mName.C_Str());
       if (joint == joints_.end() || !joint->second) {
-        ++unposed_;
+        ++unresolved_skins_;
         return {};
       }
       const AffineMap map = product(*joint->second, transform_of(bone.mOffsetMatrix));
@@ -178,8 +178,8 @@ class SceneReader {
     return maps;
   }
 
-  /// Corners of one place and colour become one vertex: Assimp gives each corner its own.
-  /// \param poses  a map per vertex; empty: the one of the node
+  /// Merges corners with equal position and colour into one vertex, since Assimp duplicates each.
+  /// \param poses  a map per vertex; empty: the node's map for all
   std::vector<std::uint32_t> vertices(const aiMesh& mesh, const AffineMap& of_node,
                                       const std::vector<AffineMap>& poses) {
     using Key = std::array<std::uint64_t, 4>;
@@ -192,7 +192,7 @@ class SceneReader {
       Key key{};
       for (std::size_t i = 0; i < 3; ++i) {
         place[i] = world[i] * p.x + world[4 + i] * p.y + world[8 + i] * p.z + world[12 + i];
-        key[i] = std::bit_cast<std::uint64_t>(place[i] + 0.0);  // -0 is 0
+        key[i] = std::bit_cast<std::uint64_t>(place[i] + 0.0);  // -0 becomes 0
       }
       std::array<std::uint8_t, 4> color{};
       if (mesh.HasVertexColors(0)) {
@@ -213,14 +213,16 @@ class SceneReader {
     return of;
   }
 
-  /// What is smooth in a 3DS by the groups in the file. Assimp has them in normals of its own, weighted by area, and smooths
-  /// all where there are none. A mesh without groups has no normals here. Vertices at one place count as one.
+  /// Finds the smooth pieces of a 3DS by the file's smoothing groups. Assimp converts them to area-weighted normals,
+  /// and smooths everywhere without groups. A mesh without groups has no normals here. Vertices at one position count
+  /// as one.
   void find_smooth_pieces() {
     pieces_.resize(scene_.mNumMeshes);
     const std::vector<Smoothing3ds> meshes = read_smoothing_3ds(input_.bytes);
-    std::vector<std::vector<unsigned> > parts(meshes.size());  // of each: Assimp's, by material
+    std::vector<std::vector<unsigned> > parts(meshes.size());  // per mesh: Assimp's meshes, one per
+                                                               // material
     for (unsigned m = 0; m < scene_.mNumMeshes; ++m) {
-      // Assimp names them by the number of the file's mesh.
+      // Assimp names meshes by their index in the file.
       const auto number = to_integer(scene_.mMeshes[m]->mName.C_Str());
       if (!number || *number < 0 || static_cast<std::uint64_t>(*number) >= meshes.size()) continue;
       pieces_[m].mesh = static_cast<std::uint32_t>(*number);
@@ -244,14 +246,14 @@ class SceneReader {
     }
   }
 
-  /// \param parts  of one mesh  \param masks  of each part's faces
+  /// \param parts  of one mesh  \param masks  per part, of its faces
   void join_smooth_pieces(const std::vector<unsigned>& parts,
                           const std::vector<std::vector<std::uint32_t> >& masks) {
     using Place = std::array<std::uint64_t, 3>;
     std::map<Place, std::uint32_t> places;
-    std::vector<std::array<std::uint32_t, 2> > corners;  // place, corner
-    std::vector<std::uint32_t> mask_of;                  // corners
-    std::vector<std::uint32_t> first;                    // corner of each part
+    std::vector<std::array<std::uint32_t, 2> > corners;  // position, corner
+    std::vector<std::uint32_t> mask_of;                  // smoothing mask per corner
+    std::vector<std::uint32_t> first;                    // first corner of each part
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const aiMesh& part = *scene_.mMeshes[parts[p]];
       first.push_back(static_cast<std::uint32_t>(mask_of.size()));
@@ -264,7 +266,7 @@ class SceneReader {
           const aiVector3D& at = part.mVertices[v];
           Place place{};
           for (unsigned i = 0; i < 3; ++i) {
-            place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // -0 is 0
+            place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // -0 becomes 0
           }
           const std::uint32_t corner = first[p] + v;
           mask_of[corner] = masks[p][f];
@@ -284,11 +286,11 @@ class SceneReader {
     }
   }
 
-  /// The builder's normal of each vertex of a mesh by smoothing groups; empty: it has none.
+  /// The builder's normal of each vertex of a mesh by smoothing groups; empty if it has none.
   std::vector<std::uint32_t> smooth_normals(unsigned index) {
     if (pieces_.empty() || pieces_[index].of_vertex.empty()) return {};
     SmoothPieces& pieces = pieces_[index];
-    // Parts of a mesh are placed alike, and share the normals where they meet.
+    // Parts of a mesh have the same transform, and share normals where they meet.
     std::map<std::uint32_t, std::uint32_t>& known =
         piece_normals_[{pieces.mesh, pieces.times_placed++}];
     std::vector<std::uint32_t> normals;
@@ -311,15 +313,15 @@ class SceneReader {
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
     const NormalTurn of_node(world);
     std::vector<NormalTurn> turns(posed.begin(), posed.end());
-    const auto turn = [&](unsigned v) -> const NormalTurn& {
+    const auto normal_turn_of = [&](unsigned v) -> const NormalTurn& {
       return turns.empty() ? of_node : turns[v];
     };
     const auto has_channel = [&mesh](const UvSet& set) { return mesh.HasTextureCoords(set.set); };
     const bool uvs = uv_set.has_value() ||
                      std::any_of(builder_.other_uvs.begin(), builder_.other_uvs.end(), has_channel);
     const auto uv_of = [&mesh](std::optional<unsigned> set, unsigned v) {
-      constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-      if (!set || !mesh.HasTextureCoords(*set)) return Vec2{kNowhere, kNowhere};
+      constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
+      if (!set || !mesh.HasTextureCoords(*set)) return Vec2{kMissingUv, kMissingUv};
       const aiVector3D& uv = mesh.mTextureCoords[*set][v];
       return Vec2{uv.x, uv.y};
     };
@@ -333,7 +335,7 @@ class SceneReader {
       }
       if (own_normals) {
         const aiVector3D& n = mesh.mNormals[v];
-        builder_.normals.push_back(turn(v)(n.x, n.y, n.z));
+        builder_.normals.push_back(normal_turn_of(v)(n.x, n.y, n.z));
       }
     }
     std::vector<std::uint32_t> corners, corner_uvs, corner_normals;
@@ -343,7 +345,7 @@ class SceneReader {
       corner_uvs.clear();
       corner_normals.clear();
       const bool mirrored = face.mNumIndices != 0 && face.mIndices[0] < mesh.mNumVertices &&
-                            turn(face.mIndices[0]).mirrors();
+                            normal_turn_of(face.mIndices[0]).mirrors();
       for (unsigned i = 0; i < face.mNumIndices; ++i) {
         const unsigned v = face.mIndices[i];
         if (v >= mesh.mNumVertices) {
@@ -368,7 +370,7 @@ class SceneReader {
     return names;
   }
 
-  /// The sets that pictures lie on beside the one that is read.
+  /// Numbers the UV sets of pictures other than the one that is read.
   void number_uv_sets() {
     std::set<unsigned> others;
     std::optional<unsigned> read;
@@ -394,7 +396,7 @@ class SceneReader {
     for (const unsigned set : others) builder_.other_uvs.push_back({set, {}});
   }
 
-  /// The channel of the set that is asked for, where a mesh has it.
+  /// The channel of the requested UV set, if a mesh has it.
   std::optional<unsigned> uv_set_of(const aiMesh& mesh) {
     return uv_sets_.choose(uv_set_names(mesh));
   }
@@ -421,7 +423,8 @@ class SceneReader {
       color(from, material);
       if (from.Get(AI_MATKEY_OPACITY, material.opacity) != AI_SUCCESS) material.opacity = 1;
       if (from.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness) == AI_SUCCESS) {
-        // Assimp makes one of a Phong's shininess: 1 - sqrt(shininess) / 10, as Blender does, but without limits.
+        // Assimp converts a Phong shininess to roughness: 1 - sqrt(shininess) / 10, as Blender does, but without
+        // limits.
         float shininess = 0;
         const bool made = from.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS;
         material.roughness = std::clamp(material.roughness, 0.0F, 1.0F);
@@ -468,7 +471,7 @@ class SceneReader {
                                                                             : TextureWrap::repeat;
   }
 
-  /// The first of these kinds that a material has.
+  /// The first of these kinds of pictures that a material has.
   MaterialPicture picture(const aiMaterial& from, std::initializer_list<aiTextureType> kinds) {
     MaterialPicture picture;
     for (const aiTextureType kind : kinds) {
@@ -480,7 +483,7 @@ class SceneReader {
       std::string name = path.C_Str();
       std::replace(name.begin(), name.end(), '\\', '/');
       const aiTexture* const embedded = scene_.GetEmbeddedTexture(path.C_Str());
-      // Height 0: a file's bytes, as many as its width; others would be bare texels.
+      // Height 0: the bytes of an encoded file, whose size is the width; otherwise raw texels.
       if (embedded != nullptr && embedded->mHeight == 0) {
         const auto* const bytes = reinterpret_cast<const std::byte*>(embedded->pcData);
         std::shared_ptr<const std::vector<std::byte> >& shared = embedded_[embedded];
@@ -513,21 +516,21 @@ class SceneReader {
   bool is_3ds() const { return lower_extension(input_.file) == ".3ds"; }
   bool is_x() const { return lower_extension(input_.file) == ".x"; }
 
-  /// X is left-handed: Assimp mirrors it along Z, so that a file's Z is -Z of the positions that it gives.
+  /// X is left-handed: Assimp mirrors it along Z, so that the file's Z is -Z of the resulting positions.
   static UpAxis up_of_x(UpAxis up) {
     return up == UpAxis::z ? UpAxis::minus_z : up == UpAxis::minus_z ? UpAxis::z : up;
   }
 
-  /// Takes Collada's own unit out of the root, where another one is to hold.
-  void undo_unit(AffineMap& map) const {
+  /// Removes Collada's own unit from the root, if another one overrides it.
+  void remove_unit(AffineMap& map) const {
     if (!is_collada() || !input_.options.override_unit || !(input_.options.metres > 0)) return;
     const aiMatrix4x4& root = scene_.mRootNode->mTransformation;
     const double unit = std::hypot(root.a1, root.b1, root.c1);
     for (std::size_t i = 0; i < 12 && unit > 0; ++i) map[i] /= unit;
   }
 
-  /// Metres a unit of the positions that Assimp gives; 0: not known.
-  double metres() const { return is_collada() ? 1 : 0; }  // Assimp turns Collada's to metres
+  /// Metres per unit of Assimp's positions; 0: unknown.
+  double metres() const { return is_collada() ? 1 : 0; }  // Assimp converts Collada to metres
 
   const MeshInput& input_;
   const aiScene& scene_;
@@ -540,28 +543,30 @@ class SceneReader {
     std::string object;
     AffineMap world;
   };
-  std::vector<Placed> placed_;                               // nodes with meshes
-  std::map<std::string, std::optional<AffineMap> > joints_;  // by name; none: several nodes have it
+  std::vector<Placed> placed_;                               // nodes with meshes, in order
+  std::map<std::string, std::optional<AffineMap> > joints_;  // by name; none: the name is ambiguous
   struct SmoothPieces {
-    std::uint32_t mesh = 0;  // of the file
+    std::uint32_t mesh = 0;  // index in the file
     std::uint32_t times_placed = 0;
-    std::vector<std::uint32_t> of_vertex;  // empty: no groups
+    std::vector<std::uint32_t> of_vertex;  // per vertex; empty: no groups
   };
-  std::vector<SmoothPieces> pieces_;  // of Assimp's meshes; empty: no 3DS
+  std::vector<SmoothPieces> pieces_;  // per mesh of Assimp; empty: not a 3DS
   std::map<std::array<std::uint32_t, 2>, std::map<std::uint32_t, std::uint32_t> > piece_normals_;
-  std::uint64_t unposed_ = 0, lost_groups_ = 0;
+  std::uint64_t unresolved_skins_ = 0, lost_groups_ = 0;
   UniqueNames objects_, unique_materials_;
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;
   std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
 };
 
-/// Assimp's scene of a file, which the importer keeps; nullptr: none. \param said  out: then why
+/// Reads Assimp's scene, which the importer owns; nullptr on failure. \param said  out: the reason
 const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& said) {
   std::string hint = fs::path(input.file).extension().string();
   if (!hint.empty()) hint.erase(0, 1);
-  importer.SetIOHandler(new NoFiles);                                          // the importer's own
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // not ids
+  importer.SetIOHandler(new NoFiles);                                          // owned by the
+                                                                               // importer
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // names instead of
+                                                                               // ids
   if (input.options.override_up && input.options.up != UpAxis::as_given) {
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   }
@@ -575,7 +580,7 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
     said = error.what();
   }
   while (!said.empty() && (said.back() == '.' || said.back() == '\n')) said.pop_back();
-  // It quotes the file.
+  // The message quotes the file.
   std::replace_if(
       said.begin(), said.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
   said.resize(std::min<std::size_t>(said.size(), 300));
@@ -583,11 +588,12 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
   return scene;
 }
 
-/// Assimp crashes on damaged files, or takes all there is: a child of this process reads each first, and what ends
-/// it is an error. Costs the time of reading again. Where no child can be made, there is no such care.
-void try_in_child(const MeshInput& input, const std::string& remedy) {
+/// Reads the file in a child process first, since Assimp may crash on damaged files or exhaust memory: a child
+/// that fails becomes an error. This doubles the time of reading. If no child can be created, the check is
+/// skipped.
+void check_in_child(const MeshInput& input, const std::string& remedy) {
   const std::uint64_t bytes = input.bytes.size();
-  // Ten times what real files take.
+  // Ten times the need of real files.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),
                               .bytes = (std::uint64_t{1} << 30U) + 200 * bytes};
   std::string said;
@@ -613,14 +619,15 @@ void try_in_child(const MeshInput& input, const std::string& remedy) {
 
 Asset read_by_assimp(const MeshInput& input) {
   const std::string remedy = "Export the mesh again, or as OBJ or glTF.";
-  try_in_child(input, remedy);
+  check_in_child(input, remedy);
   Assimp::Importer importer;
   std::string said;
   const aiScene* const scene = read_scene(input, importer, said);
   if (scene == nullptr) input.fail("", "Assimp could not read it: " + said, remedy);
   if (scene->mRootNode == nullptr) input.fail("", "it has no scene", remedy);
   Asset asset = SceneReader(input, *scene).read();
-  asset.mesh.material_files = {fs::path(input.file).filename().string()};  // it describes its own
+  asset.mesh.material_files = {fs::path(input.file).filename().string()};  // the file describes its
+                                                                           // own materials
   return asset;
 }
 

@@ -6,11 +6,11 @@
 
 namespace kiln {
 
-/// All nodes' meshes in world space, an object each; polygons stay polygons. Meshes with bones stand as their joints
-/// do. In metres with Y up where the file says its axes and unit (Collada); 3DS and X say no unit. Reads nothing but `input.bytes`; pictures that are not embedded are named, and looked for
-/// in the file's folder.
-/// A child process reads the file first, within limits of time and memory: where Assimp crashes, that is an error.
-/// \throws Error(input): also where this build is without Assimp
+/// All nodes' meshes in world space, one object each; polygons are kept. Skinned meshes are in the pose of their
+/// joints. In metres with Y up if the file states its axes and unit (Collada); 3DS and X state no unit. Reads only
+/// `input.bytes`; external pictures are searched by name in the file's folder.
+/// A child process reads the file first, within limits of time and memory: a crash of Assimp becomes an error.
+/// \throws Error(input), also in builds without Assimp
 Asset read_by_assimp(const MeshInput& input);
 
 }  // namespace kiln

@@ -3,7 +3,7 @@
 namespace kiln {
 
 AffineMap turn_of(UpAxis up) {
-  // Columns: where X, Y and Z go. All are turns; Z up is turned as Blender does it.
+  // Columns: images of X, Y and Z. All are rotations; Z up is rotated as in Blender.
   switch (up) {
     case UpAxis::as_given:
     case UpAxis::y:
@@ -19,12 +19,12 @@ AffineMap turn_of(UpAxis up) {
     case UpAxis::minus_z:
       return {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1};
   }
-  return kNoMove;
+  return kIdentityMap;
 }
 
 WorldFrame world_frame(const LoadMeshOptions& options, const std::optional<AffineMap>& own_turn,
                        double own_metres) {
-  AffineMap map = own_turn.value_or(kNoMove);
+  AffineMap map = own_turn.value_or(kIdentityMap);
   double metres = own_metres;
   if (options.up != UpAxis::as_given && (options.override_up || !own_turn))
     map = turn_of(options.up);
@@ -34,7 +34,7 @@ WorldFrame world_frame(const LoadMeshOptions& options, const std::optional<Affin
   }
   WorldFrame frame;
   frame.metres = metres > 0 ? 1 : 0;
-  if (map != kNoMove) frame.map = map;
+  if (map != kIdentityMap) frame.map = map;
   return frame;
 }
 

@@ -1,4 +1,4 @@
-// Axes and units of files: all that say theirs meet in metres with Y up.
+// Axes and units of files: files that state theirs are converted to metres with Y up.
 #pragma once
 
 #include <optional>
@@ -8,17 +8,17 @@
 
 namespace kiln {
 
-/// Turns `up` to Y; nothing for UpAxis::as_given.
+/// Rotates `up` to Y; identity for UpAxis::as_given.
 AffineMap turn_of(UpAxis up);
 
-/// From a file's coordinates to those of Mesh.
+/// Transform from a file's coordinates to those of Mesh.
 struct WorldFrame {
-  std::optional<AffineMap> map;  ///< None: they stay as they are
-  double metres = 0;             ///< Metres in a unit of the Mesh; 0: unknown
+  std::optional<AffineMap> map;  ///< None: coordinates are unchanged
+  double metres = 0;             ///< Metres per unit of the Mesh; 0: unknown
 };
 
-/// \param own_turn    that the file asks for; none: it does not say its axes
-/// \param own_metres  of the file's unit; 0: it does not say it
+/// \param own_turn    rotation by the file's axes; none: it does not state them
+/// \param own_metres  metres per unit of the file; 0: it does not state its unit
 WorldFrame world_frame(const LoadMeshOptions& options, const std::optional<AffineMap>& own_turn,
                        double own_metres);
 

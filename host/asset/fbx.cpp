@@ -47,8 +47,8 @@ const std::string kRemedy = "Export the mesh again, or as OBJ or glTF.";
 
 std::string text_of(const ufbx_string& text) { return {text.data, text.length}; }
 
-/// A sentence of ufbx's, which may quote the file.
-std::string in_message(const ufbx_string& text) {
+/// Makes a message of ufbx printable, since it may quote the file.
+std::string printable_text(const ufbx_string& text) {
   std::string result = text_of(text);
   std::replace_if(
       result.begin(), result.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
@@ -60,13 +60,13 @@ struct FreeScene {
 };
 using LoadedScene = std::unique_ptr<ufbx_scene, FreeScene>;
 
-/// The program's own operator new, so that a limit of memory holds here, too.
+/// Uses the program's operator new, so that its memory limit applies.
 void* allocate(void* /*user*/, std::size_t size) { return ::operator new(size, std::nothrow); }
 void release(void* /*user*/, void* block, std::size_t /*size*/) { ::operator delete(block); }
 
 /// \throws Error(input), std::bad_alloc
 LoadedScene load(const MeshInput& input) {
-  // Packed arrays unpack to a thousand times their bytes at most; real files stay below a hundred.
+  // Compressed arrays expand at most a thousandfold; real files stay below a hundred.
   const std::uint64_t most = std::min<std::uint64_t>(
       memory_left(), (std::uint64_t{1} << 30U) + 200 * std::uint64_t{input.bytes.size()});
   ufbx_load_opts options = {};
@@ -82,7 +82,7 @@ LoadedScene load(const MeshInput& input) {
   options.file_format = UFBX_FILE_FORMAT_FBX;
   options.index_error_handling = UFBX_INDEX_ERROR_HANDLING_NO_INDEX;
   options.allow_empty_faces =
-      true;  // counted as short ones; and smoothing groups go by a face's number
+      true;  // reported as short faces; and smoothing groups are indexed by face
   ufbx_error error = {};
   LoadedScene scene(fbx_load_memory(input.bytes.data(), input.bytes.size(), options, error));
   if (scene != nullptr) return scene;
@@ -97,8 +97,8 @@ LoadedScene load(const MeshInput& input) {
                "names a vertex that is not there",
                kRemedy);
   }
-  std::string why = in_message(error.description);
-  if (error.info_length != 0) why += " (" + in_message({error.info, error.info_length}) + ")";
+  std::string why = printable_text(error.description);
+  if (error.info_length != 0) why += " (" + printable_text({error.info, error.info_length}) + ")";
   input.fail("", "it cannot be read as FBX: " + (why.empty() ? "it is damaged" : why), kRemedy);
 }
 
@@ -110,7 +110,7 @@ class FbxReader {
   Asset read() {
     warn_of_repairs();
     const WorldFrame world = world_frame(input_.options, own_turn(), metres());
-    to_world_ = world.map.value_or(kNoMove);
+    to_world_ = world.map.value_or(kIdentityMap);
     nodes();
     check_memory();
     number_uv_sets();
@@ -133,7 +133,7 @@ class FbxReader {
     std::string object;
   };
 
-  /// The axes that become X, Y and Z; "front" looks at the viewer.
+  /// The rotation of the file's axes to X, Y and Z; "front" points at the viewer.
   AffineMap own_turn() const {
     constexpr const char* kNames[] = {"CoordAxis", "UpAxis", "FrontAxis"};
     const ufbx_props& settings = scene_.settings.props;
@@ -152,13 +152,13 @@ class FbxReader {
                   "its axes are not three different ones, so that it was not turned. Say what is "
                   "up, such as --up high=z.",
                   1);
-      return kNoMove;
+      return kIdentityMap;
     }
     map[15] = 1;
     return map;
   }
 
-  /// A file that does not say its unit is in centimetres.
+  /// The default unit of FBX is a centimetre.
   double metres() const {
     const double centimetres = fbx_find_real(scene_.settings.props, "UnitScaleFactor", 1);
     return centimetres > 0 && std::isfinite(centimetres) ? centimetres / 100 : 0;
@@ -186,7 +186,8 @@ class FbxReader {
     }
   }
 
-  /// Maps whose products are the nodes' places in the world, whatever way these inherit their parents' scales.
+  /// A transform whose products along the hierarchy give the node's place in the world, for each mode of scale
+  /// inheritance.
   AffineMap to_parent(const ufbx_node& node) const {
     if (node.parent == nullptr) return product(to_world_, fbx_map(node.node_to_world));
     if (node.inherit_mode == UFBX_INHERIT_MODE_NORMAL) return fbx_map(node.node_to_parent);
@@ -228,7 +229,7 @@ class FbxReader {
     asset_.object_nodes.push_back(index);
   }
 
-  /// A mesh may be placed by any number of nodes: whether memory can hold them all.
+  /// Checks the memory of all instances, since any number of nodes may refer to a mesh.
   void check_memory() const {
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 64;
     std::uint64_t vertices = 0, corners = 0;
@@ -286,12 +287,12 @@ class FbxReader {
     }
   }
 
-  /// The builder's UVs of a mesh's corners, which its instances share.
+  /// Indices of the builder's UVs for a mesh's corners, shared by its instances.
   struct MeshUvs {
     bool is_there = false;
-    std::uint32_t first = 0;                // of the set's
-    const ufbx_vertex_vec2* own = nullptr;  // where no picture lies on another set
-    std::vector<std::uint32_t> of_corner;   // where one does
+    std::uint32_t first = 0;                // first index of the set's UVs
+    const ufbx_vertex_vec2* own = nullptr;  // if all pictures use the chosen set
+    std::vector<std::uint32_t> of_corner;   // if some picture uses another set
 
     std::uint32_t at(std::size_t corner) const {
       if (!of_corner.empty()) return of_corner[corner];
@@ -306,7 +307,7 @@ class FbxReader {
     return names;
   }
 
-  /// The set of a mesh that a picture names: the first one where the mesh has none of the name.
+  /// The set of a mesh that a picture names: the first one if the mesh has none with the name.
   static std::uint32_t uv_set_named(const ufbx_mesh& mesh, const std::string& name) {
     const std::vector<std::string> names = uv_set_names(mesh);
     const auto found = std::find(names.begin(), names.end(), name);
@@ -318,8 +319,8 @@ class FbxReader {
     return texture->file_textures.data[0];
   }
 
-  /// Numbers the sets of UVs that pictures lie on beside the one that is read. FBX names them, and one name may be another
-  /// set in each mesh: a name's number is that of its set in the first mesh, or else one that no set has.
+  /// Numbers the UV sets of pictures other than the one that is read. FBX names sets, and a name may have different
+  /// indices in each mesh: its number is its index in the first mesh, or else an unused one.
   void number_uv_sets() {
     std::uint32_t unused = 0;
     std::optional<std::uint32_t> read;
@@ -338,7 +339,7 @@ class FbxReader {
           const ufbx_texture* const texture = file_of(use.texture);
           if (texture == nullptr) continue;
           const std::string name = text_of(texture->uv_set);
-          if (set_numbers_.contains(name) || !lies_elsewhere(*material, name)) continue;
+          if (set_numbers_.contains(name) || !uses_other_set(*material, name)) continue;
           std::uint32_t number = uv_set_of(*material, name);
           if (!taken.insert(number).second) taken.insert(number = unused++);
           set_numbers_[name] = number;
@@ -368,8 +369,9 @@ class FbxReader {
     }
   }
 
-  /// True if pictures on the set of a name lie on another one than is read, in any mesh of their material.
-  bool lies_elsewhere(const ufbx_material& material, const std::string& name) const {
+  /// True if, in any mesh of a material, pictures on the named set use another set than the one that is
+  /// read.
+  bool uses_other_set(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
     return meshes != meshes_of_.end() &&
            std::any_of(meshes->second.begin(), meshes->second.end(), [&](const ufbx_mesh* mesh) {
@@ -392,7 +394,7 @@ class FbxReader {
       }
       return uvs;
     }
-    // One entry for each combination of UVs.
+    // One entry per combination of UVs.
     std::vector<const ufbx_vertex_vec2*> sets;
     sets.push_back(set ? &mesh.uv_sets.data[*set].vertex_uv : nullptr);
     for (const std::string& name : other_sets_) {
@@ -412,8 +414,8 @@ class FbxReader {
           known.emplace(key, static_cast<std::uint32_t>(builder_.uvs.size()));
       uvs.of_corner.push_back(place->second);
       for (std::size_t k = 0; is_new && k < sets.size(); ++k) {
-        constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-        Vec2 uv{kNowhere, kNowhere};
+        constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
+        Vec2 uv{kMissingUv, kMissingUv};
         if (key[k] != UFBX_NO_INDEX) {
           const ufbx_vec2& value = sets[k]->values.data[key[k]];
           uv = {narrow(value.x), narrow(value.y)};
@@ -424,7 +426,7 @@ class FbxReader {
     return uvs;
   }
 
-  /// The builder's vertex of a corner: one for each vertex and colour.
+  /// The builder's vertex of a corner: one per vertex and colour.
   std::uint32_t place(const ufbx_mesh& mesh, const FbxPose& pose, std::uint32_t corner,
                       std::uint32_t vertex,
                       std::unordered_map<std::uint64_t, std::uint32_t>& vertex_of) {
@@ -452,14 +454,14 @@ class FbxReader {
     return entry->second;
   }
 
-  /// The builder's normal of each corner: the file's, as posed, or those of smoothing groups. Empty: the
-  /// mesh says nothing of them.
+  /// The builder's normal of each corner: the file's, after the pose, or those of smoothing groups.
+  /// Empty if the mesh has neither.
   std::vector<std::uint32_t> normals(const ufbx_mesh& mesh, const FbxPose& pose) {
     std::vector<std::uint32_t> result;
     if (mesh.vertex_normal.exists) {
       result.resize(mesh.num_indices, MeshBuilder::kNone);
       const std::vector<ufbx_vec3> morphed = morphed_normals(mesh, pose);
-      // By the vertex as well, where vertices are posed apart.
+      // Also keyed by vertex if vertices have separate transforms.
       std::unordered_map<std::uint64_t, std::uint32_t> known;
       for (std::size_t corner = 0; corner < mesh.num_indices; ++corner) {
         const std::uint32_t vertex = mesh.vertex_indices.data[corner];
@@ -492,13 +494,14 @@ class FbxReader {
     return result;
   }
 
-  /// Smoothing groups of a mesh's faces, as masks; empty: it has none. ufbx keeps of them whether a face has any.
+  /// Smoothing groups of a mesh's faces, as masks; empty if it has none. ufbx only keeps whether a face has any
+  /// group.
   std::vector<std::uint32_t> groups_of(const ufbx_mesh& mesh) {
     if (mesh.face_smoothing.count < mesh.num_faces) return {};
     if (!groups_) groups_ = fbx_smoothing_groups(input_.bytes);
     std::vector<std::uint32_t> masks(mesh.num_faces);
     for (std::size_t f = 0; f < masks.size(); ++f) masks[f] = mesh.face_smoothing.data[f] ? 1 : 0;
-    // Geometries are in the file's order in both.
+    // Geometries are in the file's order in both lists.
     if (groups_->size() == scene_.meshes.count) {
       const std::vector<std::uint32_t>& found = (*groups_)[mesh.typed_id];
       if (found.size() == masks.size()) return found;
@@ -559,7 +562,7 @@ class FbxReader {
                                   narrow(map.value_vec3.z * by)};
     };
     const ufbx_material_pbr_maps& pbr = from.pbr;
-    // Exporters give the old properties beside those of a renderer.
+    // Exporters write the old properties beside those of a renderer.
     if (pbr.base_color.has_value || from.fbx.diffuse_color.has_value) {
       material.color = pbr.base_color.has_value
                            ? color(pbr.base_color, pbr.base_factor)
@@ -573,7 +576,7 @@ class FbxReader {
       material.emission_from = MaterialNumber::given;
     }
     if (pbr.roughness.has_value || pbr.glossiness.has_value) {
-      // Of a Phong's shininess: 1 - sqrt(shininess) / 10, as Blender does.
+      // Roughness from a Phong shininess: 1 - sqrt(shininess) / 10, as in Blender.
       material.roughness = std::clamp(narrow(pbr.roughness.value_real), 0.0F, 1.0F);
       material.roughness_from = is_phong(from) ? MaterialNumber::converted : MaterialNumber::given;
     }
@@ -584,7 +587,8 @@ class FbxReader {
     material.opacity = std::clamp(narrow(opacity(from)), 0.0F, 1.0F);
   }
 
-  /// Programs agree on "Opacity" where it is there; the factor of the transparent colour is 1 in all of Maya's files.
+  /// "Opacity" is interpreted alike by all programs; the factor of the transparent colour is 1 in all of Maya's
+  /// files.
   static double opacity(const ufbx_material& from) {
     double given = 1;
     if (from.pbr.opacity.has_value) return from.pbr.opacity.value_real;
@@ -595,14 +599,14 @@ class FbxReader {
     const ufbx_vec3& rgb = transparent.value_vec3;
     const double left =
         1 - (rgb.x + rgb.y + rgb.z) / 3 * (factor.has_value ? factor.value_real : 1);
-    return left != 0 ? left : 1;  // Cinema 4D's, whose objects can be seen
+    return left != 0 ? left : 1;  // Cinema 4D writes 0 for visible objects
   }
 
   static TextureWrap wrap_of(ufbx_wrap_mode mode) {
     return mode == UFBX_WRAP_CLAMP ? TextureWrap::clamp : TextureWrap::repeat;
   }
 
-  /// The first of these maps that has a picture.
+  /// The first of these maps with a picture.
   MaterialPicture picture(std::initializer_list<const ufbx_material_map*> maps) {
     for (const ufbx_material_map* map : maps) {
       if (map->texture == nullptr || !map->texture_enabled || map->feature_disabled) continue;
@@ -650,14 +654,14 @@ class FbxReader {
     if (texture.has_uv_transform) {
       const ufbx_transform& by = texture.uv_transform;
       const bool turned = by.rotation.x != 0 || by.rotation.y != 0 || by.rotation.z != 0;
-      // The transform's own scaling is the one that multiplies.
+      // Use the transform's own scale, which multiplies UVs.
       pictures_.place(picture, by.scale.x, by.scale.y,
                       turned || by.translation.x != 0 || by.translation.y != 0, true);
     }
     return picture;
   }
 
-  /// The number of the set of a name in the first mesh with the material that has it behind its first set; else 0.
+  /// The number of the named set in the first mesh of the material that has it after its first set; else 0.
   std::uint32_t uv_set_of(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
     if (meshes == meshes_of_.end()) return 0;
@@ -667,14 +671,15 @@ class FbxReader {
     return 0;
   }
 
-  /// What is wrong with a file, and read all the same.
+  /// Reports faults of the file that ufbx repaired.
   void warn_of_repairs() const {
     for (const ufbx_warning& warning : scene_.metadata.warnings) {
       if (warning.type == UFBX_WARNING_BAD_UNICODE) continue;
-      input_.warn("damaged-file",
-                  "it is damaged, or unlike what FBX should be: " +
-                      in_message(warning.description) + ". Look at the result, or export it again.",
-                  warning.count);
+      input_.warn(
+          "damaged-file",
+          "it is damaged, or unlike what FBX should be: " + printable_text(warning.description) +
+              ". Look at the result, or export it again.",
+          warning.count);
     }
   }
 
@@ -722,13 +727,13 @@ class FbxReader {
   UvSetChoice uv_sets_;
   ScenePictures pictures_;
   Asset asset_;
-  AffineMap to_world_ = kNoMove;
+  AffineMap to_world_ = kIdentityMap;
   std::vector<Placed> placed_;
   UniqueNames objects_, unique_materials_;
   std::map<const ufbx_mesh*, MeshUvs> uvs_;
   std::uint32_t read_set_ = 0;
-  std::vector<std::string> other_sets_;               // names, as builder_.other_uvs has them
-  std::map<std::string, std::uint32_t> set_numbers_;  // of these
+  std::vector<std::string> other_sets_;               // names, parallel to builder_.other_uvs
+  std::map<std::string, std::uint32_t> set_numbers_;  // numbers of these sets
   std::map<const ufbx_material*, std::string> material_names_;
   std::map<std::string, const ufbx_material*> material_of_;
   std::map<const ufbx_material*, std::vector<const ufbx_mesh*> > meshes_of_;
@@ -743,7 +748,8 @@ class FbxReader {
 Asset read_fbx(const MeshInput& input) {
   const LoadedScene scene = load(input);
   Asset asset = FbxReader(input, *scene).read();
-  asset.mesh.material_files = {fs::path(input.file).filename().string()};  // it describes its own
+  asset.mesh.material_files = {fs::path(input.file).filename().string()};  // the file describes its
+                                                                           // own materials
   return asset;
 }
 

@@ -6,14 +6,14 @@
 
 namespace kiln {
 
-/// All nodes' meshes in world space, an object each; polygons stay polygons. In metres with Y up.
+/// All nodes' meshes in world space, one object each; polygons are kept. In metres with Y up.
 ///
-/// A node's transform is FBX's own product: T Roff Rp Rpre R Rpost^-1 Rp^-1 Soff Sp S Sp^-1, with its ways to inherit
-/// a scale. The geometric transform moves the node's own mesh alone. Meshes with bones stand as these do by
-/// the properties of the nodes, not by an animation: v' = sum of w bone_to_world geometry_to_bone v; before
-/// that, blend shapes are added by their percentage. Without normals, smoothing groups or smooth edges give them.
-/// Reads nothing but `input.bytes`; pictures that are not embedded are named, and looked for in the file's folder.
-/// \throws Error(input): also where this build is without ufbx
+/// A node's transform is FBX's own product: T Roff Rp Rpre R Rpost^-1 Rp^-1 Soff Sp S Sp^-1, with its modes of scale
+/// inheritance. The geometric transform applies to the node's own mesh only. Skinned meshes are in the pose of the
+/// nodes' properties, not of an animation: v' = sum of w bone_to_world geometry_to_bone v; before that, blend shapes
+/// are added by their percentage. Missing normals are computed from smoothing groups or smooth edges. Reads only
+/// `input.bytes`; external pictures are searched by name in the file's folder.
+/// \throws Error(input), also in builds without ufbx
 Asset read_fbx(const MeshInput& input);
 
 }  // namespace kiln

@@ -1,9 +1,11 @@
 #ifdef KILN_HAS_UFBX
-// Functions are private to this file. Constants cannot be in C++: a weak one gives way to another program's.
+// Functions have internal linkage. Constants cannot in C++, so they are weak, and another program's
+// definition wins.
 #define ufbx_abi static
-#define ufbx_abi_data_definition  // the header asks for this name, and else takes the next one away
+#define ufbx_abi_data_definition  // the header expects this macro, and otherwise undefines the next \
+                                  // one
 #define ufbx_abi_data_def extern __attribute__((weak))
-#define UFBX_NO_STDIO  // all that is read is in memory
+#define UFBX_NO_STDIO  // input is in memory only
 #include "asset/fbx_library.h"
 
 #include <ufbx.c>

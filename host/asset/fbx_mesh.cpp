@@ -12,8 +12,8 @@ namespace {
 
 Vec3d vector_of(const ufbx_vec3& v) { return {v.x, v.y, v.z}; }
 
-/// The rotation from one unit vector to another, on the shortest way, of a third.
-Vec3d turned(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
+/// Applies to a vector the shortest rotation from one unit vector to another.
+Vec3d rotate_by(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
   const Vec3d axis = cross(from, to);
   const double cosine = dot(from, to);
   if (cosine < -1 + 1e-12) return v * -1.0;
@@ -33,12 +33,12 @@ FbxPose::FbxPose(const ufbx_node& node, const ufbx_mesh& mesh, const AffineMap& 
       of_node_(product(to_world, fbx_map(node.geometry_to_world))),
       turn_of_node_(of_node_) {
   const std::size_t count = mesh.vertices.count;
-  const auto is_on = [](const ufbx_blend_channel* channel) {
+  const auto is_active = [](const ufbx_blend_channel* channel) {
     return std::any_of(channel->keyframes.begin(), channel->keyframes.end(),
                        [](const ufbx_blend_keyframe& key) { return key.effective_weight != 0; });
   };
   for (const ufbx_blend_deformer* blend : mesh.blend_deformers) {
-    if (std::none_of(blend->channels.begin(), blend->channels.end(), is_on)) continue;
+    if (std::none_of(blend->channels.begin(), blend->channels.end(), is_active)) continue;
     if (morphed_.empty()) morphed_.assign(mesh.vertices.begin(), mesh.vertices.end());
     fbx_add_blend_vertex_offsets(*blend, morphed_.data(), count);
   }
@@ -83,7 +83,7 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
     return std::uint64_t{mesh.vertex_indices.data[corner]} << 32U |
            mesh.vertex_normal.indices.data[corner];
   };
-  const auto is_whole = [&mesh](std::size_t corner) {
+  const auto is_complete = [&mesh](std::size_t corner) {
     return mesh.vertex_indices.data[corner] < mesh.vertices.count &&
            mesh.vertex_normal.indices.data[corner] < mesh.vertex_normal.values.count;
   };
@@ -91,7 +91,7 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
     Turn sums;
     bool whole = true;
     for (std::uint32_t i = 0; i < face.num_indices; ++i) {
-      whole = whole && is_whole(face.index_begin + i);
+      whole = whole && is_complete(face.index_begin + i);
     }
     if (!whole) continue;
     const auto corner = [&](std::uint32_t i) {
@@ -114,7 +114,7 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
   }
   std::vector<ufbx_vec3> result(mesh.num_indices);
   for (std::size_t corner = 0; corner < mesh.num_indices; ++corner) {
-    if (!is_whole(corner)) continue;
+    if (!is_complete(corner)) continue;
     const ufbx_vec3& given =
         mesh.vertex_normal.values.data[mesh.vertex_normal.indices.data[corner]];
     result[corner] = given;
@@ -122,8 +122,8 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
     if (turn == turns.end()) continue;
     const double before = length(turn->second.before), after = length(turn->second.after);
     if (!std::isnormal(before) || !std::isnormal(after)) continue;
-    const Vec3d n = turned(vector_of(given), turn->second.before * (1 / before),
-                           turn->second.after * (1 / after));
+    const Vec3d n = rotate_by(vector_of(given), turn->second.before * (1 / before),
+                              turn->second.after * (1 / after));
     result[corner].x = n.x;
     result[corner].y = n.y;
     result[corner].z = n.z;

@@ -1,4 +1,4 @@
-// A mesh of an FBX in the world: its node's maps, its bones, its blend shapes.
+// A mesh of an FBX in world space: transforms of its node, bones, blend shapes.
 #pragma once
 
 #ifdef KILN_HAS_UFBX
@@ -13,7 +13,8 @@ namespace kiln {
 
 AffineMap fbx_map(const ufbx_matrix& matrix);
 
-/// Places vertices and normals of a mesh: blend shapes are added first, then the skin or else the node moves them.
+/// Transforms vertices and normals of a mesh: blend shapes are added first, then the skin or else the node
+/// applies.
 class FbxPose {
  public:
   /// \param to_world  from the file's axes and unit
@@ -21,14 +22,14 @@ class FbxPose {
 
   bool is_skinned() const { return !poses_.empty(); }
   bool is_morphed() const { return !morphed_.empty(); }
-  /// The mesh's own vertices, with their blend shapes.
+  /// The mesh's own vertices, with blend shapes added.
   const ufbx_vec3& vertex(std::size_t index) const {
     return morphed_.empty() ? mesh_.vertices.data[index] : morphed_[index];
   }
   MeshBuilder::Position place(std::size_t vertex) const;
   /// Unit, or zero.
   Vec3 normal(std::size_t vertex, const ufbx_vec3& normal) const;
-  /// True where the map of a vertex turns what is outside in.
+  /// True if the transform of a vertex mirrors.
   bool mirrors(std::size_t vertex) const;
 
  private:
@@ -39,11 +40,11 @@ class FbxPose {
   AffineMap of_node_;
   NormalTurn turn_of_node_;
   std::vector<ufbx_matrix> poses_;  // per vertex, to the file's world; empty: no skin
-  std::vector<ufbx_vec3> morphed_;  // vertices with blend shapes; empty: none is on
+  std::vector<ufbx_vec3> morphed_;  // vertices with blend shapes; empty: no shape is active
 };
 
-/// The file's normals where blend shapes move a mesh: each is turned as the mean of the faces turns that share it, as Blender
-/// does. Per corner; empty: no blend shape is on. Time: linear.
+/// The file's normals under blend shapes: each is rotated by the mean rotation of the faces that share it, as in
+/// Blender. Per corner; empty if no blend shape is active. Time: linear.
 std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pose);
 
 }  // namespace kiln

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-/// An edge of a face, by its vertices in order, with the corners at them.
+/// An edge of a face: its vertices in ascending order, and the corners at them.
 struct Side {
   std::array<std::uint32_t, 2> vertices, corners;
 };
@@ -72,13 +72,13 @@ void join_faces_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t
 
 const std::string_view kGroups = "LayerElementSmoothing";
 
-/// What is of interest in a geometry, or a model of old files, as it is read.
+/// Data collected from a geometry, or from a model of old files.
 struct Geometry {
   bool is_mesh = false, by_polygon = false, has_groups = false;
   std::vector<std::uint32_t> groups;
 };
 
-/// Binary FBX: records with their end, their properties and the records within.
+/// Binary FBX: records with their end offset, properties and nested records.
 class BinaryGroups {
  public:
   BinaryGroups(std::string_view bytes, std::vector<std::vector<std::uint32_t>>& result)
@@ -120,7 +120,7 @@ class BinaryGroups {
       const std::uint64_t length = number(at + 2 * size, size);
       const std::uint64_t name = number(at + 3 * size, 1);
       record.properties = at + head + name;
-      // The record without an end closes a list.
+      // A record with end 0 terminates a list.
       if (record.end <= at || record.end > end || record.properties > record.end ||
           length > record.end - record.properties) {
         return;
@@ -153,7 +153,7 @@ class BinaryGroups {
     if (found.is_mesh) result_.push_back(std::move(found.groups));
   }
 
-  /// The numbers of a record: an array, which may be packed, or in old files one property each.
+  /// The numbers of a record: an array, possibly compressed, or in old files one property each.
   std::vector<std::uint32_t> numbers(const Record& record) const {
     std::vector<std::uint32_t> values;
     std::uint64_t at = record.properties;
@@ -192,7 +192,7 @@ class BinaryGroups {
   bool wide_ = false;
 };
 
-/// Text FBX: `Key: value, value { Key: ... }`. Strings and comments may hold anything.
+/// Text FBX: `Key: value, value { Key: ... }`. Strings and comments may contain anything.
 class TextGroups {
  public:
   TextGroups(std::string_view text, std::vector<std::vector<std::uint32_t>>& result)
@@ -242,10 +242,10 @@ class TextGroups {
     if (at_ < text_.size() && text_[at_] == ':') {
       key_ = word;
       ++at_;
-      if (keys_.size() == 2 && key_ == "PolygonVertexIndex") now_.is_mesh = true;
+      if (keys_.size() == 2 && key_ == "PolygonVertexIndex") current_geometry_.is_mesh = true;
       return;
     }
-    // The count after '*' is no value.
+    // The count after '*' is not a value.
     if (!in_groups() || (begin != 0 && text_[begin - 1] == '*')) return;
     const bool is_value = (keys_.size() == 3 && key_ == "Smoothing") ||
                           (keys_.size() == 4 && keys_[3] == "Smoothing" && key_ == "a");
@@ -259,18 +259,18 @@ class TextGroups {
   void close() {
     if (keys_.empty()) return;
     if (keys_.size() == 3 && in_groups()) {
-      if (by_polygon_ && !now_.has_groups) {
-        now_.has_groups = true;
-        now_.groups = std::move(groups_);
+      if (by_polygon_ && !current_geometry_.has_groups) {
+        current_geometry_.has_groups = true;
+        current_geometry_.groups = std::move(groups_);
       }
       groups_.clear();
       by_polygon_ = false;
     }
     if (keys_.size() == 2 && keys_[0] == "Objects") {
-      if (now_.is_mesh && (keys_[1] == "Geometry" || keys_[1] == "Model")) {
-        result_.push_back(std::move(now_.groups));
+      if (current_geometry_.is_mesh && (keys_[1] == "Geometry" || keys_[1] == "Model")) {
+        result_.push_back(std::move(current_geometry_.groups));
       }
-      now_ = {};
+      current_geometry_ = {};
     }
     keys_.pop_back();
     key_ = {};
@@ -281,7 +281,7 @@ class TextGroups {
   std::size_t at_ = 0;
   std::vector<std::string_view> keys_;
   std::string_view key_;
-  Geometry now_;
+  Geometry current_geometry_;
   std::vector<std::uint32_t> groups_;
   bool by_polygon_ = false;
 };
@@ -293,7 +293,7 @@ std::vector<std::uint32_t> smooth_pieces(const ufbx_mesh& mesh,
   const bool has_edges = mesh.edge_smoothing.count != 0 && mesh.edges.count != 0 &&
                          mesh.edge_smoothing.count >= mesh.edges.count;
   if (!has_edges && groups.empty()) return {};
-  DisjointSets pieces(mesh.num_indices);  // of corners
+  DisjointSets pieces(mesh.num_indices);  // corners, joined into smooth pieces
   if (has_edges) {
     join_along_edges(mesh, pieces);
   } else {

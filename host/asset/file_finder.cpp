@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLevels = 4;
-constexpr std::size_t kMostEntries = 20000;
+constexpr int kMaxFolderDepth = 4;
+constexpr std::size_t kMaxFolderEntries = 20000;
 
 std::vector<std::string> parts_of(const fs::path& path) {
   std::vector<std::string> parts;
@@ -23,8 +23,9 @@ std::vector<std::string> parts_of(const fs::path& path) {
   return parts;
 }
 
-/// Number of folders and names at the ends of two paths that are the same.
-std::size_t shared_parts(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+/// Number of equal folders and names at the ends of two paths.
+std::size_t count_shared_parts(const std::vector<std::string>& a,
+                               const std::vector<std::string>& b) {
   const auto [end, other] = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend());
   return static_cast<std::size_t>(end - a.rbegin());
 }
@@ -41,7 +42,7 @@ bool lies_within(const fs::path& folder, const fs::path& file) {
          whole.end();
 }
 
-/// A folder that has more entries than the limit is not searched at all: which of them come first is chance.
+/// Folders with more entries than the limit are not searched, since the order of entries is arbitrary.
 void FileFinder::list() {
   listed_ = true;
   std::error_code error;
@@ -49,13 +50,14 @@ void FileFinder::list() {
   fs::recursive_directory_iterator at(start, fs::directory_options::skip_permission_denied, error);
   std::size_t entries = 0;
   for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
-    if (++entries > kMostEntries) {
+    if (++entries > kMaxFolderEntries) {
       files_.clear();
       return;
     }
     std::error_code ignored;
     if (at->is_directory(ignored)) {
-      if (at.depth() + 1 >= kLevels || at->is_symlink(ignored)) at.disable_recursion_pending();
+      if (at.depth() + 1 >= kMaxFolderDepth || at->is_symlink(ignored))
+        at.disable_recursion_pending();
     } else if (at->is_regular_file(ignored) &&
                (!at->is_symlink(ignored) || lies_within(start, at->path()))) {
       const fs::path path = folder_.empty() ? at->path().lexically_relative(start) : at->path();
@@ -83,9 +85,9 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   if (note_whether_file(path) || fs::exists(path, ignored)) return path;
   if (const auto tiles = TileName::by_token(path)) {
     if (!tiles->files().empty()) return path;
-    // A set lies where its first picture does.
-    constexpr std::uint32_t kFirst = 1001, kLast = 1100;
-    for (std::uint32_t tile = kFirst; tile <= kLast; ++tile) {
+    // A set is located by its first picture.
+    constexpr std::uint32_t kFirstTileNumber = 1001, kLastTileNumber = 1100;
+    for (std::uint32_t tile = kFirstTileNumber; tile <= kLastTileNumber; ++tile) {
       const fs::path file = tiles->file_of(tile), found = find(file, named_by);
       if (found != file) return found.parent_path() / path.filename();
     }
@@ -101,7 +103,7 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   const std::vector<std::string> wanted = parts_of(path);
   const auto rank = [&](const fs::path& candidate) {
     const std::vector<std::string> parts = parts_of(candidate);
-    return std::tuple(-static_cast<std::ptrdiff_t>(shared_parts(wanted, parts)),
+    return std::tuple(-static_cast<std::ptrdiff_t>(count_shared_parts(wanted, parts)),
                       candidate.filename() != path.filename(), parts.size(), candidate.string());
   };
   const std::vector<fs::path>& all = candidates->second;

@@ -1,4 +1,4 @@
-// Files that are not where another file says they are.
+// Search for files whose paths are invalid on this machine.
 #pragma once
 
 #include <cstdint>
@@ -11,26 +11,26 @@
 
 namespace kiln {
 
-/// True if a file lies in a folder or the folders in it once all symbolic links are followed. What is not there counts
-/// by its name.
+/// True if a file lies in a folder or below it after all symbolic links are followed. Missing files are judged by
+/// their names.
 bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
 
-/// Begins what note_answer() is asked of a folder, before a name: see FileFinder::named().
+/// Prefix of the key that note_answer() records for a search by name: see FileFinder::named().
 inline constexpr const char* kNamedQuestion = "named ";
 
-/// Finds pictures and materials whose paths are those of another machine, in a folder and the folders in it. It
-/// never looks above it, follows no links to folders, and finds no link to a file that lies elsewhere.
+/// Finds pictures and materials with paths of another machine, in a folder and its subfolders. It never
+/// searches above the folder, follows no links to folders, and ignores links to files elsewhere.
 class FileFinder {
  public:
-  /// \param warnings  where to append "found-elsewhere"; may be null
+  /// \param warnings  receives "found-elsewhere"; may be null
   explicit FileFinder(std::filesystem::path folder, std::vector<Warning>* warnings = nullptr)
       : folder_(std::move(folder)), warnings_(warnings) {}
 
-  /// The path itself where a file is there, or nothing of its name is found; else what is found.
+  /// The path itself if the file exists, or if no file with its name is found; else the found file.
   /// \param named_by  file and line that name it, for the warning
   std::filesystem::path find(const std::filesystem::path& path, const std::string& named_by);
 
-  /// Files of a name in the folder and those in it, below the folder, sorted, a line each: capital letters or not.
+  /// Files with a name in the folder and below, relative to it, sorted, one per line; case is ignored.
   std::string named(const std::string& name);
 
  private:
@@ -39,7 +39,7 @@ class FileFinder {
   std::filesystem::path folder_;
   std::vector<Warning>* warnings_;
   bool listed_ = false;
-  /// By the name in lower case.
+  /// By lower-case name.
   std::map<std::string, std::vector<std::filesystem::path>> files_;
   std::map<std::filesystem::path, std::filesystem::path> found_;
 };

@@ -25,9 +25,10 @@ namespace kiln {
 namespace {
 
 constexpr std::uint64_t kTriangles = 4,
-                        kFanMode = 6;  // modes; below are points and lines, between strips
+                        kFanMode = 6;  // primitive modes; lower values are points and lines, strips
+                                       // between
 
-/// A matrix on places, normals and tangents.
+/// Applies a matrix to positions, normals and tangents.
 class Placing {
  public:
   explicit Placing(const AffineMap& m) : m_(m) {
@@ -35,7 +36,8 @@ class Placing {
     const Vec3d yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
     const double determinant = dot(x, yz);
     mirrors_ = determinant < 0;
-    // The inverse transposed, but for a positive factor. Divided by the largest, so that no float overflows.
+    // The inverse transposed, up to a positive factor. Divided by the largest entry, so that no float
+    // overflows.
     double largest = 0;
     for (const Vec3d& v : {yz, zx, xy}) {
       largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -53,7 +55,7 @@ class Placing {
     return result;
   }
   Vec3 normal(const Vec3d& n) const { return unit(n_[0] * n.x + n_[1] * n.y + n_[2] * n.z); }
-  /// Tangent in the world, with the length that it has in the file, so that odd ones are told.
+  /// Tangent in the world with its length from the file, so that non-unit ones are reported.
   Vec3 tangent(const double* t) const {
     const Vec3d given(t[0], t[1], t[2]);
     const Vec3d moved(m_[0] * t[0] + m_[4] * t[1] + m_[8] * t[2],
@@ -73,11 +75,11 @@ class Placing {
   std::array<Vec3d, 3> n_;
 };
 
-/// A primitive's triangles, in the file's numbers, with its morph targets added.
+/// A primitive's triangles, in file coordinates, with its morph targets added.
 struct Primitive {
   GltfNumbers positions, normals, uvs, tangents, colors;
-  std::vector<GltfNumbers> other_uvs;        // as GltfReader::other_sets_ has them; empty: none
-  std::vector<GltfNumbers> joints, weights;  // a set each
+  std::vector<GltfNumbers> other_uvs;        // parallel to GltfReader::other_sets_; empty: none
+  std::vector<GltfNumbers> joints, weights;  // one per set
   std::string place;
   std::vector<Triangle> triangles;
   std::size_t material = 0;
@@ -98,7 +100,7 @@ class GltfReader {
     const auto parent = parents();
     worlds_.emplace(file_, parent, world_.map);
     visit_nodes(asset, parent);
-    look_ahead();
+    prescan();
     choose_uv_set();
     uv_maps_ = gltf_uv_maps(file_, uv_set_, input_.warnings != nullptr);
     for (const std::uint32_t set : gltf_uv_sets(file_)) {
@@ -109,7 +111,7 @@ class GltfReader {
     for (const Placed& placed : placed_) add(placed, asset);
     warn();
     if (builder_.faces() == 0) fail_empty();
-    // The pool of normals runs in step with the positions, or looks as if it did not.
+    // check_tangents() treats pools of equal size as parallel: an unused normal avoids a coincidence.
     if (flat_ != 0 && builder_.normals.size() == builder_.positions.size()) {
       builder_.normals.push_back({});
     }
@@ -127,22 +129,22 @@ class GltfReader {
       asset.materials.push_back(*std::find_if(materials.begin(), materials.end(),
                                               [&](const Material& m) { return m.name == name; }));
     }
-    note_vertex_opacity(asset.mesh, asset.materials);
+    set_vertex_opacity(asset.mesh, asset.materials);
     return asset;
   }
 
  private:
-  /// A mesh that a node places.
+  /// A mesh as instantiated by a node.
   struct Placed {
     std::size_t mesh;
-    std::uint32_t node;  // of the asset
+    std::uint32_t node;  // index of the node in the asset
     AffineMap matrix;
     std::string name;
     std::optional<std::size_t> skin;
-    std::vector<double> weights;  // of morph targets
+    std::vector<double> weights;  // weights of its morph targets
   };
 
-  /// Children have one parent, and no node is above itself.
+  /// Checks that nodes have at most one parent, and no cycles.
   std::vector<std::optional<std::size_t>> parents() const {
     const GltfValue nodes = file_.list("nodes");
     std::vector<std::optional<std::size_t>> parent(nodes.size());
@@ -157,7 +159,8 @@ class GltfReader {
         parent[child] = i;
       }
     }
-    // Roots are done, and children of what is done; who is left is its own ancestor, or below one.
+    // Topological order from the roots; nodes that are never reached are part of a cycle, or below
+    // one.
     std::vector<std::size_t> done;
     for (std::size_t i = 0; i < parent.size(); ++i) {
       if (!parent[i]) done.push_back(i);
@@ -176,8 +179,8 @@ class GltfReader {
     return parent;
   }
 
-  /// Nodes of the default scene; without one, of all scenes; without any, all.
-  /// A scene that lists a child beside its root has it once, where its parent puts it.
+  /// Nodes of the default scene; without one, of all scenes; without any, all nodes. A scene that
+  /// lists a child beside its root has the child once, with its parent's transform.
   std::vector<std::size_t> roots(const std::vector<std::optional<std::size_t>>& parent) {
     const GltfValue nodes = file_.list("nodes"), scenes = file_.list("scenes");
     std::vector<std::size_t> result;
@@ -260,13 +263,13 @@ class GltfReader {
         const GltfValue own = node["weights"];
         const std::vector<double> weights =
             numbers_of(own.exists() ? own : meshes.at(*mesh)["weights"]);
-        // A skinned mesh lies where its joints are, however often it is placed.
+        // A skinned mesh is placed by its joints, so instances would coincide.
         const std::vector<AffineMap> instances =
-            skin ? std::vector<AffineMap>{kNoMove} : instances_of(file_, node);
+            skin ? std::vector<AffineMap>{kIdentityMap} : instances_of(file_, node);
         require_memory("its instances", capped_product(instances.size(), sizeof(Placed)),
                        memory_failure(fail_, ""));
         for (const AffineMap& instance : instances) {
-          const AffineMap map = instances.size() == 1 && instance == kNoMove
+          const AffineMap map = instances.size() == 1 && instance == kIdentityMap
                                     ? worlds.back()
                                     : product(worlds.back(), instance);
           placed_.push_back({*mesh, index, map, unique.add(name), skin, weights});
@@ -285,12 +288,12 @@ class GltfReader {
     return result;
   }
 
-  /// Vertices, and corners of triangles.
+  /// Numbers of vertices and of triangles' corners.
   struct Counts {
     std::uint64_t vertices = 0, corners = 0;
   };
 
-  /// What a mesh has, by the heads of what is packed, before any of it is unpacked.
+  /// Counts a mesh's elements from headers of compressed data, before anything is decompressed.
   Counts count_mesh(const GltfValue& primitives) {
     Counts counts;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
@@ -301,7 +304,7 @@ class GltfReader {
       const auto index = primitive["indices"].index_into(file_.list("accessors"));
       const GltfValue packed = primitive["extensions"][kDraco];
       if (is_packed(packed, *position)) {
-        // Its accessors may say anything.
+        // Its accessors are not reliable.
         const DracoCounts held = count_draco(file_, packed);
         counts.vertices += std::clamp(file_.list("accessors").at(*position)["count"].count(0),
                                       held.vertices, std::max(held.vertices, 3 * held.triangles));
@@ -325,8 +328,8 @@ class GltfReader {
            (kReadsDraco || !file_.list("accessors").at(position)["bufferView"].exists());
   }
 
-  /// Finds what all primitives have together, and whether memory can hold what the nodes place.
-  void look_ahead() {
+  /// Finds common properties of all primitives, and checks the memory for all instances.
+  void prescan() {
     std::map<std::size_t, Counts> known;
     std::uint64_t vertices = 0, corners = 0;
     for (const Placed& placed : placed_) {
@@ -391,7 +394,7 @@ class GltfReader {
     Primitive result;
     result.positions = file_.numbers(*position, 3);
     const std::size_t count = result.positions.count();
-    for (const Wanted& wanted : wanted_of(attributes, placed, result)) {
+    for (const RequestedAttribute& wanted : requested_attributes(attributes, placed, result)) {
       *wanted.to = attribute(attributes, wanted.name, wanted.width, count);
     }
     finish_primitive(from, placed, result);
@@ -406,20 +409,21 @@ class GltfReader {
     return result;
   }
 
-  /// An attribute, and where it is put.
-  struct Wanted {
+  /// An attribute and its destination.
+  struct RequestedAttribute {
     std::string name;
     std::size_t width;
     GltfNumbers* to;
   };
 
-  /// All attributes that are read, but for positions.
-  std::vector<Wanted> wanted_of(const GltfValue& attributes, const Placed& placed,
-                                Primitive& result) const {
-    std::vector<Wanted> wanted = {{"NORMAL", 3, &result.normals},
-                                  {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
-                                  {"COLOR_0", GltfFile::kColor, &result.colors},
-                                  {"TANGENT", 4, &result.tangents}};
+  /// All attributes that are read, except positions.
+  std::vector<RequestedAttribute> requested_attributes(const GltfValue& attributes,
+                                                       const Placed& placed,
+                                                       Primitive& result) const {
+    std::vector<RequestedAttribute> wanted = {{"NORMAL", 3, &result.normals},
+                                              {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                                              {"COLOR_0", GltfFile::kColor, &result.colors},
+                                              {"TANGENT", 4, &result.tangents}};
     result.other_uvs.resize(other_sets_.size());
     for (std::size_t k = 0; k < other_sets_.size(); ++k) {
       wanted.push_back({kUvSet + std::to_string(other_sets_[k]), 2, &result.other_uvs[k]});
@@ -442,7 +446,7 @@ class GltfReader {
   }
 
   void finish_primitive(const GltfValue& from, const Placed& placed, Primitive& result) {
-    // The spec: tangents without normals are to be ignored.
+    // By the specification, tangents without normals are ignored.
     if (result.normals.values.empty()) result.tangents = {};
     result.place = from.place();
     add_targets(from["targets"], placed.weights, result);
@@ -455,16 +459,16 @@ class GltfReader {
                    Primitive& result) {
     if (targets.size() == 0) return;
     ++morphs_;
-    const Wanted changed[] = {{"POSITION", 3, &result.positions},
-                              {"NORMAL", 3, &result.normals},
-                              {"TANGENT", 3, &result.tangents},  // not its sign
-                              {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
-                              {"COLOR_0", GltfFile::kColor, &result.colors}};
+    const RequestedAttribute changed[] = {{"POSITION", 3, &result.positions},
+                                          {"NORMAL", 3, &result.normals},
+                                          {"TANGENT", 3, &result.tangents},  // without its sign
+                                          {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                                          {"COLOR_0", GltfFile::kColor, &result.colors}};
     const std::size_t count = result.positions.count();
     for (std::size_t i = 0; i < std::min(targets.size(), weights.size()); ++i) {
       if (weights[i] == 0) continue;
       const GltfValue target = targets.at(i);
-      for (const Wanted& to : changed) {
+      for (const RequestedAttribute& to : changed) {
         if (to.to->values.empty()) continue;
         add_offsets(attribute(target, to.name, to.width, count), weights[i], *to.to);
       }
@@ -488,11 +492,11 @@ class GltfReader {
   Primitive read_packed(const GltfValue& from, const GltfValue& packed, const Placed& placed) {
     Primitive result;
     const GltfValue given = from["attributes"], ids = packed["attributes"];
-    std::vector<Wanted> wanted = wanted_of(given, placed, result);
+    std::vector<RequestedAttribute> wanted = requested_attributes(given, placed, result);
     wanted.insert(wanted.begin(), {"POSITION", 3, &result.positions});
     std::vector<DracoAttribute> attributes;
     std::vector<GltfNumbers*> to;
-    for (const Wanted& attribute : wanted) {
+    for (const RequestedAttribute& attribute : wanted) {
       const auto accessor = given[attribute.name].index_into(file_.list("accessors"));
       if (!accessor || !ids[attribute.name].exists()) continue;
       attributes.push_back({ids[attribute.name].count(0), file_.list("accessors").at(*accessor),
@@ -504,8 +508,8 @@ class GltfReader {
     }
     const std::shared_ptr<const DracoMesh> mesh = unpack(packed, attributes);
     for (std::size_t i = 0; i < to.size(); ++i) *to[i] = mesh->attributes[i];
-    // Attributes that are not packed lie beside it.
-    for (const Wanted& attribute : wanted) {
+    // Uncompressed attributes are stored beside it.
+    for (const RequestedAttribute& attribute : wanted) {
       if (!ids[attribute.name].exists()) {
         *attribute.to = this->attribute(given, attribute.name, attribute.width, mesh->points);
       }
@@ -515,7 +519,7 @@ class GltfReader {
     return result;
   }
 
-  /// Unpacks a primitive; what several use is kept.
+  /// Decompresses a primitive; results that several primitives use are cached.
   std::shared_ptr<const DracoMesh> unpack(const GltfValue& packed,
                                           const std::vector<DracoAttribute>& attributes) {
     std::string key = packed["bufferView"].dump();
@@ -542,19 +546,19 @@ class GltfReader {
       const Triangle t = mode == kFanMode ? Triangle{order[i + 1], order[i + 2], order[0]}
                          : i % 2 == 0     ? Triangle{order[i], order[i + 1], order[i + 2]}
                                           : Triangle{order[i], order[i + 2], order[i + 1]};
-      // One with a repeated corner only turns the strip.
+      // Degenerate triangles only change the strip's direction.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }
   }
 
-  /// Primitives of a mesh as a node has it; those of the node before, where they are the same.
+  /// Primitives of a mesh as a node instantiates it; cached for consecutive equal nodes.
   const std::vector<Primitive>& primitives_of(const Placed& placed) {
     const bool skinned = placed.skin.has_value();
     if (last_ && last_->mesh == placed.mesh && last_->skinned == skinned &&
         last_->weights == placed.weights) {
       return last_->primitives;
     }
-    last_ = Last{placed.mesh, skinned, placed.weights, {}};
+    last_ = CachedPrimitives{placed.mesh, skinned, placed.weights, {}};
     const GltfValue primitives = file_.list("meshes").at(placed.mesh)["primitives"];
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       std::optional<Primitive> primitive = read_primitive(primitives.at(i), placed);
@@ -578,13 +582,13 @@ class GltfReader {
     }
   }
 
-  /// Ways of a primitive's vertices to the world: one for all, or one each.
+  /// Transforms of a primitive's vertices to the world: one for all, or one per vertex.
   struct Placings {
     Placing node;
-    std::vector<Placing> own;  // of skinned vertices
+    std::vector<Placing> own;  // one per vertex if skinned
 
     const Placing& of(std::size_t vertex) const { return own.empty() ? node : own[vertex]; }
-    /// True if a triangle is turned inside out: by most of its corners.
+    /// True if a triangle is mirrored, by the majority of its corners.
     bool mirror(const Triangle& t) const {
       return int{of(t[0]).mirrors()} + int{of(t[1]).mirrors()} + int{of(t[2]).mirrors()} >= 2;
     }
@@ -608,8 +612,8 @@ class GltfReader {
 
   Vec2 uv_of(const GltfNumbers& uvs, std::size_t vertex) const {
     if (uvs.values.empty()) {
-      constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-      return {kNowhere, kNowhere};
+      constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
+      return {kMissingUv, kMissingUv};
     }
     return {narrow(uvs.at(vertex)[0]), narrow(1 - uvs.at(vertex)[1])};
   }
@@ -665,7 +669,7 @@ class GltfReader {
     }
   }
 
-  /// The spec: without normals, triangles are flat.
+  /// By the specification, triangles without normals are flat.
   std::uint32_t add_flat_normal(const Triangle& corners) {
     const auto at = [&](std::size_t k) {
       const MeshBuilder::Position& p = builder_.positions[corners[k]];
@@ -678,7 +682,7 @@ class GltfReader {
     return static_cast<std::uint32_t>(builder_.normals.size() - 1);
   }
 
-  /// glTF's are in linear light, Kiln's bytes are sRGB.
+  /// glTF's colours are linear, Kiln's bytes are sRGB.
   void add_color(const GltfNumbers& colors, std::size_t vertex) {
     std::array<std::uint8_t, 4> bytes{255, 255, 255, 255};
     if (!colors.values.empty()) {
@@ -704,32 +708,35 @@ class GltfReader {
   }
 
   void warn() const {
-    const auto say = [this](std::uint64_t count, const char* code, const std::string& text) {
+    const auto warn_count = [this](std::uint64_t count, const char* code, const std::string& text) {
       if (count != 0) input_.warn(code, text, count);
     };
-    say(lines_, "ignored-primitives",
-        counted(lines_, "primitive") + " of points or lines (" + first_lines_ +
-            " for one) were left out: they are no surface.");
-    say(odd_, "short-faces",
-        counted(odd_, "primitive") + " (" + first_odd_ +
-            " for one) end in a triangle with fewer than three corners; it was left out.");
-    say(flat_, "flat-normals",
-        counted(flat_, "triangle") + " without normals: flat, as glTF has it.");
-    say(skins_, "rest-pose",
+    warn_count(lines_, "ignored-primitives",
+               counted(lines_, "primitive") + " of points or lines (" + first_lines_ +
+                   " for one) were left out: they are no surface.");
+    warn_count(odd_, "short-faces",
+               counted(odd_, "primitive") + " (" + first_odd_ +
+                   " for one) end in a triangle with fewer than three corners; it was left out.");
+    warn_count(flat_, "flat-normals",
+               counted(flat_, "triangle") + " without normals: flat, as glTF has it.");
+    warn_count(
+        skins_, "rest-pose",
         counted(skins_, "skinned primitive") +
             ": taken in the pose at rest, by where the nodes of its joints are. What is baked onto "
             "it is right in every pose, but a file that Kiln writes has no skin.");
-    say(free_, "unweighted-vertices",
-        counted(free_, "vertex of a skin", "vertices of skins") + " (in " + first_free_ +
-            " for one) without weights: they lie where the mesh's own node puts them.");
-    say(morphs_, "rest-pose",
-        counted(morphs_, "primitive") +
-            " with morph targets: taken with the targets' default weights.");
-    say(children_, "scene-child",
-        counted(children_, "node", "nodes") + " of its scene (" + first_child_ + " for one) " +
-            (children_ == 1 ? "is a child of another" : "are children of others") +
-            " that it lists, too: read once, where the parent puts it.");
-    say(bright_, "bright-colors",
+    warn_count(free_, "unweighted-vertices",
+               counted(free_, "vertex of a skin", "vertices of skins") + " (in " + first_free_ +
+                   " for one) without weights: they lie where the mesh's own node puts them.");
+    warn_count(morphs_, "rest-pose",
+               counted(morphs_, "primitive") +
+                   " with morph targets: taken with the targets' default weights.");
+    warn_count(children_, "scene-child",
+               counted(children_, "node", "nodes") + " of its scene (" + first_child_ +
+                   " for one) " +
+                   (children_ == 1 ? "is a child of another" : "are children of others") +
+                   " that it lists, too: read once, where the parent puts it.");
+    warn_count(
+        bright_, "bright-colors",
         counted(bright_, "number") + " of vertex colours are above 1, and were cut off there.");
   }
 
@@ -746,26 +753,28 @@ class GltfReader {
 
   const MeshInput& input_;
   const GltfFile file_;
-  const WorldFrame world_ = world_frame(input_.options, kNoMove, 1);
+  const WorldFrame world_ = world_frame(input_.options, kIdentityMap, 1);
   MeshBuilder builder_;
   const std::vector<std::string> material_names_;
   const FailWith fail_ = [this](const std::string& place, const std::string& problem,
                                 const std::string& remedy) { input_.fail(place, problem, remedy); };
   std::optional<GltfWorlds> worlds_;
-  std::vector<std::optional<UvMap>> uv_maps_;  // of materials
-  std::vector<std::uint32_t> other_sets_;      // of UVs that materials use beside the chosen one
-  std::map<std::size_t, std::uint64_t> packed_uses_;                  // of views
-  std::map<std::string, std::shared_ptr<const DracoMesh>> unpacked_;  // that several use
+  std::vector<std::optional<UvMap>> uv_maps_;  // UV transform per material
+  std::vector<std::uint32_t> other_sets_;      // UV sets that materials use beside the chosen one
+  std::map<std::size_t, std::uint64_t> packed_uses_;                  // number of uses per buffer
+                                                                      // view
+  std::map<std::string, std::shared_ptr<const DracoMesh>> unpacked_;  // results that several
+                                                                      // primitives use
   /// Primitives that were read last.
-  struct Last {
+  struct CachedPrimitives {
     std::size_t mesh = 0;
     bool skinned = false;
     std::vector<double> weights;
     std::vector<Primitive> primitives;
   };
-  std::optional<Last> last_;
+  std::optional<CachedPrimitives> last_;
   std::vector<Placed> placed_;
-  std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // that there are; that is read
+  std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // number of sets; chosen set
   bool has_colors_ = false, has_tangents_ = false;
   std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, free_ = 0, morphs_ = 0, children_ = 0,
                 bright_ = 0;

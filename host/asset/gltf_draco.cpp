@@ -33,37 +33,38 @@ DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
 namespace kiln {
 namespace {
 
-/// Limits of what a decoder may allocate. Draco believes the numbers of a file.
+/// Limits of a decoder's allocations, since Draco trusts the numbers of a file.
 class Limits {
  public:
   Limits(const GltfValue& place, std::size_t bytes) : place_(place), bytes_(bytes) {}
 
-  /// Checks the numbers of triangles and vertices before Draco makes room for them.
+  /// Checks the numbers of triangles and vertices before Draco allocates them.
   /// \returns them in the order of the method: triangles first (sequential), or vertices (edgebreaker)
   std::array<std::uint32_t, 2> check_connectivity(draco::DecoderBuffer ahead) const {
     std::array<std::uint32_t, 2> counts{};
     for (std::uint32_t& count : counts) {
       if (!draco::DecodeVarint(&count, &ahead)) fail();
     }
-    constexpr std::uint64_t kMostAByte = 512, kFew = 65536, kBytesEach = 160;
+    constexpr std::uint64_t kMaxTrianglesPerByte = 512, kUncheckedTriangles = 65536,
+                            kBytesPerTriangle = 160;
     const std::uint64_t most = std::max(counts[0], counts[1]);
-    if (most > kMostAByte * bytes_ + kFew) {
+    if (most > kMaxTrianglesPerByte * bytes_ + kUncheckedTriangles) {
       place_.fail("its " + std::to_string(bytes_) + " bytes would hold " + std::to_string(most) +
                   " triangles or vertices, more than they can");
     }
-    require(capped_product(most, kBytesEach));
+    require(capped_product(most, kBytesPerTriangle));
     return counts;
   }
 
   void check_attributes(const draco::PointCloud& points) const {
     std::uint64_t bytes = 0;
     for (std::int32_t i = 0; i < points.num_attributes(); ++i) {
-      // Each is held as integers, too, and numbered.
+      // Each is also stored as integers, with an index.
       bytes +=
           std::uint64_t{8} * static_cast<std::uint64_t>(points.attribute(i)->num_components()) + 8;
     }
-    constexpr std::uint64_t kMost = 1024;  // bytes a point, of no real file
-    if (bytes > kMost) {
+    constexpr std::uint64_t kMaxBytesPerPoint = 1024;  // bytes per point; real files need less
+    if (bytes > kMaxBytesPerPoint) {
       place_.fail("it has more attributes than a mesh can use");
     }
     require(capped_product(points.num_points(), bytes));
@@ -84,7 +85,7 @@ class Limits {
   std::size_t bytes_;
 };
 
-/// A decoder that looks before it allocates.
+/// A decoder that checks sizes before it allocates.
 template <typename Decoder>
 class Bounded : public Decoder {
  public:
@@ -104,7 +105,7 @@ class Bounded : public Decoder {
   const Limits& limits_;
 };
 
-/// A decoder that reads the head alone, and then fails.
+/// A decoder that reads only the header, and then fails.
 template <typename Decoder>
 class HeadReader : public Decoder {
  public:
@@ -121,7 +122,7 @@ class HeadReader : public Decoder {
   const Limits& limits_;
 };
 
-/// \throws Error(input) where it is no head of glTF's Draco. \returns the method
+/// \throws Error(input) if it is not a Draco header of glTF. \returns the method
 int method_of(draco::DecoderBuffer ahead, const Limits& limits) {
   draco::DracoHeader header;
   if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok() ||
@@ -173,7 +174,7 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
   if (!fits) {
     fail("its packed " + asked.name + " has " + std::to_string(result.width) + " numbers a vertex");
   }
-  double largest = 1;  // that stands for 1
+  double largest = 1;  // integer that stands for 1
   if (asked.accessor["normalized"].flag() && !attribute->normalized()) {
     largest = GltfFile::largest_of(asked.accessor);
   }

@@ -17,33 +17,34 @@ inline constexpr bool kReadsDraco = false;
 
 inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
-/// Content of a primitive's packed data.
+/// Decompressed data of a primitive.
 struct DracoMesh {
-  std::vector<std::uint32_t> indices;  ///< Three a triangle, each below `points`
+  std::vector<std::uint32_t> indices;  ///< Three per triangle, each below `points`
   std::size_t points = 0;
-  std::vector<GltfNumbers> attributes;  ///< As asked for; each of so many points
+  std::vector<GltfNumbers> attributes;  ///< As requested; one element per point
 };
 
-/// An attribute of packed data.
+/// An attribute of compressed data.
 struct DracoAttribute {
-  std::uint64_t id = 0;   ///< As the extension numbers it
-  GltfValue accessor;     ///< Says what its numbers are
-  std::size_t width = 0;  ///< As GltfFile::numbers() takes it
-  std::string name;       ///< For messages
+  std::uint64_t id = 0;   ///< Id in the extension
+  GltfValue accessor;     ///< JSON that describes its numbers
+  std::size_t width = 0;  ///< As for GltfFile::numbers()
+  std::string name;       ///< Name for messages
 };
 
-/// What packed data says it holds.
+/// Counts from the header of compressed data.
 struct DracoCounts {
   std::uint64_t triangles = 0;
-  std::uint64_t vertices = 0;  ///< Before seams of attributes split any
+  std::uint64_t vertices = 0;  ///< Before seams split any
 };
 
-/// Reads the head of what the extension of a primitive names, and unpacks nothing. Without Draco all are 0.
-/// \throws Error(input) where it says that it holds more than its bytes can
+/// Reads the header of a primitive's compressed data, and decompresses nothing. All are 0 in builds without
+/// Draco.
+/// \throws Error(input) if the counts exceed the data's size
 DracoCounts count_draco(const GltfFile& file, const GltfValue& extension);
 
-/// Unpacks what the extension of a primitive names. What a file may allocate goes by its bytes: 512 triangles each.
-/// \throws Error(input): also where this build is without Draco
+/// Decompresses a primitive. Allocations are limited by its size: 512 triangles per byte.
+/// \throws Error(input), also in builds without Draco
 DracoMesh unpack_draco(const GltfFile& file, const GltfValue& extension,
                        const std::vector<DracoAttribute>& attributes);
 

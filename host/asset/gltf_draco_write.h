@@ -1,4 +1,4 @@
-// KHR_draco_mesh_compression, out.
+// Writing of KHR_draco_mesh_compression.
 #pragma once
 
 #include <cstdint>
@@ -8,28 +8,29 @@
 
 namespace kiln {
 
-/// Numbers of all vertices that a primitive is packed with.
+/// An attribute of all vertices of a primitive.
 struct DracoStream {
   enum class Use { position, normal, uv, other };
 
   Use use = Use::other;
-  std::size_t width = 0;              ///< Numbers a vertex
-  std::vector<float> values;          ///< Empty where `shares` has them
-  std::vector<std::uint16_t> shares;  ///< Of 65535; kept as they are
+  std::size_t width = 0;              ///< Numbers per vertex
+  std::vector<float> values;          ///< Empty if `shares` is used
+  std::vector<std::uint16_t> shares;  ///< In 1/65535; stored exactly
 };
 
 /// True if Draco was built in.
 bool can_pack_draco();
 
-/// A primitive as Draco packs it.
+/// A primitive compressed by Draco.
 struct DracoPrimitive {
   std::string bytes;
-  std::size_t vertices = 0;        ///< When unpacked
-  std::size_t indices = 0;         ///< The same
-  std::vector<std::uint32_t> ids;  ///< Of the streams, in order
+  std::size_t vertices = 0;        ///< After decompression
+  std::size_t indices = 0;         ///< After decompression
+  std::vector<std::uint32_t> ids;  ///< Ids of the streams, in order
 };
 
-/// Packs triangles: positions and UVs in 16 bits of their range, other numbers in 12. \throws Error(usage) without Draco
+/// Compresses triangles: positions and UVs in 16 bits of their range, other attributes in 12. \throws Error(usage)
+/// without Draco
 DracoPrimitive pack_draco(std::span<const std::uint32_t> indices, std::size_t vertices,
                           std::span<const DracoStream> streams);
 

@@ -33,10 +33,10 @@ T read_as(const char* from) {
   return value;
 }
 
-/// A component's type as glTF numbers it.
+/// A component type by its number in glTF.
 struct ComponentType {
   std::size_t bytes;
-  double largest;  ///< Stands for 1 where integers are normalised
+  double largest;  ///< Value that stands for 1 if integers are normalised
   double (*read)(const char* from);
 };
 
@@ -48,8 +48,8 @@ constexpr ComponentType component_type() {
 
 constexpr std::uint64_t kFloat = 5126;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
-// Of bytes packed by meshopt: vertices take at least 1/64 of theirs, 2 bits for 16.
-constexpr std::uint64_t kMostUnpacked = 64, kUnpackedTail = 65536;
+// Limits of meshopt's ratio: vertices take at least 1/64 of their size, 2 bits for 16 bytes.
+constexpr std::uint64_t kMaxUnpackedRatio = 64, kUncheckedBytes = 65536;
 
 ComponentType component_of(const GltfValue& place, std::uint64_t type) {
   switch (type) {
@@ -80,7 +80,7 @@ std::size_t width_of(const std::string& type) {
   return 0;
 }
 
-/// Replaces percent escapes by what they stand for. An escape that is none stays.
+/// Decodes percent escapes. Invalid escapes are kept.
 std::string decode_percent(std::string_view text) {
   const auto digit = [](char c) {
     return c >= '0' && c <= '9'   ? c - '0'
@@ -101,7 +101,7 @@ std::string decode_percent(std::string_view text) {
   return result;
 }
 
-/// False where a character is none of base64's.
+/// Returns false for characters outside of base64.
 bool decode_base64(std::string_view text, std::string& bytes) {
   while (text.ends_with('=')) text.remove_suffix(1);
   bytes.clear();
@@ -135,8 +135,8 @@ bool decode_base64(std::string_view text, std::string& bytes) {
 
 bool is_supported(const std::string& extension) {
   // By the specification, a reader refuses extensionsRequired that it does not know. But each KHR_materials_* keeps the
-  // core material beside its own looks (clearcoat, sheen...), which no map holds: shape, UVs and maps are what the file
-  // says, and a warning names what was left out. Lights and metadata are no part of a surface.
+  // core material beside its own effects (clearcoat, sheen...), for which there is no map: geometry, UVs and maps are
+  // valid, and a warning names the ignored extension. Lights and metadata do not affect surfaces.
   for (const char* start : {"KHR_materials_", "KHR_lights_", "KHR_xmp", "KHR_animation_"}) {
     if (extension.starts_with(start)) return true;
   }
@@ -198,7 +198,7 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   }
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const std::string& remedy) { input.fail(place, problem, remedy); };
-  // A list of empty lists takes the most: 16 bytes and a vector for two characters.
+  // Worst case: a list of empty lists takes 16 bytes and a vector for two characters.
   require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
   if (is_nested_too_deep(text)) {
     input.fail("",
@@ -307,7 +307,7 @@ std::string_view GltfFile::buffer(std::size_t index) const {
   return bytes.substr(0, length);
 }
 
-/// A buffer's file, which is read once, however many buffers name it.
+/// A buffer's file, which is read once for all buffers that refer to it.
 std::shared_ptr<const std::string> GltfFile::read_buffer(const GltfValue& uri) const {
   const std::filesystem::path path = path_of(uri);
   std::shared_ptr<const std::string>& known = files_[path.lexically_normal()];
@@ -321,7 +321,7 @@ std::shared_ptr<const std::string> GltfFile::read_buffer(const GltfValue& uri) c
   return known;
 }
 
-/// Bytes of a buffer that a view, or its packed form, takes.
+/// Bytes of a buffer that a view, or its compressed form, occupies.
 std::string_view GltfFile::part_of_buffer(const GltfValue& view) const {
   const auto buffer_index = view["buffer"].index_into(list("buffers"));
   if (!buffer_index) view.fail("it names no buffer");
@@ -347,8 +347,8 @@ GltfFile::Packed GltfFile::packed_of(const GltfValue& packed) const {
           packed["filter"].text()};
 }
 
-/// Refuses views that together unpack to more than the bytes they lie in can hold, before any is unpacked: each alone
-/// may fit where thousands of them overlap.
+/// Refuses views whose total decompressed size exceeds what their bytes can hold, before any is decompressed: each
+/// may be valid alone while thousands of them overlap.
 void GltfFile::check_packed() const {
   if (packed_fit_) return;
   const GltfValue views = list("bufferViews");
@@ -361,7 +361,7 @@ void GltfFile::check_packed() const {
     const auto [part, added] = parts.insert(packed_of(packed));
     if (!added) continue;
     if (part->step != 0 &&
-        part->count > (kMostUnpacked * part->length + kUnpackedTail) / part->step) {
+        part->count > (kMaxUnpackedRatio * part->length + kUncheckedBytes) / part->step) {
       packed.fail("it should hold " + std::to_string(part->count) + " elements, more than its " +
                   std::to_string(part->length) + " bytes can");
     }
@@ -370,7 +370,7 @@ void GltfFile::check_packed() const {
     buffers.insert(part->buffer);
   }
   for (const std::size_t i : buffers) bytes += buffer(i).size();
-  if (unpacked > kMostUnpacked * bytes + kUnpackedTail) {
+  if (unpacked > kMaxUnpackedRatio * bytes + kUncheckedBytes) {
     views.fail("what is packed by " + std::string(kMeshopt) + " should hold " +
                std::to_string(unpacked) + " bytes, more than the " + std::to_string(bytes) +
                " bytes can that it lies in");
@@ -434,7 +434,7 @@ double GltfFile::largest_of(const GltfValue& accessor) {
   return type == kFloat ? 1 : component_of(accessor, type).largest;
 }
 
-/// Place of an accessor's elements.
+/// Location of an accessor's elements.
 struct GltfFile::Elements {
   const char* first = nullptr;
   std::size_t step = 0;
@@ -449,7 +449,7 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   const std::size_t size = component_of(accessor, component_type).bytes * width;
   const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
   const std::string_view bytes = view(*view_index);
-  // Without overflow: count is at most 2^53 by JSON, and so is divided.
+  // No overflow: counts in JSON are at most 2^53, and the division comes first.
   const bool fits = count == 0 || (offset <= bytes.size() && bytes.size() - offset >= size &&
                                    (count - 1) <= (bytes.size() - offset - size) / step);
   if (!fits) {
@@ -460,7 +460,7 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   return {count == 0 ? nullptr : bytes.data() + offset, step};
 }
 
-/// Finds an accessor's elements, but for sparse ones; nothing if all are zeros.
+/// Locates an accessor's elements, except sparse ones; nothing if all are zeros.
 GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
   const std::uint64_t count = accessor["count"].count(0);
   const GltfValue view = accessor["bufferView"];
@@ -469,8 +469,8 @@ GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
     return elements(accessor, view, count, accessor["byteOffset"].count(0),
                     accessor["componentType"].count(0), width_of(accessor["type"].text()), step);
   }
-  constexpr std::size_t kFewZeros = 65536;
-  if (count > std::max(input_.bytes.size(), kFewZeros)) {
+  constexpr std::size_t kUncheckedZeros = 65536;
+  if (count > std::max(input_.bytes.size(), kUncheckedZeros)) {
     accessor.fail("it has " + std::to_string(count) +
                   " elements without a bufferView, more than the file has bytes");
   }

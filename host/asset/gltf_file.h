@@ -18,7 +18,7 @@ namespace kiln {
 
 /// The numbers of an accessor.
 struct GltfNumbers {
-  std::size_t width = 0;       ///< Numbers an element
+  std::size_t width = 0;       ///< Numbers per element
   std::vector<double> values;  ///< Normalised integers as fractions
 
   std::size_t count() const { return width == 0 ? 0 : values.size() / width; }
@@ -27,7 +27,7 @@ struct GltfNumbers {
 
 class GltfFile {
  public:
-  /// Parses the container and the JSON; buffers are read when first used. The input must outlive this.
+  /// Parses the container and the JSON; buffers are read at first use. The input must outlive this.
   /// \throws Error(input), as all functions here
   explicit GltfFile(const MeshInput& input);
   ~GltfFile();
@@ -36,32 +36,32 @@ class GltfFile {
 
   const MeshInput& input() const { return input_; }
   GltfValue root() const;
-  /// A list at the top: "meshes".
+  /// A top-level list, such as "meshes".
   GltfValue list(std::string_view name) const { return root()[name]; }
 
-  /// \param width  numbers an element; kColor: 3 or 4; kMatrix: a MAT4, column-major
+  /// \param width  numbers per element; kColor: 3 or 4; kMatrix: a MAT4, column-major
   GltfNumbers numbers(std::size_t accessor, std::size_t width) const;
   static constexpr std::size_t kColor = 34, kMatrix = 16;
   /// True if an accessor's numbers are integers, normalised or not.
   bool holds_integers(std::size_t accessor) const;
-  /// The number that stands for 1 where an accessor's integers are normalised.
+  /// The integer that stands for 1 in a normalised accessor.
   static double largest_of(const GltfValue& accessor);
-  /// Indices, each below `below`. Where there are strips, those that restart them are refused, too.
+  /// Indices, each below `below`, so that primitive-restart indices are refused, too.
   std::vector<std::uint32_t> indices(std::size_t accessor, std::size_t below) const;
-  /// Elements of an accessor, as many as the file can hold, before any of it is read.
+  /// Number of an accessor's elements, checked against the file's size before it is read.
   std::size_t count(std::size_t accessor) const;
 
   /// The bytes of a buffer view.
   std::string_view view(std::size_t index) const;
-  /// True for a URI that holds its bytes; then they are put into `bytes`.
+  /// True for a data URI, whose decoded bytes are stored in `bytes`.
   static bool decode_data_uri(const GltfValue& uri, std::string& bytes);
-  /// The file that a URI names. Absolute ones and those that leave the folder, also by a symbolic link, are refused
-  /// without LoadMeshOptions::outside.
+  /// The file of a URI. Absolute paths, and paths out of the folder, also by symbolic links, are refused without
+  /// LoadMeshOptions::outside.
   std::filesystem::path path_of(const GltfValue& uri) const;
 
  private:
   struct Elements;
-  /// Content of EXT_meshopt_compression. Views that are equal in all of it have the same bytes.
+  /// Fields of EXT_meshopt_compression. Views with equal fields have the same bytes.
   struct Packed {
     std::size_t buffer = 0;
     std::uint64_t offset = 0, length = 0, count = 0, step = 0;
@@ -85,10 +85,11 @@ class GltfFile {
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_;
   bool has_binary_ = false;
-  mutable std::map<std::size_t, std::shared_ptr<const std::string>> buffers_;  // but for binary_
-  mutable std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_;  // of buffers
-  mutable std::map<Packed, std::string> unpacked_;  // views packed by meshopt
-  mutable bool packed_fit_ = false;                 // as check_packed() found
+  // Caches: buffers except binary_, and files that several buffers may share.
+  mutable std::map<std::size_t, std::shared_ptr<const std::string>> buffers_;
+  mutable std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_;
+  mutable std::map<Packed, std::string> unpacked_;  // cached decompressed views
+  mutable bool packed_fit_ = false;                 // result of check_packed()
 };
 
 }  // namespace kiln

@@ -57,9 +57,9 @@ double GltfValue::number(double otherwise) const {
 
 std::uint64_t GltfValue::count(std::uint64_t otherwise) const {
   if (!exists()) return otherwise;
-  constexpr double kMost = 9007199254740992;  // beyond, not each integer is a double
-  const double value = number(0);             // some write 3.0
-  if (!(value >= 0 && value <= kMost) || value != std::floor(value)) {
+  constexpr double kMaxExactInteger = 9007199254740992;  // above, not every integer is a double
+  const double value = number(0);                        // some exporters write 3.0
+  if (!(value >= 0 && value <= kMaxExactInteger) || value != std::floor(value)) {
     fail("it is no whole number from 0 on");
   }
   return static_cast<std::uint64_t>(value);
@@ -76,7 +76,7 @@ std::optional<std::size_t> GltfValue::index_into(const GltfValue& list) const {
 }
 
 std::string GltfValue::dump() const {
-  // Text that is no UTF-8 would throw.
+  // Invalid UTF-8 would otherwise throw.
   return exists() ? value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
                   : std::string();
 }

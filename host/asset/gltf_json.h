@@ -1,4 +1,4 @@
-// JSON of a glTF file, read with checks that name the place.
+// JSON of a glTF file with checked access, whose errors name the element.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace kiln {
 
-/// A value of a glTF file, or the lack of one, and what to call it: "accessors[3].count". Each function throws
-/// Error(input) for a value that is of another type.
+/// A value of a glTF file, possibly missing, and its path: "accessors[3].count". Each function throws
+/// Error(input) for a value of another type.
 class GltfValue {
  public:
   GltfValue(const MeshInput& input, const nlohmann::json* value, std::string place)
@@ -22,23 +22,23 @@ class GltfValue {
 
   bool exists() const { return value_ != nullptr; }
   const std::string& place() const { return place_; }
-  /// A member of this object; none where this is missing.
+  /// A member of this object; missing if the object is.
   GltfValue operator[](std::string_view key) const;
-  /// An entry of this list; below size().
+  /// An entry of this list; the index is below size().
   GltfValue at(std::size_t index) const;
-  /// Elements of this list; 0 where it is missing.
+  /// Number of elements of this list; 0 if it is missing.
   std::size_t size() const;
 
-  /// Names of this object's members; none where it is missing.
+  /// Names of this object's members; none if it is missing.
   std::vector<std::string> names() const;
 
-  std::string text() const;  ///< Empty where it is missing
-  bool flag() const;         ///< False where it is missing
+  std::string text() const;  ///< Empty if missing
+  bool flag() const;         ///< False if missing
   double number(double otherwise) const;
   std::uint64_t count(std::uint64_t otherwise) const;
-  /// An index into a list of the file; nothing where it is missing.
+  /// An index into a list of the file; nothing if missing.
   std::optional<std::size_t> index_into(const GltfValue& list) const;
-  /// As many numbers, or `otherwise` where they are missing.
+  /// N numbers, or `otherwise` if missing.
   template <std::size_t N>
   std::array<double, N> numbers(const std::array<double, N>& otherwise) const {
     if (!exists()) return otherwise;
@@ -48,7 +48,7 @@ class GltfValue {
     for (std::size_t k = 0; k < N; ++k) result[k] = at(k).number(0);
     return result;
   }
-  /// As JSON; empty where it is missing.
+  /// As JSON; empty if missing.
   std::string dump() const;
 
   [[noreturn]] void fail(const std::string& problem,

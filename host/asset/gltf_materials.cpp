@@ -38,18 +38,18 @@ constexpr bool kReadsWebp = true;
 constexpr bool kReadsWebp = false;
 #endif
 
-/// KHR_texture_transform of a picture.
+/// The KHR_texture_transform of a picture.
 UvMap uv_map_of(const GltfValue& texture_info) {
   const GltfValue transform = texture_info["extensions"]["KHR_texture_transform"];
   const std::array<double, 2> offset = transform["offset"].numbers<2>({0, 0});
   const std::array<double, 2> scale = transform["scale"].numbers<2>({1, 1});
   const double angle = transform["rotation"].number(0);
-  // Counter-clockwise as the picture is seen, that is with v down.
+  // Counter-clockwise as the picture is seen, with v pointing down.
   return {{std::cos(angle) * scale[0], std::sin(angle) * scale[1], offset[0],
            -std::sin(angle) * scale[0], std::cos(angle) * scale[1], offset[1]}};
 }
 
-/// From glTF's UVs, whose origin is the upper left, to Kiln's: v = 1 - v', before and after.
+/// From glTF's UVs, with the origin at the upper left, to Kiln's: v = 1 - v', before and after.
 std::array<float, 6> uv_transform_of(const UvMap& map) {
   const auto& [a, b, x, c, d, y] = map.m;
   return {static_cast<float>(a),  static_cast<float>(-b), static_cast<float>(b + x),
@@ -58,8 +58,8 @@ std::array<float, 6> uv_transform_of(const UvMap& map) {
 
 double determinant(const UvMap& map) { return map.m[0] * map.m[4] - map.m[1] * map.m[3]; }
 
-/// Undoes `first`, then applies `map`. \param first  of a determinant other than 0
-UvMap after(const UvMap& map, const UvMap& first) {
+/// Undoes `first`, then applies `map`. \param first  with a non-zero determinant
+UvMap compose_after(const UvMap& map, const UvMap& first) {
   if (map == first) return {};
   const auto& [a, b, x, c, d, y] = first.m;
   const double size = determinant(first);
@@ -71,7 +71,7 @@ UvMap after(const UvMap& map, const UvMap& first) {
            m[3] * n[0] + m[4] * n[3], m[3] * n[1] + m[4] * n[4], m[3] * n[2] + m[4] * n[5] + m[5]}};
 }
 
-/// The set of UVs that a picture lies on. KHR_texture_transform's own word for it counts before the picture's.
+/// The UV set of a picture. The one in KHR_texture_transform takes precedence.
 std::uint32_t uv_set_of(const GltfValue& texture_info) {
   const GltfValue transform = texture_info["extensions"]["KHR_texture_transform"];
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(
@@ -80,7 +80,7 @@ std::uint32_t uv_set_of(const GltfValue& texture_info) {
 
 const char* const kGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
-/// Descriptions of all pictures that a material's slots have.
+/// JSON of all pictures in a material's slots.
 std::vector<GltfValue> texture_infos(const GltfValue& material) {
   const GltfValue surface = material["pbrMetallicRoughness"];
   const GltfValue glossy = material["extensions"][kGlossiness];
@@ -94,13 +94,14 @@ std::vector<GltfValue> texture_infos(const GltfValue& material) {
   return infos;
 }
 
-/// UVs that primitives of one material have in one set.
+/// UVs of one set that primitives of a material use.
 struct UsedUvs {
   bool are_integers = false;
   std::vector<std::size_t> accessors;
 };
 
-/// Of the maps of a material's pictures the one by which its quantised UVs are a layout.
+/// Chooses, among the transforms of a material's pictures, the one that makes its quantised UVs a
+/// layout.
 UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const UsedUvs& used) {
   double least[2] = {HUGE_VAL, HUGE_VAL}, most[2] = {-HUGE_VAL, -HUGE_VAL};
   for (const std::size_t accessor : used.accessors) {
@@ -110,7 +111,7 @@ UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const Use
       most[i % 2] = std::max(most[i % 2], uvs.values[i]);
     }
   }
-  // Inside of the unit square the largest, else the smallest.
+  // The largest one inside the unit square, else the smallest.
   const auto rank = [&](const UvMap& map) {
     constexpr double kRounding = 1e-3;
     bool inside = true;
@@ -141,14 +142,14 @@ class MaterialReader {
  public:
   MaterialReader(const GltfFile& file, std::uint32_t uv_set) : file_(file), uv_set_(uv_set) {}
 
-  /// \param uv_map  what the mesh's UVs were moved by, where they were
+  /// \param uv_map  transform applied to the mesh's UVs, if any
   Material read(const GltfValue& from, const std::optional<UvMap>& uv_map) {
     Material material;
     uv_map_ = uv_map;
     material.multiplies = true;
     material.alpha_mode = AlphaMode::opaque;
-    // A mesh without a material has no colour. glTF's default material is metal, which exporters of bare meshes do not
-    // mean.
+    // A mesh without a material has no colour. glTF's default material is metallic, which exporters of plain meshes do
+    // not intend.
     if (!from.exists()) return material;
     material.color_from = material.roughness_from = material.metallic_from = MaterialNumber::given;
     material.place = file_.input().file + ": " + from.place();
@@ -249,7 +250,7 @@ class MaterialReader {
   static void read_opacity(const GltfValue& from, double factor, Material& material) {
     const std::string mode = from["alphaMode"].text();
     material.alpha_cutoff = static_cast<float>(from["alphaCutoff"].number(0.5));
-    if (mode.empty() || mode == "OPAQUE") return;  // whatever the alpha is
+    if (mode.empty() || mode == "OPAQUE") return;  // alpha is ignored
     if (mode != "MASK" && mode != "BLEND")
       from["alphaMode"].fail("it is none of OPAQUE, MASK, BLEND");
     material.alpha_mode = mode == "MASK" ? AlphaMode::mask : AlphaMode::blend;
@@ -267,7 +268,7 @@ class MaterialReader {
       material.emission[k] = static_cast<float>(emission[k] * strength);
     }
     if (factor.exists()) material.emission_from = MaterialNumber::given;
-    // The default factor, 0, takes the picture away.
+    // The default factor, 0, disables the picture.
     if (emission != std::array<double, 3>{})
       material.emission_map = picture(from["emissiveTexture"]);
   }
@@ -280,7 +281,7 @@ class MaterialReader {
     result.uv_set = uv_set_of(texture_info);
     const UvMap map = uv_map_of(texture_info);
     result.uv_transform =
-        uv_transform_of(uv_map_ && result.uv_set == uv_set_ ? after(map, *uv_map_) : map);
+        uv_transform_of(uv_map_ && result.uv_set == uv_set_ ? compose_after(map, *uv_map_) : map);
     const GltfValue texture = file_.list("textures").at(*texture_index);
     if (const auto index = texture["sampler"].index_into(file_.list("samplers"))) {
       const GltfValue sampler = file_.list("samplers").at(*index);
@@ -292,7 +293,7 @@ class MaterialReader {
     }
     const GltfValue webp = texture["extensions"]["EXT_texture_webp"]["source"];
     const bool takes_webp = webp.exists() && (kReadsWebp || !texture["source"].exists());
-    // Pictures as GPUs take them are a loss beside the plain ones.
+    // GPU-compressed pictures have lower quality than the plain ones.
     const GltfValue basis = texture["extensions"]["KHR_texture_basisu"]["source"];
     const GltfValue dds = texture["extensions"]["MSFT_texture_dds"]["source"];
     const GltfValue source = takes_webp                   ? webp
@@ -303,7 +304,7 @@ class MaterialReader {
     if (!image_index) {
       const std::vector<std::string> names = texture["extensions"].names();
       if (names.empty()) {
-        miss(texture);
+        count_missing_picture(texture);
       } else if (unread_++ == 0) {
         first_unread_ = texture.place() + ": " + printable(names[0]);
       }
@@ -320,13 +321,13 @@ class MaterialReader {
     if (uri.exists() && !GltfFile::decode_data_uri(uri, bytes)) {
       result.file = file_.path_of(uri);
       if (!is_picture_file(result.file)) {
-        miss(uri);
+        count_missing_picture(uri);
         return {};
       }
     } else {
       const auto view = image["bufferView"].index_into(file_.list("bufferViews"));
       if (!uri.exists() && !view) image.fail("it has neither a URI nor a bufferView");
-      // Images of one view share its bytes, and so are read once.
+      // Images with the same view share its bytes, which are read once.
       Bytes own;
       Bytes& shared = uri.exists() ? own : views_[*view];
       if (shared == nullptr) {
@@ -342,15 +343,15 @@ class MaterialReader {
     return result;
   }
 
-  /// True unless a picture is a KTX 2 file that cannot be read, such as Basis Universal, which is counted.
+  /// False for a KTX 2 file that cannot be read, such as Basis Universal, which is then counted.
   bool can_decode(const MaterialPicture& picture, const GltfValue& texture) {
     std::string bytes;
     std::span<const std::byte> from;
     if (picture.bytes != nullptr) {
       from = *picture.bytes;
     } else {
-      constexpr std::size_t kMost = 1024;  // of the header and what describes the format
-      bytes.resize(kMost);
+      constexpr std::size_t kKtxHeaderBytes = 1024;  // bytes of the header and format description
+      bytes.resize(kKtxHeaderBytes);
       note_whether_file(picture.file);
       std::ifstream file(picture.file, std::ios::binary);
       file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -365,7 +366,7 @@ class MaterialReader {
     return false;
   }
 
-  void miss(const GltfValue& what) {
+  void count_missing_picture(const GltfValue& what) {
     const std::string uri =
         what.place().ends_with("uri") ? " '" + what.text().substr(0, 200) + "'" : "";
     if (missing_++ == 0) first_missing_ = what.place() + printable(uri);
@@ -373,13 +374,13 @@ class MaterialReader {
 
   const GltfFile& file_;
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
-  std::map<std::size_t, MaterialPicture> pictures_;  // by image
-  std::map<std::size_t, Bytes> views_;               // of images
+  std::map<std::size_t, MaterialPicture> pictures_;  // cached pictures, by image
+  std::map<std::size_t, Bytes> views_;               // cached bytes, by image
   std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0, undecoded_ = 0;
   std::uint32_t uv_set_;
-  std::optional<UvMap> uv_map_;  // of the material that is read
+  std::optional<UvMap> uv_map_;  // of the current material
   std::string first_missing_, first_unread_, first_left_, first_nearest_, first_undecoded_;
-  std::map<std::string, std::uint64_t> left_;  // extensions, and how many materials have them
+  std::map<std::string, std::uint64_t> left_;  // ignored extensions, and their numbers of materials
 };
 
 }  // namespace
@@ -417,7 +418,7 @@ std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32
   std::string first;
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i].are_integers) continue;
-    std::vector<UvMap> maps;  // each once
+    std::vector<UvMap> maps;  // without duplicates
     for (const GltfValue& info : texture_infos(materials.at(i))) {
       const UvMap map = uv_map_of(info);
       if (uv_set_of(info) != uv_set || determinant(map) == 0) continue;
@@ -460,7 +461,7 @@ std::vector<Material> read_gltf_materials(const MeshInput& input) {
   return read_gltf_materials(GltfFile(input), input.options.uv_set);
 }
 
-void note_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials) {
+void set_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials) {
   if (mesh.colors.empty()) return;
   constexpr std::uint8_t kOpaque = 255;
   for (std::size_t t = 0; t < mesh.materials.size(); ++t) {

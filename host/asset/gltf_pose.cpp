@@ -33,7 +33,7 @@ AffineMap map_of_parts(const std::array<double, 3>& t, std::array<double, 4> q,
 AffineMap map_of_node(const GltfValue& node) {
   const GltfValue matrix = node["matrix"];
   if (matrix.exists()) {
-    const AffineMap given = matrix.numbers<16>(kNoMove);
+    const AffineMap given = matrix.numbers<16>(kIdentityMap);
     if (given[3] != 0 || given[7] != 0 || given[11] != 0 || given[15] != 1) {
       matrix.fail("its last row is not 0 0 0 1, and so it is no affine map");
     }
@@ -52,7 +52,7 @@ GltfWorlds::GltfWorlds(const GltfFile& file, std::vector<std::optional<std::size
     : file_(file), parents_(std::move(parents)), frame_(frame) {}
 
 const AffineMap& GltfWorlds::of(std::size_t node) {
-  std::vector<std::size_t> above;  // not known yet, from the node up
+  std::vector<std::size_t> above;  // unknown nodes, from this node upwards
   for (std::optional<std::size_t> at = node; at && !worlds_.contains(*at); at = parents_[*at]) {
     above.push_back(*at);
   }
@@ -74,7 +74,7 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
   const GltfValue list = from["joints"];
   if (list.size() == 0) from.fail("it has no joints");
   const GltfValue inverse = from["inverseBindMatrices"];
-  GltfNumbers binds;  // none: identities
+  GltfNumbers binds;  // inverse bind matrices; empty: identities
   if (const auto accessor = inverse.index_into(file_.list("accessors"))) {
     binds = file_.numbers(*accessor, GltfFile::kMatrix);
     if (binds.count() < list.size()) {
@@ -83,10 +83,10 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
     }
   }
   for (std::size_t k = 0; k < list.size(); ++k) {
-    AffineMap bind = kNoMove;
+    AffineMap bind = kIdentityMap;
     if (!binds.values.empty()) {
       std::copy_n(binds.at(k), bind.size(), bind.begin());
-      // Rounded by programs that invert in single precision.
+      // Tolerance for programs that invert in single precision.
       constexpr double kBindRounding = 1e-4;
       if (std::abs(bind[3]) > kBindRounding || std::abs(bind[7]) > kBindRounding ||
           std::abs(bind[11]) > kBindRounding || !(std::abs(bind[15] - 1) <= kBindRounding)) {
@@ -117,7 +117,7 @@ std::vector<AffineMap> instances_of(const GltfFile& file, const GltfValue& node)
                       std::to_string(count));
     }
   }
-  if (count == 0) return {kNoMove};
+  if (count == 0) return {kIdentityMap};
   std::vector<AffineMap> maps;
   maps.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -138,18 +138,18 @@ GltfInfluences influences_of(const GltfValue& attributes, const std::vector<Gltf
                              const std::vector<GltfNumbers>& weights, std::size_t count) {
   GltfInfluences result;
   if (joints.empty()) return result;
-  constexpr std::size_t kOfSet = 4;
-  result.width = kOfSet * joints.size();
+  constexpr std::size_t kJointsPerSet = 4;
+  result.width = kJointsPerSet * joints.size();
   const std::size_t vertices = joints[0].count();
   result.joints.resize(vertices * result.width);
   result.weights.resize(result.joints.size());
   for (std::size_t v = 0; v < vertices; ++v) {
     double sum = 0;
     for (std::size_t i = 0; i < result.width; ++i) {
-      const std::size_t set = i / kOfSet;
-      const double weight = weights[set].at(v)[i % kOfSet];
+      const std::size_t set = i / kJointsPerSet;
+      const double weight = weights[set].at(v)[i % kJointsPerSet];
       if (!(weight > 0) || !std::isfinite(weight)) continue;
-      const double joint = joints[set].at(v)[i % kOfSet];
+      const double joint = joints[set].at(v)[i % kJointsPerSet];
       if (!(joint >= 0 && joint < static_cast<double>(count))) {
         attributes["JOINTS_" + std::to_string(set)].fail(
             "vertex " + std::to_string(v) + " has joint " + std::to_string(joint) +
@@ -159,7 +159,7 @@ GltfInfluences influences_of(const GltfValue& attributes, const std::vector<Gltf
       result.weights[v * result.width + i] = weight;
       sum += weight;
     }
-    // Quantised weights add up to nearly 1.
+    // Quantised weights sum only approximately to 1.
     for (std::size_t i = 0; i < result.width && sum > 0; ++i) {
       result.weights[v * result.width + i] /= sum;
     }

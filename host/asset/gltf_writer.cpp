@@ -1,4 +1,4 @@
-// glTF 2.0 out: one binary file, or JSON with its buffer and pictures beside it.
+// Writing of glTF 2.0: one binary file, or JSON with external buffer and pictures.
 #include <meshoptimizer.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// Numbers of glTF's specification.
+// Constants of the glTF specification.
 constexpr int kShort = 5122, kUshort = 5123, kUint = 5125, kFloat = 5126, kVertices = 34962,
               kIndices = 34963;
 constexpr int kLinear = 9729, kLinearMips = 9987, kRepeat = 10497;
@@ -60,10 +60,10 @@ Json parse_extras(const std::string& text, const char* of) {
   return json;
 }
 
-/// A vertex as the file has it; two of the same bits are one.
+/// A vertex of the file; vertices with equal bits are merged.
 struct Vertex {
   std::array<float, 12> values;       // position, normal, tangent with its sign, UV
-  std::array<std::uint8_t, 4> color;  // sRGB
+  std::array<std::uint8_t, 4> color;  // sRGB-encoded
 
   bool operator==(const Vertex& other) const {
     return std::memcmp(values.data(), other.values.data(), sizeof values) == 0 &&
@@ -92,18 +92,20 @@ struct Part {
   }
 };
 
-/// From the world to the space that an object is written in, which is not mirrored.
+/// Transform from the world to an object's space, which is not mirrored.
 struct ToLocal {
-  std::array<double, 3> origin{};  // of the mesh's positions, in the world
-  std::array<Vec3d, 3> rows{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};  // of the inverse map
-  Vec3d moved;                                                                // by the map
-  std::array<Vec3d, 3> columns = rows;                                        // of the map
+  std::array<double, 3> origin{};  // of the mesh's positions in the world
+  std::array<Vec3d, 3> rows{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};  // of the inverse
+                                                                              // transform
+  Vec3d moved;                                                                // translation of the
+                                                                              // transform
+  std::array<Vec3d, 3> columns = rows;                                        // of the transform
 
   Vec3 place(const Vec3& p) const {
     const Vec3d at = Vec3d(p) + Vec3d(origin[0], origin[1], origin[2]) - moved;
     return to_float({dot(rows[0], at), dot(rows[1], at), dot(rows[2], at)});
   }
-  /// A normal, by the inverse transposed of the inverse.
+  /// Transforms a normal, by the transposed transform.
   Vec3 normal(const Vec3& n) const {
     const Vec3d of(n);
     return unit({dot(columns[0], of), dot(columns[1], of), dot(columns[2], of)});
@@ -119,12 +121,13 @@ double determinant(const AffineMap& m) {
   return dot(Vec3d(m[0], m[1], m[2]), cross(Vec3d(m[4], m[5], m[6]), Vec3d(m[8], m[9], m[10])));
 }
 
-/// The inverse of a map that does not mirror. \returns false where it flattens, or floats end
+/// Inverts a transform that does not mirror. \returns false if it is singular, or exceeds the range
+/// of floats
 bool invert(const AffineMap& m, double reach, ToLocal& local) {
-  constexpr double kFlat = 1e-9;
+  constexpr double kMinVolumeRatio = 1e-9;
   const Vec3d x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
   const double size = determinant(m);
-  if (!(size > kFlat * length(x) * length(y) * length(z))) return false;
+  if (!(size > kMinVolumeRatio * length(x) * length(y) * length(z))) return false;
   local.columns = {x, y, z};
   local.rows = {cross(y, z) * (1 / size), cross(z, x) * (1 / size), cross(x, y) * (1 / size)};
   local.moved = {m[12], m[13], m[14]};
@@ -145,7 +148,7 @@ double reach_of(const Mesh& mesh) {
   return reach;
 }
 
-/// The grid that an object's positions are rounded to: a cube, so that normals need no other scale.
+/// The quantisation grid of an object's positions: a cube, so that normals need no extra scale.
 struct Grid {
   static constexpr double kSteps = 65535;
   std::array<double, 3> origin{};
@@ -174,7 +177,7 @@ struct Grid {
   }
 };
 
-/// By object and material. Triangles without UVs of a mesh that has some are a primitive of their own.
+/// Key by object and material. In a mesh with UVs, triangles without UVs form separate primitives.
 struct PrimitiveKey {
   std::size_t object = 0, material = 0;
   bool lacks_uvs = false;
@@ -182,11 +185,10 @@ struct PrimitiveKey {
 };
 using Primitives = std::map<PrimitiveKey, Part>;
 
-/// A mesh's triangles, a primitive each. \param locals  one an object
+/// Splits a mesh into primitives. \param locals  one per object
 Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bool one_material) {
   const bool has_layout = !low.uvs.empty();
-  Mesh
-      flat;  // stands in for one without UVs: any will do, since they are not written, nor tangents
+  Mesh flat;  // placeholder for triangles without UVs, whose UVs and tangents are not written
   if (!has_layout) {
     flat = low;
     flat.uvs = {{0, 0}, {1, 0}, {0, 1}};
@@ -205,7 +207,7 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
       const std::uint32_t vertex = low.triangles[t][k];
       const Vec3 p = local.place(low.positions[vertex]), normal = local.normal(corner.normal),
                  tangent = local.tangent(corner.tangent);
-      // glTF counts v from the top; bitangents still point up, to +Y of the normal map.
+      // glTF's v starts at the top; bitangents still point up, to +Y of the normal map.
       corners[k].values = {p.x + 0.0F, p.y + 0.0F,  p.z + 0.0F,         normal.x,
                            normal.y,   normal.z,    tangent.x,          tangent.y,
                            tangent.z,  corner.sign, corner.uv.x + 0.0F, 1 - corner.uv.y};
@@ -221,8 +223,8 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
   return primitives;
 }
 
-/// A name as a URI has it.
-std::string as_uri(const std::string& name) {
+/// Encodes a name as a URI.
+std::string encode_uri(const std::string& name) {
   std::string uri;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
@@ -238,7 +240,7 @@ std::string as_uri(const std::string& name) {
   return uri;
 }
 
-/// The file as it grows: its JSON and its one buffer, and its pictures where these are files.
+/// The file under construction: its JSON and buffer, and its pictures if these are separate files.
 class GltfOutput {
  public:
   explicit GltfOutput(const fs::path& path)
@@ -275,7 +277,7 @@ class GltfOutput {
     return primitive;
   }
 
-  /// The same, packed by meshopt. \param grid  of the positions
+  /// Adds a primitive compressed by meshopt. \param grid  of the positions
   Json add_meshopt_primitive(const Part& part, const Grid& grid, std::size_t material, bool has_uvs,
                              const char* color_name) {
     use_extension(kMeshopt, true);
@@ -288,24 +290,25 @@ class GltfOutput {
     for (std::size_t i = 0; i < count; ++i) vertices[remap[i]] = &part.vertices[i];
     for (std::uint32_t& index : indices) index = remap[index];
 
-    constexpr std::size_t kPadded = 4;  // numbers of 16 bits: steps are multiples of 4 bytes
-    std::vector<std::uint16_t> places(kPadded * count, 0);
+    constexpr std::size_t kPaddedValues = 4;  // strides are multiples of 4 bytes
+    std::vector<std::uint16_t> places(kPaddedValues * count, 0);
     std::array<std::uint16_t, 3> low{0xFFFF, 0xFFFF, 0xFFFF}, high{};
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint16_t place = grid.rounded(vertices[i]->values[k], k);
-        places[kPadded * i + k] = place;
+        places[kPaddedValues * i + k] = place;
         low[k] = std::min(low[k], place);
         high[k] = std::max(high[k], place);
       }
     }
     Json attributes;
-    attributes["POSITION"] = add_accessor({{"bufferView", add_packed(places, kPadded * 2, nullptr)},
-                                           {"componentType", kUshort},
-                                           {"count", count},
-                                           {"type", "VEC3"},
-                                           {"min", low},
-                                           {"max", high}});
+    attributes["POSITION"] =
+        add_accessor({{"bufferView", add_packed(places, kPaddedValues * 2, nullptr)},
+                      {"componentType", kUshort},
+                      {"count", count},
+                      {"type", "VEC3"},
+                      {"min", low},
+                      {"max", high}});
     attributes["NORMAL"] = add_directions(vertices, 3, 3);
     if (has_uvs) {
       attributes["TANGENT"] = add_directions(vertices, 6, 4);
@@ -333,7 +336,7 @@ class GltfOutput {
     return primitive;
   }
 
-  /// The same, packed by Draco.
+  /// Adds a primitive compressed by Draco.
   Json add_draco_primitive(const Part& part, std::size_t material, bool has_uvs,
                            const char* color_name) {
     use_extension(kDracoExtension, true);
@@ -403,8 +406,8 @@ class GltfOutput {
     return primitive;
   }
 
-  /// A picture, which is there once. \returns a reference to its texture
-  /// \param fallback  the same for programs without WebP; empty: none
+  /// Adds a picture once. \returns a reference to its texture
+  /// \param fallback  version for programs without WebP; empty: none
   Json add_picture(const std::vector<std::byte>& bytes, const std::vector<std::byte>* fallback,
                    const std::string& name) {
     const auto [entry, added] = textures_.emplace(&bytes, json_["textures"].size());
@@ -434,7 +437,7 @@ class GltfOutput {
     }
   }
 
-  /// \returns the files, the one of `path` last
+  /// \returns the written files, `path` last
   /// The file of a path that does not end in .gltf.
   std::string encode() {
     finish_buffer();
@@ -453,7 +456,7 @@ class GltfOutput {
       save_text(written.back(), bytes);
     };
     const std::string buffer = path_.stem().string() + ".bin";
-    json_["buffers"][0]["uri"] = as_uri(buffer);
+    json_["buffers"][0]["uri"] = encode_uri(buffer);
     write(buffer, bytes_);
     for (const auto& [name, png] : files_) {
       write(name, {reinterpret_cast<const char*>(png->data()), png->size()});
@@ -487,7 +490,7 @@ class GltfOutput {
     Json image = {{"name", name}, {"mimeType", kind.mime}};
     if (is_text_) {
       files_.emplace_back(unique_.add(path_.stem().string() + "_" + name) + kind.ending, &bytes);
-      image["uri"] = as_uri(files_.back().first);
+      image["uri"] = encode_uri(files_.back().first);
     } else {
       image["bufferView"] = add_view(bytes.data(), bytes.size(), 0);
     }
@@ -495,7 +498,7 @@ class GltfOutput {
     return json_["images"].size() - 1;
   }
 
-  /// \returns the index of its view
+  /// \returns the index of the new view
   std::size_t add_view(const void* data, std::size_t size, int target) {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
     Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}};
@@ -505,7 +508,7 @@ class GltfOutput {
     return json_["bufferViews"].size() - 1;
   }
 
-  /// Values of all vertices, from one of theirs on. \returns the index of its accessor
+  /// Adds an attribute of all vertices, from value `first` on. \returns the index of its accessor
   std::size_t add_values(const std::vector<Vertex>& vertices, std::size_t first, std::size_t count,
                          const char* type, bool bounded) {
     std::vector<float> values;
@@ -531,7 +534,8 @@ class GltfOutput {
     return add_accessor(std::move(accessor));
   }
 
-  /// A view of bytes that meshopt packed. Its unpacked bytes lie in a buffer that is in no file.
+  /// Adds a view of meshopt-compressed bytes. The decompressed view refers to a placeholder buffer
+  /// that is in no file.
   std::size_t add_packed_view(const std::string& packed, std::size_t count, std::size_t step,
                               const char* mode, const char* filter, int target) {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
@@ -554,7 +558,7 @@ class GltfOutput {
     return json_["bufferViews"].size() - 1;
   }
 
-  /// Packs numbers of vertices. \param step  bytes of a vertex, a multiple of 4
+  /// Compresses an attribute. \param step  bytes per vertex, a multiple of 4
   template <typename T>
   std::size_t add_packed(const std::vector<T>& values, std::size_t step, const char* filter) {
     const std::size_t count = values.size() * sizeof(T) / step;
@@ -564,7 +568,8 @@ class GltfOutput {
     return add_packed_view(packed, count, step, "ATTRIBUTES", filter, kVertices);
   }
 
-  /// Unit vectors on an octahedron; a fourth number is a sign. \returns the index of their accessor
+  /// Unit vectors in octahedral encoding; a fourth number is a sign. \returns the index of their
+  /// accessor
   std::size_t add_directions(const std::vector<const Vertex*>& vertices, std::size_t first,
                              std::size_t width) {
     constexpr int kBits = 13;
@@ -582,7 +587,7 @@ class GltfOutput {
                          {"type", width == 4 ? "VEC4" : "VEC3"}});
   }
 
-  /// Shares of 65535 where all lie in [0, 1], else floats as they are.
+  /// In 1/65535 if all lie in [0, 1], else as floats.
   std::size_t add_packed_uvs(const std::vector<const Vertex*>& vertices) {
     std::vector<float> values;
     std::vector<std::uint16_t> shares;
@@ -605,7 +610,7 @@ class GltfOutput {
     return add_accessor(std::move(accessor));
   }
 
-  /// 16 bits of linear light hold what 8 bits of sRGB do.
+  /// 16 bits of linear light preserve 8 bits of sRGB.
   static std::vector<std::uint16_t> colors_of(const std::vector<const Vertex*>& vertices) {
     std::vector<std::uint16_t> values;
     values.reserve(4 * vertices.size());
@@ -649,8 +654,8 @@ class GltfOutput {
   std::string binary() const {
     std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
     text.resize((text.size() + 3) / 4 * 4, ' ');
-    constexpr std::uint64_t kHeads = 12 + 8 + 8;
-    const std::uint64_t size = kHeads + text.size() + bytes_.size();
+    constexpr std::uint64_t kGlbHeaderBytes = 12 + 8 + 8;
+    const std::uint64_t size = kGlbHeaderBytes + text.size() + bytes_.size();
     if (size > std::numeric_limits<std::uint32_t>::max()) {
       throw Error(ErrorCode::output, "'" + path_.string() +
                                          "' would be larger than the 4 GiB that a GLB may have: "
@@ -676,7 +681,7 @@ class GltfOutput {
   bool is_text_;
   Json json_;
   std::string bytes_;
-  std::size_t unpacked_bytes_ = 0;  ///< Of what meshopt packed
+  std::size_t unpacked_bytes_ = 0;  ///< Decompressed size of views compressed by meshopt
   std::map<const std::vector<std::byte>*, std::size_t> textures_;
   UniqueNames unique_;
   std::vector<std::pair<std::string, const std::vector<std::byte>*>> files_;
@@ -688,8 +693,9 @@ void check_map(const Image* map, std::uint32_t least_channels, const char* name)
                                     std::to_string(map->channels) + " channels.");
 }
 
-/// The first channels of single maps, a channel each; `plain` where there is none.
-Image joined(const std::vector<std::pair<const Image*, float>>& channels, const Image* first) {
+/// Combines the first channels of single maps, one per channel; `plain` replaces missing maps.
+Image combine_channels(const std::vector<std::pair<const Image*, float>>& channels,
+                       const Image* first) {
   Image image;
   for (const auto& [map, plain] : channels) {
     if (map == nullptr) continue;
@@ -787,13 +793,13 @@ void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
   }
 }
 
-/// Nodes of the file for objects, and the way into each one's space.
+/// Nodes of objects, and transforms to their spaces.
 struct Places {
   std::vector<std::size_t> nodes;
   std::vector<ToLocal> locals;
 };
 
-/// The file's hierarchy, and the places of objects in it.
+/// The file's hierarchy, and its nodes for objects.
 class Hierarchy {
  public:
   Hierarchy(GltfOutput& file, const Mesh& low, const SaveAssetOptions& options)
@@ -821,7 +827,7 @@ class Hierarchy {
     taken_.resize(nodes_.size());
   }
 
-  /// \param of_objects  the node of each object; empty where the hierarchy is flat
+  /// \param of_objects  the node of each object; empty for a flat hierarchy
   Places place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
     Places places;
     if (is_flat_) {
@@ -868,7 +874,7 @@ class Hierarchy {
   std::vector<bool> taken_;  ///< Nodes that have a mesh
 };
 
-/// How an object's primitives are packed, and the node that its mesh is put at.
+/// Compression of an object's primitives, and the node of its mesh.
 class PackedObject {
  public:
   PackedObject() = default;
@@ -901,7 +907,7 @@ class PackedObject {
   Grid grid_;
 };
 
-/// Writes collision hulls, a mesh each.
+/// Writes collision hulls, one mesh each.
 void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& options) {
   Mesh hulls = *options.hulls;
   hulls.uvs = {};
@@ -928,9 +934,9 @@ void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& o
 
 const Image** slot_of(AssetMaps& maps, std::string_view name) {
   return name == "normal"      ? &maps.normal
-         : name == "normals"   ? &maps.normal  // of materials
+         : name == "normals"   ? &maps.normal  // name in materials
          : name == "ao"        ? &maps.occlusion
-         : name == "occlusion" ? &maps.occlusion  // of materials
+         : name == "occlusion" ? &maps.occlusion  // name in materials
          : name == "roughness" ? &maps.roughness
          : name == "metallic"  ? &maps.metallic
          : name == "opacity"   ? &maps.opacity
@@ -941,16 +947,16 @@ const Image** slot_of(AssetMaps& maps, std::string_view name) {
 
 namespace {
 
-/// The least quality of a lossy picture with which the mean error of normals is within a bound; 0: there is none.
+/// The lowest quality of a lossy picture whose mean error of normals is within a bound; 0: none.
 std::uint32_t normal_quality(const Image& normal, PictureEncoding encoding, double most,
                              std::span<const std::uint8_t> coverage) {
-  constexpr std::uint32_t kLeast = 30, kMost = 100;
+  constexpr std::uint32_t kMinQuality = 30, kMaxQuality = 100;
   const auto is_within = [&](std::uint32_t quality) {
     encoding.quality = quality;
     return picture_error(normal, encoding, coverage).mean <= most;
   };
-  if (!is_within(kMost)) return 0;
-  std::uint32_t low = kLeast, high = kMost;  // `high` is within
+  if (!is_within(kMaxQuality)) return 0;
+  std::uint32_t low = kMinQuality, high = kMaxQuality;  // `high` is within the bound
   while (low < high) {
     const std::uint32_t middle = (low + high) / 2;
     if (is_within(middle)) {
@@ -1004,7 +1010,8 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
                         const PictureEncoding& encoding) {
     if (map == nullptr) return;
     const bool is_normal = encoding.use == TextureUse::normal;
-    const Image first = map->channels == channels ? Image() : joined({{map, 1.0F}}, nullptr);
+    const Image first =
+        map->channels == channels ? Image() : combine_channels({{map, 1.0F}}, nullptr);
     pictures.errors.push_back(
         {name, is_normal,
          picture_error(map->channels == channels ? *map : first, encoding, maps.coverage)});
@@ -1017,18 +1024,19 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
   note("color", maps.color, 3, of_color);
   note("emission", maps.emission, 3, of_emission);
 
-  // One picture after another: each is encoded on all threads where its format can be.
+  // Pictures are encoded one after the other, since most formats use all threads.
   if (pictures.has_color || pictures.has_opacity) {
     std::vector<std::pair<const Image*, float>> channels(3, {maps.color, 1.0F});
     if (pictures.has_opacity) channels.emplace_back(maps.opacity, 1.0F);
-    pictures.color = encode_picture(joined(channels, maps.color), of_color);
+    pictures.color = encode_picture(combine_channels(channels, maps.color), of_color);
   }
   if (pictures.has_surface || pictures.has_occlusion) {
-    pictures.surface = encode_picture(joined({{maps.occlusion, 1.0F},
-                                              {maps.roughness, 1.0F},
-                                              {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
-                                             nullptr),
-                                      of_surface);
+    pictures.surface =
+        encode_picture(combine_channels({{maps.occlusion, 1.0F},
+                                         {maps.roughness, 1.0F},
+                                         {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
+                                        nullptr),
+                       of_surface);
   }
   if (maps.normal != nullptr) pictures.normal = encode_picture(*maps.normal, of_normals);
   if (maps.emission != nullptr) pictures.emission = encode_picture(*maps.emission, of_emission);
@@ -1052,7 +1060,7 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
 
 namespace {
 
-/// A low poly with its materials as a file that is still to be written.
+/// Adds a low poly with its materials to an unsaved file.
 void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial> materials,
                const SaveAssetOptions& options) {
   const bool one_material = materials.size() == 1;
@@ -1091,14 +1099,14 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
     throw Error(ErrorCode::input,
                 "Mesh '" + low.name + "' has no triangle to write that has area, and UVs.");
   }
-  // In the file, of those with UVs and of those without.
+  // Indices in the file, per material with UVs and without.
   std::vector<std::array<std::size_t, 2>> numbers(materials.size(),
                                                   {GltfOutput::kRoot, GltfOutput::kRoot});
   std::size_t object = GltfOutput::kRoot;
   PackedObject packed;
   for (const auto& [of, part] : primitives) {
     AssetMaterial material = materials[of.material];
-    if (of.lacks_uvs) material.pictures = nullptr;  // Pictures would show one texel all over.
+    if (of.lacks_uvs) material.pictures = nullptr;  // Pictures would show a single texel.
     std::size_t& number = numbers[of.material][of.lacks_uvs ? 1 : 0];
     if (number == GltfOutput::kRoot) {
       Json made = material_of(file, material);
@@ -1123,7 +1131,7 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
       }
     }
     const bool painted = material.pictures && material.pictures->has_color;
-    // Made first: new keys of the file move what it has.
+    // Created first, since adding keys to the file moves its members.
     Json primitive = packed.add(part, number, !low.uvs.empty() && !of.lacks_uvs,
                                 low.colors.empty() ? nullptr
                                 : painted          ? "_COLOR_0"

@@ -12,7 +12,7 @@ namespace kiln {
 
 /// An affine map, column-major.
 using AffineMap = std::array<double, 16>;
-inline constexpr AffineMap kNoMove{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+inline constexpr AffineMap kIdentityMap{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
 /// Applies `b`, then `a`.
 inline AffineMap product(const AffineMap& a, const AffineMap& b) {
@@ -27,7 +27,7 @@ inline AffineMap product(const AffineMap& a, const AffineMap& b) {
   return result;
 }
 
-/// Makes names that are there once, as Blender does: "arm", "arm.001".
+/// Makes names unique, as Blender does: "arm", "arm.001".
 class UniqueNames {
  public:
   std::string add(const std::string& name) {
@@ -41,7 +41,7 @@ class UniqueNames {
   }
 
  private:
-  std::map<std::string, std::uint32_t> taken_;  // and how often it was asked for
+  std::map<std::string, std::uint32_t> taken_;  // and number of requests
 };
 
 }  // namespace kiln

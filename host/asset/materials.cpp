@@ -1,4 +1,4 @@
-// Materials and their pictures as textures.
+// Materials, and their pictures as textures.
 #include "asset/materials.h"
 
 #include <algorithm>
@@ -30,24 +30,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The members of a material that describe one slot, and the slot's names.
+/// Members of a material that describe a slot, and the slot's names.
 struct SlotRow {
   MaterialPicture Material::*picture;
-  MaterialNumber Material::*number;  ///< Null: as `fixed`
-  MaterialNumber fixed;  ///< Normals have no number; of opacity and occlusion it is 1 by the format
+  MaterialNumber Material::*number;  ///< Null: `fixed` applies
+  MaterialNumber fixed;  ///< Normals have no number; opacity and occlusion default to 1 by the
+                         ///< format
   const char* name;
-  const char* statements;  ///< MTL's
+  const char* statements;  ///< MTL's statements
 };
 const SlotRow& row_of(MaterialSlot slot) {
-  constexpr MaterialNumber kSilent = MaterialNumber::none, kGiven = MaterialNumber::given;
+  constexpr MaterialNumber kUnstated = MaterialNumber::none, kGiven = MaterialNumber::given;
   using M = Material;
   static const SlotRow rows[] = {
-      {&M::color_map, &M::color_from, kSilent, "colour", "map_Kd or Kd"},
+      {&M::color_map, &M::color_from, kUnstated, "colour", "map_Kd or Kd"},
       {&M::opacity_map, nullptr, kGiven, "opacity", "map_d or d"},
-      {&M::normal_map, nullptr, kSilent, "normals", "norm, map_Kn, map_Bump or bump"},
-      {&M::roughness_map, &M::roughness_from, kSilent, "roughness", "map_Pr, Pr or Ns"},
-      {&M::metallic_map, &M::metallic_from, kSilent, "metalness", "map_Pm or Pm"},
-      {&M::emission_map, &M::emission_from, kSilent, "emission", "map_Ke or Ke"},
+      {&M::normal_map, nullptr, kUnstated, "normals", "norm, map_Kn, map_Bump or bump"},
+      {&M::roughness_map, &M::roughness_from, kUnstated, "roughness", "map_Pr, Pr or Ns"},
+      {&M::metallic_map, &M::metallic_from, kUnstated, "metalness", "map_Pm or Pm"},
+      {&M::emission_map, &M::emission_from, kUnstated, "emission", "map_Ke or Ke"},
       {&M::occlusion_map, nullptr, kGiven, "occlusion", "none"},
   };
   return rows[static_cast<std::size_t>(slot)];
@@ -57,7 +58,7 @@ const MaterialPicture& picture_of(const Material& material, MaterialSlot slot) {
   return material.*row_of(slot).picture;
 }
 
-/// Value that stands in for a picture.
+/// Value used without a picture.
 std::array<float, 4> plain_of(const Material& material, MaterialSlot slot) {
   const auto all = [](float value) { return std::array<float, 4>{value, value, value, value}; };
   const auto& [red, green, blue] = material.color;
@@ -85,14 +86,14 @@ MaterialNumber number_of(const Material& material, MaterialSlot slot) {
   return row.number == nullptr ? row.fixed : material.*row.number;
 }
 
-/// A material in words: its name, and where a file describes it.
+/// A material in messages: its name, and where a file describes it.
 std::string in_words(const Material& material) {
   return "\"" + printable(material.name) + "\" (" +
          (material.place.empty() ? "described in no file" : material.place) + ")";
 }
 
-/// Materials of which one thing is to be said.
-class Found {
+/// Collects materials for one warning.
+class MaterialFinding {
  public:
   void add(const Material& material) {
     if (count_++ == 0) first_ = &material;
@@ -113,10 +114,10 @@ class Found {
   std::uint64_t count_ = 0;
 };
 
-/// No material is given by a constant that nobody wrote down; what stands in for another number is said.
+/// Refuses materials described only by defaults, and warns of converted numbers.
 void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                   std::vector<Warning>* warnings) {
-  Found without, converted;
+  MaterialFinding without, converted;
   for (const Material& material : materials) {
     if (!picture_of(material, slot).empty()) continue;
     const MaterialNumber number = number_of(material, slot);
@@ -126,7 +127,7 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   const SlotRow& words = row_of(slot);
   const std::string what = std::string(words.name) + " (" + words.statements + ")";
   if (without.count() == materials.size()) {
-    std::string ignored;  // perhaps the picture is among these
+    std::string ignored;  // may name the missing picture
     if (warnings != nullptr) {
       for (const Warning& warning : *warnings) {
         if (warning.code == "ignored-pictures") ignored += " (" + warning.message + ")";
@@ -137,7 +138,7 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                     (without.count() > 1 ? " is the first without" : " has none") +
                     ". Write it there, or give the picture itself." + ignored);
   }
-  // A material without a normal map is flat, as it should be.
+  // A material without a normal map is flat, which is correct.
   if (slot != MaterialSlot::normal) {
     const float stand_in = plain_of({}, slot)[0];
     without.warn(warnings, "material-value",
@@ -160,15 +161,15 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   }
 }
 
-/// True if a slot holds one number a point, which a transfer bakes.
+/// True if a slot holds one number per point, which a transfer bakes.
 bool holds_number(MaterialSlot slot) {
   return slot == MaterialSlot::roughness || slot == MaterialSlot::metallic ||
          slot == MaterialSlot::occlusion;
 }
 
 /// The channel of a picture that counts; -1: all.
-/// \param in_alpha     whether the texture's channel is the alpha already
-/// \param among_gltf   whether others are glTF's, of which each picture is one channel
+/// \param in_alpha     true: the texture's channel is the alpha already
+/// \param among_gltf   true: other materials are glTF's, where each map is one channel of a picture
 int channel_of(const Material& material, MaterialSlot slot, const MaterialPicture& picture,
                bool in_alpha, bool among_gltf) {
   if (slot == MaterialSlot::color || slot == MaterialSlot::normal ||
@@ -180,13 +181,13 @@ int channel_of(const Material& material, MaterialSlot slot, const MaterialPictur
   return alpha ? 3 : picture.channel;
 }
 
-/// The factor of a picture: of colours in linear light, of normals x and y.
+/// The factor of a picture: of colours in linear light, of a normal's x and y.
 Texture::Factor factor_of(const Material& material, MaterialSlot slot,
                           const MaterialPicture& picture) {
   Texture::Factor factor;
   if (!material.multiplies) return factor;
   factor.times = plain_of(material, slot);
-  factor.times[3] = 1;  // opacity is a slot of its own
+  factor.times[3] = 1;  // opacity is a separate slot
   if (slot == MaterialSlot::normal) {
     factor.times = {material.normal_scale, material.normal_scale, 1, 1};
   }
@@ -195,14 +196,14 @@ Texture::Factor factor_of(const Material& material, MaterialSlot slot,
     factor.times = {strength, strength, strength, 1};
     factor.plus = 1 - strength;
   }
-  if (picture.inverted) {  // 1 - glossiness times its factor
+  if (picture.inverted) {  // (1 - glossiness) times its factor
     for (std::size_t k = 0; k < 3; ++k) factor.times[k] -= 1;
     factor.plus = 1;
   }
   return factor;
 }
 
-/// One channel of a picture as a picture of its own. Grey is in the first three.
+/// Extracts one channel of a picture. Grey is in the first three.
 std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t channel) {
   auto result = std::make_shared<Image>();
   result->width = image.width;
@@ -219,7 +220,7 @@ std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t c
   return result;
 }
 
-/// Sets of UVs that a mesh has: the one it was read with, and others.
+/// UV sets of a mesh: the one it was read with, and others.
 struct KnownSets {
   std::uint32_t own = 0;
   std::span<const UvSet> others;
@@ -240,11 +241,11 @@ struct KnownSets {
                                     "picture itself.");
 }
 
-/// Beyond a million, floats tell a picture's texels no longer apart, and colours would be noise.
+/// Above a million, floats cannot resolve a picture's texels, and colours would be noise.
 void check_transform(const Material& material, const std::array<float, 6>& transform) {
-  constexpr float kFarthest = 1e6F;
+  constexpr float kMaxUvOffset = 1e6F;
   if (std::all_of(transform.begin(), transform.end(),
-                  [](float value) { return std::abs(value) <= kFarthest; })) {
+                  [](float value) { return std::abs(value) <= kMaxUvOffset; })) {
     return;
   }
   throw Error(ErrorCode::input, in_words(material) +
@@ -252,11 +253,11 @@ void check_transform(const Material& material, const std::array<float, 6>& trans
                                     "UV space. Export the file again.");
 }
 
-/// Pairs of files that were compared, and whether their bytes are the same.
+/// Pairs of compared files, and whether their bytes are equal.
 using ComparedFiles = std::map<std::pair<fs::path, fs::path>, bool>;
 
-/// True if two pictures are one, or copies of each other.
-bool look_alike(const MaterialPicture& a, const MaterialPicture& b, ComparedFiles& compared) {
+/// True if two pictures are the same, or copies of each other.
+bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b, ComparedFiles& compared) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
   if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform ||
       a.wrap != b.wrap || a.inverted != b.inverted) {
@@ -275,19 +276,19 @@ bool look_alike(const MaterialPicture& a, const MaterialPicture& b, ComparedFile
   return known->second = one && other && std::equal(Byte(one), Byte(), Byte(other), Byte());
 }
 
-/// True if two descriptions give one picture of a surface.
-bool look_alike(const Material& a, const Material& b, ComparedFiles& compared) {
+/// True if two descriptions give the same appearance.
+bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compared) {
   for (const MaterialSlot slot :
        {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
         MaterialSlot::metallic, MaterialSlot::emission, MaterialSlot::occlusion}) {
-    if (!look_alike(picture_of(a, slot), picture_of(b, slot), compared)) return false;
+    if (!are_equivalent(picture_of(a, slot), picture_of(b, slot), compared)) return false;
   }
   return a.color == b.color && a.opacity == b.opacity && a.roughness == b.roughness &&
          a.metallic == b.metallic && a.emission == b.emission &&
          a.occlusion_strength == b.occlusion_strength;
 }
 
-/// The first bytes of a PLY, its header among them. Those of a scan can be gigabytes.
+/// The first bytes of a PLY, which contain its header. Scans can be gigabytes.
 std::string ply_head(const ByteSource& source) {
   constexpr std::size_t kFirst = std::size_t{1} << 16, kLineEnd = 2;
   constexpr std::string_view kEnd = "end_header";
@@ -303,8 +304,7 @@ std::string ply_head(const ByteSource& source) {
 
 namespace {
 
-/// Leaves out files of materials that are not there, and warns of them, where another one is there: programs that read OBJ
-/// take that one's.
+/// Drops missing material files with a warning if another one exists: programs that read OBJ use that one.
 void drop_missing_libraries(std::vector<fs::path>& paths, const fs::path& mesh_file,
                             std::vector<Warning>* warnings) {
   std::vector<fs::path> there, missing;
@@ -355,7 +355,9 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     input.folder = path.parent_path();
     input.options.outside = outside;
     input.options.uv_set = mesh.uv_set;
-    if (is_fbx_name(path) || is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
+    if (is_fbx_name(path) || is_assimp_name(path))
+      input.warnings = nullptr;  // load_mesh()
+                                 // reported it
     for (Material& material :
          is_gltf_name(path)     ? read_gltf_materials(input)
          : is_ply_name(path)    ? read_ply_materials(input, path.parent_path(), &finder)
@@ -365,8 +367,8 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       read.push_back(std::move(material));
     }
   }
-  std::map<std::string_view, const Material*> by_name;  // the first of a name
-  Found unlike;
+  std::map<std::string_view, const Material*> by_name;  // the first with each name
+  MaterialFinding unlike;
   std::string other;
   ComparedFiles compared;
   const std::unordered_set<std::string_view> used(mesh.material_names.begin(),
@@ -374,7 +376,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   for (const Material& material : read) {
     const auto [entry, added] = by_name.emplace(material.name, &material);
     if (added || !used.contains(material.name)) continue;
-    if (look_alike(*entry->second, material, compared)) continue;
+    if (are_equivalent(*entry->second, material, compared)) continue;
     if (unlike.count() == 0) other = material.place;
     unlike.add(*entry->second);
   }
@@ -399,22 +401,22 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
                              "\" for one) are described in no file.",
                          missing});
   }
-  note_vertex_opacity(mesh, materials);
+  set_vertex_opacity(mesh, materials);
   return materials;
 }
 
 namespace {
 
-/// True if a material's colours are transparent where the alpha of their picture says so: where it is opacity.
+/// True if the alpha of a material's colour picture is its opacity, so that colours are weighted by it.
 bool is_alpha_opacity(const Material& material) {
   const MaterialPicture &color = material.color_map, &opacity = material.opacity_map;
-  if (material.alpha_mode == AlphaMode::opaque) return false;  // it may be anything
+  if (material.alpha_mode == AlphaMode::opaque) return false;  // alpha is ignored
   if (opacity.empty()) return !material.multiplies;
   return opacity.file == color.file && opacity.bytes == color.bytes &&
          opacity.uv_transform == color.uv_transform;
 }
 
-/// Pictures of a texture, each read once, however many materials and names of its file it has.
+/// Pictures of a texture, each read once for all materials and paths that refer to it.
 class Pictures {
  public:
   std::shared_ptr<const Image> read(const MaterialPicture& picture, const fs::path& file) {
@@ -429,7 +431,8 @@ class Pictures {
     return entry->second;
   }
 
-  /// Index into the texture's pictures of one of its channels (-1: all). \param weighted  by its alpha
+  /// Index of a picture, or one of its channels (-1: all), in the texture. \param weighted  colours
+  /// are weighted by its alpha
   std::uint32_t add(const std::shared_ptr<const Image>& image, int channel, bool weighted,
                     Texture& texture) {
     const auto [place, is_new] = known_.try_emplace(
@@ -448,8 +451,8 @@ class Pictures {
   std::map<std::tuple<const Image*, int, bool>, std::uint32_t> known_;
 };
 
-/// Leaves out lists that say nothing.
-void trim(Texture& texture, std::uint32_t own_set) {
+/// Drops lists that hold only defaults.
+void drop_default_lists(Texture& texture, std::uint32_t own_set) {
   const auto clear_if_all = [](auto& list, const auto& usual) {
     if (std::all_of(list.begin(), list.end(), [&](const auto& value) { return value == usual; })) {
       list.clear();
@@ -485,7 +488,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   texture.kind = slot == MaterialSlot::normal ? TextureKind::normal
                  : color                      ? TextureKind::srgb
                                               : TextureKind::linear;
-  // Opacity may stand in the colour's alpha.
+  // Opacity may be the colour's alpha.
   const bool in_alpha =
       slot == MaterialSlot::opacity &&
       std::all_of(materials.begin(), materials.end(), [](const Material& m) {
@@ -496,9 +499,9 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
   Pictures pictures;
-  Found heights, missing;
+  MaterialFinding heights, missing;
   std::string first_missing;
-  std::vector<TileCounts> counts;  // where a name asks for them
+  std::vector<TileCounts> counts;  // computed if a name may be a set
   std::map<std::tuple<fs::path, int, bool, TileCounts>, std::uint32_t> sets;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const Material& material = materials[m];
@@ -509,7 +512,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     texture.wraps.push_back(picture.wrap);
     texture.uv_sets.push_back(picture.empty() ? known_sets.own : picture.uv_set);
     texture.factors.push_back(factor_of(material, slot, picture));
-    // glTF multiplies its base colour, alpha included, with the vertices'.
+    // glTF multiplies its base colour, alpha included, by the vertices'.
     texture.times_vertex_colors.push_back(
         (material.vertex_color && slot == MaterialSlot::color) ||
         (material.multiplies &&
@@ -548,7 +551,8 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
       warn_of_tiles(tiles.note, warnings);
     }
     const int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
-    // A grey picture of a number, whose channels may differ by what JPEG rounds, is that number.
+    // A grey picture may have slightly different channels after JPEG compression, and is read as
+    // one channel.
     const auto channel_in = [&](const Image& image) {
       return channel < 0 && holds_number(slot) && image.channels >= 3 &&
                      is_grey(image, kLossyRounding)
@@ -570,7 +574,8 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     for (const auto& [tile, file] : is_new ? tiles.tiles : decltype(tiles.tiles)()) {
       const std::shared_ptr<const Image> image = pictures.read(picture, file);
       if (slot == MaterialSlot::normal && holds_heights(*image, normals)) continue;
-      // A set is named by its first picture, which may be one by itself for another material.
+      // A set is stored under its first picture, which another material may use as a single
+      // picture.
       if (set->second == Texture::kNone) {
         set->second = static_cast<std::uint32_t>(texture.images.size());
         const int own = channel_in(*image);
@@ -586,7 +591,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     if (set->second == Texture::kNone) heights.add(material);
     texture.image_of.back() = set->second;
   }
-  trim(texture, known_sets.own);
+  drop_default_lists(texture, known_sets.own);
   if (missing.count() != 0) {
     missing.warn(
         warnings, "picture-missing",

@@ -1,4 +1,4 @@
-// Materials from memory: Wavefront MTL, and the pictures that a PLY names.
+// Parsing of materials in memory: Wavefront MTL, and pictures named by a PLY.
 #pragma once
 
 #include <filesystem>
@@ -12,15 +12,15 @@ namespace kiln {
 
 /// Never reads outside the bytes; memory and time are linear in their number.
 /// \param folder  pictures' names are relative to it
-/// \param finder  finds pictures that are not there; may be null
+/// \param finder  finds missing pictures; may be null
 /// \throws Error(input)
 std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder,
                                      FileFinder* finder = nullptr);
 
-/// The pictures that a PLY's header names, "comment TextureFile NAME": a material each, with a picture of colours.
-/// \param input   the file, of which the header is enough
+/// The pictures that a PLY's header names, "comment TextureFile NAME": one material each, with a colour picture.
+/// \param input   the file; its header suffices
 /// \param folder  pictures' names are relative to it
-/// \param finder  finds pictures that are not there; may be null
+/// \param finder  finds missing pictures; may be null
 /// \throws Error(input)
 std::vector<Material> read_ply_materials(const MeshInput& input,
                                          const std::filesystem::path& folder,
@@ -28,6 +28,6 @@ std::vector<Material> read_ply_materials(const MeshInput& input,
 
 /// Sets Material::vertex_opacity.
 /// \param materials  one for each of the mesh's names
-void note_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials);
+void set_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials);
 
 }  // namespace kiln

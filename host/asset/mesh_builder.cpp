@@ -20,8 +20,8 @@
 namespace kiln {
 namespace {
 
-/// Indices are 32 bits, and `none` and OpenCL's signed sizes need room.
-constexpr std::uint64_t kLargestCount = 0x7FFFFFFFu;
+/// Indices have 32 bits, with room for `none` and for OpenCL's signed sizes.
+constexpr std::uint64_t kMaxCount = 0x7FFFFFFFu;
 
 Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
 
@@ -31,7 +31,7 @@ Vec3 unit_or_zero(const Vec3& n) {
   const double x = n.x, y = n.y, z = n.z;
   const double length = std::sqrt(x * x + y * y + z * z);
   if (!(length > 0) || !std::isfinite(length)) return {};
-  // Already unit to float's precision: kept, so that reading and writing does not drift.
+  // Unit within float precision: kept, so that reading and writing does not accumulate changes.
   if (std::abs(length - 1) < 1.5e-7) return n;
   return {static_cast<float>(x / length), static_cast<float>(y / length),
           static_cast<float>(z / length)};
@@ -39,12 +39,12 @@ Vec3 unit_or_zero(const Vec3& n) {
 
 constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
 
-// Up to these, nothing is asked for.
-constexpr std::uint64_t kFewFaces = std::uint64_t{1} << 17;
+// Number of faces up to which memory is not checked.
+constexpr std::uint64_t kUncheckedFaces = std::uint64_t{1} << 17;
 
 }  // namespace
 
-/// Text may hold many more faces than its first lines promise: before the lists double, memory is asked for.
+/// Checks memory before the lists double, since a text file may hold more faces than it declares.
 void MeshBuilder::check_growth() const {
   const auto bytes = [](const auto& list) {
     return std::uint64_t{list.capacity()} * sizeof(list[0]);
@@ -63,21 +63,21 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
                            std::span<const std::uint32_t> normal, bool mirrored) {
   const std::size_t n = vertex.size();
   const std::uint64_t face = faces_++;
-  if (face >= kFewFaces && std::has_single_bit(face)) check_growth();
+  if (face >= kUncheckedFaces && std::has_single_bit(face)) check_growth();
   if (n < 3) {
     if (short_faces_++ == 0) first_short_face_ = face;
     next_color_.reset();
     next_color_bytes_.reset();
     return;
   }
-  if (triangles_.size() + n > kLargestCount) {
-    input_.fail("", "it has more than " + std::to_string(kLargestCount) + " triangles",
+  if (triangles_.size() + n > kMaxCount) {
+    input_.fail("", "it has more than " + std::to_string(kMaxCount) + " triangles",
                 "Split or simplify the mesh.");
   }
   if (n > 3) {
     polygons_.push_back({static_cast<std::uint32_t>(triangles_.size()),
                          static_cast<std::uint32_t>(n), polygon_vertex_.size(), mirrored});
-    // The three pools run in step, so one offset serves all.
+    // The three pools are parallel, so one offset serves all.
     const auto append = [n](std::vector<std::uint32_t>& pool,
                             std::span<const std::uint32_t> values) {
       if (values.empty()) {
@@ -95,7 +95,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
                     : Triangle{values[0], values[i], values[i + 1]};
   };
   const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
-    if (values.empty() && list.empty()) return;  // the attribute has not been met yet
+    if (values.empty() && list.empty()) return;  // the attribute has not occurred yet
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     for (std::size_t i = 1; i + 1 < n; ++i) {
       list.push_back(values.empty() ? Triangle{kNone, kNone, kNone} : fan_triangle(values, i));
@@ -106,21 +106,21 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   for (std::size_t i = 1; i + 1 < n; ++i) triangles_.push_back(fan_triangle(vertex, i));
   add_face_color(n - 2);
   for (Names* names : {&groups_, &objects_, &materials_, &smoothing_})
-    names->reach(triangles_.size());
+    names->extend_to(triangles_.size());
 }
 
 void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
   if (name.empty()) name = "default";
   if (names_.empty() && triangles != 0) {
-    // Faces came before the first name.
+    // Faces before the first name belong to "default".
     ids_.emplace("default", 0);
     names_.emplace_back("default");
-    of_.resize(triangles, 0);
+    name_of_triangle_.resize(triangles, 0);
   }
   const auto [entry, added] =
       ids_.emplace(std::string(name), static_cast<std::uint32_t>(names_.size()));
   if (added) names_.emplace_back(name);
-  now_ = entry->second;
+  current_name_ = entry->second;
 }
 
 void MeshBuilder::Colors::set(std::size_t i, const std::array<double, 4>& rgba) {
@@ -147,14 +147,14 @@ void MeshBuilder::Colors::set_bytes(std::size_t i, const std::array<std::uint8_t
   ++count_;
 }
 
-/// Decides whether colours are fractions or bytes, of formats in which they may be either.
+/// Decides whether colours are fractions or bytes, for formats that allow both.
 std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t size,
                                                                      const MeshInput& input) {
   for (auto* list : {&bytes_, &fractions_}) list->resize(size, kWhite);
-  // Fractions that were converted end in 1.0000001.
-  constexpr double kFraction = 1.001, kDark = 16;
-  if (largest_ <= kFraction) return std::move(fractions_);
-  if (largest_ < kDark) {
+  // Converted fractions may exceed 1, such as 1.0000001.
+  constexpr double kMaxFraction = 1.001, kMaxDarkByte = 16;
+  if (largest_ <= kMaxFraction) return std::move(fractions_);
+  if (largest_ < kMaxDarkByte) {
     const std::string text = formatted("%.4g", largest_);
     input.warn("color-scale",
                "its largest colour channel is " + text +
@@ -175,7 +175,7 @@ void MeshBuilder::finish_colors() {
   colors = vertex_colors_.finish(positions.size(), input_);
 }
 
-/// Gives the last triangles the colour that was set for their face.
+/// Assigns the colour of a face to its triangles.
 void MeshBuilder::add_face_color(std::size_t triangles) {
   if (!next_color_ && !next_color_bytes_) return;
   ++colored_faces_;
@@ -190,10 +190,10 @@ void MeshBuilder::add_face_color(std::size_t triangles) {
   next_color_bytes_.reset();
 }
 
-/// Turns colours of faces into colours of vertices. The first colour at a vertex keeps it; for each further one the
-/// vertex is added again at the end, so that numbers in messages hold. Where vertices have colours of their own, those
-/// count, unless they are one colour where the faces' vary, or all white: programs such as MeshLab write some always.
-void MeshBuilder::give_face_colors(Mesh& mesh) {
+/// Converts colours of faces to colours of vertices. The first colour at a vertex keeps it; each further colour
+/// appends a copy of the vertex, so that indices in messages stay valid. Vertices' own colours take precedence, unless
+/// they are uniform while the faces' vary, or all white: programs such as MeshLab always write them.
+void MeshBuilder::convert_face_colors(Mesh& mesh) {
   if (triangle_colors_.empty()) return;
   const std::uint64_t colored = triangle_colors_.count();
   const auto of_triangles = triangle_colors_.finish(mesh.triangles.size(), input_);
@@ -234,10 +234,10 @@ void MeshBuilder::give_face_colors(Mesh& mesh) {
       const auto [entry, added] =
           copies.try_emplace(key, static_cast<std::uint32_t>(mesh.positions.size()));
       if (added) {
-        if (mesh.positions.size() == kLargestCount) {
-          input_.fail(
-              "", "it has more than " + std::to_string(kLargestCount) + " vertices, one a colour",
-              "Split or simplify the mesh.");
+        if (mesh.positions.size() == kMaxCount) {
+          input_.fail("",
+                      "it has more than " + std::to_string(kMaxCount) + " vertices, one a colour",
+                      "Split or simplify the mesh.");
         }
         mesh.positions.push_back(Vec3(mesh.positions[corner]));
         mesh.colors.push_back(color);
@@ -292,7 +292,7 @@ void MeshBuilder::number_polygons(Mesh& mesh) const {
   }
 }
 
-/// Vertices that are not finite.
+/// Counts non-finite vertices.
 void MeshBuilder::check_finite() const {
   const auto is_bad = [](const Position& p) {
     return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]);
@@ -312,13 +312,13 @@ void MeshBuilder::check_finite() const {
               bad);
 }
 
-/// True if a triangle has an area in the file.
+/// True if a triangle has an area in double precision.
 bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
   const auto [a, b, c] = triangles_[triangle];
   return has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]));
 }
 
-/// Box of the triangles with area; without one, of all finite vertices.
+/// Box of the triangles with area; without any, of all finite vertices.
 MeshBuilder::Box MeshBuilder::box() const {
   Box whole;
   std::mutex mutex;
@@ -329,7 +329,7 @@ MeshBuilder::Box MeshBuilder::box() const {
       for (const std::uint32_t corner : triangles_[t]) part.add(positions[corner]);
     }
     const std::lock_guard lock(mutex);
-    for (std::size_t k = 0; k < 3; ++k) {  // of an empty part nothing
+    for (std::size_t k = 0; k < 3; ++k) {  // an empty part has no box
       whole.low[k] = std::min(whole.low[k], part.low[k]);
       whole.high[k] = std::max(whole.high[k], part.high[k]);
     }
@@ -356,8 +356,8 @@ void MeshBuilder::place(Mesh& mesh) {
       extent > 0 ? extent * std::hypot(size[0] / extent, size[1] / extent, size[2] / extent) : 0;
   mesh.origin = local_origin(centre, diagonal);
   constexpr double kMost = std::numeric_limits<float>::max();
-  // Below this diagonal floats are denormal and hold fewer than 24 bits of it.
-  constexpr double kLeast = 0x1p-125;
+  // Diagonal below which floats are denormal and resolve less than 24 bits of it.
+  constexpr double kMinDiagonal = 0x1p-125;
   double reach = 0;
   for (int k = 0; k < 3; ++k) {
     reach =
@@ -369,7 +369,7 @@ void MeshBuilder::place(Mesh& mesh) {
                     ", beyond the range of single precision (3.4e38)",
                 "Scale the mesh down.");
   }
-  if (diagonal > 0 && diagonal < kLeast) {
+  if (diagonal > 0 && diagonal < kMinDiagonal) {
     const std::string text = formatted("%.3g", diagonal);
     input_.fail("", "its size (" + text + ") is below the range of single precision",
                 "Scale the mesh up.");
@@ -381,10 +381,10 @@ void MeshBuilder::place(Mesh& mesh) {
                          narrow(p[2] - mesh.origin[2])};
   }
   check_steps(mesh);
-  keep_flat(mesh, used);
+  collapse_flat_triangles(mesh, used);
 }
 
-/// Says so where the file's numbers, or single precision, are too coarse for the edges.
+/// Warns if the file's numbers, or single precision, are too coarse for the edges.
 void MeshBuilder::check_steps(const Mesh& mesh) {
   const auto position = [&](std::uint32_t v) { return vector_of(positions[v]); };
   const FloatGrid grid(triangles_, position);
@@ -402,7 +402,7 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   };
   coarse_ = coarse_steps({triangles_, counts, position, stored}, "stored");
   if (coarse_.empty()) coarse_ = coarse_steps({triangles_, counts, position, rounded}, "rounded");
-  // One corner so far out that the others are one point beside it.
+  // A single distant corner would reduce all others to a point.
   const auto has_corners = [&](std::size_t t) {
     const Vec3d a = position(triangles_[t][0]), b = position(triangles_[t][1]),
                 c = position(triangles_[t][2]);
@@ -412,21 +412,21 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   if (!coarse_.empty()) input_.warn("coarse-coordinates", coarse_, 1);
 }
 
-/// A triangle without area that lies farther out than all others is rounded by more than they are, and could get a
-/// large area: all its corners become one.
-void MeshBuilder::keep_flat(const Mesh& mesh, const Box& used) {
+/// Collapses the corners of a distant triangle without area: rounding could give it a large area.
+void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
   if (std::all_of(positions.begin(), positions.end(),
                   [&](const Position& p) { return used.holds(p); })) {
     return;
   }
-  // Floats written with nine digits are no more than this share from the numbers in the file.
-  constexpr double kNineDigits = 1e-8;
+  // Relative error of floats written with nine digits.
+  constexpr double kNineDigitError = 1e-8;
   const auto is_rounded = [&](std::uint32_t v) {
     const Vec3& p = mesh.positions[v];
     const std::array<double, 3> kept = {p.x, p.y, p.z};
     for (std::size_t k = 0; k < 3; ++k) {
       const double given = positions[v][k];
-      if (std::abs(kept[k] + mesh.origin[k] - given) > kNineDigits * std::abs(given)) return true;
+      if (std::abs(kept[k] + mesh.origin[k] - given) > kNineDigitError * std::abs(given))
+        return true;
     }
     return false;
   };
@@ -454,12 +454,12 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     }
     return incomplete;
   };
-  std::uint64_t missing = 0;  // the stand-in is no UV of the file's
+  std::uint64_t missing = 0;  // the placeholder is not one of the file's UVs
   if (const std::uint64_t bare = fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
-    // Any number would bake them over some chart.
-    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-    uvs.push_back({kNowhere, kNowhere});
-    for (UvSet& set : other_uvs) set.uvs.push_back({kNowhere, kNowhere});
+    // A finite placeholder would be baked over some chart.
+    constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
+    uvs.push_back({kMissingUv, kMissingUv});
+    for (UvSet& set : other_uvs) set.uvs.push_back({kMissingUv, kMissingUv});
     missing = 1;
     input_.warn("missing-uvs",
                 counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
@@ -497,7 +497,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   mesh.normals = std::move(normals);
   mesh.normal_triangles = std::move(normal_triangles_);
   mesh.colors = std::move(colors);
-  for (Names* names : {&groups_, &objects_, &materials_}) names->reach(triangles_.size());
+  for (Names* names : {&groups_, &objects_, &materials_}) names->extend_to(triangles_.size());
   groups_.take(mesh.groups, mesh.group_names);
   objects_.take(mesh.objects, mesh.object_names);
   materials_.take(mesh.materials, mesh.material_names);
@@ -560,8 +560,8 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
   }
 }
 
-/// Groups that are all alike say nothing of edges: some exporters write "s off" into every file.
-void MeshBuilder::give_normals_by_groups(Mesh& mesh) {
+/// Ignores groups that are equal everywhere, since some exporters write "s off" into every file.
+void MeshBuilder::compute_group_normals(Mesh& mesh) {
   std::vector<std::uint32_t> groups;
   std::vector<std::string> names;
   smoothing_.take(groups, names);
@@ -579,7 +579,7 @@ void MeshBuilder::give_normals_by_groups(Mesh& mesh) {
   mesh.normal_triangles = std::move(made.triangles);
 }
 
-/// Each computed normal belongs to corners at one vertex, so that normals are vertices of their own here.
+/// A computed normal belongs to corners at one vertex, so normals act as separate vertices here.
 void MeshBuilder::compute_normals(Mesh& mesh) const {
   if (computed_normals_.empty()) return;
   std::vector<Vec3> places(mesh.normals.size());
@@ -601,7 +601,7 @@ double MeshBuilder::move_to_world() {
     for (std::size_t k = 0; k < 3; ++k) result[k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
     return result;
   };
-  AffineMap turn = *world.map;  // without the unit
+  AffineMap turn = *world.map;  // transform without the unit's scale
   const double unit = std::abs(turn[0]) + std::abs(turn[1]) + std::abs(turn[2]);
   for (double& value : turn) value /= unit;
   const auto turned = [&](const Vec3& v) {
@@ -618,8 +618,8 @@ Mesh MeshBuilder::finish() {
   if (!describe_face) {
     describe_face = [](std::uint32_t triangle) { return "triangle " + std::to_string(triangle); };
   }
-  if (positions.size() > kLargestCount) {
-    input_.fail("", "it has more than " + std::to_string(kLargestCount) + " vertices",
+  if (positions.size() > kMaxCount) {
+    input_.fail("", "it has more than " + std::to_string(kMaxCount) + " vertices",
                 "Split or simplify the mesh.");
   }
   if (triangles_.empty()) {
@@ -644,11 +644,11 @@ Mesh MeshBuilder::finish() {
   complete_attributes(mesh);
   mesh.triangles = std::move(triangles_);
   number_polygons(mesh);
-  give_normals_by_groups(mesh);
+  compute_group_normals(mesh);
   compute_normals(mesh);
-  give_tangents(mesh);
+  copy_tangents(mesh);
   count_degenerate(mesh);
-  give_face_colors(mesh);
+  convert_face_colors(mesh);
   return mesh;
 }
 

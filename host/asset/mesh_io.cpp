@@ -1,4 +1,4 @@
-// Reading a mesh: from a path to the right reader.
+// Reading a mesh: selects the reader for a path.
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -39,10 +39,10 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// Guess of a format by the content's first bytes.
+/// Format guessed from the first bytes.
 struct Guess {
   std::optional<MeshFormat> format;
-  std::string name;  ///< Empty: nothing that we know.
+  std::string name;  ///< Empty: unknown.
 };
 
 Guess guess(std::string_view bytes) {
@@ -86,9 +86,9 @@ std::string read_file(const MeshInput& input, const std::filesystem::path& path)
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const std::string& remedy) { input.fail(place, problem, remedy); };
   const std::unique_ptr<ByteSource> source = open_file(path, fail);
-  // Its lengths are numbers of 32 bits: of more they say what is left after whole 4 GiB.
-  constexpr std::uint64_t kMostOfGlb = 0xFFFFFFFF;
-  if (source->size() > kMostOfGlb && source->head(4) == "glTF") {
+  // A GLB's lengths have 32 bits: larger files overflow them.
+  constexpr std::uint64_t kMaxGlbBytes = 0xFFFFFFFF;
+  if (source->size() > kMaxGlbBytes && source->head(4) == "glTF") {
     input.fail("",
                "it has " + std::to_string(source->size()) +
                    " bytes, more than the 4 GiB that a binary glTF can have",
@@ -166,7 +166,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
       return std::move(whole->mesh);
     case MeshFormat::fbx:
     case MeshFormat::assimp:
-      break;  // above
+      break;  // handled before the switch
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }
@@ -187,7 +187,7 @@ std::vector<std::string> mesh_formats() {
 
 namespace {
 
-/// Reads the mesh in `input.bytes`, by the name's extension.
+/// Parses the mesh in `input.bytes`, by the name's extension.
 Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
                  Asset* whole = nullptr) {
   const auto format = format_of(path);
@@ -214,7 +214,7 @@ Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& op
     const std::string bytes = read_file(input, path);
     input.bytes = bytes;
     Mesh mesh = parse_named(input, path, whole);
-    // They belong to the mesh, whether they are read or not.
+    // They are inputs of the mesh, whether they are read or not.
     for (std::string file : mesh.material_files) {
       std::replace(file.begin(), file.end(), '\\', '/');
       OutputSet::protect(path.parent_path() / file);

@@ -1,4 +1,4 @@
-// Wavefront MTL, text: numbers of materials, and the names of their pictures.
+// Wavefront MTL: numbers of materials, and the names of their pictures.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Number of words that an option of a picture takes: numbers, or names such as "on". None: it is no option.
+/// Number of words of a picture's option: numbers, or names such as "on". None: not an option.
 struct OptionWords {
   int least, most;
 };
@@ -31,8 +31,9 @@ std::optional<OptionWords> words_of(std::string_view option) {
   return found == known.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// True if an option with these words changes nothing: exporters write "-bm 1.0" always.
-bool says_nothing(std::string_view option, std::span<const std::string_view> words) {
+/// True if an option has no effect with these words, such as "-bm 1.0", which exporters always
+/// write.
+bool has_no_effect(std::string_view option, std::span<const std::string_view> words) {
   const auto all = [&](double value) {
     return std::all_of(words.begin(), words.end(),
                        [value](std::string_view word) { return to_double(word) == value; });
@@ -45,8 +46,9 @@ bool says_nothing(std::string_view option, std::span<const std::string_view> wor
   return false;
 }
 
-/// The first two of an option's numbers, of which the second may be missing. \returns false where one is none
-bool take_numbers(std::span<const std::string_view> words, std::array<float, 2>& to) {
+/// Parses the first two of an option's numbers; the second may be missing. \returns false for an invalid
+/// number
+bool parse_numbers(std::span<const std::string_view> words, std::array<float, 2>& to) {
   for (std::size_t k = 0; k < words.size(); ++k) {
     const auto value = to_double(words[k]);
     if (!value || !std::isfinite(static_cast<float>(*value))) return false;
@@ -55,7 +57,7 @@ bool take_numbers(std::span<const std::string_view> words, std::array<float, 2>&
   return true;
 }
 
-/// Statements of pictures that Kiln has no use for.
+/// Statements of pictures that Kiln ignores.
 bool is_other_picture(std::string_view keyword) {
   static constexpr std::string_view kKnown[] = {"map_ka", "map_ks",    "map_refl",  "map_ps",
                                                 "map_pc", "map_pcr",   "map_aat",   "map_tf",
@@ -81,7 +83,8 @@ class MtlReader {
       if (!keyword.empty()) statement(keyword);
     } while (scan_.next_line());
     finish_material();
-    const auto warn = [this](const char* code, const Counted& what, const std::string& text) {
+    const auto warn = [this](const char* code, const StatementCount& what,
+                             const std::string& text) {
       if (what.count == 0) return;
       input_.warn(code, printable(what.example) + ": " + std::to_string(what.count) + " " + text,
                   what.count);
@@ -104,12 +107,12 @@ class MtlReader {
   }
 
  private:
-  /// Number of statements of a kind, and the first one's place.
-  struct Counted {
+  /// Number of statements of a kind, and the first one's position.
+  struct StatementCount {
     std::uint64_t count = 0;
     std::string example;
   };
-  void count(Counted& what, std::string_view word) {
+  void count(StatementCount& what, std::string_view word) {
     if (what.count++ == 0) what.example = scan_.place() + ": " + printable(word);
   }
 
@@ -128,11 +131,11 @@ class MtlReader {
     if (keyword == "ke") return color(material.emission, &material.emission_from);
     if (keyword == "ka") return color(ambient_);
     if (keyword == "d") {
-      scan_ahead_halo();
+      skip_halo();
       material.opacity = number();
       has_opacity_ = true;
     } else if (keyword == "tr") {
-      // Some write Tr as d, and both: d is plain.
+      // Some exporters write Tr with the meaning of d, and both; d is unambiguous.
       const std::string place = scan_.place();
       transparency_ = number();
       if (!has_opacity_) material.opacity = 1 - transparency_;
@@ -172,9 +175,8 @@ class MtlReader {
     return nullptr;
   }
 
-  /// Numbers that other statements stand in for, as Blender's exporter writes them without `Pr` and `Pm`:
-  /// Ns = 1000 (1 - roughness)^2; a metal's `illum` reflects (3, or 6 where it is transparent), and `Ka` is its
-  /// metalness.
+  /// Derives numbers from other statements, as Blender's exporter writes them without `Pr` and `Pm`: Ns = 1000
+  /// (1 - roughness)^2; for a metal `illum` reflects (3, or 6 if it is transparent), and `Ka` is its metalness.
   void finish_material() {
     if (materials_.empty()) return;
     Material& material = materials_.back();
@@ -187,23 +189,24 @@ class MtlReader {
       if (reflects) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
       material.metallic_from = MaterialNumber::converted;
     }
-    // Nobody bakes an invisible surface, but some write Tr where they mean d.
-    constexpr float kInvisible = 1 - 1e-3F;
-    if (!has_opacity_ && transparency_ > kInvisible) {
+    // Tr = 1 would be invisible, so it must mean d.
+    constexpr float kMinInvisibleTr = 1 - 1e-3F;
+    if (!has_opacity_ && transparency_ > kMinInvisibleTr) {
       material.opacity = 1;
       if (invisible_.count++ == 0) {
         invisible_.example = transparency_place_ + ": " + material.name;
       }
     }
-    const auto stand_in = [&](MaterialPicture& own, MaterialPicture& other, const char* keyword) {
+    const auto use_fallback_map = [&](MaterialPicture& own, MaterialPicture& other,
+                                      const char* keyword) {
       if (own.empty() && !other.empty()) {
         own = other;
         if (stand_ins_.count++ == 0) stand_ins_.example = material.name + ": " + keyword;
       }
       other = {};
     };
-    stand_in(material.roughness_map, exponents_, "map_Ns");
-    stand_in(material.metallic_map, reflections_, "map_refl");
+    use_fallback_map(material.roughness_map, exponents_, "map_Ns");
+    use_fallback_map(material.metallic_map, reflections_, "map_refl");
     ambient_ = {};
     shininess_ = -1;
     illumination_ = {};
@@ -212,7 +215,7 @@ class MtlReader {
   }
 
   /// "d -halo 0.5".
-  void scan_ahead_halo() {
+  void skip_halo() {
     const TextScanner before = scan_;
     if (scan_.token_in_line() != "-halo") scan_ = before;
   }
@@ -230,13 +233,13 @@ class MtlReader {
   void color(std::array<float, 3>& to, MaterialNumber* from = nullptr) {
     const TextScanner before = scan_;
     const std::string_view first = scan_.token_in_line();
-    if (first == "spectral" || first == "xyz") return;  // of no use here: white
+    if (first == "spectral" || first == "xyz") return;  // not supported: white
     scan_ = before;
     for (float& value : to) value = number();
     if (from != nullptr) *from = MaterialNumber::given;
   }
 
-  /// The picture that a line names, after its options; names may have blanks in them.
+  /// The picture that a line names after its options; names may contain blanks.
   MaterialPicture picture(std::string_view keyword) {
     MaterialPicture result;
     std::array<float, 2> scale{1, 1}, offset{0, 0};
@@ -245,7 +248,8 @@ class MtlReader {
       const std::string_view option = next_word(rest);
       const auto words = words_of(option);
       if (!words) {
-        rest = std::string_view(option.data(), option.size() + rest.size() + gap(option, rest));
+        rest = std::string_view(option.data(),
+                                option.size() + rest.size() + blanks_between(option, rest));
         break;
       }
       std::array<std::string_view, 3> given;
@@ -261,12 +265,12 @@ class MtlReader {
       if (option == "-clamp" && given[0] == "on") {
         result.wrap = {TextureWrap::clamp, TextureWrap::clamp};
       } else if (option == "-s" || option == "-o") {
-        if (!take_numbers(numbers, option == "-s" ? scale : offset)) count(placed_, option);
-      } else if (!says_nothing(option, numbers)) {
+        if (!parse_numbers(numbers, option == "-s" ? scale : offset)) count(placed_, option);
+      } else if (!has_no_effect(option, numbers)) {
         count(placed_, option);
       }
     }
-    // Scaled, then moved, as Blender and three.js have it.
+    // Scaled, then translated, as in Blender and three.js.
     result.uv_transform = {scale[0], 0, offset[0], 0, scale[1], offset[1]};
     std::string name(rest);
     if (name.size() > 1 && name.front() == '"' && name.back() == '"') {
@@ -282,14 +286,14 @@ class MtlReader {
     return result;
   }
 
-  /// Takes the first word off a text.
+  /// Removes and returns the first word of a text.
   static std::string_view next_word(std::string_view& text) {
     const std::size_t end = std::min(text.find_first_of(" \t"), text.size());
     const std::string_view word = text.substr(0, end);
     text = without_blanks(text.substr(end));
     return word;
   }
-  static std::size_t gap(std::string_view word, std::string_view rest) {
+  static std::size_t blanks_between(std::string_view word, std::string_view rest) {
     return rest.empty() ? 0 : static_cast<std::size_t>(rest.data() - word.data()) - word.size();
   }
 
@@ -298,17 +302,17 @@ class MtlReader {
   FileFinder* finder_;
   TextScanner scan_;
   std::vector<Material> materials_;
-  Counted placed_, ignored_, stand_ins_, invisible_;
+  StatementCount placed_, ignored_, stand_ins_, invisible_;
   bool by_blender_ = false;
-  // State of the material that is being read.
+  // Statements of the current material.
   std::array<float, 3> ambient_{};
   float shininess_ = -1;    ///< Below 0: not given.
   float transparency_ = 0;  ///< `Tr`
   std::string transparency_place_;
   std::string_view illumination_;
   MaterialPicture exponents_, reflections_;
-  bool has_opacity_ = false;  ///< By `d`.
-  bool has_normals_ = false;  ///< By a statement that means no heights.
+  bool has_opacity_ = false;  ///< Given by `d`.
+  bool has_normals_ = false;  ///< Given by a statement that never means heights.
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Wavefront OBJ, read by Kiln itself: a half-edge mesh drops faces at edges that more than two share,
-// and what is wrong with a file is said with its line.
+// Wavefront OBJ, by Kiln's own reader: a half-edge mesh would drop faces at non-manifold edges, and
+// errors must name the line.
 #include <algorithm>
 #include <charconv>
 #include <string>
@@ -58,7 +58,7 @@ class ObjReader {
     std::uint32_t triangle;
     std::uint64_t line;
   };
-  /// The largest index used so far of a pool, and where: the pool may still grow after the face.
+  /// The largest index used so far in a pool, and its position: the pool may grow after the face.
   struct Reach {
     std::uint64_t index = 0, line = 0;
   };
@@ -89,7 +89,7 @@ class ObjReader {
     }
   }
 
-  /// One name, which may have blanks in it, as exporters write it, or several that end in ".mtl".
+  /// One name, which may contain blanks as exporters write it, or several that end in ".mtl".
   void material_files(std::string_view names) {
     const auto add = [this](std::string_view name) {
       while (name.starts_with(' ') || name.starts_with('\t')) name.remove_prefix(1);
@@ -114,7 +114,7 @@ class ObjReader {
     add(names);
   }
 
-  /// ZBrush's colours: MMRRGGBB in hexadecimal digits of each of the vertices before, MM a mask.
+  /// ZBrush's colours: MMRRGGBB in hexadecimal digits for each preceding vertex, MM is a mask.
   void polypaint(std::string_view digits) {
     while (digits.starts_with(' ')) digits.remove_prefix(1);
     for (; digits.size() >= 8; digits.remove_prefix(8)) {
@@ -126,7 +126,7 @@ class ObjReader {
     if (!digits.empty() && bad_polypaint_++ == 0) bad_polypaint_example_ = scan_.place();
   }
 
-  /// Blocks of colours follow their vertices, once an object.
+  /// Blocks of colours follow their vertices, once per object.
   void finish_polypaint() {
     if (polypaint_.size() > builder_.positions.size()) {
       bad_polypaint_ += polypaint_.size() - builder_.positions.size();
@@ -165,7 +165,7 @@ class ObjReader {
       }
       more[count++] = *value;
     }
-    if (count >= 3) {  // x y z r g b [a]; one number more is a weight
+    if (count >= 3) {  // x y z r g b [a]; one more number is a weight
       builder_.set_color(builder_.positions.size(),
                          {more[0], more[1], more[2], count == 4 ? more[3] : MeshBuilder::kFull});
     }
@@ -186,7 +186,7 @@ class ObjReader {
     builder_.uvs.push_back({narrow(u), narrow(v)});
   }
 
-  /// From the file's 1-based or negative index to ours.
+  /// Converts the file's 1-based or negative index to a 0-based one.
   std::uint32_t resolve(std::string_view text, std::size_t pool, Reach& reach, const char* what) {
     const auto index = to_integer(text);
     if (!index) {
@@ -212,8 +212,8 @@ class ObjReader {
     std::uint64_t count = 0;
     std::string first;
   };
-  /// True if a corner has an index of a UV or a normal. Some, Cinema 4D among them, write 0 where it has none.
-  bool names_one(std::string_view text, Zeros& zeros) const {
+  /// True if a corner has an index of a UV or a normal. Some programs, such as Cinema 4D, write 0 for none.
+  bool has_index(std::string_view text, Zeros& zeros) const {
     if (text.empty()) return false;
     if (to_integer(text) != 0) return true;
     if (zeros.count++ == 0) zeros.first = scan_.place();
@@ -252,11 +252,11 @@ class ObjReader {
       vertex_.push_back(resolve(part[0], builder_.positions.size(), vertex_reach_, "vertex"));
       uv_.push_back(MeshBuilder::kNone);
       normal_.push_back(MeshBuilder::kNone);
-      if (names_one(part[1], zero_uvs_)) {
+      if (has_index(part[1], zero_uvs_)) {
         uv_.back() = resolve(part[1], builder_.uvs.size(), uv_reach_, "texture coordinate");
         any_uv = true;
       }
-      if (names_one(part[2], zero_normals_)) {
+      if (has_index(part[2], zero_normals_)) {
         normal_.back() = resolve(part[2], builder_.normals.size(), normal_reach_, "normal");
         any_normal = true;
       }

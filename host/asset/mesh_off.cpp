@@ -1,5 +1,5 @@
-// OFF (Geomview's object file format, ASCII), read by Kiln itself: a half-edge mesh drops faces at edges
-// that more than two share, and what is wrong with a file is said with its line.
+// OFF (Geomview's object file format, ASCII), by Kiln's own reader: a half-edge mesh would drop faces at
+// non-manifold edges, and errors must name the line.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -38,7 +38,7 @@ class OffReader {
     input_.fail(scan_.place(), problem, "Correct the line or export the mesh again.");
   }
 
-  /// "OFF" behind the letters that say what vertices have, in any order, as programs write them.
+  /// Parses "OFF" with its prefix letters for vertex attributes, in any order.
   void keyword(std::string_view word) {
     std::string_view letters = word;
     if (letters.ends_with("OFF") || letters == "off") {
@@ -57,7 +57,7 @@ class OffReader {
       if (has == nullptr || *has) {
         fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
       }
-      // Geomview has normals before colours, and "CN" for both; MeshLab the reverse of either.
+      // Geomview writes normals before colours, and "CN" for both; MeshLab the reverse.
       if (has == &colors_) colors_first_ = normals_;
       *has = true;
       letters.remove_prefix(length);
@@ -66,7 +66,7 @@ class OffReader {
 
   void header() {
     std::string_view word = scan_.token();
-    if (!to_integer(word)) {  // the keyword may be absent
+    if (!to_integer(word)) {  // the keyword is optional
       keyword(word);
       word = scan_.token();
       if (word == "BINARY") {
@@ -88,7 +88,7 @@ class OffReader {
     vertices_ = static_cast<std::uint64_t>(*vertices);
     faces_ = static_cast<std::uint64_t>(*faces);
     scan_.next_line();
-    // A vertex takes at least "0 0 0\n", a face "0\n"; the last line's end may be missing.
+    // A vertex takes at least "0 0 0\n", a face "0\n"; the last line end may be missing.
     const std::uint64_t left = scan_.remaining() + 1;
     if (vertices_ > left / 6 || faces_ > left / 2) {
       fail("the header promises " + std::to_string(vertices_) + " vertices and " +
@@ -108,7 +108,7 @@ class OffReader {
          "\" where a number belongs");
   }
 
-  /// The numbers of a vertex' line, into `values_`.
+  /// Reads the numbers of a vertex line into `values_`.
   void numbers(std::uint64_t i) {
     values_.clear();
     std::string_view token = scan_.token();
@@ -130,8 +130,8 @@ class OffReader {
     return !colors_ || rest < 3 ? 0 : std::min<std::size_t>(rest, 4);
   }
 
-  /// True if a colour is below 0 if colours and normals stand in the order that the keyword says: then they stand
-  /// in the other.
+  /// True if a colour is negative in the order of colours and normals that the keyword gives: then the order is
+  /// the other one.
   bool has_negative_colors() {
     const TextScanner before = scan_;
     bool negative = false;
@@ -198,7 +198,7 @@ class OffReader {
                       normals_ ? Indices(corners_) : Indices());
   }
 
-  /// What follows a face's corners: nothing, an index into a colour map, or three or four channels. What is no number
+  /// Parses the rest of a face line: nothing, an index into a colour map, or three or four channels. A non-number
   /// ends it.
   void face_color(std::uint64_t i) {
     values_.clear();
@@ -219,11 +219,11 @@ class OffReader {
   const MeshInput& input_;
   TextScanner scan_;
   MeshBuilder builder_;
-  std::uint64_t by_index_ = 0, first_by_index_ = 0;  ///< Faces whose colour is an index
+  std::uint64_t by_index_ = 0, first_by_index_ = 0;  ///< Faces with a colour index
   bool textured_ = false, colors_ = false, normals_ = false;
   bool homogeneous_ = false;       ///< Positions are x y z w.
-  bool of_any_dimension_ = false;  ///< A line says how many coordinates vertices have.
-  bool colors_first_ = false;      ///< Before the normals.
+  bool of_any_dimension_ = false;  ///< A line gives the number of coordinates per vertex.
+  bool colors_first_ = false;      ///< Colours precede normals.
   std::uint64_t vertices_ = 0, faces_ = 0;
   std::vector<double> values_;  ///< Numbers of a vertex's line.
   std::vector<std::uint32_t> corners_;

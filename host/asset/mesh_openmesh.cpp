@@ -1,4 +1,4 @@
-// The one place of mesh input that knows OpenMesh.
+// The only source file of mesh input that uses OpenMesh.
 #include <OpenMesh/Core/IO/IOManager.hh>
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
@@ -14,8 +14,8 @@ namespace {
 
 namespace om = OpenMesh;
 
-/// Receives what OpenMesh's readers find. Only what a PLY file of the kind openmesh_reads() accepts
-/// can hold is collected; edges, halfedges and status come from formats that never get here.
+/// Receives elements from OpenMesh's readers. Only PLY files accepted by openmesh_reads() occur, so
+/// edges, halfedges and status are ignored.
 class Importer final : public om::IO::BaseImporter {
  public:
   Importer(MeshBuilder& builder, bool normals, bool uvs)
@@ -59,7 +59,7 @@ class Importer final : public om::IO::BaseImporter {
     builder_.positions.reserve(vertices);
   }
 
-  // Calls that never come.
+  // Never called.
   om::HalfedgeHandle add_edge(om::VertexHandle, om::VertexHandle) override {
     return om::HalfedgeHandle();
   }
@@ -107,7 +107,7 @@ class Importer final : public om::IO::BaseImporter {
   std::vector<std::uint32_t> corners_;
 };
 
-/// OpenMesh prints to these streams; nothing but our own message may reach the terminal.
+/// Silences OpenMesh's output streams; only Kiln's own message may reach the terminal.
 class Quiet {
  public:
   Quiet() {
@@ -129,7 +129,7 @@ class Quiet {
   std::array<bool, 3> enabled_{};
 };
 
-/// The header OpenMesh gets: only what matters, under the names it knows.
+/// Header for OpenMesh: required lines only, with names that it knows.
 std::string plain_header(const Header& header) {
   std::string text = header.encoding == Encoding::big_endian
                          ? "ply\nformat binary_big_endian 1.0\n"
@@ -166,7 +166,7 @@ void read_with_openmesh(const MeshInput& input, const Header& header, MeshBuilde
   std::string content = plain_header(header);
   content.append(input.bytes.substr(header.body));
   std::istringstream stream(std::move(content), std::ios::in | std::ios::binary);
-  // OpenMesh waits forever for the 1.0 of the header where a program's locale has decimal commas.
+  // In locales with decimal commas OpenMesh would wait forever for the 1.0 of the header.
   stream.imbue(std::locale::classic());
   Importer importer(builder, normals, uvs);
   static std::mutex one_at_a_time;

@@ -1,5 +1,5 @@
 // PLY. The header and every count and index are checked here. Then binary files of the common kind
-// are read by OpenMesh, and the others here, because OpenMesh 9's reader narrows double coordinates
+// are read by OpenMesh, and all others here, since OpenMesh 9's reader narrows double coordinates
 // to float, stops at "nan" in text (and reports success with faces lost), misreads extra lists, and
 // refuses "list uint".
 #include "asset/mesh_ply.h"
@@ -30,7 +30,7 @@ T load(const char* at, bool swap) {
   return std::bit_cast<T>(bytes);
 }
 
-/// Values of a binary body. Callers ask has() before they read.
+/// Values of a binary body. Callers check has() before each read.
 class BinarySource {
  public:
   BinarySource(const MeshInput& input, const Header& header)
@@ -122,10 +122,10 @@ class BodyReader {
   BodyReader(const MeshInput& input, const Header& header)
       : input_(input), header_(header), source_(input, header) {}
 
-  /// Reads all into the builder; or, with `check_only`, finds every fault that reading would find.
+  /// Reads all elements into the builder; with `check_only` only reports faults.
   void read(MeshBuilder& builder, bool check_only) {
     textures_ = texture_names(header_);
-    // Faces may come before the vertices.
+    // Faces may precede the vertices.
     for (const Element& element : header_.elements) {
       if (element.name != "vertex") continue;
       vertices_ = element.count;
@@ -135,7 +135,7 @@ class BodyReader {
     std::ptrdiff_t useful = std::count_if(header_.elements.begin(), header_.elements.end(),
                                           [](const Element& e) { return is_useful(e); });
     for (const Element& element : header_.elements) {
-      if (useful == 0) break;  // what follows is of no use
+      if (useful == 0) break;  // ignore the remaining elements
       if (is_useful(element)) --useful;
       check_size(element);
       if (element.name == "vertex") {
@@ -172,13 +172,13 @@ class BodyReader {
                 "Copy or export it again.");
   }
 
-  /// Before anything is allocated: can what is left of the file hold so many at all?
+  /// Checks, before allocation, that the rest of the file can hold the declared number of elements.
   void check_size(const Element& element) {
     std::uint64_t least = 0;
     for (const Property& property : element.properties) {
       least += source_.least_bytes(property.list ? property.count_type : property.type);
     }
-    if (least == 0 ? element.count > kLargest : element.count > source_.remaining() / least) {
+    if (least == 0 ? element.count > kMaxElements : element.count > source_.remaining() / least) {
       input_.fail("header",
                   "it promises " + std::to_string(element.count) + " elements \"" +
                       printable(element.name) + "\", more than the file can hold (truncated)",
@@ -186,7 +186,7 @@ class BodyReader {
     }
   }
 
-  /// The values of one vertex or face, by their uses.
+  /// The values of one vertex or face, by role.
   class Values {
    public:
     explicit Values(const Element& element) : has_color(has(element, Role::red)) {
@@ -263,7 +263,7 @@ class BodyReader {
                       decimal(length),
                   "Export the mesh again.");
     }
-    // Doubles hold every length a file can have; a larger one does not fit below either.
+    // Doubles represent every possible length exactly enough; larger ones fail this check.
     if (length * static_cast<double>(source_.least_bytes(property.type)) >
         static_cast<double>(source_.remaining())) {
       truncated(element, index);
@@ -282,7 +282,7 @@ class BodyReader {
                has_wedges = has(element, Role::wedge_uvs);
     if (!check_only) name_first_texture(builder, numbered);
     if (!check_only && vertex_uvs_ && has_wedges && builder.uvs.empty()) {
-      // The vertices come later, but their UVs have their numbers.
+      // The vertices may come later, but their UVs have the same indices.
       for (const Element& other : header_.elements) {
         if (other.name == "vertex") check_size(other);
       }
@@ -316,7 +316,8 @@ class BodyReader {
       if (check_only) continue;
       Indices uvs;
       if (vertex_uvs_) uvs = corners_;
-      // UVs of corners, u and v in turn, say more than those of vertices, which cannot have seams.
+      // UVs of corners (u and v alternating) take precedence over those of vertices, which cannot
+      // have seams.
       if (!corners_.empty() && wedge_.size() == 2 * corners_.size()) {
         uv.clear();
         for (std::size_t k = 0; k < corners_.size(); ++k) {
@@ -337,7 +338,7 @@ class BodyReader {
     }
   }
 
-  /// The picture of faces that have no number of one.
+  /// Assigns the first picture to faces without a picture number.
   void name_first_texture(MeshBuilder& builder, bool numbered) {
     if (textures_.empty() || numbered) return;
     builder.set_material(textures_[0]);
@@ -360,9 +361,9 @@ class BodyReader {
     builder.set_material(name);
   }
 
-  /// A picture without UVs is no picture; and what was wrong with UVs and numbers is said once.
+  /// Drops pictures of a mesh without UVs, and reports faults of UVs and picture numbers once.
   void finish_textures(MeshBuilder& builder) {
-    const auto warn = [&](const char* code, const Counted& what, const std::string& text) {
+    const auto warn = [&](const char* code, const FaceCount& what, const std::string& text) {
       if (what.count == 0) return;
       input_.warn(code,
                   counted(what.count, "face") + " (face " + std::to_string(what.first) +
@@ -407,11 +408,11 @@ class BodyReader {
     corners_.push_back(static_cast<std::uint32_t>(index));
   }
 
-  /// Triangle strips, as scan archives have them: lists of vertices, in which -1 ends a strip.
+  /// Triangle strips, as in scan archives: lists of vertices, where -1 ends a strip.
   void read_strips(const Element& element, MeshBuilder& builder) {
     std::uint64_t strip = 0;
     name_first_texture(builder, false);
-    corners_.clear();  // of a face that stood before
+    corners_.clear();  // remainder of a previous face
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
         if (!property.list) {
@@ -435,7 +436,7 @@ class BodyReader {
     }
   }
 
-  /// Every second triangle is turned round. One with a repeated corner only turns the strip.
+  /// Every second triangle is reversed. Degenerate ones only change the strip's direction.
   void add_strip(MeshBuilder& builder) {
     const auto add = [&](std::span<const std::uint32_t> corners) {
       using Indices = std::span<const std::uint32_t>;
@@ -452,7 +453,7 @@ class BodyReader {
     corners_.clear();
   }
 
-  static constexpr std::uint64_t kLargest = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint64_t kMaxElements = std::numeric_limits<std::uint32_t>::max();
 
   const MeshInput& input_;
   const Header& header_;
@@ -461,20 +462,20 @@ class BodyReader {
   bool vertex_normals_ = false, vertex_uvs_ = false;
   std::vector<std::uint32_t> corners_;
   std::vector<float> wedge_;
-  std::vector<std::string> textures_;     ///< Materials' names
+  std::vector<std::string> textures_;     ///< Names of materials
   const std::string* texture_ = nullptr;  ///< Of the last face
   const std::string untextured_ = kUntextured;
-  /// Faces of which one thing is to be said.
-  struct Counted {
+  /// Faces collected for one warning.
+  struct FaceCount {
     std::uint64_t count = 0, first = 0;
     void add(std::uint64_t face) {
       if (count++ == 0) first = face;
     }
   };
-  Counted bad_wedges_, bad_numbers_;
+  FaceCount bad_wedges_, bad_numbers_;
 };
 
-/// \returns whether the elements are there that make a surface
+/// \returns true if the elements of a surface exist
 void check_elements(const MeshInput& input, const Header& header) {
   const auto find = [&header](std::string_view name) {
     return std::find_if(header.elements.begin(), header.elements.end(),
@@ -503,7 +504,7 @@ std::vector<Material> read_ply_materials(const MeshInput& given,
   MeshInput input = given;
   std::string converted;
   input.bytes = as_utf8(input.bytes, converted);
-  input.warnings = nullptr;  // load_mesh() said it
+  input.warnings = nullptr;  // load_mesh() reported it
   const Header header = parse_header(input);
   const std::vector<std::string> names = texture_names(header);
   std::vector<Material> materials;
@@ -534,7 +535,7 @@ Mesh read_ply(const MeshInput& input) {
   if (header.encoding == Encoding::ascii) {
     BodyReader<AsciiSource>(input, header).read(builder, false);
   } else {
-    // OpenMesh tells nothing of pictures.
+    // OpenMesh's reader does not return pictures.
     const bool openmesh = openmesh_reads(header) && header.texture_files.empty();
     BodyReader<BinarySource>(input, header).read(builder, openmesh);
     if (openmesh) read_with_openmesh(input, header, builder);

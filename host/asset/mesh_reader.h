@@ -1,4 +1,4 @@
-// Shared by the mesh readers: the file as bytes, and errors.
+// Shared by the mesh readers: the file's bytes, and errors.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +18,13 @@ struct Asset;
 
 enum class MeshFormat { ply, obj, stl, off, gltf, fbx, assimp };
 
-/// A mesh file that has been read into memory whole.
+/// A mesh file in memory.
 struct MeshInput {
   std::string file;                          ///< Path as the caller gave it; used in messages.
   std::string_view bytes;                    ///< The content.
-  std::vector<Warning>* warnings = nullptr;  ///< Gets a warning for each imperfection; may be null.
+  std::vector<Warning>* warnings = nullptr;  ///< Receives warnings; may be null.
   LoadMeshOptions options = {};
-  /// Folder of the files that this one refers to (buffers, pictures). None: they are not read.
+  /// Folder of referenced files (buffers, pictures). None: they are not read.
   std::optional<std::filesystem::path> folder = {};
 
   /// Throws Error(input): "<file>: <place>: <problem>. <remedy>." The place may be empty.
@@ -33,10 +33,10 @@ struct MeshInput {
   void warn(std::string code, const std::string& message, std::uint64_t count) const;
 };
 
-/// Reads a mesh from memory: the readers below behind a check that the content is what `format`
-/// says. Never reads outside `bytes`; memory and time are linear in their number.
+/// Reads a mesh from memory: calls a reader below after a check that the content matches `format`.
+/// Never reads outside `bytes`; memory and time are linear in their number.
 /// \throws Error(input)
-/// \param whole  where to put all that the file has beside the mesh, if it is glTF; may be null
+/// \param whole  receives the whole asset of a glTF; may be null
 Mesh parse_mesh(const MeshInput& input, MeshFormat format, Asset* whole = nullptr);
 
 /// load_mesh() of a path. \param whole  as above
@@ -51,7 +51,7 @@ inline bool is_gltf_name(const std::filesystem::path& path) {
 inline bool is_fbx_name(const std::filesystem::path& path) {
   return lower_extension(path) == ".fbx";
 }
-/// True for what Assimp reads: .dae, .3ds and .x.
+/// True for formats read by Assimp: .dae, .3ds and .x.
 inline bool is_assimp_name(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   return extension == ".dae" || extension == ".3ds" || extension == ".x";
@@ -59,12 +59,13 @@ inline bool is_assimp_name(const std::filesystem::path& path) {
 inline bool is_ply_name(const std::filesystem::path& path) {
   return lower_extension(path) == ".ply";
 }
-/// True if a file describes the materials of its mesh itself, where OBJ names an MTL.
+/// True if a file describes its own materials, unlike OBJ, which names an MTL.
 inline bool has_own_materials(const std::filesystem::path& path) {
   return is_gltf_name(path) || is_fbx_name(path) || is_assimp_name(path) || is_ply_name(path);
 }
 
-/// Each throws Error(input) for what it cannot use, and appends to input.warnings for the rest.
+/// Readers of the formats. Each throws Error(input) for unusable files, and appends other faults to
+/// input.warnings.
 Mesh read_ply(const MeshInput& input);
 Mesh read_obj(const MeshInput& input);
 Mesh read_stl(const MeshInput& input);

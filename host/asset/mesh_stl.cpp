@@ -1,5 +1,5 @@
-// STL, read by Kiln itself: OpenMesh's reader leaves out degenerate triangles without a word (its
-// corners go through an ordered map whose order NaN breaks), which Kiln promises never to do.
+// STL, by Kiln's own reader: OpenMesh's silently drops degenerate triangles (its corners are in an
+// ordered map whose order NaN breaks), which Kiln must never do.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,8 +16,8 @@
 namespace kiln {
 namespace {
 
-/// Gives corners with exactly equal positions (-0 equals 0; NaN equals the same NaN) one vertex, in
-/// order of first appearance. Open addressing with linear probing, at most half full.
+/// Merges corners with exactly equal positions (-0 equals 0; NaN equals the same NaN) into one
+/// vertex, in order of first appearance. Open addressing with linear probing, at most half full.
 class Welder {
  public:
   Welder(std::vector<MeshBuilder::Position>& positions, std::size_t expected)
@@ -70,10 +70,10 @@ std::uint32_t little_endian(const char* bytes) {
 }
 
 /// Colours in the two bytes behind each triangle of a binary STL, 5 bits a channel. Two programs' conventions are in
-/// use. VisCAM and SolidView set bit 15 where a triangle has a colour, with blue in the lowest bits. Materialise Magics
-/// writes "COLOR=" and a colour of the whole into the header; there bit 15 is clear where a triangle has a colour of
-/// its own, with red in the lowest bits. MeshLab writes Magics' header and order, and sets bit 15 in all triangles, which
-/// to Magics would mean that none has a colour: where all bits are set, colours that differ are meant.
+/// use. VisCAM and SolidView set bit 15 of triangles with a colour, with blue in the lowest bits. Materialise Magics
+/// writes "COLOR=" and a default colour into the header, and clears bit 15 of triangles with their own colour, with red
+/// in the lowest bits. MeshLab writes Magics' header and order, but sets bit 15 of all triangles, which for Magics
+/// means that none has a colour: if all bits are set, differing colours are used.
 class StlColors {
  public:
   explicit StlColors(const MeshInput& input) : bytes_(input.bytes) {
@@ -83,13 +83,14 @@ class StlColors {
     if (at == std::string_view::npos || at + kMagics.size() + 4 > header.size()) return;
     std::array<std::uint8_t, 4> color;
     std::memcpy(color.data(), header.data() + at + kMagics.size(), 4);
-    whole_ = color;
-    // Programs that colour the whole alone leave the bytes 0, which would be black triangles.
-    const Bits bits = look();
+    default_color_ = color;
+    // Programs that only write a default colour leave the bytes 0, which would mean black
+    // triangles.
+    const Bits bits = scan_bits();
     by_triangle_ = !bits.are_alike || bits.first != 0;
     mark_counts_ = !bits.are_all_marked;
     if (mark_counts_ || !by_triangle_) return;
-    // MeshLab's blank is the end of its header's colour, where Magics has its alpha.
+    // MeshLab has a blank after its header's colour, where Magics has alpha.
     const bool is_meshlabs = header.substr(at + kMagics.size() + 3).starts_with(" MATERIAL=");
     if (!bits.are_alike || is_meshlabs) return;
     mark_counts_ = true;
@@ -99,7 +100,7 @@ class StlColors {
     const bool agrees = std::equal(
         channels.begin(), channels.end(), color.begin(),
         [](std::uint8_t a, std::uint8_t b) { return std::abs(int{a} - int{b}) <= kRounding; });
-    // Programs that colour the whole alone set all bits or none.
+    // Programs that only write a default colour set all bits or none.
     if (agrees || own == 0 || own == kMark - 1) return;
     input.warn("stl-colors",
                "all of its triangles are of one colour, and marked as if they had none of their "
@@ -108,13 +109,13 @@ class StlColors {
                bits.count);
   }
 
-  /// The colour of a triangle; none: it has none.
+  /// The colour of a triangle, if it has one.
   std::optional<std::array<std::uint8_t, 4>> of(std::uint64_t triangle) const {
     const std::uint32_t bits = attribute(triangle);
     const bool is_marked = (bits & kMark) != 0;
     const std::array<std::uint8_t, 3> channels = channels_of(bits);
-    if (whole_) {
-      if ((is_marked && mark_counts_) || !by_triangle_) return whole_;
+    if (default_color_) {
+      if ((is_marked && mark_counts_) || !by_triangle_) return default_color_;
       return std::array<std::uint8_t, 4>{channels[0], channels[1], channels[2], 255};
     }
     if (!is_marked) return std::nullopt;
@@ -133,7 +134,7 @@ class StlColors {
     std::uint32_t first = 0;
     bool are_alike = true, are_all_marked = true;
   };
-  Bits look() const {
+  Bits scan_bits() const {
     Bits bits;
     bits.count = little_endian(bytes_.data() + kHeaderBytes - 4);
     if (bits.count != 0) bits.first = attribute(0);
@@ -144,18 +145,17 @@ class StlColors {
     }
     return bits;
   }
-  /// From the lowest bits on.
+  /// Channels from the lowest bits on.
   static std::array<std::uint8_t, 3> channels_of(std::uint32_t bits) {
     return {widen(bits), widen(bits >> 5U), widen(bits >> 10U)};
   }
-  /// From 5 bits to 8, rounded.
+  /// Expands 5 bits to 8, rounded.
   static std::uint8_t widen(std::uint32_t bits) {
     return static_cast<std::uint8_t>(((bits & 31U) * 255 + 15) / 31);
   }
 
   std::string_view bytes_;
-  std::optional<std::array<std::uint8_t, 4>>
-      whole_;  ///< Magics' colour of what has none of its own
+  std::optional<std::array<std::uint8_t, 4>> default_color_;  ///< Magics' default colour
   bool by_triangle_ = true, mark_counts_ = true;
 };
 
@@ -184,7 +184,7 @@ Mesh read_binary(const MeshInput& input) {
   Welder welder(builder.positions, count / 2);
   const StlColors colors(input);
   for (std::uint64_t t = 0; t < count; ++t) {
-    const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;  // past the normal
+    const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;  // after the normal
     std::uint32_t corner[3];
     for (std::uint32_t& vertex : corner) {
       MeshBuilder::Position p;
@@ -200,12 +200,12 @@ Mesh read_binary(const MeshInput& input) {
   return builder.finish();
 }
 
-/// True if a token is a keyword (in lower case), which some programs write in capitals.
+/// True if a token is a keyword (given in lower case), ignoring case.
 bool is_word(std::string_view token, std::string_view keyword) {
   return token.size() == keyword.size() && lower_case(token) == keyword;
 }
 
-/// The keyword that a statement begins with. "end loop" is "endloop".
+/// The keyword at the start of a statement. "end loop" is "endloop".
 std::string keyword_at(TextScanner& scan) {
   const std::string word = lower_case(scan.token());
   if (word != "end") return word;
@@ -272,7 +272,7 @@ Mesh read_ascii(const MeshInput& input) {
 
 Mesh read_stl(const MeshInput& input) {
   const std::string_view bytes = input.bytes;
-  // Some programs start a binary file's header with "solid": the size decides first.
+  // Some programs start a binary file's header with "solid", so the size takes precedence.
   const bool sized =
       bytes.size() >= kHeaderBytes &&
       bytes.size() ==

@@ -1,4 +1,4 @@
-// Tangents that a file gives its vertices.
+// Tangents of vertices in a file.
 #include <cmath>
 
 #include "asset/mesh_builder.h"
@@ -7,8 +7,9 @@
 namespace kiln {
 namespace {
 
-constexpr double kUnit = 0.01;    // how far from 1 a length may be before it is told
-constexpr double kAcross = 0.01;  // least sine of the angle to the normal
+constexpr double kMaxLengthError =
+    0.01;  // deviation of the length from 1 above which it is reported
+constexpr double kMinNormalSine = 0.01;  // smallest sine of the angle to the normal
 
 double length_of(const Vec3& v) {
   return std::sqrt(double{v.x} * v.x + double{v.y} * v.y + double{v.z} * v.z);
@@ -29,8 +30,8 @@ bool mirrored(const Mesh& mesh, std::size_t t) {
   return (double{q.x} - p.x) * (double{r.y} - p.y) - (double{r.x} - p.x) * (double{q.y} - p.y) < 0;
 }
 
-/// Vertices of one kind: how many, and the first.
-struct Odd {
+/// Vertices with one fault: their number, and the first.
+struct TangentFault {
   std::uint64_t count = 0, first = 0;
   double value = 0;
 
@@ -48,22 +49,22 @@ struct Odd {
 
 }  // namespace
 
-/// Takes the direction off tangents that no frame can be made of, and says so.
+/// Clears tangents that form no valid frame, and warns of them.
 void MeshBuilder::check_tangents(const Mesh& mesh) {
   const bool has_normals = mesh.normals.size() == positions.size();
-  Odd none_at, longer, signs;
+  TangentFault none_at, longer, signs;
   for (std::size_t i = 0; i < tangents.size(); ++i) {
     Tangent& tangent = tangents[i];
     const double size = length_of(tangent.direction);
     const double across = has_normals && length_of(mesh.normals[i]) > 0
                               ? sine(tangent.direction, mesh.normals[i], size)
                               : 1;
-    if (!(size > 0) || !std::isfinite(size) || !(across > kAcross)) {
+    if (!(size > 0) || !std::isfinite(size) || !(across > kMinNormalSine)) {
       tangent.direction = {};
       none_at.add(i, size);
       continue;
     }
-    if (std::abs(size - 1) > kUnit) longer.add(i, size);
+    if (std::abs(size - 1) > kMaxLengthError) longer.add(i, size);
     if (tangent_signs && std::abs(tangent.sign) != 1) signs.add(i, double{tangent.sign});
   }
   if (none_at.count != 0) {
@@ -89,8 +90,8 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
   }
 }
 
-/// Copies tangents of vertices to corners. Without UVs tangents are of no use.
-void MeshBuilder::give_tangents(Mesh& mesh) {
+/// Copies tangents of vertices to corners. Without UVs tangents are dropped.
+void MeshBuilder::copy_tangents(Mesh& mesh) {
   if (tangents.empty() || mesh.uv_triangles.empty()) return;
   check_tangents(mesh);
   mesh.tangents.resize(3 * mesh.triangles.size());

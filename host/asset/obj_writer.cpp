@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-/// Text gathered in memory and handed to the file in large pieces.
+/// Buffers text, and writes it to the file in large pieces.
 class Writer {
  public:
   explicit Writer(AtomicFile& file) : file_(file) { buffer_.reserve(kCapacity); }
@@ -24,7 +24,7 @@ class Writer {
     buffer_ += value;
   }
   void single(float value) { number(value, std::chars_format::general, 9); }
-  void full(double value) { number(value, std::chars_format::general, 17); }
+  void exact_number(double value) { number(value, std::chars_format::general, 17); }
   void index(std::uint32_t zero_based) {
     char digits[16];
     const auto end =
@@ -53,8 +53,8 @@ class Writer {
   std::string buffer_;
 };
 
-/// Names end at the line's end: a control character would break the line, and a final backslash join the
-/// next line. '#' stays: in a name it starts no comment.
+/// Makes a name safe: control characters would end the line, and a final backslash would join the next
+/// one. '#' is kept, since it starts no comment within a name.
 std::string safe_name(const std::string& name) {
   std::string safe = name.empty() ? "default" : name;
   for (char& c : safe) {
@@ -63,7 +63,7 @@ std::string safe_name(const std::string& name) {
   return safe;
 }
 
-/// Path of a file, which may have any character but those that end a line.
+/// Path of a file; all characters except line ends are kept.
 std::string safe_path(std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   std::erase_if(name, [](char c) { return c == '\n' || c == '\r' || c == '\0'; });
@@ -71,7 +71,7 @@ std::string safe_path(std::string name) {
 }
 
 void check(const Mesh& mesh) {
-  const auto wrong = [&mesh](const char* what) {
+  const auto fail_validation = [&mesh](const char* what) {
     throw Error(ErrorCode::usage, "save_obj: mesh \"" + mesh.name + "\" has " + what +
                                       "; build it so that every attribute is empty or complete.");
   };
@@ -79,49 +79,51 @@ void check(const Mesh& mesh) {
                                  const char* what) {
     for (const Triangle& triangle : list) {
       for (const std::uint32_t index : triangle) {
-        if (index >= pool) wrong(what);
+        if (index >= pool) fail_validation(what);
       }
     }
   };
   const std::size_t n = mesh.triangles.size();
   if (!mesh.uv_triangles.empty() && mesh.uv_triangles.size() != n)
-    wrong("uv_triangles not parallel to triangles");
+    fail_validation("uv_triangles not parallel to triangles");
   if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
-    wrong("normal_triangles not parallel to triangles");
-  if (!mesh.groups.empty() && mesh.groups.size() != n) wrong("groups not parallel to triangles");
-  if (!mesh.objects.empty() && mesh.objects.size() != n) wrong("objects not parallel to triangles");
+    fail_validation("normal_triangles not parallel to triangles");
+  if (!mesh.groups.empty() && mesh.groups.size() != n)
+    fail_validation("groups not parallel to triangles");
+  if (!mesh.objects.empty() && mesh.objects.size() != n)
+    fail_validation("objects not parallel to triangles");
   if (!mesh.materials.empty() && mesh.materials.size() != n)
-    wrong("materials not parallel to triangles");
+    fail_validation("materials not parallel to triangles");
   if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
-    wrong("colors not parallel to positions");
+    fail_validation("colors not parallel to positions");
   check_indices(mesh.triangles, mesh.positions.size(), "a vertex index out of range");
   check_indices(mesh.uv_triangles, mesh.uvs.size(), "a UV index out of range");
   check_indices(mesh.normal_triangles, mesh.normals.size(), "a normal index out of range");
   for (const std::uint32_t group : mesh.groups) {
-    if (group >= mesh.group_names.size()) wrong("a group index out of range");
+    if (group >= mesh.group_names.size()) fail_validation("a group index out of range");
   }
   for (const std::uint32_t object : mesh.objects) {
-    if (object >= mesh.object_names.size()) wrong("an object index out of range");
+    if (object >= mesh.object_names.size()) fail_validation("an object index out of range");
   }
   for (const std::uint32_t material : mesh.materials) {
-    if (material >= mesh.material_names.size()) wrong("a material index out of range");
+    if (material >= mesh.material_names.size()) fail_validation("a material index out of range");
   }
 }
 
-/// Says of each triangle whose name is another one than the last triangle's.
+/// Writes a name before the first triangle of each run.
 class Names {
  public:
   Names(const char* keyword, const std::vector<std::uint32_t>& of,
         const std::vector<std::string>& names)
       : keyword_(keyword), of_(of), names_(names) {}
 
-  /// All names first, so that a reader numbers them as we do.
+  /// Writes all names first, so that a reader numbers them in the same order.
   void announce(Writer& out) const {
     for (const std::string& name : of_.empty() ? std::vector<std::string>() : names_) {
       out.text(keyword_ + safe_name(name) + "\n");
     }
   }
-  /// True if a reader numbers them as we do without that: all are used, in their order.
+  /// True if a reader would number them in the same order anyway: all are used, in order.
   bool in_order() const {
     std::uint32_t next = 0;
     for (const std::uint32_t name : of_) {
@@ -130,29 +132,29 @@ class Names {
     }
     return next == names_.size();
   }
-  /// \returns whether the name is another one
-  bool before(std::size_t triangle, Writer& out) {
-    if (of_.empty() || of_[triangle] == now_) return false;
-    now_ = of_[triangle];
-    out.text(keyword_ + safe_name(names_[now_]) + "\n");
+  /// \returns true if the name changed
+  bool write_if_changed(std::size_t triangle, Writer& out) {
+    if (of_.empty() || of_[triangle] == last_written_) return false;
+    last_written_ = of_[triangle];
+    out.text(keyword_ + safe_name(names_[last_written_]) + "\n");
     return true;
   }
-  /// Readers take an object's name for a group's, too.
-  void follow(const Names& object) {
-    now_ = kNone;
-    const auto same = std::find(names_.begin(), names_.end(), object.names_[object.now_]);
-    if (same != names_.end()) now_ = static_cast<std::uint32_t>(same - names_.begin());
+  /// Readers also use an object's name as a group's.
+  void copy_names(const Names& object) {
+    last_written_ = kNone;
+    const auto same = std::find(names_.begin(), names_.end(), object.names_[object.last_written_]);
+    if (same != names_.end()) last_written_ = static_cast<std::uint32_t>(same - names_.begin());
   }
 
  private:
   std::string keyword_;
-  const std::vector<std::uint32_t>& of_;  // triangles
+  const std::vector<std::uint32_t>& of_;  // index of the name, per triangle
   const std::vector<std::string>& names_;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-  std::uint32_t now_ = kNone;
+  std::uint32_t last_written_ = kNone;
 };
 
-/// True if all three corners have a UV: a file has no word for one that is not finite.
+/// True if all three corners have a finite UV, since OBJ cannot express others.
 bool has_uvs(const Mesh& mesh, std::size_t triangle) {
   if (mesh.uv_triangles.empty()) return false;
   const Triangle& t = mesh.uv_triangles[triangle];
@@ -167,7 +169,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Writer out(file);
   out.text("# Kiln\n");
   for (const std::string& name : mesh.material_files) {
-    if (has_own_materials(name)) continue;  // no MTL
+    if (has_own_materials(name)) continue;  // it has no MTL
     if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
   }
   const bool placed = mesh.origin != std::array<double, 3>{};
@@ -175,9 +177,9 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
     const Vec3& p = mesh.positions[i];
     out.text("v");
     if (placed) {
-      out.full(mesh.origin[0] + double{p.x});
-      out.full(mesh.origin[1] + double{p.y});
-      out.full(mesh.origin[2] + double{p.z});
+      out.exact_number(mesh.origin[0] + double{p.x});
+      out.exact_number(mesh.origin[1] + double{p.y});
+      out.exact_number(mesh.origin[2] + double{p.z});
     } else {
       out.single(p.x);
       out.single(p.y);
@@ -214,14 +216,14 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Names groups("g ", mesh.groups, mesh.group_names);
   Names materials("usemtl ", mesh.materials, mesh.material_names);
   Names objects("o ", mesh.objects, mesh.object_names);
-  // Other programs make an object of each such line, with or without faces.
+  // Other programs create an object for each such line, with or without faces.
   if (mesh.objects.empty() || !groups.in_order()) groups.announce(out);
   if (!objects.in_order()) objects.announce(out);
   materials.announce(out);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (objects.before(t, out)) groups.follow(objects);
-    groups.before(t, out);
-    materials.before(t, out);
+    if (objects.write_if_changed(t, out)) groups.copy_names(objects);
+    groups.write_if_changed(t, out);
+    materials.write_if_changed(t, out);
     const bool uvs = has_uvs(mesh, t);
     out.text("f");
     for (int k = 0; k < 3; ++k) {

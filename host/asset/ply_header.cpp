@@ -96,8 +96,8 @@ Role vertex_role(std::string_view name) {
   return Role::unused;
 }
 
-/// Lines of the header, ended by LF, CR LF or CR, whichever ends the first line: after a binary
-/// file's "end_header" the next byte may be of any value.
+/// Lines of the header, separated by LF, CR LF or CR as after the first line: in a binary file the
+/// byte after "end_header" may have any value.
 class Lines {
  public:
   explicit Lines(std::string_view text) : text_(text) {
@@ -125,7 +125,7 @@ class Lines {
   std::uint64_t number_ = 0;
 };
 
-/// Drops uses of an element's properties that come a second time, or whose set is not whole.
+/// Drops roles of an element's properties that repeat, or whose set is incomplete.
 class RoleCheck {
  public:
   explicit RoleCheck(Element& element) : element_(element) {
@@ -175,7 +175,7 @@ class RoleCheck {
   std::string example_;
 };
 
-/// Uses that come in sets are dropped unless the whole set is there; of several sets the first counts.
+/// Roles that come in sets are dropped unless the set is complete; the first of several sets counts.
 void check_vertex_roles(const MeshInput& input, Element& vertex) {
   for (const Role role : {Role::x, Role::y, Role::z}) {
     const std::ptrdiff_t count = RoleCheck::count(vertex, role);
@@ -200,7 +200,7 @@ void check_face_roles(const MeshInput& input, Element& face) {
   check.warn(input, "faces");
 }
 
-/// Use of a face's single value.
+/// Role of a face's scalar property.
 Role face_role(std::string_view name) {
   if (name == "texnumber") return Role::texture_number;
   const Role role = vertex_role(name);
@@ -209,7 +209,8 @@ Role face_role(std::string_view name) {
   return color ? role : Role::unused;
 }
 
-/// The picture that a comment names, as VCGLib and with it most of photogrammetry writes it; empty: none.
+/// The picture that a comment names, in the convention of VCGLib and most photogrammetry software; empty:
+/// none.
 std::string_view texture_file(TextScanner& scan) {
   if (lower_case(scan.token_in_line()) != "texturefile") return {};
   std::string_view name = scan.rest_of_line();
@@ -354,7 +355,7 @@ bool openmesh_reads(const Header& header) {
   if (vertex.name != "vertex" || face.name != "face" || face.properties.size() != 1) return false;
   const Property& list = face.properties[0];
   if (list.role != Role::indices || size_of(list.type) != 4) return false;
-  // It refuses "list uint".
+  // OpenMesh refuses "list uint".
   if (list.count_type != Type::uint8 && list.count_type != Type::int32) return false;
   return std::all_of(vertex.properties.begin(), vertex.properties.end(), [](const Property& p) {
     static constexpr std::string_view kFloats[] = {"x",  "y", "z", "nx", "ny",

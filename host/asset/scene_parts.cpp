@@ -25,7 +25,7 @@ Vec3 NormalTurn::operator()(double x, double y, double z) const {
   for (std::size_t i = 0; i < 3; ++i) {
     turned[i] = columns_[0][i] * x + columns_[1][i] * y + columns_[2][i] * z;
   }
-  // Made unit here, since cofactors of small scales are too small for floats.
+  // Normalised in double precision, since cofactors of small scales underflow in floats.
   const double length = std::hypot(turned[0], turned[1], turned[2]) * (mirrors_ ? -1 : 1);
   if (!std::isnormal(length)) return {};
   return {narrow(turned[0] / length), narrow(turned[1] / length), narrow(turned[2] / length)};
@@ -102,7 +102,7 @@ bool ScenePictures::is_outside(const std::filesystem::path& plain) const {
 std::filesystem::path ScenePictures::find(const std::string& name) {
   const std::filesystem::path plain = std::filesystem::path(name).lexically_normal();
   const bool allowed = !is_outside(plain) || input_.options.outside;
-  // One that may not be read may have a copy beside the file.
+  // A file outside the folder may have a copy beside the mesh.
   std::filesystem::path file =
       finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
   std::error_code error;

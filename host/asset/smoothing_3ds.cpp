@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-// Chunks of 3DS, each within the one before.
+// Ids of nested 3DS chunks.
 constexpr std::uint32_t kMain = 0x4D4D, kEditor = 0x3D3D, kObject = 0x4000, kMesh = 0x4100,
                         kFaces = 0x4120, kFaceMaterial = 0x4130, kSmoothing = 0x4150;
 constexpr std::size_t kHeaderBytes = 6, kFaceBytes = 8;
@@ -16,8 +16,8 @@ constexpr std::size_t kHeaderBytes = 6, kFaceBytes = 8;
 /// MeshLab's mask of every face.
 constexpr std::uint32_t kMeshLabMask = 10;
 
-/// A number at the beginning of bytes, which are cut off there; 0 where they end.
-std::uint32_t take_number(std::string_view& bytes, std::size_t size) {
+/// Removes and returns a number at the start of bytes; 0 at their end.
+std::uint32_t read_number(std::string_view& bytes, std::size_t size) {
   if (bytes.size() < size) {
     bytes = {};
     return 0;
@@ -30,20 +30,20 @@ std::uint32_t take_number(std::string_view& bytes, std::size_t size) {
   return value;
 }
 
-/// Text that ends with a zero.
-std::string_view take_text(std::string_view& bytes) {
+/// Removes and returns a zero-terminated text.
+std::string_view read_text(std::string_view& bytes) {
   const std::size_t end = std::min(bytes.find('\0'), bytes.size());
   const std::string_view text = bytes.substr(0, end);
   bytes.remove_prefix(std::min(end + 1, bytes.size()));
   return text;
 }
 
-/// Calls use(id, content) for chunks that follow each other.
+/// Calls use(id, content) for consecutive chunks.
 template <typename Use>
 void for_each_chunk(std::string_view bytes, const Use& use) {
   while (bytes.size() >= kHeaderBytes) {
-    const std::uint32_t id = take_number(bytes, 2);
-    const std::size_t size = take_number(bytes, 4);
+    const std::uint32_t id = read_number(bytes, 2);
+    const std::size_t size = read_number(bytes, 4);
     if (size <= kHeaderBytes) continue;
     const std::string_view content = bytes.substr(0, size - kHeaderBytes);
     use(id, content);
@@ -52,24 +52,24 @@ void for_each_chunk(std::string_view bytes, const Use& use) {
 }
 
 void read_faces(std::string_view bytes, Smoothing3ds& mesh) {
-  const std::size_t count = std::min<std::size_t>(take_number(bytes, 2), bytes.size() / kFaceBytes);
+  const std::size_t count = std::min<std::size_t>(read_number(bytes, 2), bytes.size() / kFaceBytes);
   mesh.masks.resize(mesh.masks.size() + count, 0);
   mesh.materials.resize(mesh.masks.size(), 0);
   bytes.remove_prefix(count * kFaceBytes);
   for_each_chunk(bytes, [&](std::uint32_t id, std::string_view content) {
     if (id == kSmoothing) {
       for (std::size_t f = 0; f < mesh.masks.size() && content.size() >= 4; ++f) {
-        mesh.masks[f] = take_number(content, 4);
+        mesh.masks[f] = read_number(content, 4);
       }
     }
     if (id != kFaceMaterial) return;
-    const std::string name = lower_case(take_text(content));
+    const std::string name = lower_case(read_text(content));
     std::vector<std::string>& names = mesh.material_names;
     const auto known = std::find(names.begin() + 1, names.end(), name);
     const auto number = static_cast<std::uint32_t>(known - names.begin());
     if (known == names.end()) names.push_back(name);
-    for (std::uint32_t left = take_number(content, 2); left != 0 && content.size() >= 2; --left) {
-      const std::uint32_t face = take_number(content, 2);
+    for (std::uint32_t left = read_number(content, 2); left != 0 && content.size() >= 2; --left) {
+      const std::uint32_t face = read_number(content, 2);
       if (face < mesh.materials.size()) mesh.materials[face] = number;
     }
   });
@@ -93,7 +93,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
       if (editor != kEditor) return;
       for_each_chunk(objects, [&](std::uint32_t object, std::string_view content) {
         if (object != kObject) return;
-        take_text(content);  // its name
+        read_text(content);  // skip its name
         for_each_chunk(content, read_object);
       });
     });
@@ -111,7 +111,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
 std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const Smoothing3ds& mesh, std::span<const Part3ds> parts) {
   constexpr std::size_t kNone = ~std::size_t{0};
-  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);  // of a material
+  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);  // part of each material
   for (std::size_t i = 1; i < part_of.size(); ++i) {
     for (std::size_t p = parts.size(); p-- > 0;) {
       if (lower_case(parts[p].material) == mesh.material_names[i]) part_of[i] = p;
@@ -123,7 +123,7 @@ std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const std::size_t part = part_of[material];
     ++(part == kNone ? left : counts[part]);
   }
-  // The part that the faces without a material of their own are in.
+  // The part of faces without their own material.
   std::size_t rest = kNone;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (counts[p] == parts[p].faces) continue;

@@ -15,15 +15,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kLastNumbered =
-    1999;                                    // of names without a token: beyond are years and sizes
-constexpr std::uint32_t kRowsOfFiles = 100;  // of which each name is looked up
+constexpr std::uint32_t kMaxNumberedTile =
+    1999;                                    // for names without a token: larger numbers are years
+                                             // and sizes
+constexpr std::uint32_t kMaxFileRows = 100;  // rows of tiles whose files are looked up
 
 bool is_file(const fs::path& path) { return note_whether_file(path); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// A number's digits from a place on. \param end  out: after them
+/// A number's digits at a position. \param end  out: position after them
 std::uint32_t number_at(const std::string& text, std::size_t at, std::size_t& end) {
   std::uint32_t value = 0;
   const char* const first = text.data() + at;
@@ -32,7 +33,7 @@ std::uint32_t number_at(const std::string& text, std::size_t at, std::size_t& en
   return value;
 }
 
-/// The tile of "u1_v1" at a place; 0: there is none. \param end  out: after it
+/// The tile of "u1_v1" at a position; 0: none. \param end  out: position after it
 std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& end) {
   const std::string text = lower_case(name);
   if (text[at] != 'u' || (at > 0 && is_word(text[at - 1]))) return 0;
@@ -41,7 +42,7 @@ std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& e
   if (middle == at + 1 || text.compare(middle, 2, "_v") != 0) return 0;
   const std::uint32_t v = number_at(text, middle + 2, end);
   if (end == middle + 2 || (end < text.size() && is_word(text[end]))) return 0;
-  if (u < 1 || u > kUdimColumns || v < 1 || v > kRowsOfFiles) return 0;
+  if (u < 1 || u > kUdimColumns || v < 1 || v > kMaxFileRows) return 0;
   return kFirstUdim + u - 1 + kUdimColumns * (v - 1);
 }
 
@@ -49,7 +50,7 @@ std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& e
 
 std::optional<TileName> TileName::by_token(const fs::path& path) {
   struct Token {
-    const char* text;  // in small letters
+    const char* text;  // in lower case
     bool by_columns;
   };
   static constexpr std::array<Token, 3> kTokens = {
@@ -80,7 +81,7 @@ std::optional<TileName> TileName::by_number(const fs::path& path) {
     const bool by_columns = tile != 0;
     if (tile == 0 && is_digit(name[at]) && (at == 0 || !is_digit(name[at - 1]))) {
       const std::uint32_t number = number_at(name, at, end);
-      if (end - at == 4 && number >= kFirstUdim && number <= kLastNumbered) tile = number;
+      if (end - at == 4 && number >= kFirstUdim && number <= kMaxNumberedTile) tile = number;
     }
     if (tile == 0) continue;
     result.folder_ = path.parent_path();
@@ -107,13 +108,13 @@ fs::path TileName::with_token() const { return folder_ / fs::path(before_ + toke
 std::vector<std::uint32_t> TileName::files() const {
   std::vector<std::uint32_t> tiles;
   std::string answer;
-  for (std::uint32_t place = 0; place < kUdimColumns * kRowsOfFiles; ++place) {
+  for (std::uint32_t place = 0; place < kUdimColumns * kMaxFileRows; ++place) {
     std::error_code error;
     if (!fs::is_regular_file(file_of(kFirstUdim + place), error)) continue;
     tiles.push_back(kFirstUdim + place);
     answer += std::to_string(tiles.back()) + " ";
   }
-  // One note for the set: a thousand names are looked up, and few are there.
+  // One record for the set: a thousand names are looked up, and few exist.
   note_answer(with_token(), kTilesQuestion, answer);
   return tiles;
 }
@@ -141,7 +142,7 @@ std::uint32_t tile_of(const Mesh& mesh, std::size_t triangle, const PicturePlace
   const std::array<float, 6>& m = place.uv_transform;
   double u = 0, v = 0;
   for (const std::uint32_t corner : mesh.uv_triangles[triangle]) {
-    if (corner >= uvs.size()) return 0;  // of no use, as others say
+    if (corner >= uvs.size()) return 0;  // invalid; reported elsewhere
     u += double{uvs[corner].x} / 3;
     v += double{uvs[corner].y} / 3;
   }
@@ -199,7 +200,7 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
     found += (found.empty() ? "" : ", ") + std::to_string(tile);
     named_by_others = named_by_others || (is_others && is_others(file));
   }
-  if (beyond == 0 || found.empty()) {  // none but itself: it may repeat
+  if (beyond == 0 || found.empty()) {  // a single picture: it may repeat
     result.tiles.clear();
     return result;
   }

@@ -1,4 +1,4 @@
-// Jobs for C: kiln::run() with options by name.
+// Jobs in the C interface: kiln::run() with options by name.
 #include <optional>
 #include <string>
 #include <utility>

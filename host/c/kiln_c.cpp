@@ -29,15 +29,15 @@ struct kiln_bake {
     for (const kiln::BakedMap& map : result.maps) names.emplace_back(map.kind.name);
   }
   kiln::BakeResult result;
-  std::vector<std::string> names;  ///< Of the maps, ending in 0
-  bool tangent_space;              ///< Of its normals, with green up
+  std::vector<std::string> names;  ///< Names of the maps, zero-terminated
+  bool tangent_space;              ///< True if normals are in tangent space with green up
   Files read;
 };
 
 namespace kiln {
 namespace {
 
-/// A high poly with the normals that all which is made of it sees.
+/// A high poly with the shading normals that simplification and bakes use.
 class ShadedHigh {
  public:
   explicit ShadedHigh(const Mesh& high) : high_(high) {
@@ -55,7 +55,8 @@ class ShadedHigh {
 /// Warnings of the last call that made a mesh or a source.
 thread_local std::vector<Warning> last_warnings;
 
-/// A map with nothing in it is no success, as in the command. \throws Error(input) with the warning that tells why
+/// Refuses a map without any matched texel, as the command does. \throws Error(input) with the warning that names
+/// the cause
 void check_found(const BakeReport& report) {
   if (report.missed < report.samples) return;
   const char* const id = report.samples == 0 ? "no-texels" : "many-misses";
@@ -66,8 +67,8 @@ void check_found(const BakeReport& report) {
   throw Error(ErrorCode::input, message, id);
 }
 
-/// A caller's struct, which may be of an older header, over the defaults; null: the defaults. A member `reserved` is 0, so
-/// that it may mean something one day.
+/// Merges the caller's struct, perhaps of an older header, into the defaults; null: the defaults. `reserved` members
+/// must be 0, so that later versions can use them.
 template <typename Options>
 Options given(const Options* options, void (*init)(Options*)) {
   Options all;
@@ -102,7 +103,7 @@ std::filesystem::path path_of(const char* path) {
   return std::u8string(text.begin(), text.end());
 }
 
-/// The path to save at. \throws Error(usage) where it names one of the files
+/// The path to save at. \throws Error(usage) if it is one of the input files
 std::filesystem::path path_beside(const Files& read, const char* path) {
   std::filesystem::path file = path_of(path);
   for (const std::filesystem::path& other : read) {
@@ -154,7 +155,7 @@ MeshView view_of(const kiln_mesh_view& v) {
   return view;
 }
 
-/// \throws Error(usage) for endings of other files, which would be an EXR under another name
+/// \throws Error(usage) for extensions of other formats
 ImageFormat format_of(const std::filesystem::path& file) {
   const std::string ending = lower_extension(file);
   if (ending == ".png") return ImageFormat::png16;
@@ -241,7 +242,7 @@ kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh) {
     check_given(mesh, "mesh");
     std::vector<Warning> warnings;
     const std::filesystem::path file = path_of(path);
-    // Whole: the working folder may change until something is saved.
+    // An absolute path, since the working folder may change before a file is saved.
     *mesh = new kiln_mesh{load_mesh(file, {}, &warnings), {std::filesystem::absolute(file)}};
     last_warnings = std::move(warnings);
   });
@@ -454,9 +455,9 @@ kiln_status kiln_map_save(const kiln_map* map, const char* path) {
     SaveImageOptions options;
     options.format = format_of(file);
     Image image{m.width, m.height, m.channels, {}};
-    // save_image() refuses sizes that no picture has; their pixels are not read.
-    constexpr std::uint32_t kMostTexels = 65536, kMostChannels = 4;
-    if (std::max(m.width, m.height) <= kMostTexels && m.channels <= kMostChannels) {
+    // Larger sizes are refused by save_image(), so their pixels must not be read.
+    constexpr std::uint32_t kMaxImageSide = 65536, kMaxImageChannels = 4;
+    if (std::max(m.width, m.height) <= kMaxImageSide && m.channels <= kMaxImageChannels) {
       image.pixels.assign(m.pixels, m.pixels + std::size_t{m.width} * m.height * m.channels);
     }
     save_image(image, file, options);

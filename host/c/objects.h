@@ -1,4 +1,4 @@
-// Objects of the C interface that several files know, and how what they throw becomes a status.
+// Objects of the C interface that several files use, and conversion of exceptions to a status.
 #pragma once
 
 #include <algorithm>
@@ -15,17 +15,17 @@
 #include "kiln/mesh.h"
 #include "kiln/simplify.h"
 
-/// Files that something was made of: nothing made of them is saved over one.
+/// Input files of an object: no result may be saved over one.
 using Files = std::vector<std::filesystem::path>;
 
 struct kiln_mesh {
   kiln::Mesh mesh;
   Files read = {};
-  std::optional<kiln::SimplifyReport> made = {};  ///< If kiln_simplify() did
+  std::optional<kiln::SimplifyReport> made = {};  ///< Set if kiln_simplify() made the mesh
 };
 namespace kiln {
 
-// Of the calling thread. Functions, since MinGW's linker takes inline thread_local variables of two files for two.
+// State of the calling thread. Functions, since MinGW's linker duplicates inline thread_local variables.
 std::string& last_message() noexcept;  ///< kiln_error_message()
 std::string& last_code() noexcept;     ///< kiln_error_code()
 
@@ -34,13 +34,13 @@ inline kiln_status failed(kiln_status status, const char* message, const char* c
     last_message() = message;
     last_code() = code;
   } catch (...) {
-    last_message().clear();  // no memory: the status says so
+    last_message().clear();  // out of memory: the status alone reports it
     last_code().clear();
   }
   return status;
 }
 
-/// Runs a function; what it throws becomes a status.
+/// Runs a function, and converts its exceptions to a status.
 template <typename Function>
 kiln_status guarded(Function&& function) noexcept {
   try {
@@ -66,7 +66,7 @@ inline void check_cancelled(bool cancelled) {
   if (cancelled) throw Error(ErrorCode::cancelled, "Cancelled by the callback.");
 }
 
-/// Fills a caller's struct as far as it knows it.
+/// Fills the part of a caller's struct that its size covers.
 template <typename Out>
 void give(Out* out, Out values) {
   if (out->size < sizeof(std::size_t)) {
@@ -77,7 +77,8 @@ void give(Out* out, Out values) {
   std::memcpy(out, &values, std::min(out->size, sizeof values));
 }
 
-/// Sets a struct to zeros and its size. Null: whatever takes the struct says so.
+/// Sets a struct to zeros, except its size. Null is ignored: the function that takes the struct
+/// reports it.
 template <typename Struct>
 void begin(Struct* values) {
   if (values == nullptr) return;

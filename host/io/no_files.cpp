@@ -1,4 +1,4 @@
-// A build without file formats: what reads and writes them is there, and says so.
+// A build without file formats: readers and writers exist, and throw an error.
 #include <string>
 
 #include "kiln/asset.h"

@@ -1,4 +1,5 @@
-// Rays along one axis, whatever the low poly's normals say: a decal, a relief, a planar projection.
+// Rays along one axis, regardless of the low poly's normals: a decal, a relief, a planar
+// projection.
 #include "match/ray.h"
 #include "match/views.h"
 
@@ -17,7 +18,7 @@ class AxisMatcher : public Matcher {
     if (band.sample_count == 0) return;
     const std::size_t size = std::size_t{7} * band.capacity;
     if (turned_.size() < size) turned_ = cl::Array<float>(context_, size);
-    // Outward stays outward: the axis points to the side that the low poly faces.
+    // The axis is flipped to the side that the low poly faces, so that outward stays outward.
     context_.launch(context_.kernel("match", "kiln_match_axis"), band.sample_count, kLocal,
                     band.sample_count, band.capacity, axis_.x, axis_.y, axis_.z, band.points,
                     turned_);

@@ -13,38 +13,45 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kRings = 24;        // distances from an edge
-constexpr std::size_t kMostPlaces = 8;    // along an edge
-constexpr std::size_t kMostEdges = 4096;  // that are looked at
-constexpr std::size_t kRays = 1 << 18;    // altogether, about
-// Shares of the high poly's diagonal.
-constexpr double kFarthestEdge = 0.04, kLeast = 0.0005, kUnknown = 0.01;
-constexpr double kParallel = 5;        // degrees
-constexpr double kNearUsual = 1.25;    // times the usual angle, on faces that are nowhere parallel
-constexpr double kShareOfBevel = 0.4;  // over which rays turn
-constexpr double kShareOfGap = 2;
+// Rays at places along each edge, at several distances from it, measure the angle between the high poly
+// and the face. A bevel ends at the first distance at which the median angle over the places is below
+// kMaxParallelDegrees, or, for faces that are nowhere parallel, below kMaxAngleOverMedian times the
+// median angle of the outer distances.
+constexpr std::size_t kEdgeDistances = 24;
+constexpr std::size_t kMaxPlacesPerEdge = 8;
+constexpr std::size_t kMaxMeasuredEdges = 4096;   // of more edges, every n-th is measured
+constexpr std::size_t kTargetRayCount = 1 << 18;  // approximate number of rays of a batch
+constexpr double kMaxParallelDegrees = 5;
+constexpr double kMaxAngleOverMedian = 1.25;
+// Largest distance from an edge, smallest width, and width without an estimate: shares of the high
+// poly's diagonal.
+constexpr double kMaxEdgeDistance = 0.04, kMinBlendWidth = 0.0005, kDefaultBlendWidth = 0.01;
+// The blend width is the larger of these multiples of the bevel's width and of the high poly's height.
+constexpr double kBlendWidthPerBevel = 0.4;
+constexpr double kBlendWidthPerGap = 2;
 constexpr double kDegrees = 180 / 3.14159265358979323846;
-constexpr double kNone = std::numeric_limits<double>::infinity();
+constexpr double kNoBevel = std::numeric_limits<double>::infinity();
 
-double ring_distance(std::size_t ring, double farthest) {
-  const double share = static_cast<double>(ring + 1) / kRings;
+double edge_distance(std::size_t ring, double farthest) {
+  const double share = static_cast<double>(ring + 1) / kEdgeDistances;
   return farthest * share * share;
 }
 
-/// The middle one; infinity of none.
+/// The median; infinity for an empty list.
 double median(std::vector<double> values) {
-  if (values.empty()) return kNone;
+  if (values.empty()) return kNoBevel;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-/// A place on a face of the low poly, beside one of its edges. Outside of the face: no direction.
+/// A place on a face of the low poly, beside one of its edges. Outside of the face it has no
+/// direction.
 struct Place {
   Vec3 position, direction;
 };
 
-/// The place `share` along an edge and `off` it, on one of its faces.
+/// The place at `share` along an edge and `off` away from it, on one of its faces.
 Place place_beside(const std::array<LowSurface::Corner, 3>& face, const HardEdges::Edge& edge,
                    double share, double off) {
   const Vec3d along(edge.along), a(face[0].position);
@@ -64,59 +71,61 @@ Place place_beside(const std::array<LowSurface::Corner, 3>& face, const HardEdge
   return {to_float(p), to_float(direction * (1 / size))};
 }
 
-/// Angles and gaps that rays found along one side of an edge.
+/// Angles and gaps that rays measured along one side of an edge.
 struct Profile {
-  std::array<std::vector<double>, kRings> angles, gaps;
+  std::array<std::vector<double>, kEdgeDistances> angles, gaps;
 
   struct End {
-    double bevel = kNone;  ///< Distance at which the bevel ends; infinity: none found
-    double gap = 0;        ///< Distance of the high poly there, outward
+    double bevel = kNoBevel;  ///< Distance from the edge at which the bevel ends; infinity: no
+                              ///< bevel found
+    double gap = 0;           ///< Height of the high poly there, outward
   };
 
   End end(double farthest) const {
-    std::array<double, kRings> middle{};
+    std::array<double, kEdgeDistances> middle{};
     std::size_t last = 0;
-    for (std::size_t r = 0; r < kRings; ++r) {
+    for (std::size_t r = 0; r < kEdgeDistances; ++r) {
       middle[r] = median(angles[r]);
-      if (middle[r] < kNone) last = r;
+      if (middle[r] < kNoBevel) last = r;
     }
-    std::vector<double> outer;  // half of the way
+    std::vector<double> outer;  // medians of the outer half
     for (std::size_t r = 0; r <= last; ++r) {
-      if (middle[r] < kNone && 2 * ring_distance(r, 1) >= ring_distance(last, 1)) {
+      if (middle[r] < kNoBevel && 2 * edge_distance(r, 1) >= edge_distance(last, 1)) {
         outer.push_back(middle[r]);
       }
     }
-    const double parallel = std::max(kParallel, kNearUsual * median(outer));
-    for (std::size_t r = 0; r < kRings && !outer.empty(); ++r) {
+    const double parallel = std::max(kMaxParallelDegrees, kMaxAngleOverMedian * median(outer));
+    for (std::size_t r = 0; r < kEdgeDistances && !outer.empty(); ++r) {
       if (!(middle[r] <= parallel)) continue;
-      // A bevel that ends before the first ring is none.
-      return {r == 0 ? 0 : ring_distance(r, farthest), std::max(0.0, median(gaps[r]))};
+      // A bevel that ends before the first distance counts as none.
+      return {r == 0 ? 0 : edge_distance(r, farthest), std::max(0.0, median(gaps[r]))};
     }
     return {};
   }
 };
 
-/// Rays from places beside edges, and what they find.
-class Probes {
+/// Casts rays from places beside edges, and collects their angles and gaps.
+class BevelProbes {
  public:
-  Probes(const Source::Impl& high, const LowSurface& surface, double farthest, const Parts* parts)
+  BevelProbes(const Source::Impl& high, const LowSurface& surface, double farthest,
+              const Parts* parts)
       : high_(high), surface_(surface), farthest_(farthest), parts_(parts) {}
 
   /// Profiles of both sides of edges [begin, end) of a list.
-  std::vector<std::array<Profile, 2>> look(const HardEdges& hard, std::size_t begin,
-                                           std::size_t end, std::size_t stride, std::size_t places,
-                                           double reach) const {
-    const std::size_t rays_per_side = places * kRings;
+  std::vector<std::array<Profile, 2>> measure_profiles(const HardEdges& hard, std::size_t begin,
+                                                       std::size_t end, std::size_t stride,
+                                                       std::size_t places, double reach) const {
+    const std::size_t rays_per_side = places * kEdgeDistances;
     const auto count = static_cast<std::uint32_t>((end - begin) * 2 * rays_per_side);
     std::vector<float> planes(7 * std::size_t{count}, 0.0F);
     parallel_for(count, 4096, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         const HardEdges::Edge& edge = hard.edges[(begin + i / (2 * rays_per_side)) * stride];
-        const std::size_t side = i / rays_per_side % 2, along = i / kRings % places;
+        const std::size_t side = i / rays_per_side % 2, along = i / kEdgeDistances % places;
         const Place place =
             place_beside(surface_.triangles[edge.faces[side]], edge,
                          (static_cast<double>(along) + 0.5) / static_cast<double>(places),
-                         ring_distance(i % kRings, farthest_));
+                         edge_distance(i % kEdgeDistances, farthest_));
         const Vec3 &p = place.position, &d = place.direction;
         const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
         for (std::size_t k = 0; k < 6; ++k) planes[k * count + i] = values[k];
@@ -139,8 +148,8 @@ class Probes {
       const std::uint32_t face = hard.edges[(begin + e) * stride].faces[side];
       if (!counts(found.triangle[i], face, direction)) continue;
       Profile& profile = profiles[e][side];
-      profile.angles[i % kRings].push_back(angle(found.triangle[i], direction));
-      profile.gaps[i % kRings].push_back(double{found.distance[i]});
+      profile.angles[i % kEdgeDistances].push_back(angle(found.triangle[i], direction));
+      profile.gaps[i % kEdgeDistances].push_back(double{found.distance[i]});
     }
     return profiles;
   }
@@ -165,15 +174,16 @@ class Probes {
   const Parts* parts_;
 };
 
-/// Over what rays turn at an edge; infinity where no side says.
-double width_of(const std::array<Profile, 2>& sides, double farthest, double least) {
+/// Blend width at an edge; infinity if neither side has an estimate.
+double blend_width(const std::array<Profile, 2>& sides, double farthest, double least) {
   const Profile::End a = sides[0].end(farthest), b = sides[1].end(farthest);
-  if (!(std::min(a.bevel, b.bevel) < kNone)) return kNone;
-  const double bevel = !(a.bevel < kNone)   ? b.bevel
-                       : !(b.bevel < kNone) ? a.bevel
-                                            : std::max(a.bevel, b.bevel);
-  return std::clamp(std::max(kShareOfBevel * bevel, kShareOfGap * std::min(a.gap, b.gap)), least,
-                    farthest);
+  if (!(std::min(a.bevel, b.bevel) < kNoBevel)) return kNoBevel;
+  const double bevel = !(a.bevel < kNoBevel)   ? b.bevel
+                       : !(b.bevel < kNoBevel) ? a.bevel
+                                               : std::max(a.bevel, b.bevel);
+  return std::clamp(
+      std::max(kBlendWidthPerBevel * bevel, kBlendWidthPerGap * std::min(a.gap, b.gap)), least,
+      farthest);
 }
 
 }  // namespace
@@ -181,28 +191,31 @@ double width_of(const std::array<Profile, 2>& sides, double farthest, double lea
 Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const HardEdges& hard,
                    double reach, const Parts* parts) {
   const double diagonal = high.frame.diagonal * high.frame.scale;
-  const double farthest = kFarthestEdge * diagonal, least = kLeast * diagonal;
-  const std::size_t stride = 1 + hard.edges.size() / kMostEdges;
-  const std::size_t looked = (hard.edges.size() + stride - 1) / stride;
-  const std::size_t places = std::clamp<std::size_t>(kRays / (2 * kRings * looked), 1, kMostPlaces);
-  const std::size_t at_once = std::max<std::size_t>(1, kRays / (2 * kRings * places));
-  const Probes probes(high, surface, farthest, parts);
+  const double farthest = kMaxEdgeDistance * diagonal, least = kMinBlendWidth * diagonal;
+  const std::size_t stride = 1 + hard.edges.size() / kMaxMeasuredEdges;
+  const std::size_t measured = (hard.edges.size() + stride - 1) / stride;
+  const std::size_t places = std::clamp<std::size_t>(
+      kTargetRayCount / (2 * kEdgeDistances * measured), 1, kMaxPlacesPerEdge);
+  const std::size_t batch_size =
+      std::max<std::size_t>(1, kTargetRayCount / (2 * kEdgeDistances * places));
+  const BevelProbes probes(high, surface, farthest, parts);
   Bevels result;
   std::vector<double> found;
   result.widths.assign(hard.edges.size(), 0.0F);
-  for (std::size_t begin = 0; begin < looked; begin += at_once) {
-    const std::size_t end = std::min(looked, begin + at_once);
-    const auto profiles = probes.look(hard, begin, end, stride, places, reach);
+  for (std::size_t begin = 0; begin < measured; begin += batch_size) {
+    const std::size_t end = std::min(measured, begin + batch_size);
+    const auto profiles = probes.measure_profiles(hard, begin, end, stride, places, reach);
     for (std::size_t e = begin; e < end; ++e) {
-      const double width = width_of(profiles[e - begin], farthest, least);
-      if (!(width < kNone)) continue;
+      const double width = blend_width(profiles[e - begin], farthest, least);
+      if (!(width < kNoBevel)) continue;
       result.widths[e * stride] = static_cast<float>(width);
       found.push_back(width);
     }
   }
   result.found = found.size();
   if (!found.empty()) result.median = static_cast<float>(median(found));
-  const float other = found.empty() ? static_cast<float>(kUnknown * diagonal) : result.median;
+  const float other =
+      found.empty() ? static_cast<float>(kDefaultBlendWidth * diagonal) : result.median;
   for (float& width : result.widths) width = width > 0 ? width : other;
   return result;
 }

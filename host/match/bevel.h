@@ -1,4 +1,4 @@
-// Widths of the high poly's bevels along the low poly's hard edges.
+// Estimates the widths of the high poly's bevels along the low poly's hard edges.
 #pragma once
 
 #include <vector>
@@ -9,18 +9,18 @@
 
 namespace kiln {
 
-/// Widths found along hard edges. Lengths in frame units.
+/// Blend widths along hard edges. Lengths in frame units.
 struct Bevels {
-  std::vector<float> widths;  ///< Per edge: over what rays turn there, above 0
-  std::size_t found = 0;      ///< Edges whose own bevel was found; the others take the median
-  float median = 0;           ///< Median of those found; 0 where none was
+  std::vector<float> widths;  ///< Blend width per edge, above 0
+  std::size_t found = 0;      ///< Number of edges with an own estimate; the others use the median
+  float median = 0;           ///< Median of the estimates; 0 without any
 };
 
-/// Looks at the high poly along the normals of the low poly's faces. It does so at several places along each hard
-/// edge and several distances from it. A bevel ends where the high poly is parallel to the face; rays turn over two
-/// fifths of its width. Or, where that is more, over twice how much farther out the high poly lies on both sides.
-/// \param reach  how far to look each way
-/// \param parts  places find their own part alone; may be null
+/// Measures the high poly along the normals of the low poly's faces, at several places along each hard edge and
+/// several distances from it. A bevel ends where the high poly is parallel to the face. The blend width is 2/5 of
+/// the bevel's width, or, if that is more, twice the height of the high poly above the low poly on both sides.
+/// \param reach  search distance each way
+/// \param parts  places match only their own part; may be null
 Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const HardEdges& hard,
                    double reach, const Parts* parts);
 

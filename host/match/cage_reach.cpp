@@ -12,9 +12,10 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPlaces = 1 << 14;  // where a hull is tried before the bake
-constexpr float kFarthest = 4;            // beyond any mesh, frame units
-constexpr float kTouching = 8 * KILN_BVH_EPSILON;
+constexpr std::size_t kHullTestPlaces = 1
+                                        << 14;  // places at which a hull is tested before the bake
+constexpr float kMaxHullDistance = 4;           // frame units; beyond any mesh
+constexpr float kMaxContactDistance = 8 * KILN_BVH_EPSILON;
 
 struct Range {
   double least = 0, median = 0, most = 0;
@@ -39,9 +40,10 @@ CageReach::CageReach(cl::Context& context, const Frame& frame, LowSurface& surfa
   }
   hull_ = surface.cage_hull;
   rays_ = std::make_unique<RayCaster>(context, hull_->positions, hull_->triangles);
-  const SurfacePlaces places = spread_places(context, surface, kPlaces);
-  ways_ = to_hull(context, places.band.points, places.band.sample_count, places.band.capacity);
-  for (const float way : ways_) {
+  const SurfacePlaces places = spread_places(context, surface, kHullTestPlaces);
+  hull_distances_ =
+      to_hull(context, places.band.points, places.band.sample_count, places.band.capacity);
+  for (const float way : hull_distances_) {
     surface.cage_length = std::max(surface.cage_length, 2 * double{way});
   }
 }
@@ -61,8 +63,8 @@ void CageReach::apply(cl::Context& context, TexelBand& band) const {
 std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<float>& points,
                                       std::uint32_t count, std::uint32_t capacity) const {
   RayQuery query;
-  query.t_min = -kTouching;
-  query.t_max = kFarthest;
+  query.t_min = -kMaxContactDistance;
+  query.t_max = kMaxHullDistance;
   query.two_sided = true;
   DeviceCorrespondence met(context, count);
   rays_->intersect(points, count, capacity, query, met);
@@ -102,7 +104,7 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
 std::optional<CageReport> CageReach::report(const LowSurface& surface) const {
   if (!surface.has_cage_mesh) return std::nullopt;
   const double unit = 1 / frame_.scale;
-  std::vector<float> outward = ways_, inward;
+  std::vector<float> outward = hull_distances_, inward;
   for (std::size_t t = 0; t < surface.triangles.size() && hull_ == nullptr; ++t) {
     if (surface.usable[t] == 0) continue;
     for (const LowSurface::Corner& corner : surface.triangles[t]) {

@@ -1,4 +1,4 @@
-// Starts of samples' rays as a cage mesh says.
+// Starts of rays on a cage mesh.
 #pragma once
 
 #include <memory>
@@ -10,19 +10,19 @@
 
 namespace kiln {
 
-/// Writes the reach of samples (TexelBand::points, the last plane): by the outer of two shells, or as far as a
-/// hull lies along their direction. Does nothing without such a cage.
+/// Writes the reach of samples (TexelBand::points, the last plane): the distance to the outer shell, or to the
+/// hull along their direction. Without such a cage it does nothing.
 class CageReach {
  public:
   CageReach() = default;
-  /// \param surface  of a hull, it is told how long rays are: LowSurface::cage_length
-  /// \throws Error(input) where a hull does not enclose the low poly
+  /// \param surface  for a hull, its cage_length is set: LowSurface::cage_length
+  /// \throws Error(input) if a hull does not enclose the low poly
   CageReach(cl::Context& context, const Frame& frame, LowSurface& surface);
 
   bool writes() const { return writes_; }
-  /// Writes the reach of a band that was just sampled and turned. \throws Error(input) where a hull does not enclose it
+  /// Writes the reach of a band whose directions are final. \throws Error(input) if a hull does not enclose it
   void apply(cl::Context& context, TexelBand& band) const;
-  /// World units; none without a cage mesh.
+  /// Distances in world units; none without a cage mesh.
   std::optional<CageReport> report(const LowSurface& surface) const;
 
  private:
@@ -31,10 +31,10 @@ class CageReach {
 
   bool writes_ = false;
   Frame frame_;
-  cl::Array<float> outer_;  ///< See LowSurface::shell
+  cl::Array<float> outer_;  ///< heights of the outer shell, see LowSurface::shell
   std::shared_ptr<const CageHull> hull_;
   std::unique_ptr<RayCaster> rays_;
-  std::vector<float> ways_;  ///< To a hull, from places all over the low poly
+  std::vector<float> hull_distances_;  ///< Distances to a hull, from places all over the low poly
 };
 
 }  // namespace kiln

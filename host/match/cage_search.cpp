@@ -15,29 +15,30 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kSearchPlaces = 1 << 18;
-// Shares of the high poly's diagonal.
-constexpr double kFarthestShell = 0.25;  // that a solid may reach out
-constexpr double kDeepest = 0.1;         // that a face may lie in
-constexpr double kCovered = 0.001;       // nearer below another part nobody sees a place
-constexpr double kFloating = 0.0025;     // farther out a face says nothing of the wall below
-constexpr double kNear = 0.0025;         // so near nobody asks whose a face is
-constexpr float kForeign = 0.5F;         // nearer than this share of the ray's way: another place's
-constexpr int kSolids = 4;               // one over another
-constexpr float kStep = 4 * KILN_BVH_EPSILON;  // past a face
-constexpr float kNoShell = std::numeric_limits<float>::infinity();
+constexpr std::size_t kTargetPlaceCount = 1 << 18;
+// Thresholds of the search, as shares of the high poly's diagonal.
+constexpr double kMaxSolidHeight = 0.25;   // largest height at which a solid may end
+constexpr double kMaxFaceDepth = 0.1;      // largest depth of a face
+constexpr double kMinClearance = 0.001;    // places closer below another part are hidden: ignored
+constexpr double kMaxWallHeight = 0.0025;  // above this height a face does not bound the wall below
+constexpr double kMaxOwnHeight = 0.0025;   // faces this near are never assigned to another place
+// A face belongs to another place that is nearer to it than this share of the ray's length.
+constexpr float kMaxForeignRatio = 0.5F;
+constexpr int kMaxStackedSolids = 4;  // passes of follow_solids(): stacked solids
+constexpr float kRayStartOffset = 4 * KILN_BVH_EPSILON;  // offset of ray starts past a face
+constexpr float kNoHit = std::numeric_limits<float>::infinity();
 
-class Search {
+class CageSearch {
  public:
-  Search(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts)
+  CageSearch(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts)
       : request_(request), context_(context_of(request.source.device)), parts_(parts) {
     const double diagonal = request.source.frame.diagonal * request.source.frame.scale;
-    farthest_ = static_cast<float>(kFarthestShell * diagonal);
-    deepest_ = static_cast<float>(std::max(request.distance, kDeepest * diagonal));
-    covered_ = static_cast<float>(kCovered * diagonal);
-    floating_ = static_cast<float>(kFloating * diagonal);
-    near_ = static_cast<float>(kNear * diagonal);
-    needs_.places = spread_places(context_, request.surface, kSearchPlaces);
+    max_height_ = static_cast<float>(kMaxSolidHeight * diagonal);
+    max_depth_ = static_cast<float>(std::max(request.distance, kMaxFaceDepth * diagonal));
+    min_clearance_ = static_cast<float>(kMinClearance * diagonal);
+    max_wall_height_ = static_cast<float>(kMaxWallHeight * diagonal);
+    max_own_height_ = static_cast<float>(kMaxOwnHeight * diagonal);
+    needs_.places = spread_places(context_, request.surface, kTargetPlaceCount);
     turn.apply(context_, needs_.places.band);
     count_ = needs_.places.list.size();
     points_.resize(7 * count_);
@@ -47,31 +48,34 @@ class Search {
   CageNeeds run() {
     const LowRays low(context_, request_.surface);
     const cl::Array<float> limits(context_, count_);
-    low.limits(context_, needs_.places.band, farthest_, limits, 0);
+    low.limits(context_, needs_.places.band, max_height_, limits, 0);
     limit_ = limits.download(context_);
     needs_.counts.resize(count_);
-    for (std::size_t i = 0; i < count_; ++i) needs_.counts[i] = limit_[i] >= covered_ ? 1 : 0;
-    look();
-    for (int i = 0; i < kSolids && follow_solids(); ++i) {
+    for (std::size_t i = 0; i < count_; ++i) needs_.counts[i] = limit_[i] >= min_clearance_ ? 1 : 0;
+    find_bake_faces();
+    for (int i = 0; i < kMaxStackedSolids && follow_solids(); ++i) {
     }
-    look_inward();
-    leave_out_foreign(low);
-    bound();
+    search_inward();
+    reassign_foreign_faces(low);
+    find_bounds();
     return std::move(needs_);
   }
 
  private:
   struct Hits {
-    std::vector<float> at;             ///< Along the direction, from the place; infinity: none
-    std::vector<std::uint8_t> leaves;  ///< The face looks along the direction
+    std::vector<float> at;              ///< Position along the direction, from the place; infinity:
+                                        ///< no hit
+    std::vector<std::uint8_t> is_exit;  ///< 1 if the hit face faces along the direction, so that
+                                        ///< the ray leaves a solid
   };
 
-  /// The first faces of rays that leave at `from` off the places; those at infinity do not.
-  /// \param backs  along the reversed direction, so that without two_sided backs alone are met
+  /// First hits of rays that start at offset `from` from the places; infinite offsets cast none.
+  /// \param backs  cast along the reversed direction, so that without two_sided only back faces are
+  ///               hit
   Hits cast(const std::vector<float>& from, const RayQuery& query, bool backs = false) const {
     std::vector<float> planes = points_;
     for (std::size_t i = 0; i < count_; ++i) {
-      const bool casts = from[i] < kNoShell;
+      const bool casts = from[i] < kNoHit;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         float& d = planes[(3 + axis) * count_ + i];
         if (casts) planes[axis * count_ + i] += from[i] * d;
@@ -84,20 +88,20 @@ class Search {
     DeviceCorrespondence met(context_, count);
     request_.source.rays().intersect(points, count, count, query, met);
     const HostCorrespondence found(context_, met, count);
-    Hits hits{std::vector<float>(count_, kNoShell), std::vector<std::uint8_t>(count_)};
+    Hits hits{std::vector<float>(count_, kNoHit), std::vector<std::uint8_t>(count_)};
     parallel_for(count_, 1 << 12, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t t = found.triangle[i];
-        if (t == KILN_NO_TRIANGLE || !(from[i] < kNoShell) || !own(i, t)) continue;
+        if (t == KILN_NO_TRIANGLE || !(from[i] < kNoHit) || !is_of_own_part(i, t)) continue;
         hits.at[i] = from[i] + (backs ? -found.distance[i] : found.distance[i]);
-        hits.leaves[i] = dot(normal(t), direction(i)) > 0 ? 1 : 0;
+        hits.is_exit[i] = dot(normal(t), direction(i)) > 0 ? 1 : 0;
       }
     });
     return hits;
   }
 
-  /// True if a face is of the part that the place belongs to.
-  bool own(std::size_t i, std::uint32_t triangle) const {
+  /// True if a face belongs to the place's own part.
+  bool is_of_own_part(std::size_t i, std::uint32_t triangle) const {
     return parts_ == nullptr ||
            parts_->high[triangle] == parts_->low[needs_.places.list[i].triangle];
   }
@@ -123,8 +127,8 @@ class Search {
     return HostCorrespondence(context_, met, count);
   }
 
-  /// The faces that the bake itself would find.
-  void look() {
+  /// Finds the faces that the bake itself would match.
+  void find_bake_faces() {
     const HostCorrespondence found = match(request_);
     height_.resize(count_);
     needs_.found.resize(count_);
@@ -134,39 +138,39 @@ class Search {
     }
   }
 
-  /// Starts of rays just above each place's own face.
-  std::vector<float> above() const {
-    std::vector<float> from(count_, kNoShell);
+  /// Offsets of ray starts just above each place's own face.
+  std::vector<float> offsets_above_faces() const {
+    std::vector<float> from(count_, kNoHit);
     for (std::size_t i = 0; i < count_; ++i) {
-      if (needs_.counts[i] != 0) from[i] = std::max(height_[i], 0.0F) + kStep;
+      if (needs_.counts[i] != 0) from[i] = std::max(height_[i], 0.0F) + kRayStartOffset;
     }
     return from;
   }
 
-  /// Solids that begin within the distance and end beyond: above the face, or under it, as what is sunk in
-  /// does. \returns whether there were any
+  /// Extends heights to the tops of solids that begin within the search distance and end beyond it: solids
+  /// above the face, and solids sunk into it. \returns true if there were any
   bool follow_solids() {
     RayQuery query;
-    query.t_max = farthest_;
+    query.t_max = max_height_;
     query.two_sided = true;
-    const Hits first = cast(above(), query);
-    std::vector<float> from(count_, kNoShell), below(count_, kNoShell);
+    const Hits first = cast(offsets_above_faces(), query);
+    std::vector<float> from(count_, kNoHit), below(count_, kNoHit);
     for (std::size_t i = 0; i < count_; ++i) {
       const float most = std::min(limit_[i], static_cast<float>(request_.distance));
-      if (first.leaves[i] == 0 && first.at[i] <= most) from[i] = first.at[i] + kStep;
-      if (first.leaves[i] != 0 && needs_.found[i] != 0) below[i] = height_[i] + kStep;
+      if (first.is_exit[i] == 0 && first.at[i] <= most) from[i] = first.at[i] + kRayStartOffset;
+      if (first.is_exit[i] != 0 && needs_.found[i] != 0) below[i] = height_[i] + kRayStartOffset;
     }
     query.two_sided = false;
     query.t_max = static_cast<float>(request_.distance);
     const Hits entered = cast(below, query, true);
-    query.t_max = farthest_;
+    query.t_max = max_height_;
     query.two_sided = request_.two_sided;
     const Hits last = cast(from, query);
     bool any = false;
     for (std::size_t i = 0; i < count_; ++i) {
-      const Hits& top = entered.at[i] < kNoShell ? first : last;
-      if (!(top.at[i] < std::min(limit_[i], farthest_))) continue;
-      if (from[i] == kNoShell && !(entered.at[i] < kNoShell)) continue;
+      const Hits& top = entered.at[i] < kNoHit ? first : last;
+      if (!(top.at[i] < std::min(limit_[i], max_height_))) continue;
+      if (from[i] == kNoHit && !(entered.at[i] < kNoHit)) continue;
       height_[i] = top.at[i];
       needs_.found[i] = 1;
       any = true;
@@ -174,9 +178,9 @@ class Search {
     return any;
   }
 
-  /// Faces that lie much nearer to another place of the low poly belong there: rays slip past a stamp on a
-  /// wall beside them, or past the edge of another part. These places take the nearest face instead.
-  void leave_out_foreign(const LowRays& low) {
+  /// Reassigns faces that lie much nearer to another place of the low poly: their rays passed a stamp on a
+  /// wall beside them, or the edge of another part. These places use the nearest face instead.
+  void reassign_foreign_faces(const LowRays& low) {
     const std::vector<std::uint8_t> foreign = foreign_faces(low);
     if (std::find(foreign.begin(), foreign.end(), 1) == foreign.end()) return;
     MatchRequest request = request_;
@@ -202,43 +206,46 @@ class Search {
         faces[axis * count_ + i] += height_[i] * points_[(3 + axis) * count_ + i];
       }
     }
-    const std::vector<float> off = low.distances(context_, faces, farthest_);
+    const std::vector<float> off = low.distances(context_, faces, max_height_);
     std::vector<std::uint8_t> foreign(count_);
     for (std::size_t i = 0; i < count_; ++i) {
       const float height = std::abs(height_[i]);
-      foreign[i] = needs_.found[i] != 0 && height > near_ && off[i] < kForeign * height ? 1 : 0;
+      foreign[i] =
+          needs_.found[i] != 0 && height > max_own_height_ && off[i] < kMaxForeignRatio * height
+              ? 1
+              : 0;
     }
     return foreign;
   }
 
-  /// For places without a face.
-  void look_inward() {
-    std::vector<float> from(count_, kNoShell);
+  /// Searches inward for places without a face.
+  void search_inward() {
+    std::vector<float> from(count_, kNoHit);
     for (std::size_t i = 0; i < count_; ++i) {
       if (needs_.counts[i] != 0 && needs_.found[i] == 0) from[i] = 0;
     }
     RayQuery query;
     query.inward = true;
-    query.t_max = deepest_;
+    query.t_max = max_depth_;
     query.two_sided = request_.two_sided;
     const Hits hits = cast(from, query);
     for (std::size_t i = 0; i < count_; ++i) {
-      if (!(hits.at[i] < kNoShell)) continue;
+      if (!(hits.at[i] < kNoHit)) continue;
       height_[i] = hits.at[i];
       needs_.found[i] = 1;
     }
   }
 
-  /// Finds the next faces above and below.
-  void bound() {
+  /// Finds the next faces above and below, which bound the shells.
+  void find_bounds() {
     RayQuery query;
-    query.t_max = farthest_;
+    query.t_max = max_height_;
     query.two_sided = true;
-    const Hits up = cast(above(), query);
-    std::vector<float> from(count_, kNoShell);
+    const Hits up = cast(offsets_above_faces(), query);
+    std::vector<float> from(count_, kNoHit);
     for (std::size_t i = 0; i < count_; ++i) {
-      if (needs_.found[i] == 0 || height_[i] > floating_) continue;
-      from[i] = std::min(height_[i], 0.0F) - floating_;
+      if (needs_.found[i] == 0 || height_[i] > max_wall_height_) continue;
+      from[i] = std::min(height_[i], 0.0F) - max_wall_height_;
     }
     query.two_sided = false;
     const Hits down = cast(from, query, true);
@@ -250,26 +257,27 @@ class Search {
     for (std::size_t i = 0; i < count_; ++i) {
       needs_.outward[i] = std::max(height_[i], 0.0F);
       needs_.inward[i] = std::max(-height_[i], 0.0F);
-      needs_.outward_most[i] = std::min({up.at[i], limit_[i], farthest_});
-      needs_.inward_most[i] = down.at[i] < kNoShell ? -down.at[i] : kNoShell;
+      needs_.outward_most[i] = std::min({up.at[i], limit_[i], max_height_});
+      needs_.inward_most[i] = down.at[i] < kNoHit ? -down.at[i] : kNoHit;
     }
   }
 
   const MatchRequest& request_;
   cl::Context& context_;
   const Parts* parts_;
-  float farthest_ = 0, deepest_ = 0, covered_ = 0, floating_ = 0, near_ = 0;
+  float max_height_ = 0, max_depth_ = 0, min_clearance_ = 0, max_wall_height_ = 0,
+        max_own_height_ = 0;
   CageNeeds needs_;
   std::size_t count_ = 0;
-  std::vector<float> points_;  ///< Seven planes, after turning
+  std::vector<float> points_;  ///< Seven planes of TexelBand, with final directions
   std::vector<float> limit_;   ///< Distance at which the ray meets the low poly again
-  std::vector<float> height_;  ///< Heights over the places' faces, outward
+  std::vector<float> height_;  ///< Signed height of each place's face, outward
 };
 
 }  // namespace
 
 CageNeeds find_cage_needs(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts) {
-  return Search(request, turn, parts).run();
+  return CageSearch(request, turn, parts).run();
 }
 
 }  // namespace kiln

@@ -10,16 +10,16 @@
 namespace kiln {
 namespace {
 
-constexpr double kMore = 0.25;   // of what is needed, beyond it
-constexpr double kRoom = 0.5;    // of the room above, at most
-constexpr int kSmoothings = 4;   // rounds
-constexpr int kFittings = 32;    // rounds
-constexpr double kClear = 0.05;  // of the room, that stays free at either end
-constexpr double kSlack = 4 * KILN_BVH_EPSILON;
-constexpr double kLeastCosine = 0.05;  // as kernels/lib/shell.clh has it
+constexpr double kExtraHeight = 0.25;  // extra height, as a share of the needed one
+constexpr double kMaxRoomShare = 0.5;  // largest share of the room above that it uses
+constexpr int kSmoothingPasses = 4;
+constexpr int kFittingPasses = 32;
+constexpr double kFreeRoomShare = 0.05;  // share of the room that stays free at either end
+constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
+constexpr double kMinShellCosine = 0.05;  // as in kernels/lib/shell.clh
 
-/// Parts of a shell over a place: its height over the triangle is the sum of the corners' ways, each by
-/// its weight; a ray's way over that is 1 / cosine.
+/// Linear form of a shell's height over a place: the sum of the corners' offsets times `weight`. The
+/// distance along the place's ray is that height / cosine.
 struct CagePart {
   std::array<std::uint32_t, 3> vertex{};
   std::array<double, 3> weight{};  ///< Barycentric, times the cosine of the vertex's direction
@@ -40,14 +40,14 @@ std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface
     for (std::size_t k = 0; k < 3; ++k) {
       parts[i].vertex[k] = vertex_of[3 * t + k];
       parts[i].weight[k] =
-          weights[k] * std::max(dot(Vec3d(corners[k].direction), normal), kLeastCosine);
+          weights[k] * std::max(dot(Vec3d(corners[k].direction), normal), kMinShellCosine);
     }
-    parts[i].cosine = std::max(dot(Vec3d(needs.direction[i]), normal), kLeastCosine);
+    parts[i].cosine = std::max(dot(Vec3d(needs.direction[i]), normal), kMinShellCosine);
   }
   return parts;
 }
 
-/// One shell.
+/// One of the two shells.
 class Shell {
  public:
   Shell(const CageNeeds& needs, const std::vector<CagePart>& parts, const std::vector<float>& least,
@@ -58,16 +58,16 @@ class Shell {
     off_.assign(vertices, margin_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double wanted =
-          least_[i] + std::min(std::max(kMore * least_[i], margin_), kRoom * room(i));
+      const double wanted = least_[i] + std::min(std::max(kExtraHeight * least_[i], margin_),
+                                                 kMaxRoomShare * room(i));
       const CagePart& part = parts_[i];
       const double weights = part.weight[0] + part.weight[1] + part.weight[2];
       for (const std::uint32_t v : part.vertex) {
         off_[v] = std::max(off_[v], wanted * part.cosine / weights);
       }
     }
-    for (int round = 0; round < kSmoothings; ++round) smooth(vertex_of);
-    for (int round = 0; round < kFittings; ++round) {
+    for (int round = 0; round < kSmoothingPasses; ++round) smooth(vertex_of);
+    for (int round = 0; round < kFittingPasses; ++round) {
       const bool lowered = lower(), raised = raise();
       if (!lowered && !raised) return;
     }
@@ -76,19 +76,21 @@ class Shell {
 
   const std::vector<double>& off() const { return off_; }
 
-  /// True if the next face lies within it.
-  bool conflicts(std::size_t i) const { return needs_.counts[i] != 0 && at(i) > most_[i] + kSlack; }
+  /// True if the next face lies within the shell.
+  bool conflicts(std::size_t i) const {
+    return needs_.counts[i] != 0 && at(i) > most_[i] + kConflictTolerance;
+  }
 
  private:
   double room(std::size_t i) const { return std::max(0.0, double{most_[i]} - least_[i]); }
 
-  /// Along the place's ray.
+  /// Distance of the shell along the place's ray.
   double at(std::size_t i) const {
     const auto& [v, w, cosine] = parts_[i];
     return (w[0] * off_[v[0]] + w[1] * off_[v[1]] + w[2] * off_[v[2]]) / cosine;
   }
 
-  /// Vertices below their neighbours' mean rise half of the way.
+  /// Raises vertices below their neighbours' mean by half of the difference.
   void smooth(const std::vector<std::uint32_t>& vertex_of) {
     std::vector<double> sum(off_.size());
     std::vector<std::uint32_t> count(off_.size());
@@ -104,7 +106,7 @@ class Shell {
     }
   }
 
-  /// Moves the shell over a place, along its ray, with the least change of vertices. None gets below the mesh.
+  /// Moves the shell over a place along its ray, with the least change of vertices, and never below the mesh.
   void move(std::size_t i, double by) {
     const auto& [v, w, cosine] = parts_[i];
     const double squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
@@ -117,8 +119,8 @@ class Shell {
     bool any = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.counts[i] == 0 || !(most_[i] < std::numeric_limits<float>::infinity())) continue;
-      const double highest = most_[i] - kClear * room(i), now = at(i);
-      if (now <= highest + kSlack) continue;
+      const double highest = most_[i] - kFreeRoomShare * room(i), now = at(i);
+      if (now <= highest + kConflictTolerance) continue;
       move(i, highest - now);
       any = true;
     }
@@ -129,8 +131,8 @@ class Shell {
     bool any = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double lowest = least_[i] + std::min(margin_, kRoom * room(i)) / 2, now = at(i);
-      if (now >= lowest - kSlack) continue;
+      const double lowest = least_[i] + std::min(margin_, kMaxRoomShare * room(i)) / 2, now = at(i);
+      if (now >= lowest - kConflictTolerance) continue;
       move(i, lowest - now);
       any = true;
     }

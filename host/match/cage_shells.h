@@ -1,4 +1,4 @@
-// From what a cage must take in to how far its shells lie off each vertex.
+// Fits the shells of a cage, as offsets of vertices, to the requirements of CageNeeds.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,20 @@
 
 namespace kiln {
 
-/// Along the vertices' directions, equal for vertices in the same place. Frame units.
+/// Offsets along the vertices' directions, equal for vertices at the same position. Frame units.
 struct CageShells {
   std::vector<float> outward, inward;
-  std::uint64_t conflicts = 0;  ///< Places with another face within the outer shell
+  std::uint64_t conflicts = 0;  ///< Number of places with another face within the outer shell
 };
 
-/// Each vertex takes the most that places on the faces around it need, and a quarter more. Steps to
-/// neighbours are smoothed, upward. Then places in their order move the corners of their triangles,
-/// round by round. The least move counts that puts a place between its need and its bound. Needs have
-/// the last word: a lost part is seen, and where bounds are broken other parts mostly hide the place.
-/// \param surface    whose vertices move along their directions
-/// \param vertex_of  three a triangle: vertices, equal in the same place
-/// \param margin     at least so much more, where there is room
+/// Each vertex starts with the largest offset that places on the adjacent faces need, plus 25%. Steps
+/// to neighbours are smoothed upward. Then, in passes over the places in their order, the corners of
+/// each place's triangle are moved by the smallest change that puts the shell between its need and
+/// its bound. Needs take precedence over bounds: a lost part is visible, while places with violated
+/// bounds are mostly hidden.
+/// \param surface    vertices move along its directions
+/// \param vertex_of  three vertex indices per triangle, equal at the same position
+/// \param margin     smallest extra height, if there is room
 CageShells fit_shells(const CageNeeds& needs, const LowSurface& surface,
                       const std::vector<std::uint32_t>& vertex_of, std::size_t vertices,
                       double margin);

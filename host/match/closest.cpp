@@ -1,4 +1,5 @@
-// The nearest point of faces that do not look away (Tarini, Cignoni, Scopigno, section 3.1).
+// Nearest point of faces that do not face away from the sample (Tarini, Cignoni, Scopigno, section
+// 3.1).
 #include "accel/closest.h"
 
 #include "match/registry.h"

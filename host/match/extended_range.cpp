@@ -31,14 +31,14 @@ class ExtendedRange : public Matcher {
     std::vector<float> reach(band.sample_count);
     band.points.read(context_, reach, std::size_t{6} * band.capacity);
     std::erase_if(missed, [&](std::uint32_t i) { return !(reach[i] > 0); });
-    if (!missed.empty()) look_farther(band, missed, reach, match);
+    if (!missed.empty()) search_farther(band, missed, reach, match);
   }
 
   bool needs_band() const override { return near_->needs_band(); }
 
  private:
-  void look_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
-                    const std::vector<float>& reach, DeviceCorrespondence& match) {
+  void search_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                      const std::vector<float>& reach, DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     const SamplePick pick(context_, samples);
     DeviceCorrespondence result(context_, count);

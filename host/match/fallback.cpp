@@ -8,12 +8,12 @@
 namespace kiln {
 namespace {
 
-/// One method, then others in turn for the samples that are still undecided.
+/// Runs one method, then others in turn for the samples that are still undecided.
 class FallbackMatcher : public Matcher {
  public:
   FallbackMatcher(cl::Context& context, std::unique_ptr<Matcher> first,
                   std::vector<std::unique_ptr<Matcher>> rest)
-      : context_(context), first_(std::move(first)), rest_(std::move(rest)) {}
+      : context_(context), first_(std::move(first)), fallbacks_(std::move(rest)) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     deciders_.clear();
@@ -33,27 +33,27 @@ class FallbackMatcher : public Matcher {
 
   bool reads_sample_places() const override {
     return first_->reads_sample_places() ||
-           std::any_of(rest_.begin(), rest_.end(),
+           std::any_of(fallbacks_.begin(), fallbacks_.end(),
                        [](const auto& matcher) { return matcher->reads_sample_places(); });
   }
 
   void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
                     DeviceCorrespondence& found) override {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    ask(*rest_.front(), band, samples, found);
-    for (std::size_t k = 1; k < rest_.size(); ++k) {
+    run_on_samples(*fallbacks_.front(), band, samples, found);
+    for (std::size_t k = 1; k < fallbacks_.size(); ++k) {
       const std::vector<std::uint32_t> left = undecided(found, count);
       if (left.empty()) return;
       std::vector<std::uint32_t> of_band(left.size());
       for (std::size_t i = 0; i < left.size(); ++i) of_band[i] = samples[left[i]];
-      ask(*rest_[k], band, of_band, next_);
+      run_on_samples(*fallbacks_[k], band, of_band, next_);
       SamplePick(context_, left).put_back(next_, found);
     }
   }
 
   void finish(MatchNotes& notes) override {
     first_->finish(notes);
-    for (const std::unique_ptr<Matcher>& matcher : rest_) matcher->finish(notes);
+    for (const std::unique_ptr<Matcher>& matcher : fallbacks_) matcher->finish(notes);
   }
 
  private:
@@ -62,9 +62,9 @@ class FallbackMatcher : public Matcher {
     return samples_with(context_, match, count, is_missed);
   }
 
-  /// Asks one of the fallbacks for some samples of a band, in their order.
-  void ask(Matcher& matcher, const TexelBand& band, std::span<const std::uint32_t> samples,
-           DeviceCorrespondence& found) {
+  /// Runs one of the fallbacks on some samples of a band, in their order.
+  void run_on_samples(Matcher& matcher, const TexelBand& band,
+                      std::span<const std::uint32_t> samples, DeviceCorrespondence& found) {
     const SamplePick pick(context_, samples);
     if (matcher.needs_band()) {
       fit(whole_, band.capacity);
@@ -76,7 +76,7 @@ class FallbackMatcher : public Matcher {
     matcher.run(pick.points_of(band), found);
   }
 
-  /// Planes of results are as long as those of points.
+  /// Resizes planes of results to the length of those of points.
   void fit(DeviceCorrespondence& match, std::uint32_t capacity) const {
     if (match.capacity == capacity) return;
     match = DeviceCorrespondence();
@@ -85,7 +85,7 @@ class FallbackMatcher : public Matcher {
 
   cl::Context& context_;
   std::unique_ptr<Matcher> first_;
-  std::vector<std::unique_ptr<Matcher>> rest_;
+  std::vector<std::unique_ptr<Matcher>> fallbacks_;
   DeviceCorrespondence decided_, next_, whole_;
   std::vector<Decider> deciders_;
 };

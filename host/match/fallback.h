@@ -1,4 +1,4 @@
-// Matches for what another leaves undecided.
+// Fallback matches for undecided samples.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// One match, then others in turn, at least one, for the samples that are still undecided.
+/// Runs one match, then one or more others in turn for the samples that are still undecided.
 std::unique_ptr<Matcher> with_fallbacks(cl::Context& context, std::unique_ptr<Matcher> first,
                                         std::vector<std::unique_ptr<Matcher>> rest);
 

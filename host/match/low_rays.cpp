@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-// The low poly's own face, and those beside it, are met at 0.
-constexpr float kOwnFace = 8 * KILN_BVH_EPSILON;
+// Distance below which a hit is the low poly's own face or one beside it.
+constexpr float kMinHitDistance = 8 * KILN_BVH_EPSILON;
 
 }  // namespace
 
@@ -29,8 +29,8 @@ LowRays::LowRays(cl::Context& context, const LowSurface& surface)
 void LowRays::limits(cl::Context& context, const TexelBand& samples, float farthest,
                      const cl::Array<float>& limits, std::uint32_t first) const {
   RayQuery query;
-  query.t_min = kOwnFace;
-  query.t_max = std::max(farthest, kOwnFace);
+  query.t_min = kMinHitDistance;
+  query.t_max = std::max(farthest, kMinHitDistance);
   query.two_sided = true;
   const std::uint32_t count = samples.sample_count;
   DeviceCorrespondence met(context, samples.capacity);

@@ -1,4 +1,4 @@
-// Limits of rays, which may meet the low poly again.
+// Limits of rays at the low poly's own surface.
 #pragma once
 
 #include <memory>
@@ -12,13 +12,14 @@
 
 namespace kiln {
 
-/// The low poly as rays meet it.
+/// Ray casting against the low poly.
 class LowRays {
  public:
   LowRays(cl::Context& context, const LowSurface& surface);
 
-  /// Writes how far out each sample may look: up to `farthest`, or to the low poly; 0 within another part of it.
-  /// \param first  where in `limits` it begins; that may be a plane of the samples' points
+  /// Writes the search limit of each sample: `farthest`, or the distance to the low poly's next front face; 0
+  /// inside another part of it.
+  /// \param first  start index in `limits`, which may be a plane of the samples' points
   void limits(cl::Context& context, const TexelBand& samples, float farthest,
               const cl::Array<float>& limits, std::uint32_t first) const;
 
@@ -29,7 +30,7 @@ class LowRays {
  private:
   std::shared_ptr<const LowTree> low_;
   RayCaster rays_;
-  cl::Array<float> normals_;  ///< Three a triangle
+  cl::Array<float> normals_;  ///< Three per triangle
 };
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Moving correspondences between a band on the device and a whole map on the host.
+// Copies correspondences between a band on the device and a whole map on the host.
 #pragma once
 
 #include <cstddef>
@@ -13,27 +13,27 @@
 
 namespace kiln {
 
-/// Empty arrays for a map of this size.
+/// A match without any sample, for a map of this size.
 Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
                  std::uint64_t source_triangles);
 
-/// Checks that a match holds together and fits this map and source. \throws Error(input)
+/// Checks that a match is valid and fits this map and source. \throws Error(input)
 void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles);
-/// The last part of it: the high poly's number of triangles.
+/// Checks the high poly's number of triangles only.
 void check_source(const Match& match, std::uint64_t source_triangles);
 
-/// Hashes of the meshes that a match belongs to. The same on every machine and number of threads.
+/// Hashes of the meshes of a match. The same on every machine and number of threads.
 std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 std::uint64_t hash_low(const Mesh& low);
 
-/// Checks that a match was made for these meshes, where it says for which. \throws Error(input)
+/// Checks that a match was made for these meshes, if it has their hashes. \throws Error(input)
 void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t low_hash);
 
-/// The element of the map's match that each of a band's samples is.
+/// Index in the map's match of each sample of a band.
 std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& band,
                                          const Match& match);
 
-/// Scatters a band's correspondences into the map's match. \param unit world length of a frame unit
+/// Scatters a band's correspondences to the map's match. \param unit  world length of a frame unit
 void store_band(cl::Context& context, const TexelBand& band, const DeviceCorrespondence& from,
                 double unit, Match& match);
 

@@ -1,5 +1,5 @@
-// The outermost face within reach: one walk for all samples, and a second look at those few whose rays meet
-// several faces outward.
+// The outermost face within reach: one traversal for all samples, and a second pass for those few whose
+// rays hit several faces outward.
 #include "match/outermost.h"
 
 #include <optional>
@@ -13,8 +13,8 @@
 namespace kiln {
 namespace {
 
-// Faces nearer to each other than this along a ray are one: hits lie up to KILN_BVH_EPSILON off either way.
-constexpr float kSameFace = 4 * KILN_BVH_EPSILON;
+// Faces closer than this along a ray count as one, since hits are off by up to KILN_BVH_EPSILON either way.
+constexpr float kMinFaceSpacing = 4 * KILN_BVH_EPSILON;
 class OutermostMatcher : public Matcher {
  public:
   explicit OutermostMatcher(const MatchRequest& request)
@@ -37,7 +37,7 @@ class OutermostMatcher : public Matcher {
   }
 
  private:
-  /// Decides samples whose rays meet several faces outward.
+  /// Decides samples whose rays hit several faces outward.
   void decide(const TexelBand& band, const std::vector<std::uint32_t>& samples,
               DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
@@ -51,9 +51,9 @@ class OutermostMatcher : public Matcher {
     RayQuery limited = outermost_;
     limited.limited = true;
     rays_.intersect(some.points, count, count, limited, outer);
-    context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count, kSameFace,
-                    outer.triangle, outer.barycentric, outer.distance, result.triangle,
-                    result.barycentric, result.distance, result.status);
+    context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count,
+                    kMinFaceSpacing, outer.triangle, outer.barycentric, outer.distance,
+                    result.triangle, result.barycentric, result.distance, result.status);
     pick.put_back(result, match);
   }
 
@@ -61,7 +61,7 @@ class OutermostMatcher : public Matcher {
   const RayCaster& rays_;
   const LowSurface& surface_;
   RayQuery nearest_, outermost_;
-  std::optional<LowRays> low_;  ///< Made where it is needed
+  std::optional<LowRays> low_;  ///< Created on first use
 };
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// A part's meshes and its matcher, which refers to them: it stays in its place.
+/// A part's meshes and its matcher. Not movable, since the matcher refers to the meshes.
 struct Part {
   std::vector<std::uint32_t> triangles;  ///< Triangles of the high poly
   std::unique_ptr<Source::Impl> source;
@@ -33,8 +33,9 @@ void check_lists(const MatchRequest& request, const Parts& parts) {
       "The parts are those of other meshes: both lists must have a part for each triangle.");
 }
 
-/// Some triangles of a surface, as a matcher is told of them.
-LowSurface some_of(const LowSurface& whole, const std::vector<std::uint32_t>& triangles) {
+/// The surface of some of the triangles.
+LowSurface surface_of_triangles(const LowSurface& whole,
+                                const std::vector<std::uint32_t>& triangles) {
   LowSurface surface;
   surface.has_cage_mesh = whole.has_cage_mesh;
   surface.cage_kind = whole.cage_kind;
@@ -72,9 +73,9 @@ class PartMatcher : public Matcher {
       Part& part = parts_[p];
       if (part.triangles.empty() || low[p].empty()) continue;
       part.source = std::make_unique<Source::Impl>(request.source, part.triangles);
-      // Nothing to search in.
+      // The part has no usable triangle to search.
       if (part.source->stats().skipped_triangles == part.triangles.size()) continue;
-      part.surface = some_of(request.surface, low[p]);
+      part.surface = surface_of_triangles(request.surface, low[p]);
       part.matcher = row.make(request.of(*part.source, part.surface), notes);
     }
   }
@@ -103,7 +104,7 @@ class PartMatcher : public Matcher {
       parts_[p].matcher->run(some, result);
       pick.put_back(result, match);
     }
-    // From a part's triangles to those of the whole.
+    // Converts indices in the part's triangles to indices in the whole.
     std::vector<std::uint32_t> found(band.sample_count);
     match.triangle.read(context_, found);
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
@@ -113,7 +114,7 @@ class PartMatcher : public Matcher {
     match.triangle.write(context_, std::span<const std::uint32_t>(found));
   }
 
-  bool needs_band() const override { return true; }  // which triangle a sample lies on
+  bool needs_band() const override { return true; }  // reads the triangle of each sample
 
   void finish(MatchNotes& notes) override {
     for (const Part& part : parts_) {
@@ -124,9 +125,9 @@ class PartMatcher : public Matcher {
  private:
   cl::Context& context_;
   std::vector<std::uint32_t> part_of_low_;
-  std::vector<std::uint32_t> place_;  // of each triangle of the low poly among those of its part
+  std::vector<std::uint32_t> place_;  // per triangle of the low poly, its index in its part
   std::vector<Part> parts_;
-  std::vector<std::vector<std::uint32_t>> samples_;  // of each part, of the last band
+  std::vector<std::vector<std::uint32_t>> samples_;  // per part, its samples in the last band
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Matching part by part: samples find points of their own part alone.
+// Matching part by part: samples match only their own part.
 #pragma once
 
 #include <memory>
@@ -7,11 +7,11 @@
 
 namespace kiln {
 
-/// One matcher of a row for each part that both meshes have, told of nothing but the part: its triangles of
-/// the high poly, and its own triangles of the low poly for what they hide from themselves. So it cannot find a
-/// point of another part, however the parts lie. Samples on a part without dense triangles are missed.
+/// Creates one matcher per part that both meshes have, from the part's triangles of both meshes alone, so that
+/// it cannot find a point of another part, and only the part's own low poly occludes. Samples on a part without
+/// triangles of the high poly are missed.
 /// \param parts  outlives the matcher
-/// \throws Error(usage) for lists of other lengths, and for a match that does not obey MatchOptions::parts
+/// \throws Error(usage) for lists of wrong lengths, and for a match without support of MatchOptions::parts
 std::unique_ptr<Matcher> part_matcher(const MatchRow& row, const MatchRequest& request,
                                       const Parts& parts, MatchNotes& notes);
 

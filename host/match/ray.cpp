@@ -1,4 +1,4 @@
-// Rays along the low poly's normals (Tarini, Cignoni, Scopigno, section 3.2), from a cage where there is one.
+// Rays along the low poly's normals (Tarini, Cignoni, Scopigno, section 3.2), or from a cage.
 #include "match/ray.h"
 
 #include <span>
@@ -27,7 +27,7 @@ class RayMatcher : public Matcher {
   RayQuery query_;
 };
 
-/// Rays from an outer shell, as far as an inner one.
+/// Rays from an outer shell to an inner one.
 class ShellMatcher : public Matcher {
  public:
   ShellMatcher(std::unique_ptr<Matcher> rays, const MatchRequest& request)
@@ -44,7 +44,7 @@ class ShellMatcher : public Matcher {
                     match.distance, match.status);
   }
 
-  bool needs_band() const override { return true; }  // which triangle a sample lies on
+  bool needs_band() const override { return true; }  // reads the triangle of each sample
 
  private:
   cl::Context& context_;
@@ -52,14 +52,14 @@ class ShellMatcher : public Matcher {
   cl::Array<float> inner_;
 };
 
-/// Rays by the rule asked for.
+/// Rays by the requested rule.
 std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
   const bool cage = request.cage_mesh || request.cage.has_value();
   if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
   return std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
 }
 
-/// The same, near first; farther where nothing is near.
+/// The same within near_distance first; at the full distance for misses.
 std::unique_ptr<Matcher> near_rays_of(const MatchRequest& request) {
   MatchRequest near = request;
   near.distance = request.near;

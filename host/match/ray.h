@@ -1,4 +1,4 @@
-// Rays, for the matches that cast them.
+// Ray queries for matches that cast rays.
 #pragma once
 
 #include "accel/ray.h"
@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// From the cage inward, where there is one and it counts; else both ways, outward first.
+/// From the cage inward, if there is one and `with_cage` is set; else both ways, outward first.
 RayQuery ray_query(const MatchRequest& request, bool with_cage);
 
 }  // namespace kiln

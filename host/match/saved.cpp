@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-/// Takes a saved correspondence.
+/// Returns a saved correspondence.
 class SavedMatcher : public Matcher {
  public:
   SavedMatcher(cl::Context& context, const Match& saved, double unit)

@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-/// \param saved  kept by the caller, and checked (match_array.h)
+/// \param saved  must outlive the matcher, and be checked (match_array.h)
 /// \param unit   world length of a frame unit
 std::unique_ptr<Matcher> saved_matcher(cl::Context& context, const Match& saved, double unit);
 

@@ -21,16 +21,16 @@ class SmoothNormalRetry : public Matcher {
     if (band.sample_count == 0) return;
     first_->run(band, match);
     const auto missed = samples_with(context_, match, band.sample_count, is_missed);
-    if (!missed.empty()) look_again(band, missed, match);
+    if (!missed.empty()) retry_missed(band, missed, match);
   }
 
   bool needs_band() const override { return true; }
   void finish(MatchNotes& notes) override { first_->finish(notes); }
 
  private:
-  /// The averaged directions, where they have one, in place of the turned ones: in double precision, which devices
-  /// may not have, for the few that miss.
-  void turn_back(TexelBand& some) const {
+  /// Replaces blended directions by the averaged ones, where these exist: on the host in double precision, which
+  /// devices may lack, since only few samples miss.
+  void use_averaged_directions(TexelBand& some) const {
     const std::vector<std::uint32_t> triangle = some.triangle.download(context_);
     const std::vector<float> weights = some.barycentric.download(context_);
     const std::size_t count = triangle.size();
@@ -51,13 +51,13 @@ class SmoothNormalRetry : public Matcher {
     some.points.write(context_, std::span<const float>(directions), 3 * count);
   }
 
-  void look_again(const TexelBand& band, const std::vector<std::uint32_t>& samples,
-                  DeviceCorrespondence& match) {
+  void retry_missed(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                    DeviceCorrespondence& match) {
     const SamplePick pick(context_, samples);
     TexelBand some = pick.points_of(band);
     some.triangle = pick.of(band.triangle, band.capacity, 1);
     some.barycentric = pick.of(band.barycentric, band.capacity, 2);
-    turn_back(some);
+    use_averaged_directions(some);
     DeviceCorrespondence result(context_, pick.count());
     first_->run(some, result);
     pick.put_back(result, match);

@@ -1,4 +1,4 @@
-// Samples that miss along directions that turned at hard edges.
+// Second search for samples that miss along blended directions at hard edges.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// A matcher whose misses look once more, along averaged directions: a corner of the low poly may stand over
-/// the high poly's rounding, with nothing under it.
+/// A matcher that casts missed samples again along averaged directions: at a corner of the low poly that
+/// overhangs the high poly's rounding, rays along the face's normal may hit nothing.
 std::unique_ptr<Matcher> smooth_normal_retry(std::unique_ptr<Matcher> first,
                                              const MatchRequest& request);
 

@@ -10,10 +10,10 @@
 namespace kiln {
 namespace {
 
-constexpr double kInset = 0.01;         // of the way from a corner to the middle
-constexpr std::size_t kMostRows = 512;  // of places in one triangle
+constexpr double kCornerInset = 0.01;       // share of the distance from a corner to the centroid
+constexpr std::size_t kMaxPlaceRows = 512;  // rows of places in one triangle
 
-/// Twice the area; 0 where it does not count.
+/// Twice the area; 0 for unusable triangles.
 double area_of(const LowSurface& surface, std::size_t t) {
   if (surface.usable[t] == 0) return 0;
   const auto& [a, b, c] = surface.triangles[t];
@@ -21,7 +21,7 @@ double area_of(const LowSurface& surface, std::size_t t) {
       cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position)));
 }
 
-/// The middles of a triangle's n x n parts, then its corners.
+/// Appends the centroids of a triangle's n x n parts, then places near its corners.
 void add_places(std::uint32_t t, std::size_t n, std::vector<LowPlace>& places) {
   const auto add = [&](double u, double v) {
     places.push_back({t, static_cast<float>(u), static_cast<float>(v)});
@@ -34,7 +34,7 @@ void add_places(std::uint32_t t, std::size_t n, std::vector<LowPlace>& places) {
       if (i + j + 1 < n) add((x + 2.0 / 3) / size, (y + 2.0 / 3) / size);
     }
   }
-  const double middle = kInset / 3, corner = 1 - 2 * middle;
+  const double middle = kCornerInset / 3, corner = 1 - 2 * middle;
   add(middle, middle);
   add(corner, middle);
   add(middle, corner);
@@ -104,7 +104,7 @@ SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface, std
     if (!(area > 0)) continue;
     const double share = area / whole * static_cast<double>(wanted);
     const auto rows = static_cast<std::size_t>(std::lround(std::sqrt(share)));
-    add_places(static_cast<std::uint32_t>(t), std::clamp<std::size_t>(rows, 1, kMostRows),
+    add_places(static_cast<std::uint32_t>(t), std::clamp<std::size_t>(rows, 1, kMaxPlaceRows),
                places.list);
   }
   places.band = band_of_places(context, surface, places.list.size(),

@@ -1,4 +1,4 @@
-// Places on the low poly, as a match takes samples.
+// Places on the low poly as samples for a match.
 #pragma once
 
 #include <cstddef>
@@ -20,9 +20,9 @@ struct LowPlace {
 
 Vec3d position_at(const LowSurface& surface, const LowPlace& place);
 
-/// Places as the samples of a map of one row, a texel each. Directions are as the corners say; the face's normal
-/// where they cancel out.
-/// \param place  of each number up to `count`; asked from several threads
+/// Places as samples of a map of one row, one per texel. Directions are interpolated from the corners; the
+/// face's normal if they cancel out.
+/// \param place  returns the place of an index below `count`; called from several threads
 /// \param multiple  the capacity is a multiple of this
 TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::size_t count,
                          const std::function<LowPlace(std::size_t)>& place,
@@ -30,11 +30,11 @@ TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::s
 
 struct SurfacePlaces {
   std::vector<LowPlace> list;
-  TexelBand band;  ///< The same on the device
+  TexelBand band;  ///< The places on the device
 };
 
-/// About `wanted` places, even by area, and three near the corners of each triangle. Triangles that are not
-/// usable have none. The order is that of the triangles.
+/// About `wanted` places, evenly distributed by area, and three near the corners of each triangle. Unusable
+/// triangles have none. Places are in the order of triangles.
 SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface, std::size_t wanted);
 
 }  // namespace kiln

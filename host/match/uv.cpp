@@ -18,16 +18,16 @@ namespace {
 
 constexpr std::uint32_t kTile = KILN_UV_TILE;
 
-/// Distances are told apart by their exponent and this many bits of the fraction.
+/// Fraction bits of the distance histogram, beside the exponent.
 constexpr std::uint32_t kFractionBits = 9;
-constexpr std::uint32_t kDropped = 23 - kFractionBits;
+constexpr std::uint32_t kDroppedBits = 23 - kFractionBits;
 
-/// True if a float does not hold the sides of a piece's box.
+/// True if the sides of a piece's box are not exact in floats.
 bool is_large(const kiln_uv_piece& piece) {
-  constexpr std::int32_t kHeld = 1 << 24;
+  constexpr std::int32_t kMaxExactFloat = 1 << 24;
   const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
   const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
-  return *x_high - *x_low > kHeld || *y_high - *y_low > kHeld;
+  return *x_high - *x_low > kMaxExactFloat || *y_high - *y_low > kMaxExactFloat;
 }
 
 std::string triangles(std::uint64_t count) {
@@ -39,7 +39,7 @@ std::string triangles(std::uint64_t count) {
 UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
                    std::uint32_t samples, UvPath path)
     : context_(context_of(source.device)),
-      // A run of rows takes millions of steps: Mesa's llvmpipe breaks a work-item's loops off after 65,535.
+      // A run of rows needs millions of loop iterations, but Mesa's llvmpipe aborts loops after 65,535.
       runs_(path == UvPath::automatic
                 ? choose_traversal(context_, Traversal::automatic) == Traversal::cpu
                 : path == UvPath::runs),
@@ -54,7 +54,7 @@ UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_
   pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(layout.pieces));
   clips_ = cl::Array<kiln_uv_clip>(context_, std::span<const kiln_uv_clip>(layout.clips));
   tasks_ = cl::Array<kiln_uv_task>(context_, std::span<const kiln_uv_task>(layout.tasks));
-  if (pieces_.empty()) {  // the kernel reads one in any case
+  if (pieces_.empty()) {  // the kernel reads one element in any case
     kiln_uv_piece none{};
     none.x[1] = none.y[2] = 1;
     pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(&none, 1));
@@ -68,7 +68,7 @@ UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_
       std::span<const std::uint32_t>(source.triangles[0].data(), source.triangles.size() * 3));
   positions_ = cl::Array<float>(
       context_, std::span<const float>(&source.positions[0].x, source.positions.size() * 3));
-  histogram_.resize(std::size_t{1} << (31 - kDropped));
+  histogram_.resize(std::size_t{1} << (31 - kDroppedBits));
 }
 
 void UvRaster::set_positions(std::uint32_t first, std::span<const Vec3> positions) {
@@ -170,7 +170,7 @@ void UvRaster::measure(const DeviceCorrespondence& match) {
     if (status[i] != KILN_STATUS_UV) continue;
     const float size = std::abs(distance[i]);
     distance_sum_ += size;
-    ++histogram_[std::bit_cast<std::uint32_t>(size) >> kDropped];
+    ++histogram_[std::bit_cast<std::uint32_t>(size) >> kDroppedBits];
   }
 }
 
@@ -185,7 +185,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
     std::uint64_t below = 0;
     std::uint32_t bin = 0;
     while (below + histogram_[bin] < rank) below += histogram_[bin++];
-    const std::uint32_t bits = bin == 0 ? 0 : (bin + 1) << kDropped;
+    const std::uint32_t bits = bin == 0 ? 0 : (bin + 1) << kDroppedBits;
     found.p95_distance = double{std::bit_cast<float>(bits)} * unit;
   }
   notes.uv = found;
@@ -246,7 +246,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
 
 void check_uv(const UvOptions& options) {
   const auto check = [](const char* name, double value) {
-    if (value >= 0) return;  // not NaN either
+    if (value >= 0) return;  // false for NaN, too
     throw Error(ErrorCode::usage,
                 std::string("uv.") + name + " is " + decimal(value) +
                     ": it must be a share of 0 or more, or infinity for no bound.");
@@ -268,7 +268,7 @@ class UvMatcher : public Matcher {
         options_(request.uv) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
-    // Also where the band has no samples: the high poly may overlap there.
+    // Also for bands without samples, since the high poly may overlap there.
     raster_.match(band, match, true);
     if (band.sample_count == 0) return;
     if (band.small_triangles != nullptr) match_small(band, match);
@@ -288,7 +288,7 @@ class UvMatcher : public Matcher {
   void finish(MatchNotes& notes) override { raster_.report(options_, notes); }
 
  private:
-  /// Samples of small charts have other UVs than the texels that they stand for.
+  /// Samples of small charts have other UVs than their texels.
   void match_small(const TexelBand& band, DeviceCorrespondence& match) const {
     cl::Context& context = context_of(source_.device);
     const std::size_t count = band.sample_count;

@@ -1,4 +1,4 @@
-// Matching by UVs: where the high poly's layout lies over the low poly's.
+// Matching by UVs: for a high poly whose layout coincides with the low poly's.
 #pragma once
 
 #include <cstdint>
@@ -10,50 +10,50 @@
 
 namespace kiln {
 
-/// The high poly's UV triangles, laid out over a map's samples: tasks of a triangle each (a tile of a
-/// large one), in order of their rows.
+/// The high poly's UV triangles over a map's samples, as tasks: one triangle each (or a tile of a
+/// large one), in order of rows.
 struct UvLayout {
   std::uint32_t shift = 0;
   std::vector<kiln_uv_piece> pieces;  ///< In ascending order of triangles
-  std::vector<kiln_uv_clip> clips;    ///< Pieces that were clipped
-  std::vector<kiln_uv_task> tasks;  ///< None crosses from one run of KILN_UV_TILE rows to the next
+  std::vector<kiln_uv_clip> clips;    ///< Clip data of pieces that were clipped
+  std::vector<kiln_uv_task> tasks;  ///< No task crosses a border between runs of KILN_UV_TILE rows
   std::vector<std::uint32_t> first_task;  ///< [runs + 1]
-  std::uint64_t outside = 0;              ///< Triangles that reach out of the unit square
-  std::uint64_t without_area = 0;         ///< In UV space, or not finite
+  std::uint64_t outside = 0;              ///< Triangles that extend beyond the unit square
+  std::uint64_t without_area = 0;         ///< Triangles without area in UV space, or not finite
 
-  /// Parts of triangles outside the unit square have no samples. Triangles without area in UV space, or with a
-  /// corner or UV that is not finite, cover nothing.
-  /// \throws Error(input) where the mesh has no UVs, or an index of them lies beyond the pool
+  /// Lays out the triangles. Their parts outside the unit square have no samples. Triangles without area in UV
+  /// space, or with a non-finite corner or UV, cover nothing.
+  /// \throws Error(input) if the mesh has no UVs, or an index beyond their pool
   static UvLayout of(const Source::Impl& source, std::uint32_t sample_width,
                      std::uint32_t sample_height);
 };
 
-/// Which kernel draws them. Both give the same answer to the bit.
+/// Kernel variants, which give the same result to the bit.
 enum class UvPath {
   automatic,  ///< By the device's type
-  atomics,    ///< A work-item a triangle
-  runs,       ///< A work-item a run of rows
+  atomics,    ///< One work-item per triangle
+  runs,       ///< One work-item per run of rows
 };
 
-/// Draws the high poly's UV triangles and looks up who covers each sample.
+/// Rasterises the high poly's UV triangles and looks up which one covers each sample.
 class UvRaster {
  public:
   UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
            std::uint32_t samples, UvPath path = UvPath::automatic);
 
   /// Writes triangle, barycentric and status of a band's samples, enqueued; distances are 0.
-  /// \param first_time  count what is drawn for the report
+  /// \param first_time  count covered samples for the report
   void match(const TexelBand& band, DeviceCorrespondence& match, bool first_time);
   /// Writes the distances of a band's samples from the source's positions.
   void distance(const TexelBand& band, DeviceCorrespondence& match) const;
-  /// Takes over positions of vertices [first, first + count). In the source's frame.
+  /// Updates positions of vertices [first, first + count). In the source's frame.
   void set_positions(std::uint32_t first, std::span<const Vec3> positions);
 
   /// Adds a band's distances to the sums.
   void measure(const DeviceCorrespondence& match);
 
-  /// Adds counts, and warnings of those that exceed a bound.
-  /// \throws Error(input) where a bound is exceeded
+  /// Adds counts, and warnings for bounds that are exceeded.
+  /// \throws Error(input) above a bound of `max_...`
   void report(const UvOptions& options, MatchNotes& notes) const;
 
  private:
@@ -69,14 +69,14 @@ class UvRaster {
   cl::Array<kiln_uv_piece> pieces_;
   cl::Array<kiln_uv_clip> clips_;
   cl::Array<kiln_uv_task> tasks_;
-  cl::Array<std::uint32_t> first_tasks_;  // first_task_
+  cl::Array<std::uint32_t> first_tasks_;  // UvLayout::first_task
   cl::Array<std::uint32_t> triangles_;
   cl::Array<float> positions_;
-  cl::Array<std::uint32_t> lowest_, highest_;  // of a band's samples
+  cl::Array<std::uint32_t> lowest_, highest_;  // indices of pieces per sample of a band
   cl::Array<kiln_uv_row> rows_;
   std::uint64_t sample_total_ = 0;
   double distance_sum_ = 0;
-  std::vector<std::uint64_t> histogram_;  // of distances, by their leading bits
+  std::vector<std::uint64_t> histogram_;  // of distances, by exponent and leading fraction bits
 };
 
 /// \throws Error(usage)

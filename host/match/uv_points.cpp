@@ -13,11 +13,11 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrainOfPoints = 1 << 12;
-constexpr std::size_t kMostCells = 1024;  // a side
-// Weights this little below 0 are still in the triangle: no point between two of them is in neither.
+constexpr std::size_t kMaxGridSide = 1024;  // cells a side of the grid
+// Tolerance of weights below 0, so that no point between two triangles is in neither.
 constexpr double kUvSlack = 1e-9;
 
-/// True if a triangle may be found, as UvLayout has it.
+/// True if a triangle can be matched, by the rules of UvLayout.
 bool usable(const Source::Impl& source, std::size_t triangle, const std::array<Vec2, 3>& uv) {
   const auto finite_corner = [&](std::uint32_t i) { return is_finite(source.positions[i]); };
   const Triangle& t = source.triangles[triangle];
@@ -27,10 +27,10 @@ bool usable(const Source::Impl& source, std::size_t triangle, const std::array<V
 
 /// Weights of a triangle's corners 1 and 2 at a UV.
 struct Weights {
-  double x = 0, y = 0;      // corner 0
-  double ax = 0, ay = 0;    // to corner 1
-  double bx = 0, by = 0;    // to corner 2
-  double doubled_area = 0;  // not 0
+  double x = 0, y = 0;      // position of corner 0
+  double ax = 0, ay = 0;    // edge to corner 1
+  double bx = 0, by = 0;    // edge to corner 2
+  double doubled_area = 0;  // twice the area, not 0
 
   explicit Weights(const std::array<Vec2, 3>& uv)
       : x(uv[0].x),
@@ -47,12 +47,12 @@ struct Weights {
   }
 };
 
-/// UVs by cells of the unit square. Those beside it count to the cells at its edge.
+/// A grid of UVs over the unit square. UVs outside belong to the cells at its border.
 class Cells {
  public:
   explicit Cells(std::span<const Vec2> uvs)
       : side_(std::clamp<std::size_t>(
-            static_cast<std::size_t>(std::sqrt(static_cast<double>(uvs.size()))), 1, kMostCells)),
+            static_cast<std::size_t>(std::sqrt(static_cast<double>(uvs.size()))), 1, kMaxGridSide)),
         first_(side_ * side_ + 1) {
     for (const Vec2& uv : uvs) {
       if (is_finite(uv)) ++first_[cell(uv) + 1];
@@ -69,7 +69,7 @@ class Cells {
   template <typename Visit>
   void for_each_in(const Vec2& low, const Vec2& high, const Visit& visit) const {
     for (std::size_t y = along(low.y); y <= along(high.y); ++y) {
-      // Cells of a row follow each other.
+      // Cells of a row are consecutive.
       const std::uint32_t end = first_[y * side_ + along(high.x) + 1];
       for (std::uint32_t i = first_[y * side_ + along(low.x)]; i < end; ++i) visit(index_[i]);
     }
@@ -108,7 +108,8 @@ UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs) {
       cells.for_each_in({x_low, y_low}, {x_high, y_high}, [&](std::uint32_t i) {
         const auto [u, v] = weights.at(uvs[i]);
         if (u < -kUvSlack || v < -kUvSlack || u + v > 1 + kUvSlack) return;
-        // KILN_NO_TRIANGLE is the highest of all; the lowest wins, whoever comes first.
+        // Atomic minimum, since the lowest triangle wins in any order; KILN_NO_TRIANGLE is the
+        // largest value.
         const std::atomic_ref<std::uint32_t> lowest(found.triangle[i]);
         std::uint32_t known = lowest.load(std::memory_order_relaxed);
         while (t < known && !lowest.compare_exchange_weak(known, static_cast<std::uint32_t>(t),

@@ -1,4 +1,4 @@
-// The points of the high poly with given UVs, wherever those lie.
+// Points of the high poly with given UVs at arbitrary positions.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,14 @@
 namespace kiln {
 
 struct UvPoints {
-  std::vector<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE where none covers the UV
+  std::vector<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE for UVs that no triangle covers
   std::vector<float> barycentric;       ///< 2 planes: weights of corners 1 and 2
 };
 
-/// Points that a map of endless size would find by UVs: of the high poly's triangles that cover a UV the one
-/// with the lowest index. Triangles without area in UV space, or not finite, cover nothing. UVs are
-/// sorted into a grid of cells. Each triangle is held against the UVs in the cells under its box.
-/// \pre the source has UVs, with indices that are good
+/// Points that a match by UVs finds with a map of unlimited size: of the high poly's triangles that cover a
+/// UV the one with the lowest index. Triangles without area in UV space, or not finite, cover nothing. UVs
+/// are sorted into a grid, and each triangle is tested against the UVs in the cells under its box.
+/// \pre the source has UVs, with valid indices
 UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs);
 
 }  // namespace kiln

@@ -11,17 +11,18 @@
 namespace kiln {
 namespace {
 
-constexpr double kSteep = 0.1;       // cosine to the view: 84 degrees
-constexpr double kMostSteep = 0.02;  // of the low poly's area
+constexpr double kMaxSteepCosine = 0.1;  // cosine to the view of a steep face: 84 degrees
+constexpr double kMaxSteepAreaShare =
+    0.02;  // largest share of the low poly's area that may be steep
 
-// Pixels in the typical triangle's area. At 4 the triangle under a sample is nearly always among the four that
-// the pixels around it show.
-constexpr double kPixelsATriangle = 4;
-// Candidates of a plan: enough that some direction is within 15 degrees of any.
-constexpr std::uint32_t kCandidates = 96;
+// Pixels in the area of the typical triangle. With 4, the triangle under a sample is nearly always among those
+// of the four surrounding pixels.
+constexpr double kPixelsPerTriangle = 4;
+// Candidate directions of a plan: some candidate is within 15 degrees of any direction.
+constexpr std::uint32_t kCandidateViews = 96;
 constexpr std::uint32_t kProbeSize = 512;
 
-/// 0 for triangles that views leave out.
+/// Area of a triangle; 0 for triangles that views ignore.
 double area_of(std::span<const Vec3> positions, const Triangle& triangle) {
   if (!is_in_views(positions[triangle[0]]) || !is_in_views(positions[triangle[1]]) ||
       !is_in_views(positions[triangle[2]])) {
@@ -33,7 +34,7 @@ double area_of(std::span<const Vec3> positions, const Triangle& triangle) {
   return std::isfinite(area) ? area : 0;
 }
 
-/// Area by the power of two of the triangle's own area: a histogram that is exact enough, and cheap.
+/// Histogram of area by the logarithm of triangles' own areas.
 struct Areas {
   static constexpr int kBins = 256;
   std::array<double, kBins> sum{};
@@ -42,7 +43,7 @@ struct Areas {
   static int bin_of(double area) {
     return std::clamp(static_cast<int>(std::floor(2 * std::log2(area))) + 200, 0, kBins - 1);
   }
-  /// Least area of the bin.
+  /// Smallest area of a bin.
   static double area_at(int bin) { return std::exp2((bin - 200) / 2.0); }
 
   Areas(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
@@ -62,7 +63,7 @@ struct Areas {
   }
 
   /// Share of the surface whose triangles are smaller than a pixel of this side.
-  double share_below(double pixel) const {
+  double area_share_below(double pixel) const {
     double small = 0;
     for (int i = 0; i < kBins; ++i) {
       if (area_at(i) < pixel * pixel) small += sum[static_cast<std::size_t>(i)];
@@ -75,24 +76,24 @@ struct Areas {
 
 double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t size) {
-  return Areas(positions, triangles).share_below(2 * radius / size);
+  return Areas(positions, triangles).area_share_below(2 * radius / size);
 }
 
 ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t limit) {
   const Areas areas(positions, triangles);
-  // The area-weighted median triangle.
+  // Find the area-weighted median triangle.
   double below = 0;
   int median = 0;
   for (; median < Areas::kBins - 1; ++median) {
     below += areas.sum[static_cast<std::size_t>(median)];
     if (below * 2 >= areas.total) break;
   }
-  const double wanted = 2 * radius * std::sqrt(kPixelsATriangle / Areas::area_at(median));
+  const double wanted = 2 * radius * std::sqrt(kPixelsPerTriangle / Areas::area_at(median));
   const double rounded = std::ceil(std::min(wanted, 65536.0) / 256) * 256;
   ViewSize result;
   result.size = std::min(limit, static_cast<std::uint32_t>(std::max(1024.0, rounded)));
-  result.undersampled = areas.share_below(2 * radius / result.size);
+  result.undersampled = areas.area_share_below(2 * radius / result.size);
   return result;
 }
 
@@ -112,7 +113,7 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
   for_each_corner(
       [&](const Vec3d& p) { area.radius = std::max(area.radius, length(p - area.center)); });
   area.radius += reach;
-  // Most pairs: both meshes have the same extent, and share one picture whatever the reach.
+  // Usual case: both meshes have the same extent, and share one picture for any reach.
   if (area.radius > 0.8 * dense_radius) return {{}, dense_radius};
   return area;
 }
@@ -130,7 +131,7 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     const Vec3d n = cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
     return std::isfinite(dot(n, n)) ? n : Vec3d{};
   };
-  // Sums in blocks, so that they do not depend on the threads.
+  // Sums per block, so that they do not depend on the number of threads.
   constexpr std::size_t kBlock = 1 << 16;
   std::vector<Vec3d> sums((triangles.size() + kBlock - 1) / kBlock);
   parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
@@ -140,7 +141,7 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   for (const Vec3d& sum : sums) mean += sum;
   if (!(length(mean) > 0)) return std::nullopt;
   mean = mean * (1 / length(mean));
-  // Exactly along an axis, where it is meant to be.
+  // Snap directions that are almost along an axis.
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
     if (std::abs(dot(axis, mean)) > 0.99) mean = axis * std::copysign(1.0, dot(axis, mean));
   }
@@ -151,7 +152,8 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     }
   });
   if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
-  // One view sees all of a height field, but little of steep walls: some cliffs are well, a pit is not.
+  // A single view shows all of a height field, but little of steep walls: a few cliffs are acceptable,
+  // a pit is not.
   double steep = 0, whole = 0;
   for (const std::size_t i : surface.usable_triangles()) {
     const auto& [a, b, c] = surface.triangles[i];
@@ -162,10 +164,10 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
       least = std::min(least, dot(Vec3d(corner.normal), mean));
     }
     if (!(least > 0)) return std::nullopt;
-    if (least < kSteep) steep += length(face);
+    if (least < kMaxSteepCosine) steep += length(face);
     whole += length(face);
   }
-  return steep <= kMostSteep * whole ? std::optional(mean) : std::nullopt;
+  return steep <= kMaxSteepAreaShare * whole ? std::optional(mean) : std::nullopt;
 }
 
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
@@ -173,10 +175,11 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
                     double least_gain, std::uint32_t limit) {
   cl::Context& context = context_of(source.device);
   std::vector<Vec3d> candidates = given;
-  const std::vector<Vec3d> spread = spread_directions(kCandidates);
+  const std::vector<Vec3d> spread = spread_directions(kCandidateViews);
   candidates.insert(candidates.end(), spread.begin(), spread.end());
 
-  // quality[k * count + i]: how much along sample i's direction candidate k sees it; 0: not at all.
+  // quality[k * count + i]: cosine between sample i's direction and candidate k if it sees the
+  // sample, else 0.
   std::vector<float> quality(candidates.size() * count);
   const std::uint32_t batch = std::min(32U, DepthViews::batch_size(context, kProbeSize));
   const cl::Array<float> found(context, std::size_t{batch} * count);
@@ -211,7 +214,7 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
         gains[k] = used[k] ? 0 : gain;
       }
     });
-    // The caller's own views come first, whatever they add.
+    // The caller's own views come first, regardless of their gain.
     const std::size_t next =
         plan.directions.size() < given.size()
             ? plan.directions.size()

@@ -1,4 +1,4 @@
-// Which views, and how many pixels each: no more than the scene needs.
+// Choice of views and of their size.
 #pragma once
 
 #include <cstdint>
@@ -11,39 +11,40 @@
 
 namespace kiln {
 
-/// Pixels a side at which most of the surface has triangles of at least `pixels_a_triangle` pixels, seen
-/// face on; a multiple of 256 in [512, limit].
+/// Pixels a side at which most of the surface consists of triangles of at least `pixels_a_triangle`
+/// pixels, seen face on; a multiple of 256 in [512, limit].
 struct ViewSize {
   std::uint32_t size = 0;
-  double undersampled = 0;  ///< Share of the surface whose triangles are smaller than a pixel there
+  double undersampled = 0;  ///< Share of the surface whose triangles are smaller than a pixel
 };
 ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t limit);
 double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t size);
 
-/// The area that views must show: everything within reach of the low poly, and no more. So a floor or a
-/// stray face far away does not take the pixels; all of the high poly where that is not much more.
-/// The high poly stays within what can be drawn: 60,000 pixels.
-/// \param reach  frame units  \param dense_radius  of the high poly around the frame's origin
+/// The area that views must show: everything within reach of the low poly, so that a floor or a stray
+/// face far away does not consume pixels; the whole high poly if that is not much larger. The high poly
+/// is limited to the drawable range: 60,000 pixels.
+/// \param reach  frame units  \param dense_radius  radius of the high poly around the frame's origin
 ViewArea view_area(const LowSurface& surface, double reach, double dense_radius);
 void widen(ViewArea& area, double dense_radius, std::uint32_t size);
 
-/// The direction from which all faces of both meshes are seen from the front, where there is one: the
-/// high poly may be a height field, which one view shows. \param least  cosine for every face
+/// The direction from which all faces of both meshes are front faces, if there is one: the high poly
+/// may be a height field, which one view shows. \param least  smallest cosine of every face
 std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
                                             std::span<const Triangle> triangles,
                                             const LowSurface& surface);
 
-/// Directions of views, and what each adds.
+/// Directions of views, and their gains.
 struct ViewPlan {
   std::vector<Vec3d> directions;
-  std::vector<double> coverage;  ///< Share of the probed samples seen after each
+  std::vector<double> coverage;  ///< Share of the probed samples seen after each view
 };
 
-/// Chooses views from candidates spread over the sphere, greedily by what they newly see, or see more
-/// along the normal. After Stuerzlinger 1999, "Imaging all visible surfaces", who covers surfaces by as
-/// few views as possible. Stops where one more would add less than `least_gain`, or at `limit` views.
+/// Chooses views greedily from candidates spread over the sphere, by the samples that they see for the
+/// first time, or more along the normal. After Stuerzlinger 1999, "Imaging all visible surfaces", who
+/// covers surfaces by as few views as possible. Stops when another view would gain less than
+/// `least_gain`, or at `limit` views.
 /// \param points  probed samples: 6 planes of `capacity`
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
                     std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,

@@ -10,11 +10,11 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kDefaultViews = 12;
-constexpr std::uint32_t kMostAutomatic = 64;
-// A view that would add less than this share of what all candidates see is not worth drawing.
-constexpr double kLeastGain = 0.004;
-// Samples that a plan is made for.
-constexpr std::uint32_t kProbeMap = 192;
+constexpr std::uint32_t kMaxAutomaticViews = 64;
+// Smallest gain of a view, as a share of all samples that the candidates see.
+constexpr double kMinViewGain = 0.004;
+// Side of the map of samples from which views are planned.
+constexpr std::uint32_t kProbeMapSize = 192;
 
 class ViewMatcher : public Matcher {
  public:
@@ -72,7 +72,7 @@ class ViewMatcher : public Matcher {
       const TexelBand probes = probe_samples(surface);
       ViewPlan plan =
           plan_views(source_, probes.points, probes.sample_count, probes.capacity, query_,
-                     directions_, kLeastGain, views.count.value_or(kMostAutomatic));
+                     directions_, kMinViewGain, views.count.value_or(kMaxAutomaticViews));
       directions_ = std::move(plan.directions);
       report.coverage = std::move(plan.coverage);
       return;
@@ -93,15 +93,15 @@ class ViewMatcher : public Matcher {
   /// Samples of a small map of the same low poly.
   TexelBand probe_samples(const LowSurface& surface) const {
     TexelOptions options;
-    options.width = options.height = kProbeMap;
+    options.width = options.height = kProbeMapSize;
     options.small_charts = false;
     TexelSampler sampler(context_, surface, options);
     if (sampler.band_count() != 1) throw Error(ErrorCode::internal, "A plan's probes are split.");
     return sampler.sample(0);
   }
 
-  /// Pixels a side that are worth it: two across a sample of the map. A point is then found within half a
-  /// sample of where it should be, however many triangles a pixel covers.
+  /// Largest useful side of a view: two pixels per sample of the map. A point is then found within half a
+  /// sample of its exact position, regardless of the number of triangles per pixel.
   static double useful_size(const MatchRequest& request, double radius) {
     const LowSurface& surface = request.surface;
     double area = 0;
@@ -126,7 +126,7 @@ class ViewMatcher : public Matcher {
       report.undersampled =
           undersampled_share(source_.positions, source_.triangles, radius, views.size);
     } else {
-      // No larger than lets all views lie on the device together.
+      // Limit the size so that all views fit on the device together.
       std::uint32_t limit = kLargestView;
       const double useful = useful_size(request, radius);
       while (limit > 1024 && limit - 256 >= useful) limit -= 256;
@@ -146,7 +146,7 @@ class ViewMatcher : public Matcher {
   std::vector<Vec3d> directions_;
   std::uint32_t size_ = 0;
   std::uint32_t batch_ = 1;
-  std::optional<DepthViews> views_;  // all of them, where they fit together
+  std::optional<DepthViews> views_;  // all views, if they fit together
   cl::Array<float> score_;
 };
 

@@ -6,10 +6,10 @@
 
 namespace kiln {
 
-/// Pixels a side of a view, at most.
+/// Largest side of a view, pixels.
 inline constexpr std::uint32_t kLargestView = 8192;
 
-/// A view's direction with length 1. \throws Error(usage) where it has none
+/// The normalised direction of a view. \throws Error(usage) for a zero vector
 Vec3d unit_direction(const Vec3& toward);
 
 ViewQuery view_query(const MatchRequest& request);

@@ -13,15 +13,16 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kViewsAtATime = 32;  // a few tenths of a second on two cores
-constexpr std::uint32_t kMostDirections = 4096;
-// Distance off its place at which a ray begins, frame units: a face seen at the least cosine is left behind by then by more than
-// its points are rounded.
-constexpr float kRayStart = 1.0F / 65536;
-// Bias in pixels of a picture: a face up to this much nearer than a place does not hide it, such as what the pixel
-// of a neighbouring face shows there.
+constexpr std::uint32_t kViewsPerBatch =
+    32;  // at a time take a few tenths of a second on two cores
+constexpr std::uint32_t kMaxDirections = 4096;
+// Distance at which rays start from their place, frame units: at the smallest visible cosine this exceeds the rounding
+// of the place's own face.
+constexpr float kVisibilityRayOffset = 1.0F / 65536;
+// Depth tolerance in pixels: a face nearer than a place by less than this does not hide it, such as a neighbouring
+// face shown by the same pixel.
 constexpr float kBiasPixels = 0.5F;
-constexpr const char* kNoteSeen = "-DKILN_VISIBILITY_SEEN=1";
+constexpr const char* kSeenDefine = "-DKILN_VISIBILITY_SEEN=1";
 
 [[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
 
@@ -38,9 +39,9 @@ Vec3d face_normal(const std::array<LowSurface::Corner, 3>& corners) {
 }  // namespace
 
 void check_visibility(const VisibilityOptions& options) {
-  if (options.directions < 1 || options.directions > kMostDirections) {
+  if (options.directions < 1 || options.directions > kMaxDirections) {
     usage("The number of probing directions is " + std::to_string(options.directions) +
-          ": it must be 1 to " + std::to_string(kMostDirections) + ".");
+          ": it must be 1 to " + std::to_string(kMaxDirections) + ".");
   }
   if (options.view_size < 16 || options.view_size > 2048) {
     usage("The probing pictures' size is " + std::to_string(options.view_size) +
@@ -76,7 +77,8 @@ void check_visibility(const VisibilityOptions& options) {
 
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
   std::vector<ProbeDirection> result;
-  double largest = 0;  // of the list's weights, to which they are related: sums must stay in range
+  double largest = 0;  // largest weight of the list, by which weights are divided to keep sums in
+                       // range
   for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
     largest = std::max(largest, entry.weight);
   }
@@ -110,7 +112,7 @@ struct VisibilityProbe::Impl {
   std::vector<ProbeDirection> directions;
   std::uint32_t view_size;
   Traversal traversal;
-  float scale = 1;  // of the surface's frame, to within 0.5 of the origin
+  float scale = 1;  // maps the surface's frame to within 0.5 of the origin
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   cl::Array<float> normals;
@@ -123,7 +125,7 @@ struct VisibilityProbe::Impl {
   DepthKeys keys;
   KeepOn keep_on;
 
-  /// Before the direction with this number.
+  /// Reports progress before the direction with this index.
   void poll(std::size_t next) const {
     if (!keep_on) return;
     context.finish();
@@ -151,7 +153,7 @@ struct VisibilityProbe::Impl {
     return *raster;
   }
 
-  /// The views of a batch, beginning with one direction, on the device.
+  /// Uploads the views of a batch that starts at direction `first`.
   void choose_views(std::size_t first, std::size_t count) {
     poll(first);
     const auto pixels = static_cast<std::uint32_t>(DepthKeys::count(view_size, view_size));
@@ -160,11 +162,11 @@ struct VisibilityProbe::Impl {
     for (std::size_t k = first; k < std::min(directions.size(), first + count); ++k) {
       kiln_view view = make_view(directions[k].toward, rasterizer().radius(), view_size);
       view.first = pixels * static_cast<std::uint32_t>(k - first);
-      view.flags = KILN_RASTER_TWO_SIDED;  // the back of an open mesh hides what is behind it
+      view.flags = KILN_RASTER_TWO_SIDED;  // the back of an open mesh hides faces behind it
       views.push_back(view);
       likely.push_back(directions[k].weight);
     }
-    context.finish();  // the last batch is still using the arrays
+    context.finish();  // the previous batch still uses the arrays
     if (device_views.size() < views.size()) {
       device_views = cl::Array<kiln_view>(context, views.size());
       weights = cl::Array<float>(context, views.size());
@@ -180,7 +182,7 @@ struct VisibilityProbe::Impl {
   }
 
   std::size_t batch() const {
-    return std::min(DepthViews::batch_size(context, view_size), kViewsAtATime);
+    return std::min(DepthViews::batch_size(context, view_size), kViewsPerBatch);
   }
 };
 
@@ -202,7 +204,7 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
       radius = std::max(radius, length(Vec3d(position)));
     }
   }
-  // A power of two: exact.
+  // A power of two, so that scaling is exact.
   if (radius > 0) {
     int exponent = 0;
     std::frexp(radius, &exponent);
@@ -218,11 +220,11 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
 VisibilityProbe::~VisibilityProbe() = default;
 VisibilityProbe::VisibilityProbe(VisibilityProbe&&) noexcept = default;
 
-void VisibilityProbe::ask(KeepOn keep_on) { impl_->keep_on = std::move(keep_on); }
+void VisibilityProbe::set_progress(KeepOn keep_on) { impl_->keep_on = std::move(keep_on); }
 
 const std::vector<ProbeDirection>& VisibilityProbe::directions() const { return impl_->directions; }
 
-void VisibilityProbe::note_seen(Places& places) const {
+void VisibilityProbe::allocate_seen(Places& places) const {
   if (places.count == 0) return;
   const std::size_t words = (impl_->directions.size() + 31) / 32;
   places.seen = cl::Array<std::int32_t>(impl_->context, words * places.capacity);
@@ -280,7 +282,7 @@ void VisibilityProbe::add_by_views(Places& places) {
   cl::Context& context = impl_->context;
   const bool scalar = impl_->traversal == Traversal::gpu;
   std::string defines = scalar ? "-DKILN_VISIBILITY_SCALAR=1" : "";
-  if (!places.seen.empty()) defines += (scalar ? " " : "") + std::string(kNoteSeen);
+  if (!places.seen.empty()) defines += (scalar ? " " : "") + std::string(kSeenDefine);
   const std::uint32_t pixels = impl_->view_size * impl_->view_size;
   cl::Array<float> depths;
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
@@ -317,10 +319,10 @@ void VisibilityProbe::add_by_rays(Places& places) {
         std::make_unique<RayCaster>(context, impl_->positions, impl_->triangles, impl_->traversal);
   }
   RayQuery query;
-  query.t_min = kRayStart;
+  query.t_min = kVisibilityRayOffset;
   query.t_max = 4;
   query.two_sided = true;
-  // Positions and directions, as the ray caster wants them.
+  // Positions and directions in the ray caster's layout.
   cl::Array<float> rays(context, std::size_t{7} * places.capacity);
   const std::vector<float> points = places.points.download(context);
   rays.write(context, points);
@@ -328,7 +330,7 @@ void VisibilityProbe::add_by_rays(Places& places) {
   kiln_visibility_params params = impl_->params(places);
   const cl::Kernel aim = context.kernel("visibility", "kiln_visibility_aim");
   const cl::Kernel add =
-      context.kernel("visibility", "kiln_visibility_add", places.seen.empty() ? "" : kNoteSeen);
+      context.kernel("visibility", "kiln_visibility_add", places.seen.empty() ? "" : kSeenDefine);
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
     impl_->choose_views(first, impl_->batch());
     for (std::uint32_t k = 0; k < impl_->views.size(); ++k) {

@@ -6,11 +6,11 @@
 namespace kiln {
 namespace {
 
-constexpr int kRounds = 16;
-/// Along no axis or diagonal of the mesh's own, where two clusters often lie alike.
+constexpr int kClusterIterations = 16;
+/// Not along an axis or diagonal of the mesh, where two clusters are often symmetric.
 const Vec3d kOrder{0.48, 0.29, 0.83};
 
-Vec3d unit_or(const Vec3d& v, const Vec3d& other) {
+Vec3d normalized_or(const Vec3d& v, const Vec3d& other) {
   const double size = length(v);
   return size > 1e-12 ? v * (1 / size) : other;
 }
@@ -23,11 +23,11 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
   if (directions.empty() || count == 0) return centres;
   Vec3d sum;
   for (const SeeingDirection& d : directions) sum += d.toward * d.weight;
-  if (count == 1) return {unit_or(sum, directions[0].toward)};
+  if (count == 1) return {normalized_or(sum, directions[0].toward)};
 
-  // Cosine between each direction and the nearest centre so far; first, the mean.
+  // Cosine between each direction and the nearest centre so far; initially, to the mean.
   std::vector<double> nearness(directions.size());
-  const Vec3d mean = unit_or(sum, {0, 0, 0});
+  const Vec3d mean = normalized_or(sum, {0, 0, 0});
   std::transform(directions.begin(), directions.end(), nearness.begin(),
                  [&](const SeeingDirection& d) { return dot(d.toward, mean); });
   while (centres.size() < std::min<std::size_t>(count, directions.size())) {
@@ -39,7 +39,7 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
     }
     centres.push_back(centre);
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kClusterIterations; ++round) {
     std::vector<Vec3d> sums(centres.size());
     for (const SeeingDirection& d : directions) {
       std::size_t nearest = 0;
@@ -52,7 +52,8 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
       }
       sums[nearest] += d.toward * d.weight;
     }
-    for (std::size_t k = 0; k < centres.size(); ++k) centres[k] = unit_or(sums[k], centres[k]);
+    for (std::size_t k = 0; k < centres.size(); ++k)
+      centres[k] = normalized_or(sums[k], centres[k]);
   }
   std::stable_sort(centres.begin(), centres.end(),
                    [](const Vec3d& a, const Vec3d& b) { return dot(a, kOrder) > dot(b, kOrder); });

@@ -1,4 +1,4 @@
-// Parting the directions that see a place into clusters (Tarini, Cignoni, Scopigno 2003, section 6).
+// Clustering of the directions that see a place (Tarini, Cignoni, Scopigno 2003, section 6).
 #pragma once
 
 #include <cstdint>
@@ -9,22 +9,22 @@
 
 namespace kiln {
 
-/// A direction that sees a place, by how much.
+/// A direction that sees a place, and its weight.
 struct SeeingDirection {
   Vec3d toward;
   double weight = 1;
 };
 
-/// Unit mean directions of the clusters; as many as asked for, or as there are directions.
+/// Unit mean directions of the clusters; as many as requested, or as there are directions.
 ///
-/// k-means on the sphere. It begins from the direction farthest from the mean, then each time from
-/// the one farthest from all so far; 16 rounds; ties go to the lower index. So the same directions
-/// give the same clusters. They come ordered along a fixed axis, so that neighbouring places agree
-/// on which is which wherever that can be.
+/// k-means on the sphere. Initial centres are the direction farthest from the mean, then repeatedly
+/// the one farthest from all centres; 16 iterations; ties go to the lower index. So the same
+/// directions give the same clusters. They are ordered along a fixed axis, so that neighbouring
+/// places number them alike wherever possible.
 std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
                                    std::uint32_t count);
 
-/// A texel of the field whose directions scatter.
+/// A texel of the field whose directions are split into clusters.
 struct PartedTexel {
   std::uint32_t pixel = 0;
   std::vector<Vec3d> directions;  ///< Mean directions of its clusters, 2 or more

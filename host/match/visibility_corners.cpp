@@ -1,4 +1,4 @@
-// Visibility at vertices and faces.
+// Visibility directions at vertices and faces.
 #include <algorithm>
 
 #include "base/parallel.h"
@@ -21,17 +21,17 @@ Vec3d area_normal(const std::array<LowSurface::Corner, 3>& corners) {
   return cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a);
 }
 
-/// Counts by rays what VisibilityProbe::corners() counts in pixels: the centroids of kParts x kParts equal parts of
-/// each face see in its stead, each shared among the corners by its barycentric weights.
+/// The equivalent of VisibilityProbe::corners() by rays: the centroids of kParts x kParts equal parts of each face
+/// replace pixels, each distributed to the corners by its barycentric weights.
 /// \return [3 * triangles]
 std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface& surface,
                                           VisibilityProbe& probe) {
   constexpr std::size_t kParts = 4;
-  constexpr std::size_t kFacesAtATime = 1 << 16;
+  constexpr std::size_t kFacesPerBatch = 1 << 16;
   std::vector<std::array<double, 3>> shares;
   for (std::size_t row = 0; row < kParts; ++row) {
     for (std::size_t k = 0; k < 2 * row + 1; ++k) {
-      // Even parts point the way that the face does, odd ones the other way.
+      // Even parts have the face's orientation, odd ones are flipped.
       const double down = (static_cast<double>(row) + (k % 2 == 0 ? 2.0 : 1.0) / 3) / kParts;
       const double along = (static_cast<double>(k / 2) + (k % 2 == 0 ? 1.0 : 2.0) / 3) / kParts;
       shares.push_back({1 - down, down - along, along});
@@ -39,8 +39,8 @@ std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface
   }
   const std::size_t count = surface.triangles.size();
   std::vector<DirectionSum> result(3 * count);
-  for (std::size_t first = 0; first < count; first += kFacesAtATime) {
-    const std::size_t faces = std::min(kFacesAtATime, count - first);
+  for (std::size_t first = 0; first < count; first += kFacesPerBatch) {
+    const std::size_t faces = std::min(kFacesPerBatch, count - first);
     std::vector<Vec3> positions(shares.size() * faces);
     std::vector<Vec3> normals(positions.size());
     for (std::size_t i = 0; i < positions.size(); ++i) {

@@ -12,17 +12,17 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kLargestField = 2048;
+constexpr std::uint32_t kMaxFieldSide = 2048;
 constexpr std::size_t kGrainOfField = 1 << 14;
 
-/// Samples a band, so that which directions see them takes 64 MiB.
-std::uint32_t samples_a_band(const VisibilityOptions& options, std::size_t directions) {
+/// Samples per band, such that the sets of directions that see them take 64 MiB.
+std::uint32_t samples_per_band(const VisibilityOptions& options, std::size_t directions) {
   if (options.clusters == 1) return 1U << 22;
   const std::size_t words = (directions + 31) / 32;
   return static_cast<std::uint32_t>(std::size_t{1} << 24) / static_cast<std::uint32_t>(words);
 }
 
-/// The clusters of a band's places whose directions scatter, in the order of the places.
+/// Clusters the directions of a band's places where they scatter, in the order of the places.
 void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBand& band,
                const VisibilityProbe::Places& places, const VisibilityOptions& options,
                std::uint32_t field_width, std::vector<PartedTexel>& parted) {
@@ -74,7 +74,7 @@ VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface
   report.directions = static_cast<std::uint32_t>(directions.size());
   report.by_rays = options.test == VisibilityTest::rays;
   VisibilityProbe probe(context, surface, std::move(directions), options.view_size, traversal);
-  probe.ask(std::move(keep_on));
+  probe.set_progress(std::move(keep_on));
   if (options.at == VisibilityAt::texel) {
     make_texels(surface, probe, options, report);
   } else {
@@ -86,7 +86,7 @@ VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface
 
 void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& probe,
                                   const VisibilityOptions& options, VisibilityReport& report) {
-  const std::uint32_t shrink = (std::max(width_, height_) + kLargestField - 1) / kLargestField;
+  const std::uint32_t shrink = (std::max(width_, height_) + kMaxFieldSide - 1) / kMaxFieldSide;
   field_width_ = report.width = (width_ + shrink - 1) / shrink;
   field_height_ = report.height = (height_ + shrink - 1) / shrink;
   const std::size_t pixels = std::size_t{field_width_} * field_height_;
@@ -98,12 +98,12 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
   {
     TexelSampler sampler(
         context_, surface,
-        {field_width_, field_height_, 1, samples_a_band(options, probe.directions().size())});
+        {field_width_, field_height_, 1, samples_per_band(options, probe.directions().size())});
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       const TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
       VisibilityProbe::Places places = probe.places(band);
-      if (options.clusters > 1) probe.note_seen(places);
+      if (options.clusters > 1) probe.allocate_seen(places);
       if (report.by_rays) {
         probe.add_by_rays(places);
       } else {
@@ -207,7 +207,7 @@ void VisibilityField::store_clusters(const std::vector<PartedTexel>& parted, std
     if (!(size > 0)) continue;
     std::fill_n(&clusters_->directions[i * count], count, to_float(mean * (1 / size)));
   }
-  further_.clear();
+  other_clusters_.clear();
   for (std::uint32_t k = 0; k < count; ++k) {
     for (const PartedTexel& texel : parted) {
       const std::size_t number = texel.directions.size();
@@ -220,7 +220,7 @@ void VisibilityField::store_clusters(const std::vector<PartedTexel>& parted, std
     if (k == 0) {
       field_ = std::move(field);
     } else {
-      further_.push_back(std::move(field));
+      other_clusters_.push_back(std::move(field));
     }
   }
 }
@@ -246,8 +246,8 @@ void VisibilityField::means(const TexelBand& band, std::uint32_t samples,
   context_.launch(context_.kernel("visibility", "kiln_visibility_seen"), band.texel_count, kLocal,
                   band_params(band, samples, capacity), band.texel_index, band.texel_first,
                   band.sample_slot, band.triangle, band.barycentric,
-                  cluster == 0 ? field_ : further_[cluster - 1], field_triangle_, chart_, border_,
-                  links_, seen);
+                  cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_, chart_,
+                  border_, links_, seen);
 }
 
 void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
@@ -258,8 +258,8 @@ void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool 
   context_.launch(context_.kernel("visibility", "kiln_visibility_direct"), band.texel_count, kLocal,
                   params, band.texel_index, band.texel_first, band.sample_slot, band.triangle,
                   band.barycentric, band.points, normals_,
-                  cluster == 0 ? field_ : further_[cluster - 1], field_triangle_, chart_, border_,
-                  links_, directed);
+                  cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_, chart_,
+                  border_, links_, directed);
 }
 
 }  // namespace kiln

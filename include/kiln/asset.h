@@ -23,235 +23,255 @@ struct BakedMap;
 
 /// A node of a file's hierarchy (glTF, FBX).
 struct AssetNode {
-  /// The parent of a root.
+  /// Value of `parent` for a root.
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  std::string name;              ///< As the file has it; need not be unique
-  std::uint32_t parent = kNone;  ///< Index into Asset::nodes, below the node's own; kNone: a root
+  std::string name;              ///< Name in the file; need not be unique
+  std::uint32_t parent = kNone;  ///< Index into Asset::nodes, lower than the node's own; kNone for
+                                 ///< a root
   std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0,
-                                   0, 0, 1, 0, 0, 0, 0, 1};  ///< To the parent, column-major
+                                   0, 0, 1, 0, 0, 0, 0, 1};  ///< Transform to the parent,
+                                                             ///< column-major
   std::string extras;            ///< JSON of glTF's `extras`; empty: none
-  std::string mesh_extras = {};  ///< ... of its mesh
+  std::string mesh_extras = {};  ///< JSON of the `extras` of the node's mesh
 };
 
-/// A mesh with its materials and the hierarchy it came from: what a glTF or FBX holds. The mesh has all nodes'
-/// instances in world space, an object each (Mesh::objects) and its materials by name (Mesh::materials).
+/// A mesh with its materials and the hierarchy it came from: the content of a glTF or FBX file. The mesh holds
+/// the instances of all nodes in world space, one object per instance (Mesh::objects), and materials by name
+/// (Mesh::materials).
 struct Asset {
   Mesh mesh;                        ///< In world space
   std::vector<Material> materials;  ///< One for each of Mesh::material_names, in order
-  std::vector<AssetNode> nodes;     ///< Parents before children; empty: a format without hierarchy
+  std::vector<AssetNode> nodes;     ///< Parents before children; empty for formats without a
+                                    ///< hierarchy
   std::vector<std::uint32_t>
-      object_nodes;       ///< Per object of the mesh, index into nodes; empty with `nodes`
+      object_nodes;       ///< Per object of the mesh, index into nodes; empty if `nodes` is
   std::string extras;     ///< JSON of glTF's `asset.extras`; empty: none
   std::string copyright;  ///< glTF's `asset.copyright`
-  std::string scene;      ///< JSON of the glTF scene that was read; empty: none, or several
+  std::string scene;      ///< JSON of the glTF scene that was read; empty if there is none, or if
+                          ///< several were read
 };
 
-/// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb, .vrm; .gltf with its buffers beside it or in it). Of all
-/// other formats it is load_mesh(), and load_materials() where the files that the mesh names are there: no nodes.
+/// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb, .vrm; .gltf with its buffers beside it or in it).
+/// Other formats are read by load_mesh(), and by load_materials() if the files that the mesh names exist; they have no
+/// nodes.
 ///
-/// glTF: all nodes of the default scene (else of all scenes; else all), each one with a mesh an object, whose name is
-/// the node's, else the mesh's; where two are the same, ".001" and so on follow. Mirrored nodes keep their outside.
-/// Materials alike; primitives without one have "default". Vertex colours become sRGB bytes. Without normals,
-/// triangles are flat. Morph targets are added by their default weights; a skinned mesh lies where the nodes of its
-/// joints put it, and its own node's transform has no part in that. UVs get their origin at the lower left; quantised
-/// ones are scaled by the transform of their material's pictures. Files beside it are read from its folder and those in
-/// it alone, also where symbolic links lead elsewhere, but for LoadMeshOptions::outside. Read are KHR_mesh_quantization,
-/// EXT_mesh_gpu_instancing (an object each), EXT_meshopt_compression, KHR_draco_mesh_compression where Draco was built in,
-/// KHR_texture_transform, EXT_texture_webp, KHR_texture_basisu (KTX 2 without Basis Universal), MSFT_texture_dds and KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is
-/// converted: its diffuse becomes the colour, 1 - glossiness the roughness. A file that requires any other extension,
-/// but for KHR_materials_*, is refused. Warnings, beside those of load_mesh():
-///   ignored-primitives  points and lines: left out
+/// glTF: all nodes of the default scene (else of all scenes; else all), each node with a mesh becomes an object. The
+/// object takes the node's name, else the mesh's; repeated names get the suffixes ".001" and so on. Mirrored nodes keep
+/// their outside. Repeated names of materials get suffixes, too; primitives without a material use "default". Vertex
+/// colours become sRGB bytes. Meshes without normals are shaded flat. Morph targets are added by their default weights;
+/// a skinned mesh lies where the nodes of its joints put it, and its own node's transform has no part in that. UVs get
+/// their origin at the lower left; quantised ones are scaled by the transform of their material's pictures. Referenced
+/// files must lie in the file's folder or below, after symbolic links are resolved; LoadMeshOptions::outside lifts
+/// this. Supported extensions: KHR_mesh_quantization, EXT_mesh_gpu_instancing (an object each),
+/// EXT_meshopt_compression, KHR_draco_mesh_compression where Draco was built in, KHR_texture_transform,
+/// EXT_texture_webp, KHR_texture_basisu (KTX 2 without Basis Universal), MSFT_texture_dds and
+/// KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is converted: its diffuse becomes the colour,
+/// 1 - glossiness the roughness. A file that requires another extension is refused; KHR_materials_* are accepted.
+/// Warnings, beside those of load_mesh():
+///   ignored-primitives  points and lines, which are dropped
 ///   flat-normals        triangles without normals
-///   rest-pose           skins, taken in their pose at rest, and morph targets, taken by their default weights: what
-///                       save_asset() writes has neither
-///   unweighted-vertices of skins: they lie where the mesh's own node puts them
+///   rest-pose           skins, read in their rest pose, and morph targets, read with their default weights:
+///                       save_asset() writes neither
+///   unweighted-vertices vertices of skins without weights: the mesh's own node places them
 ///   uv-transforms       pictures of one material that scale quantised UVs differently
 ///   scene-child         nodes that a scene lists beside their parents: read once
-///   bright-colors       vertex colours above 1: cut off
-///   material-extensions KHR_materials_* whose looks no map holds (clearcoat, transmission...): left out
-///   nearest-filter      samplers of hard texels: taken as linear
-///   picture-missing     pictures that are not there: the factor stands alone
+///   bright-colors       vertex colours above 1: clamped
+///   material-extensions KHR_materials_* without a map in Kiln (clearcoat, transmission...): ignored
+///   nearest-filter      samplers with nearest filtering: read as linear
+///   picture-missing     missing pictures: the factor alone is used
 /// \throws Error(input), as load_mesh() and load_materials()
-/// Thread safety: may be called from several threads. Memory and time are linear in the files' sizes, and in what
-/// the nodes place.
+/// Thread safety: may be called from several threads. Memory and time are linear in the files' sizes, and in the
+/// instances of the nodes.
 Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options = {},
                  std::vector<Warning>* warnings = nullptr);
 
-/// Baked maps of one texture set, by what a material takes them for; null: there is none. Values as files hold
-/// them: normals as n/2 + 1/2 with +Y up, colours sRGB-encoded, all in [0, 1]. Those of occlusion, roughness and
-/// metalness, which share a picture, have one size; so have colour and opacity.
+/// Baked maps of one texture set, by their slots in a material; null: the slot is empty. Values are encoded as
+/// in files: normals as n/2 + 1/2 with +Y up, colours as sRGB, all in [0, 1]. Occlusion, roughness and metalness
+/// share a picture, so they must have one size; likewise colour and opacity.
 struct AssetMaps {
   const Image* normal = nullptr;     ///< Tangent space
-  const Image* occlusion = nullptr;  ///< First channel, as of the next three
+  const Image* occlusion = nullptr;  ///< First channel
   const Image* roughness = nullptr;  ///< First channel
   const Image* metallic = nullptr;   ///< First channel
   const Image* opacity = nullptr;    ///< First channel
   const Image* color = nullptr;      ///< Three channels
   const Image* emission = nullptr;   ///< Three channels
-  float emission_strength = 1;       ///< Linear light that 1 in `emission` stands for; at least 0
+  float emission_strength = 1;       ///< Linear radiance that the value 1 in `emission` stands for;
+                                     ///< at least 0
   std::span<const std::uint8_t>
       coverage;  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
 };
 
-/// The place of a map in a material, by its name; null: it has none. Any thread may call it.
+/// The slot of a material that a map of this name fills; null if there is none. Any thread may call
+/// it.
 const Image** slot_of(AssetMaps& maps, std::string_view name);
 
-/// Brings the maps of a bake to what a material takes: emission into [0, 1] with its strength, the shape's ambient
-/// occlusion darkened by the high poly's picture of it (the lesser of both), normals of the high poly's normal maps in
-/// place of its shape's. \returns places in `maps`, which must outlive it
-/// \param store  called with a map and its name before it gets its place, to bring values to what files hold (sRGB for
-///               colours); empty: they are so already
-/// \param left   where to append the names of maps that a material has no place for, with commas; may be null
+/// Converts the maps of a bake to the slots of a material. Emission is scaled into [0, 1], with its strength. Ambient
+/// occlusion is the lesser of the baked value and of the high poly's occlusion picture. Normals from the high poly's
+/// normal maps replace those of its geometry. \returns pointers into `maps`, which must outlive the result
+/// \param store  called with each map and its name before the map is assigned; encodes its values as files hold them
+///               (sRGB for colours); empty: values are encoded already
+/// \param left   receives the names of maps that no slot of a material takes, separated by commas; may be null
 /// Thread safety: may be called from several threads, for maps of their own.
 AssetMaps asset_maps(std::span<BakedMap> maps,
                      const std::function<void(BakedMap&, const std::string&)>& store = {},
                      std::string* left = nullptr);
 
-/// Error of a map as the asset's picture stores it: see stored_error().
+/// Error of a map in the encoded picture: see stored_error().
 struct AssetError {
-  std::string_view map;    ///< "normal", "ao", "color"...: as maps() and transfers have it
-  bool is_normal = false;  ///< Degrees; else steps of 1/255
+  std::string_view map;    ///< Name of the map as in maps() and transfers, such as "normal"
+  bool is_normal = false;  ///< Unit of the error: degrees if true, else steps of 1/255
   StoredError error;       ///< Error over the baked texels
 };
 
-/// The same as pictures that glTF has, 8 bits. Made by encode_maps(). Each says by its first bytes what it is: PNG, WebP
-/// or JPEG.
+/// Maps encoded as 8-bit pictures for a glTF, by encode_maps(). The first bytes of each buffer identify its format:
+/// PNG, WebP or JPEG.
 struct AssetPictures {
-  std::vector<AssetError> errors;  ///< Each map's error, where its texels are baked
-  /// PNGs beside WebPs, for programs that do not read these: EncodeMapsOptions::fallback. As the members below.
+  std::vector<AssetError> errors;  ///< Error of each map over its baked texels
+  /// PNG versions beside WebP pictures, for programs that cannot read WebP: EncodeMapsOptions::fallback. Same
+  /// members.
   std::shared_ptr<const AssetPictures> fallback;
   std::uint32_t normal_quality =
-      0;                         ///< That EncodeMapsOptions::max_normal_error came to; 0: lossless
-  std::vector<std::byte> color;  ///< Base colour, with opacity as its alpha; empty, as all: none
+      0;                         ///< Quality that EncodeMapsOptions::max_normal_error led to; 0:
+                                 ///< lossless
+  std::vector<std::byte> color;  ///< Base colour, with opacity as alpha; empty: no picture, as for
+                                 ///< the others
   std::vector<std::byte> surface;   ///< Occlusion, roughness and metalness: R, G, B
   std::vector<std::byte> normal;    ///< In tangent space
   std::vector<std::byte> emission;  ///< sRGB
-  bool has_color = false;           ///< Else `color` is white
+  bool has_color = false;           ///< True if `color` holds colours; false if it is white
   bool has_opacity = false;         ///< `color` has an alpha channel
-  bool has_occlusion = false;       ///< Else it is 1 in `surface`
-  bool has_surface = false;         ///< Roughness, or metalness, is in `surface`
-  bool has_metallic = false;        ///< Else it is 0
-  float emission_strength = 1;      ///< As in AssetMaps
+  bool has_occlusion = false;       ///< False: occlusion is 1 in `surface`
+  bool has_surface = false;         ///< True if `surface` holds roughness or metalness
+  bool has_metallic = false;        ///< False: metalness is 0
+  float emission_strength = 1;      ///< As AssetMaps::emission_strength
 };
 
-/// Formats of a glTF's pictures.
+/// Picture formats of a glTF.
 enum class PictureFormat {
   png,   ///< 8 bits
-  webp,  ///< Lossless, or lossy by a quality: EXT_texture_webp. Where libwebp was built in; at most 16383 texels a side
-  jpeg,  ///< Lossy. Where libjpeg was built in; at most 65500 texels a side
+  webp,  ///< Lossless, or lossy at a quality: EXT_texture_webp. In builds with libwebp; at most
+         ///< 16383 texels a side
+  jpeg,  ///< Lossy. In builds with libjpeg; at most 65500 texels a side
 };
 
-/// How values become 8 bits.
+/// Quantisation of values to 8 bits.
 enum class Dither {
   off,  ///< Rounded to nearest
-  /// Dithered where rounding would leave bands: a channel is dithered in each square of 32 x 32 texels in which it changes by
-  /// less than one step of 1/255, but by more than 1/16 of one; all else is rounded. Of normals x and y alone: z hardly
-  /// turns them.
+  /// Dithered only where rounding would cause banding: a channel is dithered in each square of 32 x 32 texels in which
+  /// it changes by less than one step of 1/255, but by more than 1/16 of a step. Elsewhere values are rounded. Normals
+  /// dither x and y alone, since z hardly changes their direction.
   automatic,
   on,  ///< Ordered dither everywhere (Bayer's thresholds, 8 x 8)
 };
 
 /// Settings of encode_maps().
 struct EncodeMapsOptions {
-  /// With webp EXT_texture_webp becomes required, but with `fallback`. With jpeg, pictures with alpha, which it does not have,
-  /// are PNGs; so are normals, but with `max_normal_error`.
+  /// webp makes EXT_texture_webp a required extension, unless `fallback` is set. jpeg has no alpha, so pictures with
+  /// alpha are PNGs; so are normals, unless `max_normal_error` is set.
   PictureFormat format = PictureFormat::png;
-  /// webp and jpeg: 1 to 100, lossy: of all pictures but normals. 0: webp is lossless, jpeg has 90. Colours may have half
-  /// the resolution.
+  /// webp and jpeg: quality of lossy pictures, 1 to 100; normals stay lossless. 0: webp is lossless, jpeg uses 90.
+  /// Lossy colours may be stored at half resolution.
   std::uint32_t quality = 0;
-  /// webp and jpeg: normals are lossy, too, in the least quality with which their mean error is no more degrees than this. 0:
-  /// they are lossless.
+  /// webp and jpeg: encodes normals lossily, at the lowest quality whose mean error does not exceed this angle,
+  /// degrees. 0: normals are lossless.
   double max_normal_error = 0;
-  Dither dither = Dither::automatic;  ///< Lossy pictures are rounded
-  bool smallest = false;              ///< PNGs are packed for seconds, for the fewest bytes
-  bool fallback = false;              ///< webp: PNGs stand beside, and no extension is required
+  Dither dither = Dither::automatic;  ///< Ignored by lossy pictures, which are rounded
+  bool smallest = false;              ///< Spend seconds per PNG for the fewest bytes
+  bool fallback = false;              ///< webp: add PNG versions, so that no extension is required
 };
 
-/// Encodes maps, so that their values need not be kept, and several materials can share them. The same maps give the same
-/// bytes, on any number of threads.
-/// \throws Error(usage) for maps of other channels or sizes than they should have, and other formats
+/// Encodes maps, so that float images need not be kept, and so that several materials can share the pictures. The same
+/// maps give the same bytes on any number of threads.
+/// \throws Error(usage) for maps with a wrong number of channels or mismatched sizes, and for unsupported formats
 /// Thread safety: may be called from several threads.
 AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& options = {});
-/// The same of png8 or webp.
+/// Encodes as png8 or webp.
 AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format);
 
-/// A material of a file that is written.
+/// A material to write to an asset.
 struct AssetMaterial {
-  std::string name;  ///< Need not be unique
-  std::shared_ptr<const AssetPictures>
-      pictures;                            ///< Null: none. What several share is in the file once
-  AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied where its pictures have opacity; else opaque
+  std::string name;                               ///< Need not be unique
+  std::shared_ptr<const AssetPictures> pictures;  ///< Null: no pictures. Pictures shared by several
+                                                  ///< materials are written once
+  AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied if its pictures have opacity; else the
+                                           ///< material is opaque
   float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
   bool double_sided = false;               ///< Back faces are shown, too
-  std::string set;                         ///< Beginning of its pictures' names; may be empty
+  std::string set;                         ///< Prefix of its pictures' names; may be empty
   std::string extras;                      ///< JSON: glTF's `extras`; empty: none
 };
 
-/// How the triangles of a glTF are packed.
+/// Compression of the geometry of a glTF.
 enum class MeshCompression {
   none,
-  /// EXT_meshopt_compression over KHR_mesh_quantization, both required: positions in 1/65535 of an object's longest side,
-  /// normals and tangents within 0.04 degrees, UVs in 1/65535 where all lie in [0, 1]; a node below each object's own scales
-  /// them back. Triangles and vertices are reordered.
+  /// EXT_meshopt_compression over KHR_mesh_quantization, both required: positions in 1/65535 of an object's longest
+  /// side, normals and tangents within 0.04 degrees, UVs in 1/65535 where all lie in [0, 1]; an extra node below each
+  /// object's node undoes the scaling. Triangles and vertices are reordered.
   meshopt,
-  /// KHR_draco_mesh_compression, required: positions and UVs in 16 bits, normals and tangents in 12. Triangles and vertices
-  /// are reordered. Where Draco was built in.
+  /// KHR_draco_mesh_compression, required: positions and UVs in 16 bits, normals and tangents in 12. Triangles and
+  /// vertices are reordered. In builds with Draco.
   draco,
 };
 
 /// Settings of save_asset(), and content beside a mesh and its materials.
 struct SaveAssetOptions {
-  std::vector<AssetNode> nodes;  ///< As Asset::nodes; empty: a node an object
+  std::vector<AssetNode> nodes;  ///< As Asset::nodes; empty: one node per object
   std::vector<std::uint32_t>
-      object_nodes;  ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
-  /// Collision hulls beside the mesh: written as they are, without UVs, materials and colours; null: none. Not kept.
+      object_nodes;  ///< As Asset::object_nodes; AssetNode::kNone gives the object a root node of
+                     ///< its own
+  /// Collision hulls, written unchanged beside the mesh, without UVs, materials and colours; null: none. Must stay
+  /// valid during the call.
   const Mesh* hulls = nullptr;
-  std::vector<std::uint32_t> hull_nodes;  ///< As object_nodes, of the hulls' objects
-  double metres = 0;        ///< A unit of the mesh, which becomes the root's scale; 0: 1
+  std::vector<std::uint32_t> hull_nodes;  ///< As object_nodes, for the hulls' objects
+  double metres = 0;        ///< Metres per unit of the mesh, written as the root's scale; 0: 1
   std::string extras;       ///< JSON: `asset.extras`, an object; empty: none
   std::string copyright;    ///< `asset.copyright`; empty: none
-  std::string scene;        ///< As Asset::scene, whose name and extras are written
+  std::string scene;        ///< As Asset::scene; its name and extras are written
   std::string kiln_extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
-  MeshCompression compression = MeshCompression::none;  ///< Of all meshes
+  MeshCompression compression = MeshCompression::none;  ///< Applies to all meshes of the file
 };
 
-/// Writes a low poly with its maps as glTF 2.0: POSITION, NORMAL, TANGENT and TEXCOORD_0 as a bake in tangent space
-/// takes them (the file's tangents, or MikkTSpace's). A name that ends in .gltf gives NAME.gltf, NAME.bin and the
+/// Writes a low poly with its maps as glTF 2.0: POSITION, NORMAL, TANGENT and TEXCOORD_0 as bakes in tangent space use
+/// them (the mesh's own tangents, else MikkTSpace's). A name that ends in .gltf gives NAME.gltf, NAME.bin and the
 /// pictures NAME_color.png and so on beside it, any other name one binary file.
 ///
-/// Nodes keep names, parents, transforms and extras; each object lies in the space of its node, with a primitive a
-/// material. An object whose node mirrors it, or has another one already, gets a node of its own below, which undoes
-/// the mirroring: programs do not agree on tangents under mirroring nodes. An object whose node flattens it is a
-/// root. Without nodes, the root is named as the mesh, and its origin is the root's translation. Vertex colours are
-/// COLOR_0, but where a material has a picture of colours: there they would be multiplied, and are `_COLOR_0`.
-/// Triangles without area are left out. Those without UVs, where others have them, are a primitive of their own, whose material has no pictures. A mesh without UVs has no tangents. Each file appears whole or not at all, the .gltf last.
+/// Nodes keep names, parents, transforms and extras; each object lies in the space of its node, with one primitive per
+/// material. An object gets an extra node below its own if that node holds another object already, or mirrors it; the
+/// extra node undoes the mirroring, since programs disagree on tangents under mirroring nodes. An object whose node has
+/// a singular transform becomes a root. Without nodes, the root is named as the mesh, and its origin is the root's
+/// translation. Vertex colours are COLOR_0. For materials with a colour picture they are `_COLOR_0`, since renderers
+/// would multiply both. Triangles without area are left out. In a mesh with UVs, triangles without UVs form a primitive
+/// whose material has no pictures. A mesh without UVs has no tangents. Each file appears whole or not at all, the .gltf
+/// last.
 /// \param materials  one for each of Mesh::material_names, or one for all
-/// \returns the files that were written, `path` last
-/// \throws Error(input) for a mesh without a triangle that has area, or without UVs but with pictures; Error(usage) for materials or nodes of
-///         another number, or extras that are no JSON; Error(output), also beyond the 4 GiB of a GLB
+/// \returns paths of the written files, `path` last
+/// \throws Error(input) for a mesh without a triangle that has area, or without UVs but with pictures; Error(usage) for
+///         a wrong number of materials or nodes, or extras that are not JSON; Error(output), also beyond the 4 GiB of a
+///         GLB
 /// Thread safety: may be called from several threads, for files of different names.
 std::vector<std::filesystem::path> save_asset(const Mesh& low,
                                               std::span<const AssetMaterial> materials,
                                               const std::filesystem::path& path,
                                               const SaveAssetOptions& options = {});
 
-/// The bytes of the GLB that save_asset() would write.
-/// \throws as save_asset(), but for Error(output) of the disk
+/// Encodes the GLB that save_asset() would write, in memory.
+/// \throws as save_asset(), without errors of the disk
 /// Thread safety: may be called from several threads.
 std::vector<std::byte> encode_glb(const Mesh& low, std::span<const AssetMaterial> materials,
                                   const SaveAssetOptions& options = {});
 
 /// Settings of save_glb(), and content beside a mesh and its maps.
 struct SaveGlbOptions {
-  AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied where there is AssetMaps::opacity
+  AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied if AssetMaps::opacity is set
   float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
   bool double_sided = false;               ///< Back faces are shown, too
-  double metres = 0;   ///< A unit of the mesh, which becomes the root's scale; 0: 1
+  double metres = 0;   ///< Metres per unit of the mesh, written as the root's scale; 0: 1
   std::string extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
 };
 
-/// save_asset() of one material, named as the mesh, and without a hierarchy.
+/// save_asset() with one material, named as the mesh, and no hierarchy.
 void save_glb(const Mesh& low, const AssetMaps& maps, const std::filesystem::path& path,
               const SaveGlbOptions& options = {});
 

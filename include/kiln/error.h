@@ -11,36 +11,38 @@ namespace KILN_PUBLIC kiln {
 
 /// Kinds of failure that an Error reports. The values are the command line's exit codes.
 enum class ErrorCode {
-  internal = 1,     ///< A defect of Kiln's own, or memory ran out.
-  usage = 2,        ///< A parameter is out of its range, or two contradict each other.
+  internal = 1,     ///< A defect of Kiln, or out of memory.
+  usage = 2,        ///< A parameter is out of range, or two contradict each other.
   input = 3,        ///< A file or a mesh cannot be used.
   device = 4,       ///< No OpenCL device, or a device call failed.
-  output = 5,       ///< A result could not be written. Nothing partial is left behind.
-  cancelled = 130,  ///< A ProgressScope's callback said stop. Nothing is wrong.
+  output = 5,       ///< A result could not be written. No partial file remains.
+  cancelled = 130,  ///< A ProgressScope's callback cancelled. Not a fault.
 };
 
 /// The one exception type that leaves the library (beside std::bad_alloc).
 ///
-/// id() is for programs: it stays the same from version to version, where
-/// messages get better. The message is one or two sentences, ready to show
-/// to a person. They name the file or option, the problem and the remedy.
-/// Options stand between backticks, as the member's path below BakeOptions or
-/// the struct that has it: `match.cage`, `keep_uvs`; so do they in warnings.
+/// id() is for programs: it is stable across versions, while messages may improve. The message is
+/// one or two sentences for users, which name the file or option, the problem and the remedy.
+/// Options are written between backticks, as the member's path below BakeOptions or its own struct:
+/// `match.cage`, `keep_uvs`; likewise in warnings.
 class Error : public std::runtime_error {
  public:
-  /// \param message  for a person: the file or parameter, the problem, the remedy
-  /// \param id       as id() returns it: a string that lives as long as the program; null: the kind's
+  /// \param message  for users: the file or parameter, the problem, the remedy
+  /// \param id       see id(): a string with static lifetime; null: the kind's name
   Error(ErrorCode code, const std::string& message, const char* id = nullptr)
       : std::runtime_error(message), code_(code), id_(id != nullptr ? id : name_of(code)) {}
   Error(const Error&) = default;             ///< Does not throw
   Error& operator=(const Error&) = default;  ///< Does not throw
-  ~Error() override;                         ///< In the library, and with it what catching asks for
+  ~Error() override;                         ///< Defined in the library, and with it the type
+                                             ///< information that catching needs
   /// The kind of failure.
   ErrorCode code() const noexcept { return code_; }
-  /// Name of the problem, words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
-  /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`. Never null.
+  /// Identifier of the problem, words of a-z and dashes, such as `mesh-index` or `match-weight`; functions
+  /// document theirs. Else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`.
+  /// Never null.
   const char* id() const noexcept { return id_; }
-  /// The option that the message names first: "match.cage"; empty: none. Lives as long as the error.
+  /// The first option in the message, such as "match.cage"; empty if it names none. Lives as long as
+  /// the error.
   std::string_view option() const noexcept;
 
  private:
@@ -66,11 +68,11 @@ class Error : public std::runtime_error {
   const char* id_;
 };
 
-/// Something imperfect in the data that was handled by a documented rule.
+/// Imperfect data that was handled by a documented rule.
 struct Warning {
   std::string code;     ///< Stable identifier for scripts, such as "degenerate-triangles".
-  std::string message;  ///< One sentence for a person: what, how many, one example, what was done.
-  std::uint64_t count = 0;  ///< Number of elements that it concerns.
+  std::string message;  ///< One sentence for users: the fault, the count, an example, the handling.
+  std::uint64_t count = 0;  ///< Number of affected elements.
 };
 
 }  // namespace kiln

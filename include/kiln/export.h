@@ -1,13 +1,14 @@
 #pragma once
 
 /// \def KILN_PUBLIC
-/// Stands in `namespace KILN_PUBLIC kiln` in public headers: the shared library
-/// exports these declarations and nothing else. A static library exports nothing, so that a plugin
-/// that carries Kiln does not show it. The CMake package and pkg-config define KILN_STATIC for it.
+/// Marks `namespace KILN_PUBLIC kiln` in public headers: the shared library exports these
+/// declarations and nothing else. A static library exports nothing, so that a plugin that links
+/// Kiln statically does not export it. The CMake package and pkg-config define KILN_STATIC for it.
 /// \def KILN_HIDDEN
-/// Stands in the definition of a type that a public class declares and the library keeps to itself.
+/// Hides the definition of a type that a public class declares but only the library defines.
 /// \def KILN_OPAQUE
-/// Stands where the public class declares it. Clang wants to know there; GCC warns of it there.
+/// Hides such a type at its declaration in the public class. Clang needs the attribute there; GCC
+/// would warn of it.
 #if defined(__GNUC__)
 #define KILN_HIDDEN __attribute__((visibility("hidden")))
 #else

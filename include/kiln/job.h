@@ -1,5 +1,6 @@
 /// \file
-/// One call for a whole bake: what `kiln bake` does. A Job says what is read, made, baked and written; run() does it.
+/// One call for a whole bake: the equivalent of `kiln bake`. A Job describes what is read, made, baked and written;
+/// run() executes it.
 ///
 ///     kiln::Job job{.high = {"statue.glb"}, .low = kiln::MakeLow{.faces = 5000}, .out = "game.glb"};
 ///     const kiln::JobResult result = kiln::run(kiln::Device::open(), job);
@@ -37,50 +38,53 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// A mesh that a job is given: a file, or one in memory.
+/// A mesh as the input of a job: a file, or a mesh in memory.
 struct JobInput {
-  /// A file: of a mesh, or, as HIGH, an image of heights (PNG, EXR, TIFF).
+  /// A file of a mesh, or, as the high poly, of an image of heights (PNG, EXR, TIFF).
   JobInput(std::string path) : name(std::move(path)) {}
-  /// The same.
+  /// A file of a mesh or of heights.
   JobInput(const char* path) : name(path) {}
-  /// The same.
+  /// A file of a mesh or of heights.
   JobInput(const std::filesystem::path& path) : name(path.string()) {}
-  /// A mesh with its materials and hierarchy. \param called  its name in messages, and in names of files
+  /// A mesh in memory with its materials and hierarchy. \param called  its name in messages and file
+  /// names
   JobInput(Asset given, std::string called = "mesh")
       : name(std::move(called)), asset(std::make_shared<const Asset>(std::move(given))) {}
-  /// A mesh alone.
+  /// A mesh in memory.
   JobInput(Mesh mesh, std::string called = "mesh")
       : JobInput(Asset{std::move(mesh), {}, {}, {}, {}, {}, {}}, std::move(called)) {}
   /// A mesh in the caller's memory, which is copied.
   JobInput(const MeshView& view) : JobInput(to_mesh(view), std::string(view.name)) {}
 
-  std::string name;                    ///< A file's path; else what the mesh is called
-  std::shared_ptr<const Asset> asset;  ///< Null: the file is read
-  /// Of a low poly that simplify() made of the high poly: the search reaches as far as it deviates. Null: not known.
+  std::string name;                    ///< Path of the file; else the mesh's name
+  std::shared_ptr<const Asset> asset;  ///< The mesh in memory; null: the file is read
+  /// For a low poly that simplify() made of the high poly: its report, from which the search distance is derived.
+  /// Null: unknown.
   std::shared_ptr<const SimplifyReport> simplified;
 };
 
-/// How Kiln makes the low poly: with a number of faces; by a bound on its error; or planned with its maps.
+/// How Kiln makes the low poly: with a number of faces; with a bound of its error; or planned together
+/// with its maps.
 struct MakeLow {
-  std::uint32_t faces = 0;  ///< 0: none asked for
-  bool keep_parts = false;  ///< Every part keeps faces, however small it is
-  /// "0.2%" of the diagonal that the surface may deviate; or bounds on rendered errors, "normal=3deg,ao=2/255", which
-  /// plan faces, map sizes and match together (plan_low_poly()). Empty: none.
+  std::uint32_t faces = 0;  ///< Target number of triangles; 0: not given
+  bool keep_parts = false;  ///< Keep every part, however small
+  /// "0.2%": largest deviation of the surface, as a share of the diagonal. Or bounds of rendered errors,
+  /// "normal=3deg,ao=2/255", by which plan_low_poly() chooses faces, map sizes and match together. Empty: none.
   std::string max_error = {};
-  std::string max_angle = {};    ///< Degrees, of the normals alone
+  std::string max_angle = {};    ///< Bound of the rendered normals alone, degrees
   std::string screen = {};       ///< "600px": the largest size on screen
-  std::string max_outline = {};  ///< "2%": share of outlines that may differ
+  std::string max_outline = {};  ///< "2%": largest share of silhouettes that may differ
   std::uint32_t lods = 0;        ///< Levels of detail, 2 to 8; 0: one low poly
-  double lod_growth = 1;         ///< Of errors, a level
-  bool lods_share_uvs = false;   ///< All levels have the first one's layout and maps
+  double lod_growth = 1;         ///< Growth of the error bound per level
+  bool lods_share_uvs = false;   ///< All levels share the first level's layout and maps
 };
 
 /// The low poly of a job: given, or made from the high poly.
 struct JobLow {
-  JobLow() = default;  ///< Made; of a height field: a plane under it
-  /// Made so.
+  JobLow() = default;  ///< Made by Kiln; for a height field: a plane under it
+  /// Made by Kiln with these settings.
   JobLow(MakeLow how) : make(std::move(how)) {}
-  /// Given.
+  /// Given as a file or in memory.
   JobLow(JobInput input) : given{std::move(input)} {}
   /// Given as a file.
   JobLow(const char* path) : given{path} {}
@@ -90,137 +94,147 @@ struct JobLow {
   JobLow(const std::filesystem::path& path) : given{path} {}
   /// Given in memory.
   JobLow(Mesh mesh) : given{JobInput(std::move(mesh), "low")} {}
-  /// Given, and joined.
+  /// Several inputs, which are joined.
   JobLow(std::initializer_list<JobInput> inputs) : given(inputs) {}
 
-  std::vector<JobInput> given;  ///< Joined where there are several; none: the low poly is made
-  MakeLow make;                 ///< Where none is given
+  std::vector<JobInput> given;  ///< Inputs, joined if there are several; empty: Kiln makes the low
+                                ///< poly
+  MakeLow make;                 ///< Settings if `given` is empty
 };
 
-/// Repairs of the high poly, before all else: see clean().
+/// Repairs of the high poly before all other steps: see clean_mesh().
 enum class CleanHigh {
-  automatic,  ///< All where Kiln makes the low poly with new UVs, else windings alone
+  automatic,  ///< All repairs if Kiln makes the low poly with new UVs, else windings alone
   none,
   all,
 };
 
 /// Size of the maps of one texture set, texels.
 struct SetSize {
-  std::string set;           ///< Its name
-  std::uint32_t width = 0;   ///< Texels
-  std::uint32_t height = 0;  ///< Texels
+  std::string set;           ///< Name of the texture set
+  std::uint32_t width = 0;   ///< Width, texels
+  std::uint32_t height = 0;  ///< Height, texels
 };
 
-/// How files are read that do not say it themselves. As written on the command line: VALUE, high=VALUE or low=VALUE.
+/// Conventions of mesh files that do not state them. Values as on the command line: VALUE, high=VALUE or low=VALUE.
 struct MeshFrameArguments {
-  std::vector<std::string> up;      ///< The axis that is up: x, y, z, -x, -y, -z
-  std::vector<std::string> unit;    ///< mm, cm, m, in, ft, or metres as a number
-  std::vector<std::string> uv_set;  ///< Of several: a number from 0 on, or a name
-  bool allow_outside = false;       ///< Files that a file names may lie outside its folder
+  std::vector<std::string> up;      ///< Up axis: x, y, z, -x, -y, -z
+  std::vector<std::string> unit;    ///< Unit: mm, cm, m, in, ft, or metres as a number
+  std::vector<std::string> uv_set;  ///< UV set of files with several: a number from 0 on, or a name
+  bool allow_outside = false;       ///< Files referenced by an input may lie outside its folder
   ShadingOptions shading;           ///< Normals of the high poly
 
-  /// True if it says something of files.
+  /// True if any convention is set.
   bool given() const { return !up.empty() || !unit.empty() || !uv_set.empty() || allow_outside; }
 };
 
-/// All that a bake is told. Every member is an option of the option table (kiln/options.h), which also reads and writes
-/// it as text and JSON.
+/// All settings of a bake. Every member is an option of the option table (kiln/options.h), which also converts it from
+/// and to text and JSON.
 struct Job {
-  std::vector<JobInput> high = {};  ///< The high poly; several are joined
+  std::vector<JobInput> high = {};  ///< The high poly; several inputs are joined
   JobLow low = {};                  ///< The low poly: given, or how it is made
-  /// A folder for the maps, or NAME.glb, NAME.gltf or NAME.obj for low poly and maps in one.
+  /// A folder for the maps, or NAME.glb, NAME.gltf or NAME.obj for the low poly and its maps in one
+  /// asset.
   std::string out = {};
-  bool in_memory = false;  ///< Nothing is written: JobResult has what the files would hold
+  bool in_memory = false;  ///< Write no files: JobResult holds their content
 
-  /// Sizes, match, maps, occlusion and encoding. Without a map of any kind, a folder gets a normal map, and a file of an
-  /// asset what the high poly's materials have. What `match.cage_mesh`, `match.saved` and `occlusion.by_others` point to
-  /// is used beside the files that other members name, and must outlive run(); to_json() refuses it.
+  /// Sizes, match, maps, occlusion and encoding. If no map of any kind is requested, a folder gets a normal map, and an
+  /// asset gets the maps that the high poly's materials have. `match.cage_mesh`, `match.saved` and
+  /// `occlusion.by_others` may point to objects in memory, in addition to files named by other members; these must
+  /// outlive run(), and to_json() refuses them.
   BakeOptions bake = {.maps = {}};
   LoadMeshOptions load = {};      ///< Triangulation of polygons
-  MeshFrameArguments frame = {};  ///< Axes, units and normals of files that do not say them
-  SaveImageOptions image = {ImageFormat::png16};  ///< Format of maps; webp is a GLB's, too
-  EncodeMapsOptions pictures = {};                ///< Of a GLB or glTF
-  MeshCompression mesh_compression = MeshCompression::none;  ///< Of a GLB
+  MeshFrameArguments frame = {};  ///< Axes, units and normals of files that do not state them
+  SaveImageOptions image = {ImageFormat::png16};  ///< Format of maps; webp also applies to a GLB's
+                                                  ///< pictures
+  EncodeMapsOptions pictures = {};                ///< Encoding of pictures in a GLB or glTF
+  MeshCompression mesh_compression = MeshCompression::none;  ///< Compression of geometry in a GLB
   RayTraversal traversal = RayTraversal::automatic;          ///< See Source
-  HeightFieldOptions heights = {};  ///< Where the high poly is an image of heights
+  HeightFieldOptions heights = {};  ///< If the high poly is an image of heights
 
-  bool match_auto =
-      false;               ///< The match and the map's size are chosen by error: see bake_planned()
-  bool cage_auto = false;  ///< find_cage()
-  std::string cage_mesh = {};               ///< File of a cage for the low poly
-  std::string save_cage = {};               ///< File to write the found cage to
+  bool match_auto = false;     ///< Choose the match and the map's size by error: see bake_planned()
+  bool cage_auto = false;      ///< Find a cage by find_cage()
+  std::string cage_mesh = {};  ///< File of a cage for the low poly
+  std::string save_cage = {};  ///< File to write the found cage to
   std::string save_match = {};              ///< EXR to write the match to
   std::string load_match = {};              ///< EXR of a match to bake by
   std::string match_list = {};              ///< File of PartsBy::list
-  std::optional<PartsBy> parts_by = {};     ///< None: all of the high poly
-  PartNames part_names = {};                ///< But for `by` and `list`
+  std::optional<PartsBy> parts_by = {};     ///< Pairing of parts; none: samples match all of the
+                                            ///< high poly
+  PartNames part_names = {};                ///< Patterns of names; `by` and `list` are set by the
+                                            ///< members above
   std::string view_weights = {};            ///< File of ViewLikelihood::list
-  bool reasons = false;                     ///< An image of why samples were missed
-  bool keep_hulls = false;                  ///< Collision hulls of the low poly are baked, too
-  bool file_tangents = true;                ///< Tangents of the low poly's file; else MikkTSpace's
-  bool split_at_seams = false;              ///< Hard edges at UV seams, where that helps
-  std::vector<std::string> occluders = {};  ///< Files of meshes that darken ambient occlusion
+  bool reasons = false;                     ///< Also write an image of why samples were missed
+  bool keep_hulls = false;                  ///< Bake collision hulls of the low poly, too
+  bool file_tangents = true;                ///< Use tangents of the low poly's file; else
+                                            ///< MikkTSpace's
+  bool split_at_seams = false;              ///< Make UV seams hard edges where that reduces the
+                                            ///< error
+  std::vector<std::string> occluders = {};  ///< Files of meshes that occlude ambient occlusion
   std::vector<std::string> own_maps = {};   ///< NAME=FILE of OpenCL
   std::vector<std::string> variants = {};   ///< NAME=MAP:OPTION=VALUE...
   std::vector<std::string> transfers = {};  ///< FILE[:NAME][:KIND], or mtl:SLOT
   std::vector<std::string> ranges = {};     ///< MAP=LOW,HIGH
   std::vector<std::string> packs = {};      ///< NAME=MAP.CHANNEL,...
-  double alpha_test = 0;  ///< What is less opaque is cut off the high poly; 0: nothing
+  double alpha_test = 0;  ///< Opacity threshold below which the high poly is cut away; 0: off
   NormalTextureFormat high_normal_map =
-      NormalTextureFormat::automatic;  ///< Of the high poly's normal maps
-  bool layers = false;                 ///< All maps as layers of one EXR
+      NormalTextureFormat::automatic;  ///< Channels of the high poly's normal maps
+  bool layers = false;                 ///< Write all maps as layers of one EXR
 
-  CleanHigh clean = CleanHigh::automatic;     ///< Repairs
-  bool keep_inner = false;                    ///< Inner parts of the high poly are not left out
-  std::optional<SetsBy> sets = {};            ///< Texture sets; none: by what overlaps
-  std::vector<SetSize> set_sizes = {};        ///< Of sets whose maps have other sizes
-  bool unwrap = false;                        ///< A given low poly is laid out anew
-  std::string unwrap_method = {};             ///< charts, pairs, squares; empty: charts
-  TexelDensity density = TexelDensity::area;  ///< Of charts that Kiln lays out
+  CleanHigh clean = CleanHigh::automatic;     ///< Repairs of the high poly
+  bool keep_inner = false;                    ///< Keep inner parts of the high poly
+  std::optional<SetsBy> sets = {};            ///< Texture sets; none: chosen by overlaps of UVs
+  std::vector<SetSize> set_sizes = {};        ///< Map sizes of single texture sets
+  bool unwrap = false;                        ///< Make new UVs for a given low poly
+  std::string unwrap_method = {};             ///< charts, pairs or squares; empty: charts
+  TexelDensity density = TexelDensity::area;  ///< Texel density of charts that Kiln lays out
 
-  /// Alpha mode of all materials of an asset with opacity. None: that of the high poly's materials; mask where none of
+  /// Alpha mode of all materials of an asset with opacity. None: that of the high poly's materials, or mask if none of
   /// these is transparent.
   std::optional<AlphaMode> alpha = {};
-  std::optional<bool> double_sided = {};  ///< Of all materials of an asset; none: as the inputs'
+  std::optional<bool> double_sided = {};  ///< Applies to all materials of an asset; none: as in the
+                                          ///< inputs
 
   double max_missed_percent = 100;  ///< The job fails if more samples are missed
-  bool force = false;               ///< Files that Kiln did not write may be written over
-  std::string device = {};          ///< OpenCL device, where run() is given none
+  bool force = false;               ///< Allow overwriting files that Kiln did not write
+  std::string device = {};          ///< OpenCL device, if run() is given none
   std::string json = {};            ///< File of the report; empty: none
-  bool quiet = false;               ///< For the command
+  bool quiet = false;               ///< Used by the command line
 
-  /// Options that were chosen on purpose, "--views", even where their values are the defaults. Those that differ from
-  /// their defaults need not stand here.
+  /// Flags that the user set explicitly, such as "--views", even if their values are the defaults. Options with other
+  /// values need not be listed.
   std::set<std::string> given = {};
 };
 
-/// A map of a job in memory.
+/// A map that a job returns in memory.
 struct JobMap {
-  std::string name;  ///< As in files' names: "normal"
-  std::string set;   ///< The texture set; empty: there is but one
-  std::string tile;  ///< The UDIM tile; empty: none
+  std::string name;  ///< Name as in file names: "normal"
+  std::string set;   ///< Texture set; empty if there is only one
+  std::string tile;  ///< UDIM tile; empty: none
   BakedMap
-      map;  ///< With values as files hold them: colours sRGB-encoded, values in their range moved to [0, 1]
+      map;  ///< Values as files hold them: colours sRGB-encoded, other values mapped from their
+            ///< range to [0, 1]
 };
 
-/// What a job came to.
+/// The result of a job.
 struct JobResult {
-  std::vector<std::string> files;    ///< Written, in order
-  std::vector<std::byte> glb;        ///< With Job::in_memory and NAME.glb: the file
-  std::vector<JobMap> maps;          ///< With Job::in_memory, and no NAME.glb
-  Mesh low;                          ///< The low poly that the maps are of, in its whole layout
-  std::string report;                ///< JSON, as --json writes it
-  std::vector<Warning> warnings;     ///< All, in order
-  std::vector<Warning> causes;       ///< Of these, those that follow from no other one
-  std::vector<std::string> summary;  ///< What was done, a line a topic
-  std::string failure;  ///< Empty; or which limit was missed (max_missed_percent, faces, max_error)
-  bool cancelled = false;  ///< The callback returned false: nothing more was written
+  std::vector<std::string> files;    ///< Paths of the written files, in order
+  std::vector<std::byte> glb;        ///< The GLB, for Job::in_memory and out = NAME.glb
+  std::vector<JobMap> maps;          ///< The maps, for Job::in_memory and other outputs
+  Mesh low;                          ///< The low poly of the maps, in its whole layout
+  std::string report;                ///< JSON, as written by --json
+  std::vector<Warning> warnings;     ///< All warnings, in order
+  std::vector<Warning> causes;       ///< Warnings that are no consequence of another warning
+  std::vector<std::string> summary;  ///< Summary for users, one line per topic
+  std::string failure;     ///< Empty, or the limit that was exceeded (max_missed_percent, faces,
+                           ///< max_error)
+  bool cancelled = false;  ///< The callback cancelled: nothing more was written
 };
 
 /// Runs a job: reads, repairs, makes or reads the low poly, finds texture sets, bakes and writes.
 /// \param progress  called with the share done and the stage; returning false cancels
 /// \throws Error(usage) for options that contradict each other, before any work; Error(input), Error(output),
-///         Error(device). Files that were written before an error stay.
+///         Error(device). Files that were written before an error are kept.
 /// Thread safety: jobs may run in several threads at once, each with files of its own.
 JobResult run(const Device& device, const Job& job, const Progress& progress = {});
 

@@ -19,30 +19,31 @@ namespace KILN_PUBLIC kiln {
 
 struct SimplifyReport;
 
-/// Which way a sample of a Match was decided, or why it was not.
+/// How a sample of a Match was decided, or that it was not.
 enum class SampleStatus : std::uint8_t {
   empty = 0,      ///< No sample here: the texel is not covered
-  outward = 1,    ///< Ray along the sample's direction
-  inward = 2,     ///< Ray against it
+  outward = 1,    ///< Ray outward, along the sample's direction
+  inward = 2,     ///< Ray inward, against the sample's direction
   cage = 3,       ///< Ray from the cage inward
-  missed = 4,     ///< No point within the distance
+  missed = 4,     ///< No point within the search distance
   view = 5,       ///< Seen in a depth view
-  closest = 6,    ///< The nearest point
-  uv = 7,         ///< The point with the same UV
-  outermost = 8,  ///< Ray along the direction, past a nearer face
+  closest = 6,    ///< Nearest point
+  uv = 7,         ///< Point with the same UV
+  outermost = 8,  ///< Ray outward, past a nearer face
 };
 
-/// The correspondence of a bake, per sample of the map, kept on the host: everything else can be baked
-/// from it again. Arrays have width * height elements (of the supersampled map), rows from the top. What
-/// must hold of them says validate() (kiln/validate.h).
+/// The correspondence of a bake, per sample of the map, on the host: any map can be baked from it later.
+/// Arrays have width * height elements (of the supersampled map), rows from the top. validate()
+/// (kiln/validate.h) lists the invariants.
 struct Match {
   std::uint32_t width = 0;             ///< map width * samples
   std::uint32_t height = 0;            ///< map height * samples
   std::uint32_t samples = 1;           ///< N x N a texel
-  std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
-  std::uint64_t source_hash = 0;  ///< Hash of the high poly's triangles and positions; 0: not known
+  std::uint64_t source_triangles = 0;  ///< Number of triangles of the high poly, to check that it
+                                       ///< fits
+  std::uint64_t source_hash = 0;  ///< Hash of the high poly's triangles and positions; 0: unknown
   std::uint64_t low_hash = 0;     ///< Hash of the low poly's triangles, positions and UVs
-  std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
+  std::vector<std::uint32_t> triangle;  ///< Triangle of the high poly; 0xFFFFFFFF: none
   std::vector<float> u;                 ///< Weight of the triangle's corner 1
   std::vector<float> v;                 ///< Weight of the triangle's corner 2
   std::vector<float> distance;          ///< World units, outward positive
@@ -54,135 +55,140 @@ struct Match {
 
 /// Writes a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance` (float),
 /// `status` (unsigned int). The file appears whole or not at all. Several threads may save and load at once.
-/// \throws Error(output); Error(input) for a match that does not hold together
+/// \throws Error(output); Error(input) for an invalid match
 void save_match(const Match& match, const std::filesystem::path& path);
-/// Reads what save_match() wrote. \throws Error(input) that names the file and the field
+/// Reads a file of save_match(). \throws Error(input) that names the file and the field
 Match load_match(const std::filesystem::path& path);
 
-/// Which of the faces that a ray meets counts.
+/// Rule that selects the hit of a ray.
 enum class RayRule {
-  /// The outermost one that faces the sample, but no farther out than where the ray meets the low poly
-  /// again: what lies beyond belongs to that part or fold of it. A sample inside another part of the low
-  /// poly takes the nearest one.
+  /// The outermost face that faces the sample, but no farther out than where the ray hits the low poly
+  /// again: faces beyond belong to that part or fold of it. A sample inside another part of the low poly
+  /// uses the nearest face.
   outermost,
   nearest,  ///< The nearest outward, else the nearest inward (Tarini et al., section 3.2)
 };
 
 /// Directions of rays that leave the low poly.
 enum class RayDirection {
-  /// Along its own normal, as shaded; near hard edges turned towards the averaged one, which both sides of
-  /// an edge share. So details stand straight and edges have no gaps. Without hard edges: as averaged.
+  /// Along the low poly's shading normal; near hard edges blended towards the averaged normal, which both
+  /// sides of an edge share. So details are not skewed and edges have no gaps. Without hard edges: as
+  /// averaged.
   automatic,
   averaged,  ///< Along the average of all normals at a vertex, interpolated
-  face,      ///< Along its own normal everywhere: the two sides of a hard edge part
-  /// As the low poly's vertices are coloured (Mesh::colors): where red is 255 along its own normal, where
-  /// it is 0 averaged, between them blended. Without colours: Error(input).
+  face,      ///< Along the shading normal everywhere: leaves gaps at hard edges
+  /// Blended by the low poly's vertex colours (Mesh::colors): red 255 is the shading normal, 0 the
+  /// averaged normal. Without colours: Error(input).
   painted,
 };
 
-/// Which face a ray takes, and where rays leave the low poly to.
+/// Direction of rays, and selection of their hits.
 struct RayOptions {
-  RayRule rule = RayRule::outermost;  ///< Without a cage; from a cage the first face counts
+  RayRule rule = RayRule::outermost;  ///< Without a cage; from a cage the first hit counts
   RayDirection direction =
-      RayDirection::automatic;  ///< With a cage, too; not with one of CageKind::offsets
-  /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
-  /// None given: for each edge by what the high poly has there. Two lengths compete, and the larger counts: two
-  /// fifths of its bevel's width, and twice how much farther out the high poly lies beside it; 0.05% to 4% of
-  /// the diagonal. Edges that do not tell take the median of the others; 1% of the diagonal where none tells.
+      RayDirection::automatic;  ///< Applies with a cage, too, except CageKind::offsets
+  /// For RayDirection::automatic: distance from a hard edge beyond which rays follow the shading normal. Above
+  /// 0. None given: estimated on the high poly for each edge, as the larger of two lengths: 2/5 of its bevel's
+  /// width, and twice the height of the high poly above the low poly beside it; clamped to 0.05% to 4% of the
+  /// diagonal. Edges without an estimate use the median of the others, or 1% of the diagonal.
   std::optional<Length> edge_width = {};
 };
 
-/// Forms of a cage mesh (MatchOptions::cage_mesh), told apart by its triangles.
+/// Forms of a cage mesh (MatchOptions::cage_mesh), distinguished by its triangles.
 enum class CageKind {
-  /// The low poly's triangles: rays start there and run towards the low poly, whatever RayOptions::direction.
+  /// The low poly's triangles, displaced: rays start there and run towards the low poly, regardless of
+  /// RayOptions::direction.
   offsets,
-  /// Twice these, an outer shell and an inner one: rays start on their triangle's plane in the outer shell and
-  /// end on that in the inner one. Where to is RayOptions::direction, with the way to the outer shell's vertices
-  /// as the averaged direction. The outer shell comes first, unless the first half's group is "inner".
+  /// The low poly's triangles twice, an outer shell and an inner one: rays start on the triangle's plane in the
+  /// outer shell and end on its plane in the inner one. Their direction follows RayOptions::direction, where the
+  /// averaged direction is the one to the outer shell's vertices. The outer shell comes first, unless the first
+  /// half's group is "inner".
   shells,
-  /// Any other: a closed hull around the low poly, wound as that is. Rays start where their directions leave
-  /// it. Error(input) where one does not.
+  /// Any other mesh: a closed hull around the low poly with the same winding. Rays start where their
+  /// directions leave the hull. Error(input) if one does not.
   hull,
 };
 
-/// Distances of a cage mesh from the low poly. Lengths in world units, over the low poly's corners; of a
-/// hull over places spread over its faces, too.
+/// Distances of a cage mesh from the low poly, world units, over the low poly's corners; for a hull also
+/// over places spread over its faces.
 struct CageReport {
-  CageKind kind = CageKind::offsets;  ///< Form that the cage mesh was taken for
-  double outward_least = 0;           ///< Rays start so far out
-  double outward_median = 0;          ///< The one in the middle
-  double outward_most = 0;            ///< The farthest
+  CageKind kind = CageKind::offsets;  ///< Detected form of the cage mesh
+  double outward_least = 0;           ///< Smallest distance outside at which rays start
+  double outward_median = 0;          ///< Median
+  double outward_most = 0;            ///< Largest
   double inward_least =
-      0;  ///< Rays end so far in; 0 where the cage does not say (not CageKind::shells)
-  double inward_median = 0;  ///< The one in the middle
-  double inward_most = 0;    ///< The deepest
+      0;  ///< Smallest distance inside at which rays end; 0 without an inner shell (other than
+          ///< CageKind::shells)
+  double inward_median = 0;  ///< Median
+  double inward_most = 0;    ///< Largest
 };
 
-/// Widths around the low poly's hard edges within which rays turn. World units.
+/// Widths around the low poly's hard edges within which ray directions are blended. World units.
 struct EdgeReport {
-  std::uint64_t edges = 0;  ///< Hard edges
-  std::uint64_t found = 0;  ///< Whose width was found on the high poly; 0 where it was given
-  double least = 0;         ///< The narrowest
-  double median = 0;        ///< The one in the middle
-  double most = 0;          ///< The widest
+  std::uint64_t edges = 0;  ///< Number of hard edges
+  std::uint64_t found = 0;  ///< Edges whose width was estimated on the high poly; 0 if it was given
+  double least = 0;         ///< Smallest width
+  double median = 0;        ///< Median width
+  double most = 0;          ///< Largest width
 };
 
-/// By which names of a mesh's triangles parts are told apart.
+/// Names of triangles by which parts are paired.
 enum class PartsBy {
   name,      ///< Groups (Mesh::groups; without any, objects), by patterns of their names
   group,     ///< Groups of the same name
   object,    ///< Objects (Mesh::objects) of the same name
   material,  ///< Materials of the same name
-  list,      ///< Groups, as a list of pairs says
+  list,      ///< Groups, paired by a list
 };
 
-/// A pair of a list. Names are patterns, in which `*` is any text.
+/// A pair in a list of parts. Names are patterns, in which `*` matches any text.
 struct PartPair {
   std::string low;                ///< Pattern of names of the low poly's groups
   std::vector<std::string> high;  ///< Patterns of names of the high poly's groups: any of these
 };
 
-/// Which parts of two meshes belong together, by their names. A pattern is text with `*` for any
-/// text, also none; its first `*`, which must stand for some text, is the part's name. Of its other text
-/// upper and lower case are the same. Where no pattern fits, a number at the end as Blender gives it to
-/// copies (`.001`) is left out.
+/// Rules that pair the parts of two meshes by their names. In a pattern `*` matches any text, also none.
+/// The text of the first `*`, which must not be empty, is the part's name. The rest is compared without
+/// case. If no pattern matches, a number that Blender appends to copies (`.001`) is ignored.
 struct PartNames {
-  /// For PartsBy::name: the low poly's
+  /// For PartsBy::name: patterns of the low poly's names
   std::vector<std::string> low = {"*_low", "*_lp", "*_lo", "*_lowpoly"};
-  /// For PartsBy::name: the high poly's
+  /// For PartsBy::name: patterns of the high poly's names
   std::vector<std::string> high = {"*_high", "*_high_*", "*_hp",       "*_hp_*",
                                    "*_hi",   "*_hi_*",   "*_highpoly", "*_highpoly_*"};
-  PartsBy by = PartsBy::name;       ///< Which names
-  std::vector<PartPair> list = {};  ///< For PartsBy::list: the first that fits counts
+  PartsBy by = PartsBy::name;       ///< Kind of names
+  std::vector<PartPair> list = {};  ///< For PartsBy::list: the first matching pair counts
 };
 
-/// Pairs of parts: samples on a part of the low poly find points of its part of the high poly alone.
+/// Pairs of parts: samples on a part of the low poly match only the corresponding part of the high
+/// poly.
 struct Parts {
-  std::uint32_t count = 0;  ///< Parts are 0 to count - 1
+  std::uint32_t count = 0;  ///< Number of parts, which are 0 to count - 1
   std::vector<std::string>
-      names;  ///< Name of each part; the last one may be "": all that has no pair
+      names;  ///< Name of each part; the last one may be "": triangles without a pair
   std::vector<std::uint32_t> low;   ///< Part of each triangle of the low poly
   std::vector<std::uint32_t> high;  ///< Part of each triangle of the high poly
-  /// unmatched-parts: groups without a pair, and the nearest name; by PartsBy::name also the patterns by which
-  /// most would have one
+  /// unmatched-parts: groups without a pair, and the nearest name; with PartsBy::name also the patterns that
+  /// would pair most of them
   std::vector<Warning> warnings;
 };
 
-/// Pairs the parts of two meshes. By PartsBy::name `X_low` takes `X_high`, `X_high.001` and `X_high_...`, or
-/// what patterns say; a name that fits no pattern is a part's name itself, so `X` takes `X`, too. All that
-/// has no pair is one part of its own. Time: that of reading the names and triangles; of patterns of a
-/// list, those are tried whose text before `*` a name begins with. Names alone count: nothing is welded. The result is the caller's own and
-/// fits these two meshes as long as their triangles stay. Thread safety: may be called from several threads.
-/// \throws Error(input) where a mesh has no such names, or none of them has a pair
+/// Pairs the parts of two meshes. By PartsBy::name `X_low` is paired with `X_high`, `X_high.001` and `X_high_...`, or
+/// as the patterns say; a name that matches no pattern is itself the part's name, so `X` is paired with `X`, too. All
+/// triangles without a pair form one part. Time: linear in names and triangles; of a list's patterns only those are
+/// tried whose text before `*` starts the name. Only names count: nothing is welded. The result is the caller's own and
+/// fits these two meshes as long as their triangles are unchanged. Thread safety: may be called from several threads.
+/// \throws Error(input) if a mesh has no such names, or none of them has a pair
 /// \throws Error(usage) for a pattern without `*`, or an empty list
 Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names = {});
 
-/// A match: a way to find the point of the high poly that a sample stands for. Its name alone, so that
+/// A method that finds the point of the high poly for each sample, identified by its name, so that
 /// matches can be added without a change here.
 struct MatchMethod {
-  std::string_view name;  ///< As in `--match`; lives as long as the program
+  std::string_view name;  ///< As in `--match`; has static lifetime
   constexpr MatchMethod() = default;
-  /// The match of a name, such as {"ray"}. It is copied, once a name, and kept as long as the program.
+  /// The match with a name, such as {"ray"}. The name is copied once and kept for the program's
+  /// lifetime.
   constexpr MatchMethod(const char* text)
       : name(std::is_constant_evaluated() ? std::string_view(text)
                                           : MatchMethod(std::string_view(text)).name) {}
@@ -190,17 +196,18 @@ struct MatchMethod {
   friend constexpr bool operator==(MatchMethod, MatchMethod) = default;
 
   static const MatchMethod ray;  ///< Rays along the low poly's normals (Tarini et al., section 3.2)
-  /// Depth views from all around (Wang et al., section 2): no BVH, but blind where no view sees
+  /// Depth views from all around (Wang et al., section 2): no BVH, but samples that no view sees
+  /// are missed
   static const MatchMethod views;
   /// The nearest point of faces that do not look away from the sample (Tarini et al., section 3.1): finds
-  /// something wherever the mesh is near, but bunches at ridges and skips creases
+  /// a point wherever the mesh is near, but points crowd at ridges and skip creases
   static const MatchMethod closest;
-  /// Rays along the direction that each place is seen from (Tarini et al., section 3.3)
+  /// Rays along each place's visibility direction (Tarini et al., section 3.3)
   static const MatchMethod visibility;
-  /// Rays between that direction and the normal (Tarini et al., section 3.4)
+  /// Rays between visibility direction and normal (Tarini et al., section 3.4)
   static const MatchMethod hybrid;
-  /// The point with the sample's own UV (Gumbau, Gonzalez, Chover 2006): no search, where the high poly
-  /// has UVs that lie over the low poly's
+  /// The point with the sample's own UV (Gumbau, Gonzalez, Chover 2006): no search; needs a high poly
+  /// whose UVs coincide with the low poly's
   static const MatchMethod uv;
   static const MatchMethod axis;  ///< Rays along one axis both ways, ViewOptions::directions[0]
 };
@@ -212,143 +219,147 @@ inline constexpr MatchMethod MatchMethod::hybrid{"hybrid"};
 inline constexpr MatchMethod MatchMethod::uv{"uv"};
 inline constexpr MatchMethod MatchMethod::axis{"axis"};
 
-/// Choice among the views that show a sample within the distance.
+/// Rule that selects among the views that show a sample within the search distance.
 enum class ViewCriterion {
-  depth,     ///< The least depth difference at the pixel (Wang et al., section 2)
-  distance,  ///< The least true distance to the point under the sample
-  angle,     ///< The one that looks most along the sample's direction (Wang et al., section 6)
+  depth,     ///< Smallest depth difference at the pixel (Wang et al., section 2)
+  distance,  ///< Smallest true distance to the point under the sample
+  angle,     ///< Smallest angle between view and sample direction (Wang et al., section 6)
 };
 
-/// Which depth views MatchMethod::views draws, and which of them decides a sample.
+/// Depth views of MatchMethod::views, and the rule that selects among them.
 struct ViewOptions {
-  /// Directions spread over the sphere, up to 512. None given: 12, or 1 where both meshes are height
-  /// fields. 0 only beside `directions`.
+  /// Number of directions spread over the sphere, up to 512. None given: 12, or 1 if both meshes are
+  /// height fields. 0 requires `directions`.
   std::optional<std::uint32_t> count = {};
-  /// Choose directions by what they see, as many as are worth it, up to `count` (none given: 64).
+  /// Choose directions by their visible area, up to `count` (none given: 64), until another view
+  /// adds too little.
   bool automatic = false;
-  /// The caller's own, beside those: from the mesh to the viewer, of any length above 0.
+  /// Additional directions: from the mesh to the viewer, of any length above 0.
   std::vector<Vec3> directions = {};
-  /// Pixels a side of a depth view, up to 8192. 0: by the mesh's density, but no more than two pixels
-  /// across a sample of the map.
+  /// Pixels a side of a depth view, up to 8192. 0: by the mesh's density, at most two pixels per
+  /// sample of the map.
   std::uint32_t size = 0;
-  ViewCriterion criterion = ViewCriterion::angle;  ///< Which view decides
-  /// Move each point from the view's line to the sample's own direction where the view shows it there:
-  /// what a ray would have found. Off: as in the paper.
+  ViewCriterion criterion = ViewCriterion::angle;  ///< Selection among views
+  /// Move each point from the view's line to the sample's own direction if the view shows it there, as
+  /// a ray would. False: as in the paper.
   bool refine = true;
 };
 
-/// Elements at which directions of visibility are gathered.
+/// Elements at which visibility directions are gathered.
 enum class VisibilityAt {
-  face,    ///< On faces, then averaged at vertices by the faces' angles there
-  vertex,  ///< At vertices: what sees places of their faces, each by its barycentric weight there
+  face,    ///< On faces, then averaged at vertices by the faces' angles
+  vertex,  ///< At vertices: from places on their faces, each by the vertex's barycentric weight
   texel,   ///< At texels, smoothed over neighbours on the surface, across seams too
 };
 
-/// Tests whether a place is seen from a direction.
+/// Test of whether a place is seen from a direction.
 enum class VisibilityTest {
-  automatic,  ///< views
-  views,      ///< Pictures of the low poly, as in the paper: as fine as their pixels
-  rays,       ///< Rays from texels, or from 16 places of each face: no pixels, and slower
+  automatic,  ///< As views
+  views,      ///< Depth pictures of the low poly, as in the paper: accurate to a pixel
+  rays,       ///< Rays from texels, or from 16 places per face: exact, but slower
 };
 
-/// From where the low poly is likely to be looked at. +Y is up.
+/// Likelihood of directions from which the low poly will be viewed. +Y is up.
 enum class ViewLikelihood {
-  all,      ///< From all around alike
+  all,      ///< All directions alike
   horizon,  ///< From the side: the squared cosine of the angle to the horizon
-  up,       ///< From above: 1 straight above, 0 straight below, by half the height
-  list,     ///< As `VisibilityOptions::likelihoods` says
+  up,       ///< From above: falls linearly with height from 1 straight above to 0 straight below
+  list,     ///< By `VisibilityOptions::likelihoods`
 };
 
-/// For MatchMethod::visibility and hybrid. Of many directions, spread evenly, some see a place
-/// past the low poly itself. Their mean is the place's direction. Weights are the cosine at
-/// which each sees the face (as pixels of pictures count) and how likely a view from there is.
+/// For MatchMethod::visibility and hybrid. A place's direction is the weighted mean of those evenly
+/// spread directions that see it past the low poly itself. A direction's weight is its cosine to
+/// the face (as pixels of pictures count), times the likelihood of a view from there.
 struct VisibilityOptions {
   VisibilityAt at = VisibilityAt::texel;            ///< Elements at which directions are gathered
-  VisibilityTest test = VisibilityTest::automatic;  ///< Test of what sees a place
-  std::uint32_t directions = 512;                   ///< 1 to 4096
+  VisibilityTest test = VisibilityTest::automatic;  ///< Visibility test
+  std::uint32_t directions = 512;                   ///< Number of directions, 1 to 4096
   std::uint32_t view_size = 256;                    ///< Pixels a side of a picture, 16 to 2048
-  /// Rounds of smoothing of texels' directions, each over 3 x 3 texels, 0 to 256; the result reaches about
-  /// the square root of this many texels.
+  /// Number of smoothing passes over texels' directions, each over 3 x 3 texels, 0 to 256; the result
+  /// reaches about the square root of this number of texels.
   std::uint32_t smoothing = 4;
-  ViewLikelihood likelihood = ViewLikelihood::all;  ///< Weights of directions
+  ViewLikelihood likelihood = ViewLikelihood::all;  ///< Likelihood of directions
   /// Likelihood of the views from one direction.
   struct Likelihood {
     Vec3 direction = {};  ///< From the mesh to the viewer, of any length above 0
     double weight = 1;    ///< 0 or more
   };
-  /// 1 to 4; above 1 only with MatchMethod::visibility at texels, for this many maps. Where the
-  /// directions that see a texel scatter, they are parted into so many clusters. Each has a map of
-  /// its own (Tarini et al., section 6). Elsewhere the maps are the same.
+  /// Number of clusters, 1 to 4; above 1 only with MatchMethod::visibility at texels. Where the
+  /// directions that see a texel scatter, they are split into this number of clusters, and each has
+  /// a map (Tarini et al., section 6). Elsewhere the maps are equal.
   std::uint32_t clusters = 1;
-  /// Standard deviation above which a texel's directions are parted, 0 to 1. That of an open plane is 0.745.
+  /// Standard deviation above which a texel's directions are split, 0 to 1. An open plane has 0.745.
   double cluster_deviation = 0.8;
-  /// For ViewLikelihood::list: each of the spread directions takes the weight of the nearest of these. Only
+  /// For ViewLikelihood::list: each of the spread directions has the weight of the nearest of these. Only
   /// ratios of weights count.
   std::vector<Likelihood> likelihoods = {};
 };
 
-/// Bounds of layouts that MatchMethod::uv trusts. Shares, 0 or more; infinity for no bound.
+/// Limits of layouts for MatchMethod::uv. Shares, 0 or more; infinity: unlimited.
 struct UvOptions {
-  double warn_overlap = 0;    ///< Warns where more of the high poly's samples are covered twice,
-  double max_overlap = 0.05;  ///< ... and refuses
-  /// Warns where the 95th percentile of the distances between the surfaces exceeds this share of the diagonal,
+  double warn_overlap = 0;    ///< Warns if more of the high poly's samples are covered twice
+  double max_overlap = 0.05;  ///< Error(input) above this share
+  /// Warns if the 95th percentile of the distances between the surfaces exceeds this share of the diagonal
   double warn_distance = 0.01;
-  double max_distance = 0.05;  ///< ... and refuses
+  double max_distance = 0.05;  ///< Error(input) above this share
 };
 
 /// Settings of the match, which finds points of the high poly.
 struct MatchOptions {
-  MatchMethod method = MatchMethod::ray;  ///< Way to find points of the high poly
-  ViewOptions views = {};                 ///< For MatchMethod::views; its directions for axis
+  MatchMethod method = MatchMethod::ray;  ///< Method
+  ViewOptions views = {};                 ///< For MatchMethod::views; directions[0] also for axis
   VisibilityOptions visibility = {};      ///< For MatchMethod::visibility and hybrid
   UvOptions uv = {};                      ///< For MatchMethod::uv
   RayOptions ray = {};                    ///< For MatchMethod::ray
-  /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
-  /// twice, and none of "match.uv". None given: such samples are misses.
+  /// Methods for samples that the previous ones leave undecided, in order: not `method` itself, none
+  /// twice, and not "match.uv". Empty: such samples are misses.
   std::vector<MatchMethod> fallback = {};
-  /// 0 to 256 texels: the way over the surface on which the method's normals
-  /// give way to the fallback's. The map then has no step there, but where
-  /// the fallback finds nothing. Takes up to twice the match's time.
+  /// Distance over the surface, 0 to 256 texels, along which the method's normals are blended into
+  /// the fallback's. The map then has no step there, except where the fallback finds nothing. Takes
+  /// up to twice the match's time.
   std::uint32_t fallback_blend = 0;
 
-  /// Distance that the match looks each way (nearest points: all around; MatchMethod::uv does not look);
-  /// with a cage, the ray's length from the cage inward. Above 0. None given: kSearchDistance;
-  /// with a cage, twice its distance (twice the longest one of a cage mesh). Without either, rays
-  /// that miss on an open sheet of the low poly (a leaf card) look again: half the sheet's diagonal.
+  /// Search distance each way (nearest points: all around; MatchMethod::uv does not search); with a
+  /// cage, the ray's length from the cage inward. Above 0. None given: kSearchDistance; with a cage,
+  /// twice its distance (twice the longest one of a cage mesh). If neither is given, rays that miss on
+  /// an open sheet of the low poly (a leaf card) are cast again with half the sheet's diagonal.
   std::optional<Length> max_distance = {};
-  /// MatchMethod::ray without a cage: look so far first, and up to max_distance only where nothing is there. Above 0.
-  /// None given: at once. For low polys that lie close to the high poly all over, and crowded with other surfaces.
+  /// MatchMethod::ray without a cage: search within this distance first, and up to max_distance only if there is no
+  /// hit. Above 0. None given: off. For low polys that lie close to the high poly all over, and close to other
+  /// surfaces.
   std::optional<Length> near_distance = {};
-  std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
-  /// ... or from this mesh: see CageKind for the three forms it may have. find_cage() (kiln/cage.h) makes one.
-  /// Read during the call; a session reads it when made.
+  std::optional<Length> cage = {};  ///< Cast rays from this far outside, inward; the first hit
+                                    ///< counts
+  /// Cast rays from this mesh instead: see CageKind for its three forms. find_cage() (kiln/cage.h) makes one.
+  /// Read during the call; a session reads it at its construction.
   const Mesh* cage_mesh = nullptr;
-  /// Samples find points of their own part alone. Lists as long as the meshes have triangles. For matches
-  /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude, but with OcclusionOptions::own_part.
+  /// Samples match only their own part. The lists have one entry per triangle. For matches that search from samples:
+  /// ray, closest, axis, and these as fallbacks. Other parts still occlude, unless OcclusionOptions::own_part is set.
   /// Read during the call; must outlive a session.
   const Parts* parts = nullptr;
-  UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles of the same UVs is baked
-  bool two_sided = false;  ///< Also hit back faces of the source; normals that point away
-                           ///< from the low poly are turned to it
-  /// Take this match instead of looking: no fallback then, and all else here is not read. Read during the call.
+  UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles with the same UVs is baked
+  bool two_sided = false;  ///< Also hit back faces of the high poly; normals that point away from
+                           ///< the low poly are flipped
+  /// Use this match instead of searching: no fallback then, and all other members are ignored. Read during the
+  /// call.
   const Match* saved = nullptr;
 };
 
-/// Bakes onto a low poly that simplify() made look from near first (near_distance), and as far as it strays
-/// (max_distance). What `match` says already stays.
-/// \param made  of simplify(), also where the low poly was unwrapped since
+/// Sets the search distances for a low poly that simplify() made: near_distance, and max_distance as far as
+/// the simplified mesh deviates. Values that `match` has already are kept.
+/// \param made  report of simplify(), also if the low poly was unwrapped since
 void look_as_far(const SimplifyReport& made, MatchOptions& match);
 
-/// Which of several maps serves which views, by texels of the field of directions (the map's size; at most
-/// 2048 a side).
+/// For each texel, which of several maps serves which views. The field has the map's size, at most 2048 a
+/// side.
 struct VisibilityClusters {
   std::uint32_t width = 0;   ///< Side of the field, texels
   std::uint32_t height = 0;  ///< Side of the field, texels
-  std::uint32_t count = 0;   ///< Maps
-  /// Number of clusters of each texel; 0: not covered. 1: all maps are alike
+  std::uint32_t count = 0;   ///< Number of maps
+  /// Number of clusters of each texel; 0: not covered. 1: all maps are equal
   std::vector<std::uint8_t> number;
-  /// [width * height * count] of each texel's clusters, unit, from the mesh to the viewer; those beyond its
-  /// number are as the first
+  /// [width * height * count] unit directions of each texel's clusters, from the mesh to the viewer;
+  /// entries beyond the texel's number repeat the first
   std::vector<Vec3> directions;
 };
 
@@ -361,33 +372,34 @@ void save_clusters(const VisibilityClusters& clusters, const std::filesystem::pa
 struct ViewReport {
   std::vector<Vec3> directions;  ///< Directions of the views, in order
   std::vector<double>
-      coverage;  ///< For views chosen automatically: share of probed samples seen after each
+      coverage;  ///< For automatically chosen views: share of probed samples seen after each view
   std::uint32_t size = 0;     ///< Pixels a side
   double pixel = 0;           ///< Side of a pixel, world units
-  double undersampled = 0;    ///< Share of the high poly with triangles smaller than a pixel
-  bool height_field = false;  ///< Detected: one view
+  double undersampled = 0;    ///< Share of the high poly whose triangles are smaller than a pixel
+  bool height_field = false;  ///< A height field was detected: one view
 };
 
-/// Report of gathering directions of visibility. Places are texels of the field, or vertices.
+/// Report of gathering visibility directions, at texels of the field or at vertices.
 struct VisibilityReport {
-  std::uint32_t directions = 0;  ///< With a weight above 0
-  bool by_rays = false;          ///< Else by pictures
+  std::uint32_t directions = 0;  ///< Number of directions with a weight above 0
+  bool by_rays = false;          ///< True: by rays; false: by pictures
   std::uint32_t width = 0;       ///< Side of the field of texels
   std::uint32_t height = 0;      ///< Side of the field of texels
   std::uint64_t places = 0;      ///< Number of elements at which directions were gathered
-  std::uint64_t unseen = 0;  ///< Places that no direction sees, after smoothing; filled from around
-  std::uint64_t without = 0;    ///< Unseen places with nothing around either: they keep the normal
-  std::uint64_t clustered = 0;  ///< Places whose directions were parted
-  /// Standard deviation of the directions that see a place, mean over places
+  std::uint64_t unseen = 0;      ///< Elements that no direction sees, after smoothing; filled from
+                                 ///< neighbours
+  std::uint64_t without = 0;     ///< Unseen elements without seen neighbours: they keep the normal
+  std::uint64_t clustered = 0;   ///< Elements whose directions were split into clusters
+  /// Standard deviation of the directions that see an element, mean over elements
   double mean_deviation = 0;
-  double seconds = 0;  ///< Part of seconds_match
+  double seconds = 0;  ///< Duration; part of seconds_match
 };
 
-/// True if the layouts are fit for matching by UVs: the high poly's must not overlap, and both must agree.
+/// Report of matching by UVs: the high poly's layout must not overlap, and both layouts must agree.
 struct UvReport {
   std::uint64_t covered = 0;  ///< Samples of the map that the high poly's UV triangles cover
   std::uint64_t overlapping =
-      0;  ///< ... more than one of them; the one with the lowest index counts
+      0;  ///< Of these, samples that several triangles cover; the one with the lowest index counts
   /// Two triangles of the high poly that cover one texel.
   struct Overlap {
     std::uint32_t lower = 0;   ///< The triangle with the lower index
@@ -395,36 +407,38 @@ struct UvReport {
     std::uint32_t column = 0;  ///< Column of the texel
     std::uint32_t row = 0;     ///< Row of the texel, from the top
   };
-  Overlap overlap;  ///< An example, where `overlapping` is above 0: the first by rows, then columns
+  Overlap overlap;  ///< An example, if `overlapping` is above 0: the first by rows, then columns
   std::uint64_t outside = 0;       ///< Triangles of the high poly that reach out of the unit square
-  std::uint64_t without_area = 0;  ///< Without area in UV space, or not finite: they cover nothing
-  double mean_distance = 0;        ///< Between the two surfaces at the same UV, world units
-  double p95_distance = 0;         ///< 95th percentile of it, rounded up by at most one part in 512
+  std::uint64_t without_area = 0;  ///< Triangles without area in UV space, or not finite: they
+                                   ///< cover nothing
+  double mean_distance = 0;        ///< Mean distance between the two surfaces at the same UV, world
+                                   ///< units
+  double p95_distance = 0;         ///< 95th percentile, rounded up by at most one part in 512
 };
 
-/// A way to match that bake() knows.
+/// A match method that bake() knows.
 struct MatchInfo {
-  MatchMethod method;         ///< Its name, for MatchOptions::method
-  std::string_view searches;  ///< Its search, in words
-  /// Options that it obeys and not every match does: their paths in BakeOptions, separated by blanks. "match.ray" stands for
-  /// all that begin with "match.ray.". Those of "match.uv" need UVs of the high poly.
+  MatchMethod method;         ///< Name, for MatchOptions::method
+  std::string_view searches;  ///< Description of its search
+  /// Options that affect it but not every match: their paths in BakeOptions, separated by blanks. "match.ray" stands
+  /// for all that begin with "match.ray.". Those of "match.uv" need UVs of the high poly.
   std::string_view options = {};
-  /// Names that other programs have for it, separated by blanks: messages answer to these names.
+  /// Names of the match in other programs, separated by blanks, for hints in messages.
   std::string_view other_names = {};
 };
 
-/// All of them, in the order that they are listed to people. Constant, and as long-lived as the program: any
-/// thread may read them.
+/// All methods, in the order in which users see them. Constant, with static lifetime: any thread may read
+/// them.
 std::span<const MatchInfo> matches();
 
-/// One of matches(), by its name.
-/// \throws Error(usage) for a name that no match has; the message lists those there are
+/// Finds a match by its name.
+/// \throws Error(usage) for an unknown name; the message lists the known ones
 const MatchInfo& find_match(std::string_view name);
 
-/// True if a match goes by an option when it looks for points, such as "match.ray.rule", or by one of a group, such as
-/// "match.ray": paths in BakeOptions. A saved match obeys none of these. Any thread may call it.
+/// True if a match depends on an option in its search, such as "match.ray.rule", or on any option of a group, such as
+/// "match.ray": paths in BakeOptions. Saved matches depend on none. Any thread may call it.
 bool obeys(const MatchInfo& match, std::string_view option);
-/// True if a match needs exactly one of MatchOptions::views.directions: it cannot be tried without being told more.
+/// True if a match needs exactly one of MatchOptions::views.directions, and so cannot run with default options.
 inline bool needs_direction(const MatchInfo& match) {
   return obeys(match, "match.views.directions") && !obeys(match, "match.views.count");
 }

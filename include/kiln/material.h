@@ -15,27 +15,28 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Origin of a number of a material.
+/// Origin of a material's value.
 enum class MaterialNumber {
-  none,       ///< The file says nothing of it: the default stands
-  given,      ///< A statement of its own
-  converted,  ///< Other statements: see Material
+  none,       ///< The file does not specify it: the default applies
+  given,      ///< Specified by its own statement
+  converted,  ///< Converted from other statements: see Material
 };
 
-/// A picture that a material names, and how it lies on the surface.
+/// A picture of a material, and its mapping to the surface.
 struct MaterialPicture {
-  std::filesystem::path file;  ///< Path; of an embedded picture, its name in messages
-  /// The bytes of a picture that the mesh's file embeds, PNG, JPEG and so on; null: they are in `file`.
+  std::filesystem::path file;  ///< Path; for an embedded picture, its name in messages
+  /// Content of a picture that is embedded in the mesh's file, as PNG, JPEG and so on; null: stored in
+  /// `file`.
   std::shared_ptr<const std::vector<std::byte>> bytes;
-  /// The channel that counts where the slot is a number (opacity, roughness, metalness, occlusion), 0 to 3;
-  /// -1: the slot's usual one, which is the first, of opacity the alpha of a colour.
+  /// Channel of slots with one number (opacity, roughness, metalness, occlusion), 0 to 3; -1: the slot's
+  /// usual one: the first, or for opacity the alpha of a colour.
   int channel = -1;
-  std::uint32_t uv_set = 0;  ///< Set of UVs that it lies on
-  /// From the mesh's UVs to the picture's, both with the origin at the lower left, two rows of an affine map:
-  /// u' = m[0] u + m[1] v + m[2], v' = m[3] u + m[4] v + m[5].
+  std::uint32_t uv_set = 0;  ///< Index of its UV set
+  /// Transform from the mesh's UVs to the picture's, both with the origin at the lower left, two rows of an
+  /// affine map: u' = m[0] u + m[1] v + m[2], v' = m[3] u + m[4] v + m[5].
   std::array<float, 6> uv_transform{1, 0, 0, 0, 1, 0};
-  std::array<TextureWrap, 2> wrap{};  ///< Along u and v, beyond the picture
-  bool inverted = false;              ///< True if 1 minus the channel counts (glossiness)
+  std::array<TextureWrap, 2> wrap{};  ///< Wrap modes along u and v
+  bool inverted = false;              ///< The value is 1 minus the channel (glossiness)
 
   /// True if there is no picture.
   bool empty() const noexcept { return file.empty() && bytes == nullptr; }
@@ -44,115 +45,116 @@ struct MaterialPicture {
 /// Treatment of a material's opacity.
 enum class AlphaMode {
   opaque,  ///< Opacity is ignored
-  mask,    ///< Below Material::alpha_cutoff nothing is there
+  mask,    ///< Surfaces with opacity below Material::alpha_cutoff are invisible
   blend,   ///< Transparent
 };
 
-/// A material as an MTL file, a glTF or an FBX describes it. Pictures are empty where it names none. Numbers are
-/// multiplied with the pictures where the format says so (glTF); MTL's numbers stand where there is no picture.
+/// A material of an MTL, glTF or FBX file. Slots without a picture are empty. In glTF, numbers are factors of
+/// the pictures; in MTL, numbers are used where there is no picture.
 struct Material {
-  std::string name;                     ///< As Mesh::material_names has it
+  std::string name;                     ///< As in Mesh::material_names
   std::array<float, 3> color{1, 1, 1};  ///< `Kd`, linear light
-  float opacity = 1;                    ///< `d`, or 1 - `Tr`; of `Tr 1` alone 1
+  float opacity = 1;                    ///< `d`, or 1 - `Tr`; 1 for `Tr 1` without `d`
   float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), as Blender writes it
   float metallic = 0;   ///< `Pm`; or else, in Blender's files, `Ka` where `illum` reflects, or 0
   std::array<float, 3> emission{};          ///< `Ke`, linear light
-  float normal_scale = 1;                   ///< glTF's: of the normal map's x and y
-  float occlusion_strength = 1;             ///< glTF's
-  AlphaMode alpha_mode = AlphaMode::blend;  ///< MTL has no word for it
+  float normal_scale = 1;                   ///< glTF's factor of the normal map's x and y
+  float occlusion_strength = 1;             ///< glTF's `occlusionTexture.strength`
+  AlphaMode alpha_mode = AlphaMode::blend;  ///< MTL cannot specify it
   float alpha_cutoff = 0.5F;                ///< Threshold of AlphaMode::mask
-  bool double_sided = false;                ///< glTF's
+  bool double_sided = false;                ///< glTF's `doubleSided`
   bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
-  bool vertex_opacity = false;    ///< True if vertex colours that it multiplies have alpha
-  bool vertex_color = false;      ///< True if it has the vertices' colours (PLY, without a picture)
+  bool vertex_opacity = false;    ///< True if vertex colours that it is multiplied with have alpha
+  bool vertex_color = false;      ///< True if its colour is that of the vertices (PLY without a
+                                  ///< picture)
   MaterialPicture color_map;      ///< `map_Kd`; alpha as well where opacity_map is the same picture
   MaterialPicture opacity_map;    ///< `map_d`
   MaterialPicture normal_map;     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
   MaterialPicture roughness_map;  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
   MaterialPicture metallic_map;   ///< `map_Pm`, or else, in Blender's files, `map_refl`
   MaterialPicture emission_map;   ///< `map_Ke`
-  MaterialPicture occlusion_map;  ///< glTF's, FBX's
+  MaterialPicture occlusion_map;  ///< glTF and FBX
   MaterialNumber color_from = MaterialNumber::none;      ///< Origin of `color`
   MaterialNumber roughness_from = MaterialNumber::none;  ///< Origin of `roughness`
   MaterialNumber metallic_from = MaterialNumber::none;   ///< Origin of `metallic`
   MaterialNumber emission_from = MaterialNumber::none;   ///< Origin of `emission`
   std::string extras;                                    ///< JSON of glTF's `extras`; empty: none
-  std::string place;  ///< File and line of its `newmtl`, or its index; empty: no file describes it
+  std::string place;  ///< File and line of its `newmtl`, or its index; empty: not described by a
+                      ///< file
 };
 
-/// Which of a material's pictures.
+/// Slots of a material for pictures.
 enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission, occlusion };
 
-/// Reads the MTL files that a mesh names, beside it, or the materials of a glTF file, or a PLY's pictures. Files and pictures that are not where they are named are
-/// looked for in the mesh's folder and the folders in it: four levels, of at most 20,000 entries. Of several with
-/// the name, the one is taken whose folders are named most alike, then the one that is nearest, then the first by
-/// the alphabet. Nothing is kept. Thread safety of both functions: may be called from several threads.
+/// Reads the MTL files that a mesh names, beside it, or the materials of a glTF file, or a PLY's pictures. Missing
+/// files and pictures are searched in the mesh's folder and its subfolders: four levels, at most 20,000 entries. Among
+/// several with the name, the one whose folder names agree most is taken, then the nearest, then the first in
+/// alphabetical order. No argument is kept. Thread safety of both functions: may be called from several threads.
 /// \param mesh_file  the mesh's own path
-/// \param warnings   where to append what was imperfect; may be null: "material-missing" for names that no
-///                   file describes, "texture-options" for placements that are left out, "ignored-pictures" for
-///                   those of statements that Kiln does not know, "found-elsewhere", "materials-differ" for a name
-///                   that two files describe otherwise (the first is taken), "blender-pictures" where
-///                   `map_Ns` or `map_refl` is taken, "transparency-of-one" for `Tr 1` without `d`
+/// \param warnings   receives warnings; may be null: "material-missing" for names that no file describes,
+///                   "texture-options" for placements that are ignored, "ignored-pictures" for pictures of unknown
+///                   statements, "found-elsewhere", "materials-differ" for a name that two files describe differently
+///                   (the first is taken), "blender-pictures" if `map_Ns` or `map_refl` is used, "transparency-of-one"
+///                   for `Tr 1` without `d`
 /// \param outside    as LoadMeshOptions::outside
 /// \returns one for each of Mesh::material_names, in order
-/// \throws Error(input) where a file is missing or has a number that is none
+/// \throws Error(input) if a file is missing or has an invalid number
 std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::path& mesh_file,
                                      std::vector<Warning>* warnings = nullptr,
                                      bool outside = false);
 
-/// Loads one of the pictures of each material; where one has none, its number stands in. The texture shares
-/// its pictures with its copies.
-/// \param warnings  where to append what was imperfect; may be null: "material-value" for materials without
-///                  picture and number: the default stands, "roughness-from-ns" and "metallic-from-illum" for
-///                  numbers that are converted, "bump-is-height" for grey pictures, which are no normal maps:
-///                  flat
-/// Names with `<UDIM>`, `<UVTILE>` or `%(UDIM)d` are sets (Texture::tiles). So are names with a tile's number where the
-/// mesh's UVs leave the first square and there are pictures for the others; "udim-siblings" says so, and where it is not
-/// clear enough. Pictures of colour are weighted by their alpha where a material's opacity is read from it: of glTF unless
-/// its alphaMode is OPAQUE, of MTL and others unless opacity has a picture of its own.
-/// Without the mesh, all tiles of a set are loaded, and numbers count for nothing.
-/// \param uv_set    that the mesh was read with (LoadMeshOptions)
-/// \throws Error(input) where a picture is missing or damaged; where no material has one, or a number (opacity and
-///         occlusion: 1; normals: a picture); where one lies on another set of UVs
+/// Loads the picture of one slot for each material; materials without a picture use their number. Copies of the texture
+/// share its pictures.
+/// \param warnings  receives warnings; may be null: "material-value" for materials without picture and number: the
+///                  default is used, "roughness-from-ns" and "metallic-from-illum" for numbers that are converted,
+///                  "bump-is-height" for grey pictures, which are not normal maps: treated as flat
+/// Names with `<UDIM>`, `<UVTILE>` or `%(UDIM)d` are sets (Texture::tiles). So are names with a tile's number if the
+/// mesh's UVs leave the first square and pictures for the other tiles exist; the warning "udim-siblings" reports this,
+/// and ambiguous cases. Colour pictures are weighted by their alpha if it is the material's opacity: in glTF unless
+/// alphaMode is OPAQUE, in MTL and others unless opacity has its own picture. Without the mesh, all tiles of a set are
+/// loaded, and numbers in names are ignored.
+/// \param uv_set    the set that the mesh was read with (LoadMeshOptions)
+/// \throws Error(input) if a picture is missing or damaged; if no material has a picture or number (opacity and
+///         occlusion default to 1; normals need a picture); if one lies on another UV set
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings = nullptr, std::uint32_t uv_set = 0);
 
-/// The same for a mesh whose materials these are: a picture may lie on any of its sets of UVs, see Mesh::other_uvs, and of
-/// UDIM sets the tiles that it uses are loaded.
+/// The same for the mesh of these materials: pictures may lie on any of its UV sets, see Mesh::other_uvs, and of UDIM
+/// sets only the used tiles are loaded.
 /// \param normals  Texture::normal_format
-/// \throws Error(input) where one lies on a set that the mesh has not
+/// \throws Error(input) if a picture lies on a set that the mesh lacks
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               const Mesh& mesh, std::vector<Warning>* warnings = nullptr,
                               NormalTextureFormat normals = NormalTextureFormat::automatic);
 
-/// True for the name of a file, and of a UDIM set of which any tile is there. Any thread.
+/// True for an existing file, and for a UDIM set of which at least one tile exists. Any thread.
 bool is_picture_file(const std::filesystem::path& path);
 
-/// Loads a picture for all of a mesh, or a UDIM set, as load_material_texture() has it. The kind is linear where the file
+/// Loads one picture for a whole mesh, or a UDIM set, as load_material_texture() does. The kind is linear if the file
 /// holds linear light (holds_linear_light()), else srgb.
-/// \throws Error(input) where a picture is missing or damaged
+/// \throws Error(input) if a picture is missing or damaged
 Texture load_texture(const std::filesystem::path& file, const Mesh* mesh = nullptr,
                      std::vector<Warning>* warnings = nullptr);
 
 /// Report of cut_out().
 struct CutOutReport {
-  std::uint64_t whole = 0;  ///< Triangles that stayed as they were
-  std::uint64_t cut = 0;    ///< Triangles of which a part stayed
-  std::uint64_t gone = 0;   ///< Triangles that are transparent everywhere
+  std::uint64_t whole = 0;  ///< Unchanged triangles
+  std::uint64_t cut = 0;    ///< Triangles that were cut
+  std::uint64_t gone = 0;   ///< Triangles that were removed, since they are transparent everywhere
 };
 
-/// Takes the transparent parts off a mesh (an alpha test), so that no ray, view or nearest point meets them:
-/// leaves on cards, fences, hair.
+/// Removes the transparent parts of a mesh (an alpha test), so that no ray, view or nearest point hits them: leaves on
+/// cards, fences, hair.
 ///
-/// Triangles with texels on both sides of the threshold are quartered, down to a
-/// texel's size. There they are cut along the line between their corners' values. So borders are as
-/// smooth as the texture read bilinearly. Parts without area are left out. New triangles lie in the old ones and have their normals,
-/// UVs, colours and names. Computed normals are those of the whole mesh. Reads its arguments during
-/// the call alone. Thread safety: may be called from several threads.
+/// Triangles with texels on both sides of the threshold are quartered, down to a texel's size. There they are cut along
+/// the threshold's line between the corners' values, so borders are as smooth as the bilinear texture. Parts without
+/// area are left out. New triangles lie in the old ones and inherit their normals, UVs, colours and names. Computed
+/// normals are those of the whole mesh. Reads its arguments during the call alone. Thread safety: may be called from
+/// several threads.
 /// \param opacity    its `channel` is read; must have pictures
-/// \param threshold  above 0, to 1: less is transparent
-/// \throws Error(input) where the mesh has no UVs, the texture does not fit, or nothing is left;
-///         Error(usage) for a threshold out of range
+/// \param threshold  above 0, up to 1: lower opacity is transparent
+/// \throws Error(input) if the mesh has no UVs, the texture does not fit, or no triangle is left; Error(usage) for a
+///         threshold out of range
 Mesh cut_out(const Mesh& mesh, const Texture& opacity, double threshold,
              CutOutReport* report = nullptr);
 

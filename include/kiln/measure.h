@@ -17,50 +17,50 @@ namespace KILN_PUBLIC kiln {
 
 /// Error of rendered normals against those of a reference, over the pixels that both cover.
 ///
-/// Two units. Angles, in degrees; percentiles are exact, by nearest rank. And the length of the 8-bit
-/// difference: the unit of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
-/// Meshes", section 5). Each component n of a unit normal is stored as the integer q = floor(255 (n/2
-/// + 1/2) + 1/2), 0 to 255. The difference of two normals is sqrt(dqx^2 + dqy^2 + dqz^2). Normals an
-/// angle a apart differ by about 255 sin(a/2): 2.2 a degree, 255 for opposite ones.
+/// There are two units: angles in degrees, with exact percentiles by nearest rank; and the length of
+/// the 8-bit difference, the unit of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for
+/// Simplified Meshes", section 5). Each component n of a unit normal is stored as the integer q =
+/// floor(255 (n/2 + 1/2) + 1/2), 0 to 255. The difference of two normals is sqrt(dqx^2 + dqy^2 +
+/// dqz^2). Normals an angle a apart differ by about 255 sin(a/2): 2.2 a degree, 255 for opposite ones.
 struct NormalError {
   /// The thresholds of `above_8bit`, in the unit of `mean_8bit`.
   static constexpr std::array<double, 5> kThresholds8Bit = {4, 8, 16, 32, 64};
 
-  std::uint64_t pixels = 0;            ///< Compared
-  std::uint64_t one_sided = 0;         ///< Covered by one of the two only: left out
+  std::uint64_t pixels = 0;            ///< Number of compared pixels
+  std::uint64_t one_sided = 0;         ///< Pixels that only one of the two covers: excluded
   double mean_degrees = 0;             ///< Over the compared pixels
-  double rms_degrees = 0;              ///< Root of the mean square
-  double median_degrees = 0;           ///< Half of the pixels are not above
-  double p95_degrees = 0;              ///< 95% of the pixels are not above
-  double p99_degrees = 0;              ///< 99% of the pixels are not above
-  double max_degrees = 0;              ///< The greatest angle
+  double rms_degrees = 0;              ///< Root mean square
+  double median_degrees = 0;           ///< Angle that half of the pixels do not exceed
+  double p95_degrees = 0;              ///< Angle that 95% of the pixels do not exceed
+  double p99_degrees = 0;              ///< Angle that 99% of the pixels do not exceed
+  double max_degrees = 0;              ///< Largest angle
   double mean_8bit = 0;                ///< Mean length of the 8-bit difference
   std::array<double, 5> above_8bit{};  ///< Share of pixels above each threshold, 0 to 1
-  /// Standard error of `mean_degrees`, by few directions and few pixels: by how far the pictures' means lie
-  /// apart, so 0 of a single one.
+  /// Standard error of `mean_degrees` due to the limited number of directions and pixels, from the spread
+  /// of the pictures' means: 0 for a single picture.
   double standard_error_degrees = 0;
-  /// Difference of outlines: the share of what either covers that one alone does, 0 to 1. In pixels; in the points in
-  /// them, where pixels have several.
+  /// Difference of silhouettes: the share of the covered area that only one of the two covers, 0 to 1. Counted in
+  /// pixels, or in their sample points if pixels have several.
   double one_sided_share = 0;
 };
 
-/// Gathers the differences of any number of pictures of normals, a reference and another each. Keeps no picture,
-/// but 8 bytes a compared pixel. Thread safety: one thread at a time for each.
+/// Accumulates the differences between pairs of pictures of normals, a reference and another. Keeps no picture,
+/// but 8 bytes per compared pixel. Thread safety: one thread at a time for each object.
 class NormalComparison {
  public:
   /// Adds two pictures of the same size: n/2 + 1/2 in the first three channels, exactly 0 in all three
-  /// where nothing is (RenderOptions::show_normals). The angle is that of compare_images().
-  /// \throws Error(input) where sizes differ, pixels are missing, or channels are fewer than 3
+  /// for background (RenderOptions::show_normals). The angle is that of compare_images().
+  /// \throws Error(input) if sizes differ, pixels are missing, or channels are fewer than 3
   void add(const Image& reference, const Image& other);
 
-  /// All figures 0 where no pixel was compared. Does not depend on the number of threads.
+  /// Error over all pairs; 0 if no pixel was compared. Does not depend on the number of threads.
   NormalError error() const;
 
  private:
   std::vector<double> angles_;
   std::uint64_t one_sided_ = 0;
   double sum_degrees_ = 0, sum_squares_ = 0, sum_8bit_ = 0;
-  /// Number of pixels compared, and the sum of their angles, for each pair of pictures.
+  /// Number of compared pixels, and the sum of their angles, for each pair of pictures.
   std::vector<std::pair<double, double>> pictures_;
   std::array<std::uint64_t, NormalError::kThresholds8Bit.size()> above_{};
 };
@@ -69,22 +69,22 @@ class NormalComparison {
 NormalError compare_normals(const Image& reference, const Image& other);
 
 /// The angle between the normals at each pixel, degrees, one channel; -1 where neither picture covers it,
-/// -2 where one does. Pictures as for NormalComparison::add, which also says what is thrown.
+/// -2 where one does. Pictures and errors as for NormalComparison::add.
 Image normal_angles(const Image& reference, const Image& other);
 
 /// Distances of matched points from the low poly.
 struct DistanceError {
-  std::uint64_t samples = 0;  ///< That found a point
-  std::uint64_t missed = 0;   ///< That did not
-  double mean = 0;            ///< Absolute, world units
-  double p95 = 0;             ///< By nearest rank
-  double max = 0;             ///< Never above the match's max_distance
+  std::uint64_t samples = 0;  ///< Samples with a matched point
+  std::uint64_t missed = 0;   ///< Samples without one
+  double mean = 0;            ///< Mean absolute distance, world units
+  double p95 = 0;             ///< 95th percentile, by nearest rank
+  double max = 0;             ///< Largest; never above the match's max_distance
 };
-/// Statistics of a match's own distances: no mesh is needed.
-/// Thread safety of all functions here: may be called from several threads; nothing is kept.
+/// Statistics of the distances in a match, without any mesh. Thread safety of all functions here:
+/// may be called from several threads; no argument is kept.
 DistanceError match_distance(const Match& match);
 
-/// Direction from which a picture is taken, as RenderOptions has it (+Y up).
+/// Direction from which a picture is rendered, as in RenderOptions (+Y up).
 struct ViewAngles {
   double azimuth_degrees = 0;    ///< Around the up axis, as RenderOptions::azimuth_degrees
   double elevation_degrees = 0;  ///< Above the horizon, -90 to 90
@@ -94,30 +94,31 @@ struct ViewAngles {
 /// \param toward  from the scene to the viewer, of any length above 0
 ViewAngles view_angles(const Vec3& toward);
 
-/// The directions that ViewOptions::count stands for, unit length: evenly spread over the sphere.
+/// The directions used for ViewOptions::count, unit length: evenly spread over the sphere.
 std::vector<Vec3> spread_views(std::uint32_t count);
 
-/// Directions to measure from that none of `used` is near: spread_views(count) turned as a whole. Of a
-/// fixed series of rotations, the first counts that leaves no angle to a used direction under the least.
+/// Directions for measuring that keep a minimum angle to those of `used`: spread_views(count) rotated as
+/// a whole, by the first of a fixed series of rotations that keeps it.
 /// \param used  unit directions; may be empty
-/// \throws Error(usage) where 4,096 rotations find no room
+/// \throws Error(usage) if none of 4,096 rotations keeps it
 std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used,
                                  double least_degrees = 2);
 
-/// The smallest angle between a direction of one set and one of the other, degrees; 180 where one is empty.
+/// The smallest angle between a direction of one set and one of the other, degrees; 180 if one is empty.
 double least_angle_degrees(std::span<const Vec3> a, std::span<const Vec3> b);
 
-/// Pictures of a reference's world-space normals, to compare other meshes with: the same views, size and
-/// frame, one sample a pixel. Keeps 12 bytes a pixel and view. Immutable; several threads may compare at once.
+/// Pictures of a reference's world-space normals, for comparison with other meshes in the same views, size and
+/// frame, one sample per pixel. Memory: 12 bytes per pixel and view. Immutable; several threads may compare at
+/// once.
 class NormalReference {
  public:
-  /// \param reference  drawn now, without its map, if it has one; not kept
-  /// \param frame  the reference's mesh, which all pictures are fitted to; must outlive this
+  /// \param reference  rendered in the constructor, without its map if it has one; not kept
+  /// \param frame  the reference's mesh, to which all pictures are fitted; must outlive this
   /// \param size  pixels a side
   NormalReference(const Scene& reference, const Mesh& frame, std::vector<ViewAngles> views,
                   std::uint32_t size = 512, bool z_up = false);
 
-  /// The pixels of all views together.
+  /// Error over the pixels of all views.
   NormalError compare(const Scene& other, bool ignore_map = false) const;
 
  private:
@@ -130,9 +131,9 @@ class NormalReference {
   std::vector<Image> pictures_;
 };
 
-/// Pictures of a high poly at a size on screen, compared with low polys as LowPolyPlanOptions::screen does: mean
-/// normals of pixels. They come from directions that plans do not look from.
-/// Thread safety: one thread at a time.
+/// Pictures of a high poly at a size on screen, for comparison with low polys as in LowPolyPlanOptions::screen:
+/// mean normals of pixels. Their directions differ from those that plans use. Thread safety: one thread at a
+/// time.
 class ScreenPictures {
  public:
   /// \param source  must outlive this
@@ -144,9 +145,9 @@ class ScreenPictures {
   ScreenPictures(const ScreenPictures&) = delete;
   ScreenPictures& operator=(const ScreenPictures&) = delete;
 
-  /// The mean angle of a low poly's own normals, degrees.
+  /// The mean angle of a low poly's own normals to the high poly's, degrees.
   double degrees(const Mesh& low) const;
-  /// With a normal map, n/2 + 1/2. \param baked  how it was made
+  /// The mean angle with a normal map, n/2 + 1/2. \param baked  the options that it was baked with
   double degrees(const Mesh& low, const Image& map, const BakeOptions& baked) const;
 
  private:
@@ -157,27 +158,28 @@ class ScreenPictures {
 /// Error of a mesh's depth in pictures against a reference's, over the pixels that both cover: the
 /// distance error of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
 /// Meshes", section 5, figure 3b). Normalised screen units: 1 is the diagonal of the reference's
-/// bounding box. A depth buffer of [0, 1] spans it whose planes hold that box however it is turned.
+/// bounding box. This is the range of a [0, 1] depth buffer whose planes enclose that box in any
+/// orientation.
 struct DepthError {
-  std::uint64_t pixels = 0;     ///< Compared
-  std::uint64_t one_sided = 0;  ///< Covered by one of the two only: left out
-  double mean = 0;              ///< Mean of the absolute difference
-  double rms = 0;               ///< Root of the mean square
-  double max = 0;               ///< The greatest
+  std::uint64_t pixels = 0;     ///< Number of compared pixels
+  std::uint64_t one_sided = 0;  ///< Pixels that only one of the two covers: excluded
+  double mean = 0;              ///< Mean absolute difference
+  double rms = 0;               ///< Root mean square
+  double max = 0;               ///< Largest difference
 };
 
-/// Pictures of a reference's depth, to compare other meshes with: the same views, size and frame, one sample
-/// a pixel. Keeps 4 bytes a pixel and view. Immutable; several threads may compare at once.
+/// Pictures of a reference's depth, for comparison with other meshes in the same views, size and frame, one
+/// sample per pixel. Memory: 4 bytes per pixel and view. Immutable; several threads may compare at once.
 class DepthReference {
  public:
-  /// \param reference  drawn now, not kept
-  /// \param frame  the reference's mesh, which all pictures are fitted to; must outlive this
+  /// \param reference  rendered in the constructor, not kept
+  /// \param frame  the reference's mesh, to which all pictures are fitted; must outlive this
   /// \param size   pixels a side
   /// \throws as Scene::draw
   DepthReference(const Scene& reference, const Mesh& frame, std::vector<ViewAngles> views,
                  std::uint32_t size = 512, bool z_up = false);
 
-  /// The pixels of all views together. Does not depend on the number of threads.
+  /// Error over the pixels of all views. Does not depend on the number of threads.
   DepthError compare(const Scene& other) const;
 
  private:

@@ -1,5 +1,5 @@
 /// \file
-/// The options of a Job as text and JSON: for programs that take settings from their users, scripts and files.
+/// The options of a Job as text and JSON: for programs that read settings from users, scripts and files.
 #pragma once
 
 #include <span>
@@ -12,40 +12,41 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Sets an option of a job from text, as the flag of that name does: `set_option(job, "max_distance", "2%")`. What was
-/// there before is replaced.
+/// Sets an option of a job from text, as the flag of that name does: `set_option(job, "max_distance", "2%")`. The
+/// previous value is replaced.
 /// \param name   as the flag ("max-distance", "max_distance", "--max-distance"), or as the member it sets
 ///               ("match.max_distance", "bake.match.max_distance")
-/// \param value  as the flag takes it; of lists, several with commas between them where the flag takes them so; of a
+/// \param value  as the flag accepts it; for lists, several values separated by commas if the flag accepts that; for a
 ///               flag without a value "true" or "false"
-/// \throws Error(usage) for a name that no option has, and for what is no value of it: with the range, or the choices
+/// \throws Error(usage) for an unknown name, and for an invalid value; the message has the range or the choices
 /// Thread safety: may be called from several threads, on jobs of their own.
 void set_option(Job& job, std::string_view name, std::string_view value);
 /// The same with several values, as a flag that is given several times.
 void set_option(Job& job, std::string_view name, const std::vector<std::string>& values);
 
-/// The values of an option, as set_option() takes them; empty: none. \throws Error(usage) for a name that no option has
+/// The values of an option, in the form of set_option(); empty: none. \throws Error(usage) for an unknown name
 std::vector<std::string> option_values(const Job& job, std::string_view name);
 
-/// True if an option was set, or has another value than in a job that was told nothing.
-/// \throws Error(usage) for a name that no option has
+/// True if an option was set, or differs from its default.
+/// \throws Error(usage) for an unknown name
 bool is_given(const Job& job, std::string_view name);
 
 /// A job as JSON: an object with "high", "low" (a path, or a list of them), "out", and each option that is not at its
-/// default or stands in Job::given, by its flag's name with underscores. Values are as set_option() takes them, numbers and
-/// truth values as such. \throws Error(usage) where a mesh is in memory, and so has no name to be read by
+/// default or stands in Job::given, by its flag's name with underscores. Values are in the form of set_option(), with
+/// JSON numbers and booleans. \throws Error(usage) if a mesh is in memory, so that it has no path
 std::string to_json(const Job& job);
-/// Sets all options that a JSON object names; others stay. Of lists of numbers, [0, 0, 1] is one value, such as a
-/// direction, or a size. \throws Error(usage) as job_from_json()
+/// Sets all options that a JSON object names; others are kept. In lists of numbers, [0, 0, 1] is one value, such
+/// as a direction or a size. \throws Error(usage) as job_from_json()
 void set_options(Job& job, std::string_view json);
-/// The job that a JSON describes: to_json() of it is the same again. Objects stand for lists of NAME=VALUE.
-/// \throws Error(usage) for what is no JSON object, or nested too deep, and for keys and values as set_option()
+/// The job described by JSON; to_json() of the result gives equivalent JSON. Objects may replace lists of
+/// NAME=VALUE.
+/// \throws Error(usage) for invalid JSON, too deep nesting, and invalid keys and values as in set_option()
 Job job_from_json(std::string_view json);
 
-/// All options as JSON, a list: name, flag, member, type, unit, range, choices, default, what matches and maps they
-/// serve, and help. As `kiln bake --help-json`.
+/// All options as a JSON list: name, flag, member, type, unit, range, choices, default, the matches and maps that
+/// they affect, and help. As `kiln bake --help-json`.
 std::string options_json();
-/// A JSON Schema (2020-12) of what job_from_json() takes.
+/// A JSON Schema (2020-12) of the input of job_from_json().
 std::string job_schema();
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Polygons into triangles, as readers of files cut them.
+// Triangulation of polygons, as in readers of files.
 #pragma once
 
 #include <array>

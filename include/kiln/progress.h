@@ -7,27 +7,28 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Signs of life of whatever Kiln does on this thread, and a way to stop it.
+/// Progress and cancellation of Kiln's functions on this thread.
 ///
-/// While a scope lives, long functions that take no callback of their own tell it, ten times a second: simplify(),
-/// unwrap(), contour(), extract(), VolumeSession, measuring, sessions. Where it says stop, the function throws
-/// Error(ErrorCode::cancelled) within 0.3 s and leaves nothing behind; calls that have a `cancelled` in their
-/// result set that instead. A callback of their own goes before the scope's. Of scopes on one thread the innermost
-/// counts. The share done is 0 where it is not known.
+/// While a scope exists, long functions without a callback parameter report to its callback ten times a second:
+/// simplify(), unwrap(), contour(), extract(), VolumeSession, measuring, sessions. If it cancels, the function
+/// throws Error(ErrorCode::cancelled) within 0.3 s and leaves no partial result; functions whose result has
+/// `cancelled` set that instead. A callback parameter takes precedence over the scope. The innermost scope of a
+/// thread counts. The share done is 0 if it is unknown.
 ///
 ///     const kiln::ProgressScope scope([&](double, std::string_view) { return !window.closed(); });
 ///     const kiln::Mesh low = kiln::simplify(high, {.faces = 5000});
 ///
-/// Threads: it counts on the thread that made it, and ends there. What the callback may do: see Progress.
+/// Threads: a scope applies to the thread that constructs it, and must be destroyed there. See Progress for what
+/// the callback may do.
 class ProgressScope {
  public:
-  /// \param progress  may be empty: then nothing changes
+  /// \param progress  may be empty: then the scope has no effect
   explicit ProgressScope(Progress progress);
   ~ProgressScope();
-  ProgressScope(const ProgressScope&) = delete;             ///< It belongs to its block
-  ProgressScope& operator=(const ProgressScope&) = delete;  ///< It belongs to its block
+  ProgressScope(const ProgressScope&) = delete;             ///< Not copyable: bound to its block
+  ProgressScope& operator=(const ProgressScope&) = delete;  ///< Not copyable: bound to its block
 
-  /// Tells the callback now. \param done  [0, 1]. \throws Error(cancelled) where it says stop
+  /// Reports to the callback now. \param done  [0, 1]. \throws Error(cancelled) if it cancels
   void at(double done, std::string_view stage);
 
  private:

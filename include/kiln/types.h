@@ -9,7 +9,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Two numbers: a place in a UV layout, u to the right and v up.
+/// Two numbers: a position in a UV layout, u to the right and v up.
 struct Vec2 {
   float x = 0;  ///< Along u
   float y = 0;  ///< Along v
@@ -43,15 +43,14 @@ inline constexpr double kSearchDistance = 0.02;
 /// Default width of the padding around charts, texels.
 inline constexpr std::int32_t kPaddingTexels = 16;
 
-/// Called with the share done, in [0, 1], and what is being done; return false to cancel.
+/// Called with the share done, in [0, 1], and the name of the current step; return false to cancel.
 ///
-/// Threads: it comes on the thread that called Kiln, and never two at once for one call.
-/// It is called ten times a second, also while the driver compiles kernels. Stopped then, a function returns at
-/// once; the compiler goes on in a thread of the Device's, for whoever needs the kernels next.
-/// It may take its time (the work waits), throw, and call anything of Kiln that does not use the same
-/// Device. It must not change what the call reads. What it throws leaves the function that was called; nothing
-/// is left behind.
-/// Lifetimes: `stage` is good during the callback. Nothing is called after the function has returned.
+/// Threads: it runs on the thread that called Kiln, never concurrently for one call. It is called ten times a
+/// second, also while the driver compiles kernels. If it cancels then, the function returns at once; the
+/// compilation continues in a thread of the Device, for the next call that needs the kernels. The callback may
+/// block (the work waits), throw, and call functions of Kiln that do not use the same Device. It must not
+/// change the call's arguments. Its exceptions leave the function that was called, without a partial result.
+/// Lifetimes: `stage` is valid during the callback. The callback is not called after the function has returned.
 using Progress = std::function<bool(double done, std::string_view stage)>;
 
 }  // namespace kiln

@@ -1,7 +1,6 @@
 /// \file
-/// Checks of input that the library makes in every build before it works with it: bake(), Source and
-/// all others that take a mesh, options or a match call these. Call them yourself to find mistakes where they
-/// are made.
+/// Checks of input that the library makes in every build before it works with it: bake(), Source and all
+/// other functions with a mesh, options or a match call these. Call them directly to find mistakes early.
 #pragma once
 
 #include "kiln/bake.h"
@@ -10,23 +9,22 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// True if a mesh holds together. Imperfect coordinates (degenerate triangles, NaN) are allowed: they are
+/// Checks that a mesh is consistent. Imperfect coordinates (degenerate triangles, NaN) are allowed: they are
 /// skipped, and counted in warnings.
 ///
-/// \throws Error(input) that names the mesh, the element and the value, with these ids:
-///   mesh-index    a corner of triangles, uv_triangles or normal_triangles beyond its pool
-///   mesh-size     uv_triangles, normal_triangles, groups, objects, materials or polygons not parallel to
-///                 triangles; colors not parallel to positions; tangents that are not three a triangle
-///   mesh-origin   an origin that is not finite
-///   mesh-group    a group, object or material beyond its names
-///   mesh-polygon  polygons that do not count up from 0, each in a row
+/// \throws Error(input) that names the mesh, the element and the value, with these ids: mesh-index    a
+///   corner of triangles, uv_triangles or normal_triangles beyond its pool mesh-size     uv_triangles,
+///   normal_triangles, groups, objects, materials or polygons not parallel to triangles; colors not parallel
+///   to positions; tangents that are not three a triangle mesh-origin   an origin that is not finite
+///   mesh-group    an index of a group, object or material beyond the list of names mesh-polygon  polygon
+///   numbers that do not ascend from 0 in steps of 1
 /// Cost: linear; 1 ms of CPU time a million triangles with UVs; 2.5 ms with normals, groups, objects and
 /// materials, too (AMD EPYC). It runs over thread_limit() threads. Thread safety: may be called from several
 /// threads.
 void validate(const Mesh& mesh);
 
-/// True if options are in range and do not contradict each other, whatever the meshes are. A match that they
-/// point to is not looked at.
+/// Checks that options are in range and do not contradict each other, independent of the meshes. A saved
+/// match is not checked.
 ///
 /// \throws Error(usage) that names the parameter, its value and the range; ids: `option-range` for numbers;
 ///         `option-enum` for a value that an enumeration does not have; `option-name` for a map or match
@@ -34,7 +32,7 @@ void validate(const Mesh& mesh);
 /// Cost: below a microsecond. Thread safety: may be called from several threads.
 void validate(const BakeOptions& options);
 
-/// True if a match holds together: all arrays of width * height elements, and each sample possible.
+/// Checks that a match is consistent: all arrays have width * height elements, and each sample is valid.
 ///
 /// \throws Error(input) that names the sample and the value, with these ids:
 ///   match-size      width, height or samples out of range, or an array of another length

@@ -4,16 +4,16 @@
 
 /// Version of these headers. Before 1.0 the API may change with every minor version, and so does the shared
 /// library's name (libkiln.so.0.3); patch versions are compatible both ways.
-#define KILN_VERSION_MAJOR 0  ///< Changes where programs have to
-#define KILN_VERSION_MINOR 3  ///< Changes with new features
-#define KILN_VERSION_PATCH 0  ///< Changes with repairs
+#define KILN_VERSION_MAJOR 0  ///< Incompatible changes
+#define KILN_VERSION_MINOR 3  ///< New features; before 1.0 also incompatible changes
+#define KILN_VERSION_PATCH 0  ///< Bug fixes
 /// One number to compare, 10000 a major version and 100 a minor one: `#if KILN_VERSION >= 100`.
 #define KILN_VERSION (KILN_VERSION_MAJOR * 10000 + KILN_VERSION_MINOR * 100 + KILN_VERSION_PATCH)
 
 namespace KILN_PUBLIC kiln {
 
-/// "MAJOR.MINOR.PATCH" of the library that is linked, which may be newer than these headers. Any thread; the
-/// text lives as long as the program.
+/// "MAJOR.MINOR.PATCH" of the linked library, which may be newer than these headers. Any thread; the text
+/// has static lifetime.
 const char* version() noexcept;
 
 }  // namespace kiln

@@ -39,7 +39,7 @@ constexpr std::size_t size_of(VoxelType type) {
 /// "u8", "i8", "u16", "i16", "u32", "i32", "f32" or "f64".
 const char* name_of(VoxelType type);
 
-/// The type of such a name (exactly), or nothing.
+/// The type with exactly this name, or nothing.
 std::optional<VoxelType> voxel_type_of(std::string_view name);
 
 /// A scalar field sampled on a regular grid. A voxel is a sample at a grid point, not a box.
@@ -49,12 +49,12 @@ struct Volume {
   VoxelType type = VoxelType::u8;       ///< Type of all voxels.
   std::array<double, 3> origin{};       ///< World position of voxel (0, 0, 0).
   /// World position of voxel (i, j, k) = origin + i axes[0] + j axes[1] + k axes[2]: an axis' length is
-  /// the spacing. Axes are independent; a left-handed set mirrors the picture, as the file says.
+  /// the spacing. Axes are linearly independent; a left-handed set mirrors the volume.
   std::array<std::array<double, 3>, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::vector<std::byte> voxels;  ///< size[0] size[1] size[2] values, x fastest.
 };
 
-/// Reads a volume; the name's extension, in any case, says the format:
+/// Reads a volume in the format of the name's extension (case ignored):
 ///
 ///   .nrrd, .nhdr  NRRD 1 to 5, attached or detached data, also in several files (LIST, or a pattern
 ///                 such as slice%03d.raw 1 100 1); raw, gzip, text. `space directions` and `space
@@ -63,25 +63,25 @@ struct Volume {
 ///                 mirrored.
 ///   .mha, .mhd    MetaImage, data LOCAL or in a file of its own; raw, compressed (zlib), text.
 ///                 TransformMatrix, ElementSpacing (else ElementSize), Offset.
-///   .nii, .nii.gz NIfTI 1 and 2 in one file, or in two: NAME.hdr, with the voxels in NAME.img beside it
-///   .hdr, .hdr.gz (either may be packed). Axes by the sform where its code is positive, else the qform,
+///   .nii, .nii.gz NIfTI 1 and 2 in one file, or in two: NAME.hdr, with the voxels in NAME.img beside it .hdr,
+///   .hdr.gz (either may be compressed). Axes by the sform where its code is positive, else the qform,
 ///                 else the pixel sizes. scl_slope and scl_inter, where they change values, are applied;
 ///                 the volume is f32 then.
-///   .vdb          OpenVDB, in builds that have it (reads_openvdb()): the first float or double grid
-///                 as f32. It covers the bounding box of its active voxels and 2 voxels more on each
-///                 side; these hold the background's value (or the inside's, in a level set).
+///   .vdb          OpenVDB, in builds with it (reads_openvdb()): the first float or double grid as f32. It covers
+///                 the bounding box of its active voxels and 2 voxels more on each side; these hold the
+///                 background's value (or the inside's, in a level set).
 ///
-/// Positions are in the file's own world and units: left-posterior-superior in most NRRD and MetaImage
-/// files, right-anterior-superior in NIfTI (the same body, turned by 180 degrees about z). Either byte
-/// order. Limits: one value a voxel; three axes (others must have size 1); a header of a MiB; axes
-/// with lengths from 1e-30 to 1e30, at least a 1e-4th part of a right angle apart. 64-bit integers,
-/// bzip2, and MetaImages over many files are refused by name.
+/// Positions are in the file's own world and units: left-posterior-superior in most NRRD and MetaImage files,
+/// right-anterior-superior in NIfTI (the same body, turned by 180 degrees about z). Either byte order. Limits:
+/// one value a voxel; three axes (others must have size 1); a header of a MiB; axes with lengths from 1e-30 to
+/// 1e30, at least a 1e-4th part of a right angle apart. 64-bit integers, bzip2, and MetaImages over several files
+/// are refused with a message that names them.
 ///
 /// Imperfect data that can be handled is counted in `warnings`:
 ///
-///   non-finite-voxels  NaN or infinite: kept. The contouring decides what they mean.
+///   non-finite-voxels  NaN or infinite: kept; see contour().
 ///   trailing-bytes     after the last voxel: ignored
-///   assumed-cells      NRRD: ends of axes that do not say whether they are of cells or nodes: cells
+///   assumed-cells      NRRD: extents of axes without centering: taken as cells
 ///   missing-spacing    an axis without a usable spacing: 1
 ///   bad-transform      a NIfTI form without three independent axes: the next of the rule above
 ///   ignored-scale      a mapping of values that is not applied: NIfTI's where it is not finite,
@@ -89,21 +89,21 @@ struct Volume {
 ///   ignored-grids      further grids of an OpenVDB file
 ///
 /// \param path      the file
-/// \param warnings  where to append what was imperfect but handled; may be null
-/// \throws Error(input) names the file, the place (line, field or byte) and the remedy: no file; no
-///         known format, or another one than the name says; truncated (expected and found bytes); a
-///         size of 0 or beyond 2^32 - 1 on an axis; an encoding or type that Kiln does not read; more
-///         than one value a voxel; several time steps; axes that are not independent.
+/// \param warnings  receives warnings of imperfect data that was handled; may be null
+/// \throws Error(input) names the file, the place (line, field or byte) and the remedy: no file; unknown format,
+///         or one that contradicts the name; truncated (expected and found bytes); a size of 0 or beyond 2^32 - 1
+///         on an axis; an encoding or type that Kiln does not read; more than one value a voxel; several time
+///         steps; axes that are not independent.
 /// Thread safety: may be called from several threads. Memory is the volume's, plus a few MiB: a header
 /// that claims more than its file could hold is refused before anything is allocated for it.
 /// \see http://teem.sourceforge.net/nrrd/format.html,
 ///      https://itk.org/Wiki/ITK/MetaIO/Documentation, https://nifti.nimh.nih.gov/nifti-1
 Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
 
-/// True if this build of Kiln reads .vdb. This and is_volume_name(): any thread.
+/// True if this build reads .vdb. This function and is_volume_name(): any thread.
 bool reads_openvdb();
 
-/// True if load_volume() knows the name's extension, .vdb included: no look at the file.
+/// True if load_volume() knows the name's extension, .vdb included. Does not open the file.
 bool is_volume_name(const std::filesystem::path& path);
 
 enum class ByteOrder : std::uint8_t { little, big };
@@ -114,20 +114,21 @@ struct RawVolumeLayout {
   VoxelType type = VoxelType::u8;            ///< Type of all voxels.
   std::array<double, 3> spacing{1, 1, 1};    ///< World units between neighbours, positive.
   ByteOrder byte_order = ByteOrder::little;  ///< Byte order of values of more than one byte.
-  std::int64_t header_bytes = 0;             ///< To skip; -1: whatever precedes the last voxels.
+  std::int64_t header_bytes = 0;             ///< Bytes to skip; -1: all bytes before the voxels,
+                                             ///< which end the file.
 };
 
-/// Reads a volume without header. The file must have exactly the bytes that the layout asks for: more
-/// or fewer mean that the layout is wrong. Warnings, threads and promises as load_volume's.
+/// Reads a volume without header. The file's size must match the layout exactly: otherwise the layout
+/// is wrong. Warnings, threads and promises as load_volume's.
 /// \throws Error(usage) a size, spacing or number of header bytes out of range
-/// \throws Error(input) no such file, or its size is not as the layout says (both in bytes)
+/// \throws Error(input) no such file, or its size does not match the layout (both in bytes)
 Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout& layout,
                        std::vector<Warning>* warnings = nullptr);
 
-/// Writes a volume as NRRD: raw, little-endian, with `space directions` and `space origin` exactly as
-/// they are; load_volume gives the same volume. Whole or not at all. Threads may save at once, to different
+/// Writes a volume as NRRD: raw, little-endian, with exact `space directions` and `space origin`;
+/// load_volume() restores the same volume. Whole or not at all. Threads may save at once, to different
 /// names.
-/// \throws Error(usage) the number of voxels is not as `size` says, or the axes are not usable
+/// \throws Error(usage) the number of voxels does not match `size`, or the axes are not usable
 /// \throws Error(output)
 void save_nrrd(const Volume& volume, const std::filesystem::path& path);
 

@@ -1,14 +1,14 @@
 // The nearest point of the high poly for each sample of the low poly.
 //
 // Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods and Assessment for Detail-Recovery",
-// section 3.1. Faces turned away from the sample's direction (their normal's product with it is
-// below 0) are left out. So a sample does not take the wrong side of a thin sheet.
+// section 3.1. Faces turned away from the sample's direction (their normal's product with it is below
+// 0) are ignored, so that a sample does not match the wrong side of a thin sheet.
 //
-// Algorithm: the hierarchy of the rays (see shared/bvh.h) is walked nearest child first, with a
-// shrinking radius. All variants share one point-triangle distance (see nearest.clh).
-// Ties go to the lowest triangle. Culling is strict and its arithmetic is monotone: the result is a
-// function of sample and triangles alone. On CPUs neighbouring samples walk together (see
-// accel/closest_group.clh), starting with the leaf that their predecessors ended at.
+// Algorithm: the BVH of the rays (see shared/bvh.h) is traversed nearest child first, with a shrinking
+// radius. All variants share one point-triangle distance (see nearest.clh). Ties go to the lowest
+// triangle. Culling is strict and its arithmetic is monotone: the result is a function of sample and
+// triangles alone. On CPUs neighbouring samples are searched together (see accel/closest_group.clh),
+// starting at the last leaf of the samples before.
 //
 // | kernel              | global size      | local | reads, writes a sample  |
 // | kiln_closest_run    | samples / 256, up | 16   | 24 B + tree, 17 B       |
@@ -19,9 +19,9 @@
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
 //          KILN_BVH_PLAIN       the tree has no prisms (prism.clh)
 //
-// Strengths: needs no direction to be right, finds something wherever the mesh is near. Limits: a miss
-// costs a walk through everything within the distance. Samples beyond 2^20 frame units, or with a
-// direction longer than 2 or none, miss.
+// Strengths: independent of ray directions, and finds a point wherever the mesh is near. Limits: a
+// miss visits all nodes within the distance. Samples beyond 2^20 frame units, or with a direction
+// longer than 2 or none, miss.
 #include "accel/closest_group.clh"
 #include "accel/closest_scalar.clh"
 

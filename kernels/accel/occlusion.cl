@@ -1,21 +1,21 @@
-// Does a ray meet anything? The first hit found ends the walk; otherwise as in ray.cl.
+// Any-hit queries of rays. The first hit found ends the traversal; otherwise as in ray.cl.
 //
-// Rays of ambient occlusion start beside each other but run in all directions. So a work-item
-// takes a block of samples. It sorts them by the signs of their directions and the largest axis. Up to 64
-// at a time walk the tree together (stream.clh).
+// Rays of ambient occlusion start beside each other but run in all directions. So a work-item sorts a
+// block of samples by the signs of their directions and the dominant axis, and traverses the tree with up
+// to 64 of them at a time (stream.clh).
 //
 // | kernel                    | global size        | local | reads, writes a sample           |
 // | kiln_occlusion_any_stream | samples / 2048, up | 4     | 48 B (56 with reach) + tree, 1 B |
 // | kiln_occlusion_any_wide   | samples            | 64    | 24 B (28 with reach) + tree, 1 B |
 // | kiln_occlusion_any_scalar | samples            | 64    | the same                         |
 //
-// The stream's local size is small as a work-item has so much to do: else few groups would be left
-// to share.
+// The stream's local size is small, since a work-item handles 2048 samples: larger groups would be too
+// few to balance.
 //
 // Defines: KILN_RAY_SCALAR, KILN_PORTABLE_MASKS  as in ray.cl
 //          KILN_RAY_SINGLE  build the wide kernel instead of the stream: for CPU drivers that turn
-//                           work-items into lanes. llvmpipe takes a minute and more to compile the
-//                           stream, and gets it wrong.
+//                           work-items into lanes. llvmpipe compiles the stream for over a minute, and
+//                           incorrectly.
 //          KILN_BVH_PLAIN   see prism.clh
 // Limits: see ray.cl.
 #include "accel/occlusion_block.clh"

@@ -1,5 +1,5 @@
-// Raster: software z-buffer of depth and triangle id, orthographic, for matching by views. The way for
-// GPUs; tiles.cl draws the same pictures on CPUs.
+// Raster: software z-buffer of depth and triangle id, orthographic, for matching by views. The variant
+// for GPUs; tiles.cl draws the same pictures on CPUs.
 //
 // Pineda 1988, "A parallel algorithm for polygon rasterization": edge functions, here in fixed
 // point, so that coverage is exact. Vertices are snapped once, to 1/256 of a pixel, and shared; by
@@ -14,10 +14,11 @@
 // kiln_raster_large    64 * 64            64     reads the list once a band; 8 B a pixel
 //
 // Defines: KILN_RASTER_ATOMIC64  the device has 64-bit atomics. Else `pass` 0 takes the least depth
-//                                and pass 1, over the same triangles, the lowest of those that have it.
+//                                and pass 1 finds, over the same triangles, the lowest one of that
+//                                depth.
 //
-// Strengths: a triangle that no pixel centre meets costs three vertex reads. Limits: triangles larger
-// than 32 pixels are queued for a second kernel; views up to 16384 pixels a side; ids below 2^32 - 1.
+// Strengths: a triangle without a pixel centre costs three vertex reads. Limits: triangles larger than
+// 32 pixels are queued for a second kernel; views up to 16384 pixels a side; ids below 2^32 - 1.
 #include "accel/keys.clh"
 #include "lib/mask.clh"
 #include "accel/raster.clh"
@@ -31,7 +32,7 @@ typedef ulong raster_key;
 typedef uint2 raster_key;  // x: triangle, y: depth
 #endif
 
-/// Sets 8 keys an item to nothing, and marks the tiles. `count`: a multiple of a tile's pixels.
+/// Clears 8 keys per item, and marks the tiles. `count`: a multiple of a tile's pixels.
 kernel void kiln_raster_clear(const uint first, const uint count, global ulong* restrict keys,
                               global uchar* restrict drawn) {
   const uint i = (uint)get_global_id(0) * 8u;
@@ -40,7 +41,8 @@ kernel void kiln_raster_clear(const uint first, const uint count, global ulong* 
   if (i % KILN_RASTER_TILE_PIXELS == 0) drawn[(first + i) / KILN_RASTER_TILE_PIXELS] = 1;
 }
 
-/// Vertices in fixed point; w is 1 for those that are in no view, as is_in_views() of the host has it.
+/// Converts vertices to fixed point; w is 1 for those that are in no view, as by is_in_views() on the
+/// host.
 kernel void kiln_raster_project(const kiln_view view, const uint count,
                                 global const float* restrict positions,
                                 global int4* restrict projected) {
@@ -53,7 +55,7 @@ kernel void kiln_raster_project(const kiln_view view, const uint count,
   const float near = (view.toward[0] * p.x + view.toward[1] * p.y) + view.toward[2] * p.z;
   const float x = along_x * view.scale + view.left;
   const float y = view.top - along_y * view.scale;
-  // Not-a-number fails the comparison, too.
+  // NaN fails the comparison, too.
   const bool good = fabs(p.x) <= 4.0f && fabs(p.y) <= 4.0f && fabs(p.z) <= 4.0f &&
                     fabs(x) <= 32768.0f && fabs(y) <= 32768.0f && fabs(near) <= 0.75f;
   const int fixed_x = good ? (int)rint(x * (float)KILN_RASTER_UNIT) : 0;
@@ -64,10 +66,10 @@ kernel void kiln_raster_project(const kiln_view view, const uint count,
 /// A triangle with its corners in the order that makes the area positive (rows grow downwards).
 typedef struct {
   int4 a, b, c;
-  int x0, y0, x1, y1;  // pixels whose centres its box holds
+  int x0, y0, x1, y1;  // pixels whose centres lie in its box
 } raster_triangle;
 
-/// Fetches a triangle and its pixels. False where there is nothing to draw.
+/// Loads a triangle and its pixels. Returns false if there is nothing to draw.
 static inline bool raster_fetch(const kiln_view* view, uint triangle,
                                 global const uint* restrict triangles,
                                 global const int4* restrict projected, raster_triangle* out) {
@@ -84,7 +86,7 @@ static inline bool raster_fetch(const kiln_view* view, uint triangle,
   out->y1 = min((hi.y - 128) >> KILN_RASTER_SHIFT, (int)view->height - 1);
   if (out->x0 > out->x1 || out->y0 > out->y1 || hi.w != 0) return false;
   const long area = (long)(b.x - a.x) * (c.y - a.y) - (long)(b.y - a.y) * (c.x - a.x);
-  // Counter-clockwise from outside is clockwise where rows grow downwards: negative.
+  // Counter-clockwise triangles have a negative area, since rows grow downwards.
   const bool front = area < 0;
   if (area == 0 || (!front && (view->flags & KILN_RASTER_TWO_SIDED) == 0)) return false;
   out->a = a;
@@ -99,10 +101,10 @@ static inline bool raster_is_small(const raster_triangle* t) {
   return hi.x - lo.x <= KILN_RASTER_SMALL && hi.y - lo.y <= KILN_RASTER_SMALL;
 }
 
-/// True if a depth may still win at a pixel, by a plain read beside other work-items' atomic writes. It is
-/// 32 bits wide, so it is never torn, and depths only fall: an old one lets more through, and the atomic
-/// operation decides. Most triangles lose here, where reading is cheaper. With KILN_CHECK_RACES nothing is
-/// read, so that a detector of data races can check all else.
+/// True if a depth may still win at a pixel, by a plain read beside other work-items' atomic writes. The
+/// read is 32 bits wide, so it is never torn, and depths only decrease: a stale value accepts more, and
+/// the atomic operation decides. Most triangles are rejected here, since reading is cheaper. With
+/// KILN_CHECK_RACES nothing is read, so that a race detector can check all other accesses.
 static inline bool raster_may_win(volatile global const uint* depth, uint bits) {
 #ifdef KILN_CHECK_RACES
   (void)depth;
@@ -113,7 +115,7 @@ static inline bool raster_may_win(volatile global const uint* depth, uint bits) 
 #endif
 }
 
-/// Puts a triangle at a pixel, if nothing nearer is there.
+/// Writes a triangle to a pixel, if nothing nearer is there.
 static inline void raster_put(global raster_key* keys, uint pixel, float depth, uint triangle,
                               uint pass) {
   volatile global uint* words = (volatile global uint*)(keys + pixel);
@@ -137,7 +139,8 @@ static inline void raster_put(global raster_key* keys, uint pixel, float depth, 
 #endif
 }
 
-/// Draws what is at most 32 pixels wide and high; queues the rest: {triangle, first row, last row}.
+/// Draws triangles of at most 32 x 32 pixels; queues larger ones as {triangle, first row, last
+/// row}.
 kernel void kiln_raster_small(const kiln_view view, const uint first, const uint count,
                               const uint pass, global const uint* restrict triangles,
                               global const int4* restrict projected,

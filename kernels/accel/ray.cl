@@ -1,14 +1,14 @@
 // Nearest hits of rays that leave samples of the low poly, on the high poly.
 //
-// Algorithm: a hierarchy of 8-wide nodes (see shared/bvh.h) walked nearest child first, and a
+// Algorithm: a BVH of 8-wide nodes (see shared/bvh.h) is traversed nearest child first, with a
 // watertight triangle test (see accel/triangle.clh) that all variants share. Ties in t go to the
 // smaller triangle. Culling is strict and its arithmetic is monotone: the result is a function of
 // ray and triangles alone.
 //
 // Which hit counts (shared/ray.h): the smallest t; or outward first, the nearest t >= 0, else the
-// nearest t < 0; or the outermost, the greatest t. An outermost ray also says whether hits of two or
-// more different t >= 0 lie on it: only there can its answer differ from outward first, and the host
-// looks again (host/match/outermost.cpp) whether the low poly lies between.
+// nearest t < 0; or the outermost, the greatest t. An outermost ray also reports whether it has hits
+// at two or more different t >= 0: only there can its result differ from outward first, and the host
+// checks (host/match/outermost.cpp) whether the low poly lies between.
 //
 // | kernel                  | global size         | local | reads, writes a sample            |
 // | kiln_ray_closest_beam   | samples / 64, up    | 64    | 24 B (28 with reach) + tree, 17 B |
@@ -19,8 +19,9 @@
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
 //          KILN_BVH_PLAIN       the tree has no prisms (prism.clh)
 //
-// Strengths: neighbouring samples (blocks of 8 x 8) share one walk. Limits: rays that have little in
-// common are walked one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.
+// Strengths: neighbouring samples (blocks of 8 x 8) share one traversal. Limits: rays that have
+// little in common are traced one by one. Origins beyond 2^20 frame units and directions longer than
+// 2 miss.
 #include "accel/beam.clh"
 #include "accel/traverse_scalar.clh"
 

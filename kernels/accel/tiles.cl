@@ -1,34 +1,33 @@
 // Tiles: draws depth views on CPUs, the same pictures as raster.cl to the bit, without atomics.
 //
-// Sort-middle rasterisation (Molnar et al. 1994, "A sorting classification of parallel rendering";
-// for CPUs: Seiler et al. 2008, "Larrabee", section 4): a work-item owns a tile of the picture and
-// draws into its own memory everything that reaches into it. What is sorted is not triangles but
-// chunks of 32, whose boxes are fixed with the mesh: a view costs a projected box a chunk, and
-// chunks that face away as a whole (cone of normals: Shirman and Abi-Ezzi 1993, "The cone of
-// normals technique") fall out there. Within a chunk, vertices are projected and triangles set up
-// 16 at a time, a lane each; triangles that span up to 2 x 2 pixels are drawn that way, too. Larger
-// ones are drawn by rows of 8 pixels with the edge functions of raster.cl (Pineda 1988).
+// Sort-middle rasterisation (Molnar et al. 1994, "A sorting classification of parallel rendering"; for CPUs:
+// Seiler et al. 2008, "Larrabee", section 4): a work-item owns a tile of the picture and draws all triangles
+// that overlap it into private memory. Not triangles but chunks of 32 are sorted, whose boxes are computed
+// once per mesh: a view costs one projected box per chunk, and chunks that face away as a whole (cone of
+// normals: Shirman and Abi-Ezzi 1993, "The cone of normals technique") are culled there. Within a chunk,
+// vertices are projected and triangles set up 16 at a time, one per lane; triangles that span up to 2 x 2
+// pixels are also drawn one per lane. Larger ones are drawn by rows of 8 pixels with the edge functions of
+// raster.cl (Pineda 1988).
 //
 // kernel              global                 local  memory traffic
 // kiln_tiles_bounds   views * chunks / 16    64     reads 44 B, writes 8 B a chunk
 // kiln_tiles_draw     views * tiles          1      8 B a 16 chunks; 640 B a chunk in it; writes 8 B a pixel
 //
-// Strengths: no atomics, and the pixels stay in the first-level cache; tiles that nothing reaches cost a
-// byte. Limits: an item takes 40 KiB of private memory, which a GPU does not have; views up to 16384
-// pixels a side.
+// Strengths: no atomics, and the pixels stay in the first-level cache; empty tiles cost a byte. Limits: an
+// item needs 40 KiB of private memory, which GPUs lack; views up to 16384 pixels a side.
 #include "accel/prefetch.clh"
 #include "accel/tile.clh"
 
 #define TILE_LANES KILN_RASTER_BOXES
 
-/// Chunks' boxes in a view: conservative, so that what is not in a box is not drawn by raster.cl either.
+/// Computes the chunks' boxes in a view. They are conservative: raster.cl draws nothing outside of them.
 ///
 /// A vertex's pixel coordinates differ from the exact ones by the snapping (1/512) and by rounding, less
-/// than 2^-24 (10 scale |p| + offset). The box gets a whole pixel more. A chunk is left out where no
+/// than 2^-24 (10 scale |p| + offset). The box is enlarged by a whole pixel. A chunk is culled if no
 /// triangle in it can have a positive area on the screen: with an error of d pixels a coordinate, a
 /// triangle's doubled area is off by less than 6 d l + 8 d^2, l its longest edge in pixels. Let n be the
-/// cosine between its normal and the viewer, h its height on that edge in frame units: with
-/// q = d / (scale h), it faces away for certain where -n >= 6 q + 8 q^2.
+/// cosine between its normal and the viewer, h its height on that edge in frame units: with q = d /
+/// (scale h), it faces away for certain where -n >= 6 q + 8 q^2.
 kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
                               const uint padded_groups, global const kiln_view* restrict views,
                               global const kiln_raster_bounds* restrict bounds,
@@ -81,7 +80,8 @@ kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
     const float16 n = facing_x * TILE_FLOATS(b->axis[0], 0) +
                       facing_y * TILE_FLOATS(b->axis[1], 0) + facing_z * TILE_FLOATS(b->axis[2], 0);
     const float16 q = (0.002f + rounding) / (scale * height);
-    // Most of the cone's cosines to the viewer; the roots of small numbers are off by up to 5e-4.
+    // Largest cosine of the cone to the viewer; square roots of small numbers have errors up to
+    // 5e-4.
     const float16 most =
         n * cosine + sqrt(max(1.0f - n * n, (float16)(0.0f))) * sqrt(1.0f - cosine * cosine);
     const int16 away = (cosine >= 0.0f) & (most + 1e-3f <= -(6.0f * q + 8.0f * q * q));
@@ -92,7 +92,7 @@ kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
   vstore16(convert_short16(first_y), 0, box->first_y);
   vstore16(convert_short16(last_x), 0, box->last_x);
   vstore16(convert_short16(last_y), 0, box->last_y);
-  // All 16 as one. Empty boxes must not widen it.
+  // Union of the 16 boxes; empty boxes must not enlarge it.
   const int16 empty = (first_x > last_x) | (first_y > last_y);
   const int16 low_x = empty ? (int16)(KILN_RASTER_LARGEST) : first_x;
   const int16 low_y = empty ? (int16)(KILN_RASTER_LARGEST) : first_y;
@@ -108,7 +108,7 @@ kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
   super->last_y[lane] = (short)max(max(gy4.x, gy4.y), max(gy4.z, gy4.w));
 }
 
-/// Which of 16 boxes reach into the tile.
+/// Bit set of those of 16 boxes that overlap the tile.
 static inline uint tile_hits(global const kiln_raster_boxes* boxes, const tile_state* tile) {
   const short16 hits = (TILE_SHORTS(boxes->first_x) <= (short16)((short)tile->last_x)) &
                        (TILE_SHORTS(boxes->last_x) >= (short16)((short)tile->first_x)) &
@@ -117,8 +117,8 @@ static inline uint tile_hits(global const kiln_raster_boxes* boxes, const tile_s
   return mask_bits16(convert_int16(hits));
 }
 
-/// Draws views of one size. \param drawn  a byte a tile: whether anything is; else its keys stay as they
-/// are
+/// Draws views of one size. \param drawn  one byte per tile: whether it has any pixel; else its keys are
+/// not written
 kernel void kiln_tiles_draw(const uint count, const uint group_count, const uint padded_groups,
                             global const kiln_view* restrict views,
                             global const kiln_raster_boxes* restrict boxes,

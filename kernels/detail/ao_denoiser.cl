@@ -1,31 +1,31 @@
-// Smooths shares of rays over the surface: each texel takes from the eight beside it, across seams too, as much
-// as they are alike.
+// Smooths shares of rays over the surface: each texel is averaged with its eight neighbours, across seams too,
+// weighted by their similarity.
 //
-// Two estimates of each texel, of other rays, are smoothed with the same weights but apart. So each can say
-// what the other one loses (host/detail/ao_denoiser.h). Weights know the high poly's points alone, never the
-// shares: the filter is linear, and a sum of them has the error of its parts.
+// Two estimates of each texel, from independent rays, are smoothed separately with the same weights, so that
+// each measures the bias of the other (host/detail/ao_denoiser.h). Weights depend on the high poly's points
+// alone, never on the shares: the filter is linear, and the error of a sum is the sum of the errors.
 //
 // kernel              global  local  memory traffic an item
 // kiln_share_weights  texels  64     reads 56 B + 8 points (gathered), writes 32 B
 // kiln_share_smooth   texels  64     reads 40 B + 8 values (gathered), writes 8 B
 // kiln_share_lean     texels  64     reads 32 B, writes 8 B
 //
-// A texel's neighbours lie one after another, so that all eight are one vector.
+// A texel's neighbours are consecutive, so that all eight are one vector.
 //
-// Strengths: a step costs as much as reading one ray. Limits: what lies between texels is not known: where a
-// shadow's edge crosses a flat face, only the host's choice of how often to smooth protects it.
+// Strengths: a step costs as much as reading one ray. Limits: weights do not see shadows: where a shadow's edge
+// crosses a flat face, only the host's choice of the number of steps preserves it.
 
 #include "lib/unroll.clh"
 #include "shared/ao_denoiser.h"
 
-// Normals that are 1 - cos apart by this much have nothing to do with each other (26 degrees).
+// Difference 1 - cos of normals at and above which a neighbour has no weight (26 degrees).
 #define NORMAL_REACH 0.1f
-// A neighbour that is this often further away than the nearest one lies beyond a jump.
+// A neighbour more than this many times as far away as the nearest one lies beyond a discontinuity.
 #define JUMP 6.0f
 // A texel's own weight with three neighbours.
 #define OWN_WEIGHT 0.25f
 
-/// One plane's values of eight texels.
+/// Gathers one plane's values of eight texels.
 static inline float8 share_gather(global const float* plane, const uint which[8]) {
   float found[KILN_SHARE_NEIGHBOURS];
   KILN_UNROLL
@@ -33,9 +33,10 @@ static inline float8 share_gather(global const float* plane, const uint which[8]
   return vload8(0, found);
 }
 
-/// Weight of each neighbour in a step, in 256ths, above its number. They and the texel's own part sum to 1.
-/// \param neighbours  of each texel, their numbers, below 2^24; the texel's own where there is none
-/// \param points      positions, then unit normals, a plane each axis
+/// Computes the weight of each neighbour in a step, in 256ths, packed above its index. Weights and the
+/// texel's own sum to 1.
+/// \param neighbours  indices per texel, below 2^24; the texel's own for a missing neighbour
+/// \param points      positions, then unit normals, one plane per component
 kernel void kiln_share_weights(const kiln_share_params params,
                                global uint* restrict neighbours,
                                global const float* restrict points) {
@@ -69,7 +70,7 @@ kernel void kiln_share_weights(const kiln_share_params params,
   vstore8(beside | convert_uint8(share / sum * 256.0f) << 24u, i, neighbours);
 }
 
-/// One step of both estimates.
+/// Applies one step to both estimates.
 kernel void kiln_share_smooth(const kiln_share_params params,
                               global const uint* restrict neighbours,
                               global const float* restrict from,
@@ -92,9 +93,9 @@ kernel void kiln_share_smooth(const kiln_share_params params,
   vstore2(sum + own * vload2(i, from), i, to);
 }
 
-/// How far the centre of a texel's weights lies from it: the square, in texels, as both values of a pair. A texel with
-/// fewer than three neighbours leans by its own weight, since little of its noise is smoothed away. Neighbours are in
-/// the order of AoDenoiser::prepare().
+/// Squared distance, in texels, of the centroid of a texel's weights from the texel, as both values of a pair. A texel
+/// with fewer than three neighbours uses its own weight instead, since little of its noise is averaged out. Neighbours
+/// are in the order of AoDenoiser::prepare().
 kernel void kiln_share_lean(const kiln_share_params params,
                             global const uint* restrict neighbours,
                             global float* restrict lean) {

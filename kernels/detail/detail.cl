@@ -1,10 +1,9 @@
-// Detail: what to read at the corresponding points (D), and averaging samples to texels.
+// Detail: normals at the corresponding points, and averaging of samples to texels.
 //
-// Normals of the high poly are interpolated at the matched point and expressed in the low poly's
-// frame: MikkTSpace's tangent frame (Mikkelsen 2008), object space, or the face's own frame (Wang,
-// Froehlich, Goebel, "Fast Normal Map Generation for Simplified Meshes", section 3). The tangent frame is
-// interpolated and not normalised, as shaders do it, and inverted exactly: so decoding with
-// x * T + y * B + z * N gives back the direction of the dense normal.
+// Normals of the high poly are interpolated at the matched point and expressed in the low poly's frame: MikkTSpace's
+// tangent frame (Mikkelsen 2008), object space, or the face's own frame (Wang, Froehlich, Goebel, "Fast Normal Map
+// Generation for Simplified Meshes", section 3). The tangent frame is interpolated and not normalised, as shaders do
+// it, and inverted exactly: so decoding with x * T + y * B + z * N restores the direction of the high poly's normal.
 //
 // One source, built for 1 sample a work-item (GPUs) or 8 (CPUs): PoCL vectorises across work-items only where
 // a kernel has neither branches nor gathers, which detail has; so lib/lanes.clh writes vectors out. The same
@@ -19,15 +18,17 @@
 // kiln_detail_blend    samples / width   64     the same, and of the other match 16 B + 2 triangles' attributes
 // kiln_detail_resolve  texels            64     reads 12 B + 13 B a sample, writes 13 B (scattered)
 //
-// Neighbouring samples mostly lie in one triangle of the low poly: eight that do read its attributes once. They read the
-// high poly's normals and their indices four numbers at a time: both arrays end in one more.
+// Neighbouring samples mostly lie in one triangle of the low poly: eight samples of one triangle read its attributes
+// once. The high poly's normals and their indices are read four numbers at a time, so both arrays have one padding
+// element.
 //
-// Strengths: one pass; half the memory traffic at one sample a texel (kiln_detail_texel). Limits: barycentric
+// Strengths: one pass; half the memory traffic at one sample per texel (kiln_detail_texel). Limits: barycentric
 // interpolation only.
 
 #include "detail/detail.clh"
 
-/// The samples' inputs: places on the low poly, and the high poly's normals at their points.
+/// Inputs of a group of samples: attributes of the low poly, and the high poly's normals at their
+/// points.
 typedef struct detail_group {
   detail_low low;
   lanes3 normal;
@@ -88,8 +89,8 @@ kernel void kiln_detail_normal(const kiln_detail_params params,
   detail_store(detail_to_map(params, group.low, group.normal), at, params.out_capacity, result);
 }
 
-/// The same with the normals of two correspondences mixed where the other one has a triangle.
-/// \param shares  how much of the first a sample takes
+/// Blends the normals of two correspondences where the other one has a triangle.
+/// \param shares  weight of the first per sample
 kernel void kiln_detail_blend(const kiln_detail_params params,
                               const uint other_capacity,
                               global const uint* restrict low_triangle,
@@ -129,8 +130,8 @@ kernel void kiln_detail_blend(const kiln_detail_params params,
   detail_store(detail_to_map(params, group.low, normal), at, params.out_capacity, result);
 }
 
-/// Normals and their texels at once, where each texel has one sample: kiln_detail_normal, then
-/// kiln_detail_resolve, without the values in between.
+/// Normals and texels in one pass for one sample per texel: kiln_detail_normal and
+/// kiln_detail_resolve without the intermediate values.
 kernel void kiln_detail_texel(const kiln_detail_params params,
                               const kiln_resolve_params resolve,
                               global const uint* restrict texel_index,
@@ -172,7 +173,7 @@ kernel void kiln_detail_texel(const kiln_detail_params params,
 }
 
 #if KILN_WIDTH == 1
-/// Averages a texel's samples and normalises, where there are several. Writes three interleaved floats and a
+/// Averages a texel's samples, and normalises if there are several. Writes three interleaved floats and a
 /// coverage byte (1 baked, 2 missed) at the texel's place in the band.
 kernel void kiln_detail_resolve(const kiln_resolve_params params,
                                 global const uint* restrict texel_index,

@@ -1,20 +1,19 @@
-// Hemispheres: rays from the high poly's matched points, and what they meet, added up for each sample.
+// Hemispheres: rays from the high poly's matched points, with their hits summed for each sample.
 //
 // Ambient occlusion is the share of cosine-weighted rays over the hemisphere about the normal that hit nothing
 // (Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", 1998); the mean of the open ones is the bent
 // normal (Landis, "Production-Ready Global Illumination", 2002). Rays of a sample are a spiral on the disk (Vogel
-// 1979), lifted to the hemisphere: so the cosine is their weight. Samples share a few such sets, turned about the
-// normal; the set and the angle are a hash of the sample's place in the map. The basis about a normal changes
-// steadily with it (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
+// 1979), lifted to the hemisphere, which weights them by the cosine. Samples share a few such sets, rotated about
+// the normal; the set and the angle are a hash of the sample's place in the map. The basis about a normal is
+// continuous almost everywhere (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
 //
-// A row of rays holds one ray of each sample, so neighbours start beside each other. A turned sample
-// adds one ray of its set to a row, and all rays of the row run about the same way. For that the set is
-// cut into rings, each sorted by angle; a turned sample starts elsewhere in the ring. Each sample has
-// all of its rays in the end; only their order changes. Nearest hits are better off with rows that run
-// in all directions: beams of rays that lean differently widen until they meet everything. Where few
-// samples, far apart, cast many rays each, a row would hold rays that have no node in common. There
-// the rays of one sample lie one after another (by_sample). Origins are pushed off the face, along its
-// geometric normal, to the side that the ray leaves to: so no ray meets the face that it starts from.
+// A row of rays holds one ray of each sample, so neighbours in memory start beside each other. The rays of a row
+// also have similar directions, despite the rotations: the set is cut into rings, each sorted by angle, and a
+// rotated sample starts at another ray of the ring. This only changes the order of a sample's rays. For nearest
+// hits rows have mixed directions, since beams of rays that diverge widen until they reach all nodes. If few
+// samples, far apart, cast many rays each, the rays of a row share no nodes; then the rays of one sample are
+// consecutive instead (by_sample). Origins are pushed off the face along its geometric normal, to the side of the
+// ray, so that no ray hits the face that it starts from.
 //
 // kernel                   global               local  memory traffic an item
 // kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
@@ -28,16 +27,16 @@
 // kiln_hemisphere_bent_sum     samples / 8          8      reads 104 B a row of rays, writes 96 B
 // kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
 // kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
-// Strengths: sums are made in one order, so that they depend on nothing but the sample. Limits: contacts nearer
-// than the push are not seen.
+// Strengths: sums have a fixed order, so that they depend on the sample alone. Limits: contacts nearer than the
+// push are missed.
 
 #include "detail/detail.clh"
 #include "detail/hemisphere_ray.clh"
 #include "detail/hemisphere_turn.clh"
 #include "lib/hash.clh"
 
-/// Which rays each sample has: how far they are turned, and below that the number of the set. It depends on
-/// the texel's place in the map; its samples are turned evenly apart.
+/// Rotation of each sample's rays, and below it the index of the set. It depends on the texel's place in
+/// the map; samples of a texel have evenly spaced rotations.
 kernel void kiln_hemisphere_turns(const kiln_turn_params params,
                                   global const uint* restrict texel_index,
                                   global const uint* restrict texel_first,
@@ -48,14 +47,14 @@ kernel void kiln_hemisphere_turns(const kiln_turn_params params,
   const uint texel = hash_of(params.first_texel + texel_index[i]);
   const uint end = texel_first[i + 1];
   for (uint s = texel_first[i]; s < end; ++s) {
-    // Multiples of the golden ratio lie evenly, however many there are.
+    // Multiples of the golden ratio are evenly spaced for any number of samples.
     turns[s] = (texel + sample_slot[s] * 2654435769u) >>
                (32 - KILN_HEMISPHERE_TURN_BITS - KILN_HEMISPHERE_SET_BITS);
   }
 }
 
-/// The place of each sample's texel along a Morton curve, the finest digit first, for hemisphere_turn to shuffle.
-/// The curve goes on within the texel.
+/// The place of each sample's texel along a Morton curve, the finest digit first, which hemisphere_turn shuffles.
+/// The curve continues within the texel.
 kernel void kiln_hemisphere_keys(const kiln_turn_params params,
                                  global const uint* restrict texel_index,
                                  global const uint* restrict texel_first,
@@ -80,7 +79,7 @@ kernel void kiln_hemisphere_keys(const kiln_turn_params params,
   }
 }
 
-/// Copies some of a band's samples: all that their rays start from.
+/// Gathers chosen samples of a band: all inputs of their rays.
 kernel void kiln_hemisphere_pick(const kiln_pick_params params,
                                  global const uint* restrict samples,
                                  global const uint* restrict low_triangle,
@@ -88,7 +87,7 @@ kernel void kiln_hemisphere_pick(const kiln_pick_params params,
                                  global const float* restrict low_points,
                                  global const uint* restrict hit_triangle,
                                  global const float* restrict hit_barycentric,
-                                 global const uint* restrict turns,  // or keys
+                                 global const uint* restrict turns,  // rotations, or keys
                                  global uint* restrict to_low_triangle,
                                  global float* restrict to_low_barycentric,
                                  global float* restrict to_points,
@@ -111,7 +110,7 @@ kernel void kiln_hemisphere_pick(const kiln_pick_params params,
   to_turns[i] = params.by_key != 0u ? hemisphere_turn(turns[s], params.round) : turns[s];
 }
 
-/// Other rays of the same samples, of another round.
+/// Rotations of the same samples for another round of rays.
 kernel void kiln_hemisphere_turn_more(const kiln_pick_params params,
                                       global const uint* restrict samples,
                                       global const uint* restrict keys,
@@ -121,7 +120,7 @@ kernel void kiln_hemisphere_turn_more(const kiln_pick_params params,
   to_turns[i] = hemisphere_turn(keys[samples[i]], params.round);
 }
 
-/// A unit vector along v, however short; 0 where it has no direction.
+/// A unit vector along v, however short; 0 for a vector without a direction.
 static inline float3 hemisphere_unit(float3 v) {
 #pragma OPENCL FP_CONTRACT OFF
   const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
@@ -137,7 +136,7 @@ static inline void hemisphere_store(float3 value, size_t i, size_t plane, global
 }
 
 /// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and
-/// those that pad the last lanes, get normals of 0.
+/// padding of the last lanes, get zero normals.
 kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
                                    global const uint* restrict low_triangle,
                                    global const float* restrict low_barycentric,
@@ -190,12 +189,12 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
   hemisphere_store(face * params.push, i, plane, points + 6 * plane);
 }
 
-/// Rays [first_ray, first_ray + rays) of samples [first, first + stride), a row a ray: position and
-/// direction. With by_sample the rays of a sample instead. The direction stored is the ray's
-/// opposite: faces that look at the point look along it.
+/// Rays [first_ray, first_ray + rays) of samples [first, first + stride), one row per ray: position
+/// and direction. With by_sample, the rays of each sample are consecutive. The stored direction is
+/// the ray's opposite, since front faces have normals along it.
 /// \param turn_table  cosines, then sines
-/// \param directions  of each set: on the disk and over it, x, y and z, a plane each
-/// \param rings       of each ray: the ring's first ray, then its number of rays, a plane each
+/// \param directions  per set: x, y and z on the hemisphere, one plane each
+/// \param rings       per ray: the ring's first ray, then its number of rays, one plane each
 kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
                                  global const float* restrict points,
                                  global const uint* restrict turns,
@@ -204,7 +203,7 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
                                  global const uint* restrict rings,
                                  global float* restrict rays) {
 #pragma OPENCL FP_CONTRACT OFF
-  // A work-item has one ray of each of 8 samples, or 8 rays of one.
+  // A work-item handles one ray of each of 8 samples, or 8 rays of one sample.
   const bool own = params.by_sample != 0u;
   const uint groups = own ? (params.rays + LANES - 1) / LANES : params.stride / LANES;
   const uint item = (uint)get_global_id(0);
@@ -257,8 +256,8 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   }
 }
 
-/// The frame of the kernels that add up rows of rays: `planes` sums of each of a work-item's samples. `add` is
-/// what a row adds to sum[], of the lanes from `from` on.
+/// Frame of the kernels that sum over rows of rays: `planes` sums for each of a work-item's samples. `add` is
+/// the expression that a row adds to sum[], for the lanes from `from` on.
 #define HEMISPHERE_ADD_ROWS(vector, planes, result, add)                                        \
   const uint lane = (uint)get_global_id(0) * LANES;                                             \
   if (lane >= params.stride) return;                                                            \
@@ -275,14 +274,14 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
     vstore8(sum[p], 0, result + params.first + lane + p * result_plane);                        \
   }
 
-/// Adds to each sample how many of its rays hit nothing.
+/// Adds each sample's number of rays without a hit.
 kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
                                  global const uchar* restrict hit,
                                  global uint* restrict open) {
   HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + from)); })
 }
 
-/// The same where params.by_sample is 1.
+/// The same for params.by_sample = 1.
 kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
                                 global const uchar* restrict hit,
                                 global uint* restrict open) {
@@ -294,7 +293,7 @@ kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
   open[params.first + i] += params.rays - hits;
 }
 
-/// The same of rays towards the light: samples that look away from it have none, and see nothing of it.
+/// The same for rays towards the light: samples that face away from it have none, and count as unlit.
 kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
                                 global const uchar* restrict hit,
                                 global const float* restrict rays,
@@ -309,7 +308,7 @@ kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
   })
 }
 
-/// Adds to each sample the directions of those rays.
+/// Adds each sample's sum of directions of rays without a hit.
 kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
                                  global const uchar* restrict hit,
                                  global const float* restrict rays,
@@ -327,7 +326,7 @@ kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
   })
 }
 
-/// Adds to each sample how far its rays came, as shares of `reach`: 1 at most.
+/// Adds each sample's sum of hit distances, as shares of `reach`, at most 1.
 kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
                                   global const uint* restrict triangle,
                                   global const float* restrict distance,
@@ -341,7 +340,7 @@ kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
   })
 }
 
-/// The direction that a point is open to: its normal where it is open to nothing.
+/// The mean unoccluded direction; the normal if all rays have a hit.
 static inline float3 hemisphere_bent(const kiln_detail_params params,
                                      const detail_low low, uint triangle,
                                      global const float* barycentric, uint capacity,
@@ -355,9 +354,10 @@ static inline float3 hemisphere_bent(const kiln_detail_params params,
   return detail_unit((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
 }
 
-/// Bent normals in the map's space; of two correspondences mixed where the other one has a triangle.
-/// \param other_capacity  0: there is no other
-/// \param shares          how much of the first a sample takes
+/// Bent normals in the map's space; blended for two correspondences where the other one has a
+/// triangle.
+/// \param other_capacity  0: there is no other correspondence
+/// \param shares          weight of the first per sample
 kernel void kiln_hemisphere_bent(const kiln_detail_params params,
                                  const uint other_capacity,
                                  global const uint* restrict low_triangle,

@@ -1,26 +1,27 @@
-// Rays over hemispheres made, cast and counted at one go, by streams (accel/occlusion_block.clh).
+// Generates, casts and counts rays over hemispheres in one kernel, by streams (accel/occlusion_block.clh).
 //
-// The kernels of hemisphere.cl hand rays on through memory, 25 bytes each, which are written once and read
-// three times. Here a work-item takes the rays of some neighbouring samples, block by block; a block's
-// data stays in a core's cache; and what a sample's rays have in common is worked out once a block.
+// The kernels of hemisphere.cl pass rays through memory, 25 bytes each, written once and read three times. Here a
+// work-item handles the rays of some neighbouring samples, block by block; a block's data stays in a core's cache,
+// and values common to a sample's rays are computed once per block.
 //
 // kernel                     global size                  local  per work-item
 // kiln_hemisphere_cast       samples / block_samples, up  1      reads 40 B a sample and the tree, 48 KB of its own
 // kiln_hemisphere_cast_own   samples                      1      the same
 //
-// The second is for few samples of many rays: a block holds rays of one sample alone. They leave from one point,
-// and sorted by direction each stream of them is a narrow cone.
+// The second is for few samples with many rays: a block holds rays of one sample. They start at one point, so that
+// each stream, sorted by direction, is a narrow cone.
 //
-// Results are those of hemisphere.cl and occlusion.cl, bit by bit: the same rays, tests that do not depend on
-// the order, sums in the order of rows. Limits: drivers that turn work-items into lanes, see occlusion.cl.
-// Defines: KILN_BVH_PLAIN  see accel/prism.clh
+// Results are those of hemisphere.cl and occlusion.cl, bit by bit: the same rays, tests independent of the order,
+// sums in the order of rows. Limits: drivers that map work-items to lanes, see occlusion.cl. Defines:
+// KILN_BVH_PLAIN  see accel/prism.clh
 
 #define STREAM_CONES 1
 #include "accel/occlusion_block.clh"
 #include "detail/hemisphere_fill.clh"
 
-/// Adds to each sample how many of its rays hit nothing; \param bent_sum  0, or to the sums of their directions
-/// \param unequal  of kiln_hemisphere_params
+/// Adds each sample's number of rays without a hit; \param bent_sum  0, or also receives the sums of their
+/// directions
+/// \param unequal  as in kiln_hemisphere_params
 static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global const float* rays,
                                   global const uchar* hit, global uint* open, global float* bent_sum,
                                   size_t bent_sum_plane) {
@@ -51,10 +52,10 @@ static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global 
 }
 
 /// Casts rays [first_ray, first_ray + rays) of samples [first, first + stride).
-/// \param query    of the rays; its capacity is KILN_OCCLUSION_BLOCK
-/// \param scratch  of each work-item: 6 planes of KILN_OCCLUSION_BLOCK
-/// \param hits     of each work-item: KILN_OCCLUSION_BLOCK
-/// \param bent_sum     not read or written unless wants_bent_sum is 1
+/// \param query    ray parameters; capacity is KILN_OCCLUSION_BLOCK
+/// \param scratch  per work-item: 6 planes of KILN_OCCLUSION_BLOCK
+/// \param hits     per work-item: KILN_OCCLUSION_BLOCK
+/// \param bent_sum     accessed only if wants_bent_sum is 1
 kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
                                  const kiln_ray_params query,
                                  const kiln_cast_params cast,
@@ -86,7 +87,8 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
   }
 }
 
-/// Rays [first_row, first_row + rows) of one sample. In no order but their own: rings are for rows of many samples.
+/// Generates rays [first_row, first_row + rows) of one sample in their own order, since rings serve rows of many
+/// samples.
 static KILN_STREAM_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
                                                  global const float* point, uint code,
                                                  global const float* turn_table,
@@ -97,7 +99,7 @@ static KILN_STREAM_CALL void hemisphere_fill_own(const kiln_hemisphere_params pa
   const uint all = params.all_rays;
   global const float* of_set = directions + lanes.set.s0 * (3 * all) + first_row;
   for (uint i = 0; i < rows; i += LANES) {
-    const uint from = min(i, rows - LANES);  // the last ones may be made twice
+    const uint from = min(i, rows - LANES);  // the last rays may be generated twice
     float8 disk[3];
     KILN_UNROLL
     for (int axis = 0; axis < 3; ++axis) disk[axis] = vload8(0, of_set + axis * all + from);
@@ -111,8 +113,8 @@ static KILN_STREAM_CALL void hemisphere_fill_own(const kiln_hemisphere_params pa
   }
 }
 
-/// Casts rays [first_ray, first_ray + rays) of samples [first, first + count): 64 rays or more.
-/// \param query, scratch, hits  as of kiln_hemisphere_cast
+/// Casts rays [first_ray, first_ray + rays), 64 or more, of samples [first, first + count).
+/// \param query, scratch, hits  as for kiln_hemisphere_cast
 kernel void kiln_hemisphere_cast_own(const kiln_hemisphere_params params,
                                      const kiln_ray_params query,
                                      global const kiln_bvh_node* restrict nodes,

@@ -1,21 +1,22 @@
-// Rays over hemispheres made, cast and measured at one go, by streams (accel/occlusion_block.clh): how far they come.
+// Generates and casts rays over hemispheres, and measures their lengths, in one kernel, by streams
+// (accel/occlusion_block.clh).
 //
 // kernel                      global size                  local  per work-item
 // kiln_hemisphere_cast_depth  samples / block_samples, up  1      reads 40 B a sample and the tree, 56 KB of its own
 //
-// Results are those of hemisphere.cl and ray.cl, bit by bit, as in hemisphere_cast.cl. Rays of a row run in all
-// directions, so that beams of them have nothing in common: one by one they take six times as long. Limits: see
-// occlusion.cl. Defines: KILN_BVH_PLAIN  see accel/prism.clh
+// Results are those of hemisphere.cl and ray.cl, bit by bit, as in hemisphere_cast.cl. Rays of a row have mixed
+// directions, so beams do not help: traced one by one they take six times as long. Limits: see occlusion.cl. Defines:
+// KILN_BVH_PLAIN  see accel/prism.clh
 
 #define STREAM_CONES 1
 #define STREAM_NEAREST 1
 #include "accel/occlusion_block.clh"
 #include "detail/hemisphere_fill.clh"
 
-/// Adds to each sample how far its rays [first_ray, first_ray + rays) come, as kiln_hemisphere_depth does.
-/// \param query    of the rays; its capacity is KILN_OCCLUSION_BLOCK
-/// \param scratch  of each work-item: 6 planes of KILN_OCCLUSION_BLOCK
-/// \param hits     of each work-item: KILN_OCCLUSION_BLOCK
+/// Adds the lengths of each sample's rays [first_ray, first_ray + rays), as kiln_hemisphere_depth does.
+/// \param query    ray parameters; capacity is KILN_OCCLUSION_BLOCK
+/// \param scratch  per work-item: 6 planes of KILN_OCCLUSION_BLOCK
+/// \param hits     per work-item: KILN_OCCLUSION_BLOCK
 kernel void kiln_hemisphere_cast_depth(const kiln_hemisphere_params params,
                                        const kiln_ray_params query,
                                        const kiln_cast_params cast,

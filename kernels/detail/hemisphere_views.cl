@@ -1,21 +1,21 @@
-// Hemispheres by depth views: each sample looks into pictures of all that occludes, taken from all around.
+// Hemispheres by depth views: each sample is looked up in depth pictures of the occluders from all around.
 //
-// Tarini, Cignoni and Scopigno gather visibility so ("Visibility Based Methods and Assessment for
-// Detail-Recovery", 2003, section 3.3). Here it is the high poly's point that is seen or not. A direction
-// counts with its cosine to the normal. Ambient occlusion is what is open of that, as a share of what all
-// directions over the hemisphere come to: so an open place is 1 however many directions there are.
+// Tarini, Cignoni and Scopigno gather visibility this way ("Visibility Based Methods and Assessment for
+// Detail-Recovery", 2003, section 3.3). Here the visibility of the high poly's point is tested. Directions are
+// weighted by their cosine to the normal. Ambient occlusion is the weight of the open directions divided by
+// that of all directions over the hemisphere, so an open place is 1 for any number of directions.
 //
 // kernel                 global        local  memory traffic an item
 // kiln_hemisphere_depths rows of tiles 64     reads 512 B, writes 256 B
 // kiln_hemisphere_views  samples / 64  64     a sample: reads 36 B + 4 B a view (gathered), 44 B of sums
 //
 // Defines: KILN_VISIBILITY_SCALAR  one sample an item: for GPUs
-//          KILN_HEMISPHERE_BENT_SUM    also adds up the directions that are open
+//          KILN_HEMISPHERE_BENT_SUM    also sums the open directions
 //          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
 //
-// Strengths: a sample costs a projection and a look at one pixel a view; all samples share their directions, so
-// there is no grain. Limits: what is narrower than a pixel of a view may be missed, and so are contacts nearer
-// than that; few directions show as bands.
+// Strengths: a sample costs a projection and one pixel read per view; all samples share their directions, so
+// there is no grain. Limits: occluders narrower than a pixel may be missed, and contacts closer than a pixel
+// are; few directions cause banding.
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
 #include "accel/visibility_lanes.clh"
@@ -25,7 +25,8 @@
 #include "shared/raster.h"
 #include "shared/visibility.h"
 
-/// Depths of a batch of views, row by row, from keys tile by tile. An item takes a row of one tile.
+/// Converts a batch of views from keys, tile by tile, to depths, row by row. An item handles a row
+/// of one tile.
 /// \param views  side by side, of a size that is a multiple of KILN_RASTER_TILE
 kernel void kiln_hemisphere_depths(const kiln_hemisphere_views_params params,
                                    global const kiln_view* restrict views,
@@ -52,11 +53,11 @@ kernel void kiln_hemisphere_depths(const kiln_hemisphere_views_params params,
   }
 }
 
-/// Adds a batch of views to samples. A view sees a sample where the sample's pixel shows nothing
-/// nearer than the plane of the sample's face. Both count at the pixel's centre.
+/// Adds a batch of views to samples. A view sees a sample if the sample's pixel shows nothing nearer
+/// than the plane of the sample's face, both at the pixel's centre.
 /// \param points  position, unit normal (0: no hemisphere) and the face's normal of any length, 9 planes
 /// \param sums    KILN_HEMISPHERE_VIEW_SUMS planes
-/// \param bent_sum    3 planes of bent_sum_plane: directions by their cosines
+/// \param bent_sum    3 planes of bent_sum_plane elements: directions weighted by their cosines
 kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
                                   global const kiln_view* restrict views,
                                   global const float* restrict depths,
@@ -126,9 +127,9 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
       const vfloat slope_y = (fx * ux + fy * uy) + fz * uz;
       global const float* picture = depths + (size_t)k * params.view_size * params.view_size;
       const vfloat shown = visibility_gather(picture, row * (last + 1) + column);
-      // Pictures show all that occludes: beyond them nothing does.
+      // Pictures cover all occluders: points outside of them are open.
       const vint outside = max(beside * beside, below * below) > (vfloat)(1.0f);
-      // Both sides times the cosine, so that it does not matter which side of the face is seen.
+      // Both sides multiplied by the cosine, so that the face's orientation does not matter.
       const vfloat squared = facing * facing;
       const vint seen = (squared > (vfloat)(least)) &
                         ((slope_x * beside - slope_y * below) * facing <=

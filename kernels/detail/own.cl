@@ -1,13 +1,14 @@
-// Maps of the caller's own: gathers each sample's point and calls the caller's function.
+// User-defined maps: gathers each sample's point and calls the user's function.
 //
-// The caller's source follows this file in the program, so that it sees own.clh. Nothing of it is
-// seen here but kiln_map().
+// The user's source follows this file in the program, so that it sees own.clh. This file uses only its
+// kiln_map().
 //
 // kernel           global    local  memory traffic an item
-// kiln_own_values  samples   64     reads 41 B + 2 triangles (gathered), writes 16 B; and what the caller reads
+// kiln_own_values  samples   64     reads 41 B + 2 triangles (gathered), writes 16 B; and the reads of kiln_map()
 //
-// Defines: none. Strengths: any map that a formula gives, without another pass over the match. Limits: a function
-// that never returns holds its launch up (65,536 samples at most); nothing on the device can stop it.
+// Defines: none. Strengths: any map that a formula defines, without another pass over the match. Limits: a
+// function that never returns blocks its launch (at most 65,536 samples), since nothing on the device can
+// interrupt it.
 
 #include "detail/detail.clh"
 #include "detail/own.clh"
@@ -21,8 +22,8 @@ static inline float3 own_unit(float3 v, float3 otherwise) {
 }
 
 /// Values of samples [first, end), four planes. Samples without a point hold 0.
-/// \param low_points  place (frame) and direction, planes
-/// \param uvs         of corners' indices, where has_uvs; u and v beside each other
+/// \param low_points  position (frame units) and direction, planes
+/// \param uvs         per corner index if has_uvs; u and v interleaved
 kernel void kiln_own_values(const kiln_own_params params,
                             global const uint* restrict low_triangle,
                             global const float* restrict low_barycentric,

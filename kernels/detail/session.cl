@@ -1,7 +1,4 @@
-// Baking some of a band's texels anew: what their samples need is copied close together.
-//
-// kernel               global         local  memory traffic an item
-// kiln_session_gather  chosen texels  64     reads 12 B + 24 B a sample, writes 24 B a sample
+// Re-baking some of a band's texels: their samples' inputs are copied into compact arrays.
 #include "shared/common.h"
 
 /// Copies the low poly's points and the correspondences of chosen texels' samples.

@@ -1,14 +1,14 @@
-// Gutters: the nearest source texel of every empty texel within a radius, exactly.
+// Padding: the exact nearest source texel of every empty texel within a radius.
 //
 // Algorithm: the exact Euclidean distance transform in two passes over columns and rows (Saito and
 // Toriwaki 1994, "New algorithms for Euclidean distance transformation of an n-dimensional digitized
 // picture with applications"), cut off at the radius. Column pass: for each texel the nearest source in
-// its column, dy. Row pass: the least dx^2 + dy^2 among the neighbouring columns. Both work on eight
-// columns at once.
+// its column, at offset dy. Row pass: the least dx^2 + dy^2 among the neighbouring columns. Both work on
+// eight columns at once.
 //
 // Distance and offset travel in one integer, the key: d^2, then dy + bias, then dx + bias, from the
-// highest bits down. The row pass is then one addition and one unsigned minimum a candidate. Ties go
-// to the lowest row, then the lowest column, by themselves. Integers only: the same on any device.
+// highest bits down. The row pass is then one addition and one unsigned minimum per candidate, and ties
+// go to the lowest row, then the lowest column. Integers only: the same on any device.
 //
 // | kernel                     | items                          | local | traffic an item              |
 // | -------------------------- | ------------------------------ | ----- | ---------------------------- |
@@ -19,7 +19,7 @@
 //
 // Defines: KILN_GUTTER_WIDE=0 (default) or 1: keys of 32 bits for a radius up to 127, or of 64 bits
 // for one up to 16384.
-// Limits: work grows with the radius where sources are far; groups of eight sources cost nothing.
+// Limits: work grows with the radius where sources are far; groups of eight source texels cost nothing.
 #include "shared/image.h"
 
 #ifndef KILN_GUTTER_WIDE
@@ -47,18 +47,18 @@ typedef ushort gutter_offset;
 #endif
 #define GUTTER_BIAS (1 << (GUTTER_SHIFT - 1))
 #define GUTTER_DISTANCE_SHIFT (2 * GUTTER_SHIFT)
-// Larger than the key of any distance, and still so after dx^2 was added without overflow.
+// Larger than the key of any distance, also after dx^2 is added, without overflow.
 #define GUTTER_NONE ((gutter_key)GUTTER_FAR << GUTTER_DISTANCE_SHIFT)
 
-// One more than the distance before, or 0 on a source; never above `limit`.
+// One more than the distance before, or 0 on a source; clamped to `limit`.
 static int8 gutter_step(int8 before, uchar8 mask, int limit) {
-  const int8 empty = convert_int8(mask) - 1;  // -1 (all bits) where there is no source, else 0
+  const int8 empty = convert_int8(mask) - 1;  // -1 (all bits) for texels without a source, else 0
   return min(before + 1, (int8)limit) & empty;
 }
 
-/// Keys of the nearest source in each column.
-/// mask: [height][stride] 1 for a source, else 0. keys: [row_count][pad + stride + pad]; the
-/// caller fills the pads with bytes of 0x7F, further than any distance.
+/// Keys of the nearest source in each column. mask: [height][stride] 1 for a source, else 0. keys:
+/// [row_count][pad + stride + pad]; the caller fills the padding with bytes of 0x7F, larger than
+/// any distance.
 kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
                                       global const uchar* restrict mask,
                                       global gutter_key* restrict keys) {
@@ -71,9 +71,9 @@ kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
   const int limit = (int)band.radius + 1;
   const size_t key_stride = (size_t)band.stride + 2 * band.pad;
   const int top = (int)(band.first_row + first);
-  const int bottom = (int)(band.first_row + last);  // one past
+  const int bottom = (int)(band.first_row + last);  // one past the last row
 
-  // Upward: the distance to the nearest source below, kept where the key will be.
+  // Upward pass: stores the distance to the nearest source below in place of the key.
   int8 below = (int8)limit;
   for (int y = min(bottom - 1 + (int)band.radius, (int)band.height - 1); y >= top; --y) {
     below = gutter_step(below, vload8(0, mask + (size_t)y * band.stride + x), limit);
@@ -82,7 +82,8 @@ kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
               keys + (size_t)(y - (int)band.first_row) * key_stride + band.pad + x);
     }
   }
-  // Downward: the distance to the nearest above; the nearer of the two, above where they are equal.
+  // Downward pass: the distance to the nearest source above, and the nearer of the two; above wins
+  // ties.
   int8 above = (int8)limit;
   for (int y = max(top - (int)band.radius, 0); y < bottom; ++y) {
     above = gutter_step(above, vload8(0, mask + (size_t)y * band.stride + x), limit);
@@ -94,7 +95,7 @@ kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
     const gutter_key8 found =
         (to_key8(distance * distance) << GUTTER_DISTANCE_SHIFT) |
         (to_key8(offset + GUTTER_BIAS) << GUTTER_SHIFT);
-    // All bits of the mask where there is none, in the key's own width.
+    // All bits set for texels without a source, in the key's own width.
     const gutter_key8 none = (gutter_key8)0 - to_key8((uint8)1 & as_uint8(distance >= limit));
     vstore8((found & ~none) | ((gutter_key8)GUTTER_NONE & none), 0, key);
   }
@@ -106,8 +107,8 @@ static gutter_key gutter_largest(gutter_key8 keys) {
   return max(b.s0, b.s1);
 }
 
-/// Offsets to the nearest source, 0 on sources and where there is none within the radius.
-/// offsets: [row_count][stride].
+/// Offsets to the nearest source, 0 on sources and if there is none within the radius. offsets:
+/// [row_count][stride].
 kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
                                    global const uchar* restrict mask,
                                    global const gutter_key* restrict keys,
@@ -129,7 +130,8 @@ kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
   gutter_key8 best = vload8(0, at) + (gutter_key)GUTTER_BIAS;
   for (gutter_key dx = 1; dx <= radius; ++dx) {
     const gutter_key far = (dx * dx << GUTTER_DISTANCE_SHIFT) + (gutter_key)GUTTER_BIAS;
-    // Columns further out cannot be nearer: asked now and then, since asking costs as much as looking.
+    // Columns further out cannot be nearer. Tested every 8 columns, since the test costs as much as a
+    // column.
     if ((dx & 7) == 0 && gutter_largest(best) < far - (gutter_key)GUTTER_BIAS) break;
     best = min(best, vload8(0, at - dx) + (far - dx));
     best = min(best, vload8(0, at + dx) + (far + dx));

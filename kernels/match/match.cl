@@ -1,18 +1,19 @@
-// Between two searches directions are turned, and hits limited or chosen, without a way to the host.
+// Steps between two searches, without a round trip to the host: directions are changed, and hits limited or selected.
 //
 // kernel              global  local  memory traffic an item
-// kiln_match_end      sample  64     reads 53 B, writes 17 B where something lies too deep
+// kiln_match_end      sample  64     reads 53 B, writes 17 B if the point lies too deep
 // kiln_match_axis     sample  64     reads 28 B, writes 28 B
 // kiln_match_limit    sample  64     reads 32 B, writes 4 B
-// kiln_match_outer    sample  64     reads 8 B, and 12 B more where something was found; writes 17 B where it is farther out
+// kiln_match_outer    sample  64     reads 8 B, and 12 B more if there is a hit; writes 17 B if it is farther out
 #include "lib/shell.clh"
 #include "shared/match.h"
 
-/// Samples whose point lies beyond an inner shell miss.
+/// Marks samples as misses whose point lies beyond an inner shell.
 kernel void kiln_match_end(const uint count,
                            const uint capacity,
                            const uint hit_capacity,
-                           global const float* restrict shell,  // 6 a triangle: unit normal, depths
+                           global const float* restrict shell,  // per triangle 6: unit normal,
+                                                                // depths
                            global const uint* restrict triangle,
                            global const float* restrict barycentric,
                            global const float* restrict points,
@@ -32,7 +33,7 @@ kernel void kiln_match_end(const uint count,
   hit_status[i] = KILN_STATUS_MISS;
 }
 
-/// Copies points, with directions along an axis: to the side that the sample's own direction shows.
+/// Copies points, with directions along an axis, on the side of the sample's own direction.
 kernel void kiln_match_axis(const uint count,
                             const uint capacity,
                             const float x,
@@ -53,17 +54,17 @@ kernel void kiln_match_axis(const uint count,
   turned[6 * plane + i] = points[6 * plane + i];
 }
 
-/// Writes how far out samples may look: to the low poly, where rays met it; 0 where they leave it there, within
-/// another part of it.
+/// Writes the search limit of each sample: the distance to the low poly's first hit; 0 if that hit is a back
+/// face, so that the sample is inside another part.
 kernel void kiln_match_limit(const uint count,
                              const uint capacity,
                              const float farthest,
-                             const uint first,                      // of `limit`
-                             global const float* restrict normals,  // 3 a triangle
+                             const uint first,                      // first element of `limit`
+                             global const float* restrict normals,  // 3 per triangle
                              global const float* restrict points,
                              global const uint* restrict met,
                              global const float* restrict distance,
-                             global float* limit) {  // may be of the points
+                             global float* limit) {  // may be a plane of the points
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;
@@ -78,7 +79,7 @@ kernel void kiln_match_limit(const uint count,
   limit[first + i] = most;
 }
 
-/// Takes the outer one of two hits, where it is another face.
+/// Selects the outer of two hits, if it is on another face.
 kernel void kiln_match_outer(const uint count,
                              const float same_face,
                              global const uint* restrict outer_triangle,

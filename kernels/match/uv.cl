@@ -1,18 +1,17 @@
-// Matching by UVs: the high poly's triangles, drawn where they lie in the texture.
+// Matching by UVs: rasterises the high poly's triangles in UV space.
 //
-// Purpose: where both meshes' UVs lie over each other, a sample stands for the high poly's point
-// with its UV; nothing is searched (Gumbau, Gonzalez, Chover, "Fast GPU-based normal map generation
-// for simplified models", WSCG 2006). They let a GPU's rasteriser draw the triangles; here edge
-// functions do, exactly.
+// Purpose: if both meshes' UVs coincide, a sample stands for the high poly's point with its UV, without a
+// search (Gumbau, Gonzalez, Chover, "Fast GPU-based normal map generation for simplified models", WSCG
+// 2006). The paper uses a GPU's rasteriser; here exact edge functions are used.
 //
 // Algorithm: integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon Rasterization") with
-// the top-left rule, the same as texel.cl's. Triangles are small and many, so a work-item takes one (or
-// a tile of a large one) and writes its samples with an atomic minimum: the lowest index wins whatever
-// the order. A sample that is written twice also gets the highest index, by an atomic maximum. On CPUs
-// atomics are slow and threads few. There a work-item takes the triangles of a run of rows in their
-// order, with eight samples at a time. The weights of a sample are quotients of differences of products.
-// Two more fused multiply-adds make these good to the last bits (Kahan; Jeannerod, Louvet, Muller,
-// "Further analysis of Kahan's algorithm for the accurate computation of 2 x 2 determinants", 2013).
+// the top-left rule, the same as texel.cl's. Triangles are small and many, so a work-item draws one (or a
+// tile of a large one) and writes its samples with an atomic minimum: the lowest index wins in any order. A
+// sample that is written twice also gets the highest index, by an atomic maximum. On CPUs, where atomics
+// are slow and threads few, a work-item draws all triangles of a run of rows in order, eight samples at a
+// time. The weights of a sample are quotients of differences of products. Two more fused multiply-adds make
+// these accurate to the last bits (Kahan; Jeannerod, Louvet, Muller, "Further analysis of Kahan's algorithm
+// for the accurate computation of 2 x 2 determinants", 2013).
 //
 // kernel            global       local  memory traffic an item
 // kiln_uv_cover     tasks        64     reads 48 B; 4 B a sample inside, atomic
@@ -23,7 +22,7 @@
 // kiln_uv_distance  samples      64     reads 36 B + a triangle (gathered), writes 4 B
 //
 // Defines: KILN_UV_SINGLE=1: one sample a texel; KILN_UV_CLIPPED=1: some pieces are parts of triangles;
-// KILN_UV_LARGE=1: some are so large that floats do not hold their sides, and 64-bit integers must.
+// KILN_UV_LARGE=1: sides of some pieces exceed floats' precision and need 64-bit integers.
 //
 // Strengths: no search, no sort, linear in triangles and samples. Limits: the layouts must agree, and the
 // dense one must not overlap; the host checks both.
@@ -76,7 +75,8 @@ kernel void kiln_uv_cover(const kiln_uv_params params,
   }
 }
 
-/// True if 32 bits hold a piece's edge functions within its box and eight samples to the right of it.
+/// True if 32 bits hold a piece's edge functions within its box and up to eight samples to the right
+/// of it.
 static bool uv_is_small(const kiln_uv_piece* p, const uint shift) {
   const long across = (long)max(max(p->x[0], p->x[1]), p->x[2]) - min(min(p->x[0], p->x[1]), p->x[2]);
   const long down = (long)max(max(p->y[0], p->y[1]), p->y[2]) - min(min(p->y[0], p->y[1]), p->y[2]);
@@ -84,7 +84,7 @@ static bool uv_is_small(const kiln_uv_piece* p, const uint shift) {
   return most < (1L << 26) && ((2L * most * most) >> shift) + 10L * most < (1L << 31);
 }
 
-/// One sample of a piece that comes after all that were written before.
+/// Writes one sample of a piece that follows all pieces written before.
 static void uv_take(const uint piece, const uint count, global uint* lowest, global uint* highest) {
   if (*lowest == KILN_UV_EMPTY) {
     *lowest = piece;
@@ -93,9 +93,9 @@ static void uv_take(const uint piece, const uint count, global uint* lowest, glo
   }
 }
 
-/// Clears a run of KILN_UV_TILE rows and writes all its tasks' samples, in the order of their pieces.
+/// Clears a run of KILN_UV_TILE rows and draws all its tasks, in the order of their pieces.
 kernel void kiln_uv_cover_run(const kiln_uv_params params,
-                              global const uint* restrict first_tasks,  // per run
+                              global const uint* restrict first_tasks,  // per run of rows
                               global const kiln_uv_task* restrict tasks,
                               global const kiln_uv_piece* restrict pieces,
                               global uint* restrict lowest,
@@ -151,7 +151,7 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
         if (!wide_any(inside)) continue;
         global uint* low = lowest + place + x;
         global uint* high = highest + place + x;
-        if (place + x + 8u > end) {  // the rows that follow are another work-item's
+        if (place + x + 8u > end) {  // the following rows belong to another work-item
           int lanes[8];
           vstore8(inside, 0, lanes);
           for (int i = 0; i < width - x && i < 8; ++i) {
@@ -199,8 +199,8 @@ kernel void kiln_uv_count(const kiln_uv_params params,
   rows[y] = row;
 }
 
-/// The row of a texel of a band, of which it is the index. Without integer division, which no vector unit
-/// has: the product is off by one at most.
+/// Row of a texel in a band from its index. Avoids integer division, which vector units lack: the float
+/// product is off by at most one and is corrected.
 static int uv_row(const int index, const int width) {
 #pragma OPENCL FP_CONTRACT OFF
   int row = (int)(convert_float(index) / convert_float(width));
@@ -221,7 +221,7 @@ static float uv_determinant(const int a, const int b, const int c, const int d) 
 #endif
 }
 
-/// The same for eight, whose values floats hold.
+/// The same for eight determinants whose inputs are exact in floats.
 static float8 uv_determinant8(const float8 a, const float8 b, const float8 c, const float8 d) {
 #pragma OPENCL FP_CONTRACT OFF
   const float8 product = b * c;
@@ -229,9 +229,9 @@ static float8 uv_determinant8(const float8 a, const float8 b, const float8 c, co
   return fma(a, d, -product) + rest;
 }
 
-/// Looks up who covers each sample of a texel, and where in the triangle the sample lies. There is
-/// at least one piece; where none covers a sample, the first serves and the result is thrown away:
-/// code without branches becomes vectors.
+/// Looks up the piece that covers each sample of a texel, and the sample's barycentrics in it.
+/// There is at least one piece; uncovered samples use the first and discard the result, since
+/// branch-free code is vectorised.
 kernel void kiln_uv_match(const kiln_uv_params params,
                           global const uint* restrict texel_index,
                           global const uint* restrict texel_first,
@@ -272,7 +272,7 @@ kernel void kiln_uv_match(const kiln_uv_params params,
     const int py = (((params.row_begin + y) << params.shift) + half_sample) - y0;
     const int ax = p->x[1] - x0, ay = p->y[1] - y0;
     const int bx = p->x[2] - x0, by = p->y[2] - y0;
-    // Numerators and denominator have the same sign, whichever way round the triangle runs.
+    // Numerators and denominator have the same sign for either winding.
     const float area = uv_determinant(ax, ay, bx, by);
     float u = min(max(uv_determinant(px, py, bx, by) / area, 0.0f), 1.0f);
     float v = min(max(uv_determinant(ax, ay, px, py) / area, 0.0f), 1.0f - u);
@@ -297,7 +297,7 @@ kernel void kiln_uv_match(const kiln_uv_params params,
   }
 }
 
-/// The same for CPUs and one sample a texel: eight texels to a work-item, where no piece is clipped or large.
+/// The same for CPUs and one sample per texel: eight texels per work-item, if no piece is clipped or large.
 kernel void kiln_uv_match_wide(const kiln_uv_params params,
                                global const uint* restrict texel_index,
                                global const uint* restrict lowest,
@@ -321,7 +321,8 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params,
   y += below - above;
   x += (above - below) * width;
 
-  const uint8 id = wide_gather_uint(lowest, as_uint8(index));  // the map's samples are its texels
+  const uint8 id = wide_gather_uint(lowest, as_uint8(index));  // one sample per texel: indices of
+                                                               // samples and texels are equal
   const int8 found = id != KILN_UV_EMPTY;
   const uint8 piece = select((uint8)(0u), id, as_uint8(found)) * 8u;
   const wide_uint4 head = wide_gather4((global const uint*)pieces, piece);
@@ -367,7 +368,8 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params,
   }
 }
 
-/// The distance from each sample to its point: negative where that lies behind it, against its direction.
+/// The distance from each sample to its point; negative if the point lies behind it, against its
+/// direction.
 kernel void kiln_uv_distance(const kiln_uv_params params,
                              global const float* restrict points,
                              global const uint* restrict triangles,

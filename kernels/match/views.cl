@@ -1,18 +1,18 @@
 // Views: matching samples of the low poly by depth views of the high poly.
 //
 // Wang, Froehlich, Goebel, "Fast Normal Map Generation for Simplified Meshes", section 2: each sample is
-// projected into each view, and the view whose depth is nearest decides (or, section 6, the one that looks
-// most along the normal). The key gives the triangle (an item buffer); the point is where the view's line
-// through the sample meets that triangle. Or its neighbour under one of the 4 pixels around: exact, and not
-// what the pixel's centre saw. A view without such a point on a face turned the sample's way is left out,
-// and the next best one decides. So the result is the best of all views in whatever batches they come.
+// projected into each view, and the view with the nearest depth decides (or, section 6, the one closest to
+// the normal). The key gives the triangle (an item buffer); the point is the exact intersection of the
+// view's line through the sample with that triangle, or with a triangle of one of the 4 surrounding pixels.
+// A view without such a point on a face turned towards the sample is skipped, and the next best one
+// decides. So the result is the best of all views, independent of batches.
 //
 // kernel            global   local  memory traffic an item
 // kiln_views_match  samples  64     reads 24 B + 8 B a view (gathered) + triangles; writes 21 B if better
 // kiln_views_probe  samples  64     reads 24 B + 8 B a view (gathered); writes 4 B a view
 //
-// Strengths: no hierarchy; a sample costs a projection a view. Limits: what no view sees stays undecided;
-// up to 64 views a launch.
+// Strengths: no BVH; a sample costs one projection per view. Limits: samples that no view sees stay
+// undecided; up to 64 views per launch.
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
 #include "shared/match.h"
@@ -29,7 +29,7 @@ static inline views_sample views_load(global const float* points, size_t i, size
   return sample;
 }
 
-/// A line through the sample, and two directions across it.
+/// A line through the sample, with two directions perpendicular to it.
 typedef struct {
   float3 right, up;
 } views_line;
@@ -39,7 +39,8 @@ static inline views_line views_line_of_view(global const kiln_view* view) {
   return line;
 }
 
-/// Across a unit vector (Duff et al. 2017, "Building an orthonormal basis, revisited").
+/// Two directions perpendicular to a unit vector (Duff et al. 2017, "Building an orthonormal basis,
+/// revisited").
 static inline views_line views_line_along(float3 d) {
 #pragma OPENCL FP_CONTRACT OFF
   const float side = d.z < 0.0f ? -1.0f : 1.0f;
@@ -54,10 +55,10 @@ typedef struct {
   uint triangle;
   float u, v;
   float3 offset;  // from the sample to the point
-  float beside;   // squared, across the line; 0 where it meets the triangle
+  float beside;   // squared distance from the line; 0 if it meets the triangle
 } views_point;
 
-/// The pixel in which a view shows a point. False where that is beside the picture.
+/// The pixel of a point in a view. Returns false if that is outside the picture.
 static inline bool views_place(global const kiln_view* view, float3 point, float* x, float* y) {
 #pragma OPENCL FP_CONTRACT OFF
   *x = dot3(vload3(0, view->right), point) * view->scale + view->left;
@@ -65,8 +66,8 @@ static inline bool views_place(global const kiln_view* view, float3 point, float
   return *x >= 0.0f && *y >= 0.0f && *x < (float)view->width && *y < (float)view->height;
 }
 
-/// The point of one triangle on (or nearest to) a line through the sample. False where the face is turned
-/// away from the sample's direction, or seen edge on.
+/// The point of one triangle on (or nearest to) a line through the sample. Returns false if the face is
+/// turned away from the sample's direction, or seen edge on.
 static inline bool views_meet(const views_line* line, const views_sample* sample, uint triangle,
                               bool two_sided, global const uint* restrict triangles,
                               global const float* restrict positions, views_point* out) {
@@ -87,7 +88,7 @@ static inline bool views_meet(const views_line* line, const views_sample* sample
   const float weight_c = ax * by - ay * bx;
   const float area = (weight_a + weight_b) + weight_c;
   if (!(fabs(area) > 0.0f)) return false;
-  // Outside: the nearest place by clamping. It stays on the triangle; that is what counts.
+  // Outside: clamp to the nearest place, which lies on the triangle.
   const float u = weight_b / area;
   const float v = weight_c / area;
   out->triangle = triangle;
@@ -102,7 +103,7 @@ static inline bool views_meet(const views_line* line, const views_sample* sample
 }
 
 /// The best point among the triangles of the 4 pixels whose centres surround a place of the picture. The
-/// one that the view shows at the place itself is taken where it meets the line.
+/// triangle at the place itself takes precedence if it meets the line.
 static inline bool views_find(global const kiln_view* view, const views_line* line,
                               const views_sample* sample, float x, float y, float max_distance,
                               global const ulong* restrict keys, global const uchar* restrict drawn,
@@ -131,7 +132,7 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
       continue;
     if (!(dot3(point.offset, point.offset) <= max_distance * max_distance)) continue;
     const float near = dot3(toward, point.offset);
-    // Less beside the line, then nearer to the viewer, then the lower triangle.
+    // Smaller distance from the line, then nearer to the viewer, then the lower triangle.
     const bool better = !found || point.beside < best->beside ||
                         (point.beside == best->beside &&
                          (near > best_near || (near == best_near && triangle < best->triangle)));
@@ -145,12 +146,12 @@ static inline bool views_find(global const kiln_view* view, const views_line* li
   return found;
 }
 
-/// The point on the sample's own direction. Where a point of that line shows in the view, the
-/// pixels' triangles are tried against the line. They say which point of it comes next (as relief
-/// mapping searches a depth image; Policarpo, Oliveira, Comba 2005). Pixels show only some
-/// of the triangles that are smaller. Where it meets none of them, the nearest point beside it
-/// counts within a pixel. Else false.
-/// \param along  distance along the line where the search begins
+/// Searches the point on the line along the sample's own direction, iteratively: a point of that
+/// line is projected into the view, and the line is intersected with the triangles of its pixels,
+/// which gives the next point (as relief mapping searches a depth image; Policarpo, Oliveira, Comba
+/// 2005). Pixels show only some of the triangles smaller than a pixel, so if the line meets none,
+/// the nearest point within a pixel of it counts. Returns false if there is none.
+/// \param along  distance along the line at which the search begins
 static inline bool views_refine(global const kiln_view* view, const views_sample* sample,
                                 float along, float max_distance, global const ulong* restrict keys,
                                 global const uchar* restrict drawn,
@@ -179,7 +180,8 @@ static inline bool views_refine(global const kiln_view* view, const views_sample
   return found;
 }
 
-/// The pixel in which a view shows a sample. False where it is beside the picture or seen too much aslant.
+/// The pixel of a sample in a view. Returns false if it is outside the picture or seen at too flat an
+/// angle.
 static inline bool views_project(global const kiln_view* view, const views_sample* sample,
                                  float cosine, const kiln_views_params* params, float* x,
                                  float* y) {
@@ -188,7 +190,7 @@ static inline bool views_project(global const kiln_view* view, const views_sampl
   return views_place(view, sample->position, x, y);
 }
 
-/// Depth of a sample behind its pixel's surface; infinite where the pixel is empty.
+/// Depth of a sample behind its pixel's surface; infinite for an empty pixel.
 static inline float views_difference(global const kiln_view* view, const views_sample* sample,
                                      float x, float y, global const ulong* restrict keys,
                                      global const uchar* restrict drawn) {
@@ -199,7 +201,7 @@ static inline float views_difference(global const kiln_view* view, const views_s
   return depth - as_float((uint)(key >> 32));
 }
 
-/// \param score  the best so far of each sample, less is better; updated where a view is better
+/// \param score  best score of each sample so far, smaller is better; updated if a view is better
 kernel void kiln_views_match(const kiln_views_params params, global const kiln_view* restrict views,
                              global const ulong* restrict keys, global const uchar* restrict drawn,
                              global const uint* restrict triangles,
@@ -276,7 +278,7 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
   }
 }
 
-/// The cosine between a sample's direction and each view's; 0 where the view does not see it.
+/// The cosine between a sample's direction and each view's; 0 if the view does not see it.
 /// \param quality  [view_count * count]
 kernel void kiln_views_probe(const kiln_views_params params, global const kiln_view* restrict views,
                              global const ulong* restrict keys, global const uchar* restrict drawn,

@@ -1,9 +1,9 @@
-// Visibility directions: from where each place of the low poly is seen, past the mesh itself.
+// Visibility directions: mean direction from which each place of the low poly is seen, past the mesh
+// itself.
 //
-// After Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for Detail-Recovery"
-// (2003), section 3.3: the mesh is drawn from many directions all around, and each place adds up
-// the directions that see it. A direction counts in proportion to the cosine at which it sees the
-// face: as counting pixels does.
+// After Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for Detail-Recovery" (2003),
+// section 3.3: the mesh is drawn from many directions all around, and each place sums the directions
+// that see it. A direction is weighted by its cosine to the face, as counting pixels does.
 //
 // kernel                    global        local  memory traffic an item
 // kiln_visibility_depths    pixels        64     reads 8 B, writes 4 B
@@ -19,13 +19,13 @@
 // kiln_visibility_direct    texels        64     a sample: reads 36 B + field, writes 28 B
 // kiln_visibility_seen      texels        64     a sample: reads 16 B + field, writes 12 B
 //
-// Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_texels takes one sample an item: for GPUs
-//          KILN_VISIBILITY_SEEN  kiln_visibility_texels and _add also note which directions see a
-//                                sample, 32 of them in each plane of a last argument
+// Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_texels handles one sample per item: for GPUs
+//          KILN_VISIBILITY_SEEN  kiln_visibility_texels and _add also store the set of directions that
+//                                see a sample, 32 bits per plane of the last argument
 //          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
 //
-// Strengths: a sample costs a projection and a look at one pixel a view. Limits: what is narrower than a
-// pixel of a view may be missed, as in any depth map.
+// Strengths: a sample costs a projection and one pixel read per view. Limits: occluders narrower than a
+// pixel may be missed, as in any depth map.
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
 #include "accel/visibility_lanes.clh"
@@ -48,7 +48,7 @@ kernel void kiln_visibility_depths(const kiln_visibility_params params,
   depths[i] = key == KILN_RASTER_EMPTY ? KILN_VISIBILITY_FAR : as_float((uint)(key >> 32));
 }
 
-/// Copies samples' places, and the normals of their faces as directions.
+/// Copies samples' positions, with the normals of their faces as directions.
 kernel void kiln_visibility_prepare(const kiln_visibility_params params,
                                     global const uint* restrict triangle,
                                     global const float* restrict normals,
@@ -69,10 +69,10 @@ kernel void kiln_visibility_prepare(const kiln_visibility_params params,
 }
 
 /// Adds the directions of a batch of views that see each sample: the sample's pixel shows nothing
-/// nearer, at the pixel's centre, than the plane of the sample's face. So no face hides itself,
-/// however much aslant it is seen.
+/// nearer, at the pixel's centre, than the plane of the sample's face. So no face hides itself at
+/// any angle.
 /// \param prepared  6 planes: position, unit normal of the face
-/// \param weights   of the views
+/// \param weights   weight of each view
 /// \param sums      4 planes: sum of directions x y z, sum of weights
 kernel void kiln_visibility_texels(const kiln_visibility_params params,
                                    global const kiln_view* restrict views,
@@ -94,7 +94,7 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
   const size_t base = get_global_id(0) * KILN_VISIBILITY_SAMPLES;
   if (base >= params.count) return;
 #endif
-  // Planes are padded to whole items, so that none needs a check.
+  // Planes are padded to whole items, so that no lane needs a check.
   const int vectors = VISIBILITY_LANES == 1 ? 1 : KILN_VISIBILITY_SAMPLES / VISIBILITY_LANES;
   const int last = (int)params.view_size - 1;
   for (uint k = 0; k < params.view_count; ++k) {
@@ -145,7 +145,8 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
   }
 }
 
-/// Turns samples to a view, for rays; samples whose faces look away get no direction, and so no ray.
+/// Sets samples' directions towards a view, for rays; samples whose faces look away get no
+/// direction, and so no ray.
 kernel void kiln_visibility_aim(const kiln_visibility_params params,
                                 global const kiln_view* restrict views, const uint view,
                                 global const float* restrict prepared,
@@ -163,7 +164,7 @@ kernel void kiln_visibility_aim(const kiln_visibility_params params,
   rays[i + 5 * plane] = facing ? toward.z : 0.0f;
 }
 
-/// Adds a view's direction to the samples whose rays to it meet nothing.
+/// Adds a view's direction to the samples whose rays towards it have no hit.
 kernel void kiln_visibility_add(const kiln_visibility_params params,
                                 global const kiln_view* restrict views, const uint view,
                                 const float weight, global const float* restrict prepared,
@@ -194,7 +195,7 @@ kernel void kiln_visibility_add(const kiln_visibility_params params,
 }
 
 /// Adds the directions of a batch of views to the corners of each triangle: in each view its visible
-/// pixels, shared out by their barycentric weights.
+/// pixels, distributed by their barycentric weights.
 /// \param corners  [triangle][corner][sum of directions x y z, sum of weights]
 kernel void kiln_visibility_corners(
     const kiln_visibility_params params, global const kiln_view* restrict views,
@@ -222,7 +223,7 @@ kernel void kiln_visibility_corners(
     const float ay = view->top - dot3(up, a) * view->scale;
     const float by = view->top - dot3(up, b) * view->scale;
     const float cy = view->top - dot3(up, c) * view->scale;
-    // Rows run downwards: faces turned to the viewer are clockwise here.
+    // Rows grow downwards, so faces turned to the viewer are clockwise here.
     const float area = (cx - ax) * (by - ay) - (bx - ax) * (cy - ay);
     if (!(area > 0.0f)) continue;
     const int size = (int)params.view_size;
@@ -256,8 +257,8 @@ kernel void kiln_visibility_corners(
   for (int i = 0; i < 3; ++i) vstore4(sum[i], 3 * t + i, corners);
 }
 
-/// Puts a band's sums where their texels lie in the field.
-/// \param first  pixels of the field before the band
+/// Scatters a band's sums to their texels in the field.
+/// \param first  number of the field's pixels before the band
 kernel void kiln_visibility_scatter(const kiln_visibility_params params, const uint first,
                                     global const uint* restrict texel_index,
                                     global const uint* restrict triangle,
@@ -272,7 +273,8 @@ kernel void kiln_visibility_scatter(const kiln_visibility_params params, const u
   field_triangle[pixel] = triangle[i];
 }
 
-/// One round of smoothing with weights 4, 2, 1, of sums and weights alike: well-sampled texels weigh more.
+/// One smoothing pass with weights 4, 2, 1, over sums and weights alike, so that well-sampled texels have
+/// more weight.
 /// \param width  of the field
 kernel void kiln_visibility_smooth(const uint count, const uint width,
                                    global const uchar* restrict kind,
@@ -291,7 +293,7 @@ kernel void kiln_visibility_smooth(const uint count, const uint width,
 
 /// The same for texels with neighbours across a seam.
 /// \param links  [9 * count] the texel, then its neighbours: left, right, above, below, and the diagonal
-///               ones; KILN_VISIBILITY_NO_LINK where there is none, and the texel itself stands in
+///               ones; the texel itself replaces those with KILN_VISIBILITY_NO_LINK
 kernel void kiln_visibility_link(const uint count, global const uint* restrict links,
                                  global const float* restrict from, global float* restrict to) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -307,13 +309,13 @@ kernel void kiln_visibility_link(const uint count, global const uint* restrict l
   vstore4(sum * 0.0625f, texel, to);
 }
 
-/// Writes a band's samples with new directions: where they are seen from. The hybrid's lie between that
-/// and their own direction: (1 - s) of the one, s of the other. s is the standard deviation of the
+/// Writes a band's samples with their visibility directions. For the hybrid these are blended with
+/// their own direction: (1 - s) of the first, s of the second. s is the standard deviation of the
 /// directions that see them (section 3.4, equation 3).
-/// \param field  means of directions, their length being what all have in common: of texels, or [3 *
-///               triangles] of corners; w is 1, or 0 where there is none
-/// \param chart  of each triangle
-/// \param normals  of the low poly's faces
+/// \param field  mean directions, whose length measures their agreement: per texel, or [3 * triangles]
+///               per corner; w is 1, or 0 for none
+/// \param chart  chart of each triangle
+/// \param normals  normals of the low poly's faces
 kernel void kiln_visibility_direct(
     const kiln_visibility_band params, global const uint* restrict texel_index,
     global const uint* restrict texel_first, global const uint* restrict sample_slot,
@@ -362,7 +364,8 @@ kernel void kiln_visibility_direct(
   }
 }
 
-/// Writes the mean of the directions that see each of a band's samples; arguments as above.
+/// Writes the mean of the directions that see each of a band's samples; arguments as for
+/// kiln_visibility_direct.
 /// \param seen  3 planes
 kernel void kiln_visibility_seen(
     const kiln_visibility_band params, global const uint* restrict texel_index,

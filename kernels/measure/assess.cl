@@ -1,9 +1,10 @@
-// Assess: what viewing rays from many directions show of a low poly, its match and the high poly.
+// Assess: compares viewing rays of many directions on a low poly with its match and the high poly.
 //
 // Tarini, Cignoni, Scopigno 2003, "Visibility based methods and assessment for detail-recovery", sections
 // 4.1 and 4.2. For each direction: samples that face it are aimed at the viewer; rays (occlusion.cl) find
-// which of them the low poly hides. Other rays (ray.cl) find the high poly's point that the viewer sees
-// instead of the rest; distances add up. One work-item owns a sample's sums, in the directions' order.
+// those that the low poly hides. For the visible ones, rays (ray.cl) find the high poly's point that the
+// viewer would see, and distances are summed. One work-item owns a sample's sums, in the directions'
+// order.
 //
 // kernel               global   local  memory traffic an item
 // kiln_assess_aim      samples  64     reads 12 B, writes 12 B
@@ -19,7 +20,7 @@ static inline float3 assess_vector(global const float* planes, size_t i, size_t 
   return (float3)(planes[i], planes[i + plane], planes[i + 2 * plane]);
 }
 
-/// Adds a distance and its square, by their weight, to three planes of sums.
+/// Adds a distance and its square, times a weight, to three planes of sums.
 static inline void assess_add(global float* sums, size_t i, size_t plane, float weight,
                               float distance) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -28,8 +29,7 @@ static inline void assess_add(global float* sums, size_t i, size_t plane, float 
   sums[i + 2 * plane] += weight * (distance * distance);
 }
 
-/// Writes the directions (planes 3 to 5 of `points`): the viewer's, or 0 (no ray) where a face is turned
-/// away.
+/// Writes the directions (planes 3 to 5 of `points`): the viewer's, or 0 (no ray) for faces turned away.
 kernel void kiln_assess_aim(const kiln_assess_params params, global const float* restrict normals,
                             global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -43,9 +43,9 @@ kernel void kiln_assess_aim(const kiln_assess_params params, global const float*
   points[i + 5 * plane] = faces ? toward.z : 0.0f;
 }
 
-/// Adds the distances from matches to the rays, and takes the directions of hidden samples away.
-/// \param offsets  from the sample to its match
-/// \param hidden   by the low poly; 0 where no ray was cast
+/// Adds the distances from matched points to the rays, and clears the directions of hidden samples.
+/// \param offsets  from the sample to its matched point
+/// \param hidden   hidden by the low poly; 0 if no ray was cast
 /// \param sums     KILN_ASSESS_SUMS planes
 kernel void kiln_assess_gather(const kiln_assess_params params,
                                global const float* restrict normals,
@@ -68,11 +68,11 @@ kernel void kiln_assess_gather(const kiln_assess_params params,
   assess_add(sums + KILN_ASSESS_SEEN * plane, i, plane, cosine, sqrt(dot3(across, across)));
 }
 
-/// Adds the distances from matches to the rays' first points of the high poly, where these are on
+/// Adds the distances from matched points to the rays' first hits on the high poly, if these are on
 /// front faces.
 /// \param points         aimed samples; those without a direction have no ray
 /// \param dense_normals  unit normals of the high poly's faces
-/// \param triangle       that the ray meets, or KILN_NO_TRIANGLE
+/// \param triangle       triangle hit by the ray, or KILN_NO_TRIANGLE
 /// \param distance       along the direction, from the sample
 kernel void kiln_assess_compare(
     const kiln_assess_params params, global const float* restrict normals,

@@ -1,13 +1,13 @@
 // Render: orthographic pictures of meshes, shaded to make small detail readable.
 //
-// Camera rays go through the ray family, or a z-buffer of the raster family names each pixel's
-// triangle; here are the steps around both. Normals are interpolated over the hit triangle, or read
-// from a normal map: the exact inverse of kernels/detail/detail.cl (tangent frames after Mikkelsen 2008,
-// interpolated and not normalised). Light is a wrapped key, a fill and a rim light that travel with
-// the camera, and a broad highlight. A sky is dimmed by ambient occlusion: directions with a cosine
+// Camera rays go through the ray family, or a z-buffer of the raster family names each pixel's triangle;
+// this file holds the steps around both. Normals are interpolated over the hit triangle, or read from a
+// normal map: the exact inverse of kernels/detail/detail.cl (tangent frames after Mikkelsen 2008,
+// interpolated and not normalised). Light is a wrapped key, a fill and a rim light that travel with the
+// camera, and a broad highlight. A sky is dimmed by ambient occlusion: directions with a cosine
 // distribution (Malley's method on Vogel's spiral, 1979). Each pixel turns them by an angle of the R2
-// sequence (Roberts 2018). Light is bounced between near surfaces after Jimenez et al. 2016,
-// "Practical Realtime Strategies for Accurate Indirect Occlusion", section 5.
+// sequence (Roberts 2018). Light is bounced between near surfaces after Jimenez et al. 2016, "Practical
+// Realtime Strategies for Accurate Indirect Occlusion", section 5.
 //
 // kernel                     global    local  memory traffic an item
 // kiln_render_camera         samples   64     writes 28 B
@@ -18,8 +18,8 @@
 // kiln_render_ambient_add    samples   64     reads 2 B, writes 1 B
 // kiln_render_shade          pixels    64     reads 17 B a sample, writes 12 B
 //
-// Strengths: the same bytes everywhere (no pow, no sin: only + - * / and square roots). Limits: one
-// hard-wired material; no shadows but ambient occlusion's.
+// Strengths: the same bytes on every device (no pow, no sin: only + - * / and square roots). Limits: one
+// hard-wired material; no shadows except ambient occlusion.
 
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
@@ -29,10 +29,10 @@
 
 #define TILE_PIXELS (KILN_RENDER_TILE * KILN_RENDER_TILE)
 
-/// Unit vector along v; `fallback` where v has no direction.
+/// Unit vector along v; `fallback` for a vector without a direction.
 static float3 render_unit(float3 v, float3 fallback) {
 #pragma OPENCL FP_CONTRACT OFF
-  // Scaled first: the cross product of a small triangle's edges has a square that underflows.
+  // Scaled first, since the square of the cross product of a small triangle's edges underflows.
   const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
   if (!(largest > 0.0f)) return fallback;
   const float3 scaled = v / largest;
@@ -49,7 +49,8 @@ static void render_store(float3 value, global float* planes, size_t index, size_
   planes[index + 2 * capacity] = value.z;
 }
 
-/// The picture's column and row of a pixel of this part. May lie outside where the last tiles do.
+/// The picture's column and row of a pixel of this part. May be outside the picture in the last
+/// tiles.
 static uint2 render_pixel(const kiln_render_params* params, uint pixel) {
   const uint tile = params->first_tile + pixel / TILE_PIXELS;
   const uint within = pixel % TILE_PIXELS;
@@ -78,8 +79,9 @@ kernel void kiln_render_camera(const kiln_render_params params, global float* re
   points[i + 6 * capacity] = 0.0f;
 }
 
-/// The z-buffer's surface at the middles of the part's pixels, as rays would have it: one sample a pixel.
-/// \param keys  of one view, whose pixels are the picture's
+/// The z-buffer's surface at the centres of the part's pixels, in the form of ray hits: one sample per
+/// pixel.
+/// \param keys  keys of one view with the picture's pixels
 kernel void kiln_render_keys(const kiln_render_params params,
                              global const ulong* restrict keys,
                              global const uchar* restrict drawn,
@@ -100,7 +102,7 @@ kernel void kiln_render_keys(const kiln_render_params params,
   const uint3 corner = vload3(triangle, position_indices);
   const float3 right = vload3(0, params.right);
   const float3 up = vload3(0, params.up);
-  // Corners as the picture has them, from the pixel's middle.
+  // Corners in the picture, relative to the pixel's centre.
   const float2 middle =
       (float2)(params.left_edge + ((float)pixel.x + 0.5f) * params.pixel,
                params.top_edge - ((float)pixel.y + 0.5f) * params.pixel);
@@ -115,7 +117,8 @@ kernel void kiln_render_keys(const kiln_render_params params,
   const float area = ab.x * ac.y - ab.y * ac.x;
   float u = (ac.x * at[0].y - ac.y * at[0].x) / area;
   float v = (ab.y * at[0].x - ab.x * at[0].y) / area;
-  // A z-buffer's vertices are snapped to parts of a pixel: a middle may lie just beside its triangle.
+  // A z-buffer's vertices are snapped to fractions of a pixel, so a centre may lie slightly outside
+  // its triangle.
   if (!(u > 0.0f)) u = 0.0f;
   if (!(v > 0.0f)) v = 0.0f;
   u = min(u, 1.0f);
@@ -125,7 +128,7 @@ kernel void kiln_render_keys(const kiln_render_params params,
   hit_barycentric[i + capacity] = v;
 }
 
-/// The rays' hits: position, face normal, shading normal.
+/// Surface at the rays' hits: position, face normal, shading normal.
 kernel void kiln_render_surface(const kiln_render_params params,
                                 global const uint* restrict hit_triangle,
                                 global const float* restrict hit_barycentric,
@@ -167,7 +170,7 @@ static float3 render_texel(global const ushort* map, int x, int y, int width) {
   return convert_float3(vload3((size_t)y * (size_t)width + (size_t)x, map));
 }
 
-/// Replaces the shading normal by the map's: its normal, or its colour where it holds such.
+/// Replaces the shading normal by the map's normal, or by its colour for colour maps.
 kernel void kiln_render_map(const kiln_render_map_params params,
                             global const uint* restrict hit_triangle,
                             global const float* restrict hit_barycentric,
@@ -194,7 +197,7 @@ kernel void kiln_render_map(const kiln_render_map_params params,
   const float y_floor = floor(y);
   const int right = (int)params.width - 1;
   const int bottom = (int)params.height - 1;
-  // Coordinates far outside the square, and not-a-number, end at an edge.
+  // Coordinates far outside the square, and NaN, are clamped to an edge.
   const int x_texel = convert_int_sat(x_floor);
   const int y_texel = convert_int_sat(y_floor);
   const int x0 = clamp(x_texel, 0, right);
@@ -254,7 +257,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;
   const size_t capacity = params.capacity;
-  // Without a hit: a ray that meets nothing.
+  // Without a hit: a ray outside of the scene.
   float3 position = (float3)(4.0f, 4.0f, 4.0f);
   float3 direction = (float3)(0.0f, 0.0f, 1.0f);
   if (hit_triangle[i] != KILN_NO_TRIANGLE) {
@@ -265,7 +268,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     const uint per_pixel = params.samples * params.samples;
     const uint2 pixel = render_pixel(&params, (uint)i / per_pixel);
     const float2 point = vload2((uint)i % per_pixel + pass * per_pixel, disc);
-    // A turn by an angle of the pixel's own: its quarter, and within that by the tangent of half of it.
+    // Rotation by the pixel's own angle: its quadrant, and the rest by the tangent of half the angle.
     const uint turn = pixel.x * 0xC13FA9A9u + pixel.y * 0x91E10DA5u;
     const float t = (float)(turn >> 16 & 0x3FFFu) * (1.0f / 16384.0f);
     const float scale = 1.0f / (1.0f + t * t);
@@ -284,8 +287,8 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     const float3 s_axis = (float3)(1.0f + side * n.x * n.x * p, side * q, -side * n.x);
     const float3 t_axis = (float3)(q, side + n.y * n.y * p, -n.y);
     direction = s_axis * x + t_axis * y + n * z;
-    // An interpolated normal's hemisphere reaches below its face: mirrored, such a direction does not
-    // meet the face itself.
+    // The hemisphere around an interpolated normal extends below the face: such directions are
+    // mirrored, so that they do not hit the face itself.
     const float below = dot3(direction, face);
     if (below < 0.0f) direction -= face * (2.0f * below);
     direction = render_unit(direction, face);
@@ -295,7 +298,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
   points[i + 6 * capacity] = 0.0f;
 }
 
-/// Counts the rays that met nothing.
+/// Counts the rays without a hit.
 kernel void kiln_render_ambient_add(const kiln_render_params params,
                                     const uint pass,
                                     global const uchar* restrict hit,
@@ -306,9 +309,9 @@ kernel void kiln_render_ambient_add(const kiln_render_params params,
   open[i] = (uchar)(before + (hit[i] == 0 ? 1u : 0u));
 }
 
-/// Colours the part's pixels. With show_normals: the normal in world space as n/2 + 1/2, averaged over
-/// the samples that hit, 0 where none did; with show_colors: the map's channels likewise; with show_depth:
-/// the depth, and 1 as the second channel. Else sRGB.
+/// Colours the part's pixels. With show_normals: the normal in world space as n/2 + 1/2, averaged over the
+/// samples that hit, 0 if none did; with show_colors: the map's channels likewise; with show_depth: the
+/// depth, and 1 as the second channel. Else sRGB.
 kernel void kiln_render_shade(const kiln_render_params params,
                               global const uint* restrict hit_triangle,
                               global const float* restrict surface,

@@ -1,4 +1,4 @@
-// Structs of the ao_denoiser family: shares of rays, smoothed over the surface.
+// Structs of the ao_denoiser family: shares of rays that are smoothed over the surface.
 #ifndef KILN_SHARED_SHARE_FILTER_H
 #define KILN_SHARED_SHARE_FILTER_H
 
@@ -8,7 +8,7 @@
 #define KILN_SHARE_NEIGHBOURS 8
 
 struct kiln_share_params {
-  kiln_uint count;   // texels
+  kiln_uint count;   // number of texels
   kiln_uint points;  // elements of one plane of the points
 };
 typedef struct kiln_share_params kiln_share_params;

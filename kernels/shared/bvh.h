@@ -1,4 +1,4 @@
-// The bounding volume hierarchy: 8 children a node, leaves of up to 4 triangles.
+// The bounding volume hierarchy: 8 children per node, leaves of up to 4 triangles.
 #ifndef KILN_SHARED_BVH_H
 #define KILN_SHARED_BVH_H
 
@@ -11,15 +11,16 @@
 /// the last place of 1. Hit points move by rounding; they stay within the widened box.
 #define KILN_BVH_EPSILON (1.0f / 524288.0f)
 
-/// No tree is deeper than this many levels of nodes; stacks hold 7 entries a level.
+/// Maximum depth of a tree in levels of nodes; stacks hold 7 entries per level.
 #define KILN_BVH_MAX_DEPTH 26
 #define KILN_BVH_STACK (KILN_BVH_MAX_DEPTH * (KILN_BVH_WIDTH - 1) + 1)
 
-/// A child that is a leaf: this bit and the index of its block. Else the index of a node. Unused
-/// children are leaves with inverted infinite bounds, which no ray meets.
+/// Flag of a child that is a leaf, with the index of its block; other children are indices of
+/// nodes. Unused children are leaves with inverted infinite bounds, which no ray hits.
 #define KILN_BVH_LEAF 0x80000000u
 
-/// A child that is a node behind a bounding prism: this bit and the index of the prism, which lies right before its node.
+/// Flag of a child that is a node behind a bounding prism, with the index of the prism, which lies right before its
+/// node.
 #define KILN_BVH_PRISM 0x40000000u
 
 /// Boxes of the children as structure of arrays: planes[axis][0] are lower bounds, [axis][1] upper.
@@ -31,17 +32,19 @@ struct kiln_bvh_node {
 typedef struct kiln_bvh_node kiln_bvh_node;
 KILN_CHECK_SIZE(kiln_bvh_node, 256);
 
-/// A prism around all triangles of a node, where boxes along the axes are much too large: large triangles over
-/// each other, fans. It lies among the nodes. What meets none of the prism's faces meets none of the triangles,
-/// so a walk may pass the node over; a walk that does not ask finds the same.
+/// A prism around all triangles of a node, for nodes whose axis-aligned boxes are much too large: stacked large
+/// triangles, fans. It is stored among the nodes. A ray that hits none of the prism's faces hits none of the
+/// triangles, so a traversal may skip the node; one that does not test prisms gives the same result.
 ///
 /// The prism is larger than the triangles by KILN_BVH_PRISM_MARGIN on every side. Rays from within
-/// KILN_BVH_PRISM_REACH on each axis are sheared as for a triangle. A difference of coordinates is off by at
-/// most 2^-20 then. So is its product with a shear of at most 1. The sum is off by 2^-19: 2^-18 for a
-/// corner of the prism or of a triangle, in each of two directions. The margin is larger than both together.
+/// KILN_BVH_PRISM_REACH on each axis are sheared as for a triangle. A difference of coordinates then has an
+/// error of at most 2^-20; so has its product with a shear of at most 1. The sum's error is 2^-19, thus 2^-18
+/// for a corner of the prism or of a triangle, in each of two directions. The margin is larger than both
+/// together.
 struct kiln_bvh_prism {
-  kiln_float corner[3][KILN_BVH_WIDTH];  // [axis][corner]: 3 of the base, 3 above them, 2 unused
-  kiln_float plane[4][KILN_BVH_WIDTH];   // normals out of the prism, and distances from 0: sides, floor, roof
+  kiln_float corner[3][KILN_BVH_WIDTH];  // [axis][corner]: 3 of the base, 3 of the top, 2 unused
+  kiln_float plane[4][KILN_BVH_WIDTH];   // outward normals, and distances from 0: sides, floor,
+                                         // roof
   kiln_float slack, tilt;                // see prism_between in kernels/accel/prism.clh
   kiln_uint pad[KILN_BVH_WIDTH - 2];
 };
@@ -55,13 +58,13 @@ KILN_CHECK_SIZE(kiln_bvh_prism, 256);
 #define KILN_BVH_PRISM_MARGIN (1.0f / 32768.0f)
 #define KILN_BVH_PRISM_REACH 8.0f
 
-/// The faces of a bounding prism, one a lane: their corners.
+/// Corners of the faces of a bounding prism, one face per lane.
 #define KILN_BVH_PRISM_A s03001122
 #define KILN_BVH_PRISM_B s14142503
 #define KILN_BVH_PRISM_C s25435435
 
-/// Up to 4 triangles as structure of arrays. Unused lanes hold a point of the first triangle three
-/// times (no ray hits it) and KILN_NO_TRIANGLE.
+/// Up to 4 triangles as structure of arrays. Unused lanes repeat a point of the first triangle
+/// three times (no ray hits it), with KILN_NO_TRIANGLE.
 struct kiln_bvh_block {
   kiln_float corner[3][3][KILN_BVH_LEAF_TRIANGLES];  // [corner][axis][lane]
   kiln_uint triangle[KILN_BVH_LEAF_TRIANGLES];

@@ -6,10 +6,11 @@
 
 #define KILN_CLOSEST_TWO_SIDED 1u  ///< Faces turned away from the sample's direction count too
 
-/// Samples with a coordinate beyond this many frame units miss: their arithmetic could overflow.
+/// Samples with a coordinate beyond this many frame units miss, since their arithmetic could
+/// overflow.
 #define KILN_CLOSEST_FARTHEST 1048576.0f
 
-/// Consecutive samples that one work-item of the CPU's kernel takes, and that are searched together.
+/// Consecutive samples per work-item of the CPU's kernel, which are searched together.
 #define KILN_CLOSEST_RUN 256u
 #define KILN_CLOSEST_GROUP 16u
 

@@ -1,4 +1,4 @@
-// Basics of every struct that host and kernels share. Included by both languages.
+// Basics of every struct that host and kernels share. Compiles as C++ and OpenCL C.
 #ifndef KILN_SHARED_COMMON_H
 #define KILN_SHARED_COMMON_H
 
@@ -13,11 +13,11 @@ typedef uint32_t kiln_uint;
 typedef float kiln_float;
 #endif
 
-/// Fails to compile, in either language, where a shared struct has another size than stated.
+/// Fails to compile, in either language, if a shared struct has another size than stated.
 #define KILN_CHECK_SIZE(type, bytes) \
   typedef char kiln_size_of_##type##_is_##bytes[sizeof(type) == (bytes) ? 1 : -1]
 
-/// A triangle index that means "none".
+/// A triangle index for "none".
 #define KILN_NO_TRIANGLE 0xFFFFFFFFu
 
 #endif

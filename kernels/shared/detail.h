@@ -1,4 +1,4 @@
-// Structs of the detail family: reading the high poly's normals into the low poly's frames.
+// Structs of the detail family: the high poly's normals in the low poly's frames.
 #ifndef KILN_SHARED_DETAIL_H
 #define KILN_SHARED_DETAIL_H
 
@@ -21,13 +21,13 @@ KILN_CHECK_SIZE(kiln_low_shading, 128);
 #define KILN_SPACE_TANGENT_VERTEX 4  // the bitangent is computed at corners and interpolated
 
 typedef struct kiln_detail_params {
-  kiln_uint count;          // samples
+  kiln_uint count;          // number of samples
   kiln_uint low_capacity;   // elements of one plane of the samples' barycentrics
-  kiln_uint hit_capacity;   // ... of the correspondence's
-  kiln_uint out_capacity;   // ... of the result
+  kiln_uint hit_capacity;   // elements of one plane of the correspondence's
+  kiln_uint out_capacity;   // elements of one plane of the result
   kiln_int space;           // KILN_SPACE_*
-  kiln_float y_scale;       // -1 turns green down
-  kiln_uint two_sided;      // 1: normals that point away from the low poly are turned to it
+  kiln_float y_scale;       // -1: green points down
+  kiln_uint two_sided;      // 1: normals that point away from the low poly are flipped
   kiln_uint padding;
 } kiln_detail_params;
 KILN_CHECK_SIZE(kiln_detail_params, 32);

@@ -4,18 +4,19 @@
 
 #include "shared/common.h"
 
-/// Sums of a sample: cosines of even and odd directions that are open, of all even and odd ones.
+/// Planes of sums: cosines of even and of odd open directions, then of all even and odd directions.
 #define KILN_HEMISPHERE_VIEW_SUMS 4
 
 struct kiln_hemisphere_views_params {
-  kiln_uint count;        // samples
+  kiln_uint count;        // number of samples
   kiln_uint capacity;     // elements of one plane of the points and of the sums
-  kiln_uint bent_sum_plane;   // ... of sums of directions
+  kiln_uint bent_sum_plane;   // elements of one plane of the sums of directions
   kiln_uint view_count;
-  kiln_uint view_size;    // pixels a side
+  kiln_uint view_size;    // pixels a side of a view
   kiln_uint first_view;   // number of the batch's first direction
-  kiln_float bias;        // what lies this much nearer than a sample does not hide it; the pictures' units
-  kiln_float scale;       // points are multiplied by this
+  kiln_float bias;        // depth tolerance: surfaces nearer than a sample by less do not hide it;
+                          // the pictures' units
+  kiln_float scale;       // factor of the points
 };
 typedef struct kiln_hemisphere_views_params kiln_hemisphere_views_params;
 KILN_CHECK_SIZE(kiln_hemisphere_views_params, 32);

@@ -1,4 +1,4 @@
-// Depth views: an orthographic picture of the high poly, a key a pixel.
+// Depth views: orthographic pictures of the high poly, one key per pixel.
 #ifndef KILN_SHARED_RASTER_H
 #define KILN_SHARED_RASTER_H
 
@@ -8,34 +8,34 @@
 #define KILN_RASTER_SHIFT 8
 #define KILN_RASTER_UNIT 256
 
-/// Triangles whose box is wider or higher than this many units take the path for large ones. Edge
-/// functions of smaller ones fit 32 bits: 2 * 2^13 * 2^13.
+/// Triangles whose box is wider or higher than this many units are drawn by the kernels for large
+/// ones. Edge functions of smaller ones fit 32 bits: 2 * 2^13 * 2^13.
 #define KILN_RASTER_SMALL 8192
 
-/// Pictures are at most this many pixels a side, so that coordinates are exact as floats.
+/// Largest side of a picture, pixels, so that coordinates are exact as floats.
 #define KILN_RASTER_LARGEST 16384
 
 /// Pictures are stored tile by tile, in rows of tiles, and row by row within a tile: squares of this many
-/// pixels a side, whole ones at the right and lower borders, too.
+/// pixels (log2) a side, padded at the right and lower borders.
 #define KILN_RASTER_TILE_SHIFT 6
 #define KILN_RASTER_TILE 64
 #define KILN_RASTER_TILE_PIXELS 4096
 
-/// A chunk, which kiln_raster_tiles draws as one: at most this many triangles with at most as many vertices.
+/// Largest number of triangles, and of vertices, in a chunk, which kiln_tiles_draw draws as a unit.
 #define KILN_RASTER_CHUNK 32
 
-/// Boxes that are tested at a time.
+/// Number of boxes that are tested at a time.
 #define KILN_RASTER_BOXES 16
 
-/// Bands of rows that the large triangles' path hands out.
+/// Number of bands of rows that kiln_raster_large distributes.
 #define KILN_RASTER_BANDS 64
 
-/// A pixel's key: the depth's bits above, the triangle below; the least key wins, so the nearest
-/// triangle does, and of equally near ones the lowest. All ones: nothing.
+/// A pixel's key: the depth's bits above, the triangle below. The smallest key wins: the nearest
+/// triangle, and the lowest of equally near ones. All bits set: empty.
 #define KILN_RASTER_EMPTY 0xFFFFFFFFFFFFFFFFul
 
-/// Depths are shifted by this, so that they are positive and their bits are ordered like them:
-/// depth = KILN_RASTER_FAR - dot(toward, p), and nearer is less.
+/// Offset of depths, so that they are positive and their bits have the same order: depth =
+/// KILN_RASTER_FAR - dot(toward, p), and nearer is less.
 #define KILN_RASTER_FAR 1.0f
 
 #define KILN_RASTER_TWO_SIDED 1u  ///< Faces turned away are drawn, too
@@ -44,7 +44,7 @@
 /// rows from the top; looking against `toward`.
 struct kiln_view {
   kiln_float right[3];
-  kiln_float scale;  ///< Pixels a frame unit
+  kiln_float scale;  ///< Pixels per frame unit
   kiln_float up[3];
   kiln_float left;  ///< Pixels; a multiple of 1 / KILN_RASTER_UNIT
   kiln_float toward[3];
@@ -52,39 +52,40 @@ struct kiln_view {
   kiln_uint width;
   kiln_uint height;
   kiln_uint
-      first;  ///< Its first pixel within the array of keys: a multiple of KILN_RASTER_TILE_PIXELS
+      first;  ///< Its first pixel in the array of keys: a multiple of KILN_RASTER_TILE_PIXELS
   kiln_uint flags;
 };
 typedef struct kiln_view kiln_view;
 KILN_CHECK_SIZE(kiln_view, 64);
 
-/// Tiles side by side that a picture of this width has.
+/// Tiles per row of a picture of this width.
 #define KILN_RASTER_TILES(size) (((size) + KILN_RASTER_TILE - 1u) >> KILN_RASTER_TILE_SHIFT)
 
-/// Triangles that lie close together, with vertices of their own. Triangles that fill it up have three
-/// corners at vertex 0, and draw nothing.
+/// Neighbouring triangles with their own vertices. Padding triangles have three corners at vertex 0,
+/// and draw nothing.
 struct kiln_raster_chunk {
   kiln_float position[3][KILN_RASTER_CHUNK];
-  kiln_uint triangle[KILN_RASTER_CHUNK];  ///< In the mesh
+  kiln_uint triangle[KILN_RASTER_CHUNK];  ///< Indices in the mesh
   unsigned char corner[3][KILN_RASTER_CHUNK];
   unsigned char pad[32];
 };
 typedef struct kiln_raster_chunk kiln_raster_chunk;
 KILN_CHECK_SIZE(kiln_raster_chunk, 640);
 
-/// Bounds of 16 chunks, and the directions that they face.
+/// Bounds of 16 chunks, and cones of their normals.
 struct kiln_raster_bounds {
   kiln_float centre[3][KILN_RASTER_BOXES];
   kiln_float half_extent[3][KILN_RASTER_BOXES];
-  /// Cone around the triangles' normals. Cosine of its half angle; below 0: they face all ways.
+  /// Axis of the cone around the triangles' normals. Cosine of its half angle; below 0: all
+  /// directions.
   kiln_float axis[3][KILN_RASTER_BOXES];
   kiln_float cosine[KILN_RASTER_BOXES];
-  kiln_float height[KILN_RASTER_BOXES];  ///< Least of its triangles' heights on their longest edge
+  kiln_float height[KILN_RASTER_BOXES];  ///< Smallest height of its triangles on their longest edge
 };
 typedef struct kiln_raster_bounds kiln_raster_bounds;
 KILN_CHECK_SIZE(kiln_raster_bounds, 704);
 
-/// Bounds of 16 chunks, or of 16 sixteens of them, in a view: pixels, inclusive. If they cover nothing,
+/// Bounds of 16 chunks, or of 16 groups of 16 chunks, in a view: pixels, inclusive. For empty bounds
 /// `first` lies beyond the picture or `last` before it.
 struct kiln_raster_boxes {
   short first_x[KILN_RASTER_BOXES];

@@ -11,14 +11,15 @@
 #define KILN_RAY_OUTERMOST 16u     ///< The hit with the greatest t
 #define KILN_RAY_LIMITED 32u       ///< With OUTERMOST: no t above the sample's own reach
 
-/// Bit of the status, set by OUTERMOST beside the provenance: hits of two or more different t >= 0
-/// lie on the ray.
+/// Bit of the status, set by OUTERMOST beside the provenance: the ray has hits at two or more
+/// different t >= 0.
 #define KILN_RAY_SEVERAL 128u
 
-/// Origins with a coordinate beyond this many frame units miss: their arithmetic could overflow.
+/// Origins with a coordinate beyond this many frame units miss, since their arithmetic could
+/// overflow.
 #define KILN_RAY_FARTHEST 1048576.0f
 
-/// Any-hit rays that are sorted, and cast as streams, together.
+/// Number of any-hit rays that are sorted, and cast as streams, together.
 #define KILN_OCCLUSION_BLOCK 2048
 
 struct kiln_ray_params {

@@ -4,47 +4,48 @@
 
 #include "shared/common.h"
 
-/// Pixels are worked on in square tiles of this side, and the samples of a pixel follow each other:
-/// so rays that are neighbours in memory are neighbours in the picture.
+/// Pixels are processed in square tiles of this side, and the samples of a pixel are consecutive,
+/// so that rays that are neighbours in memory are neighbours in the picture.
 #define KILN_RENDER_TILE 8
 
-/// Planes of the array that holds what a camera ray hit.
-#define KILN_SURFACE_POSITION 0 // 3 planes: where
+/// Planes of the array of camera rays' hits.
+#define KILN_SURFACE_POSITION 0 // 3 planes: position
 #define KILN_SURFACE_FACE 3     // 3 planes: the face's unit normal, turned to the viewer
-#define KILN_SURFACE_NORMAL 6   // 3 planes: the shading normal, turned alike
+#define KILN_SURFACE_NORMAL 6   // 3 planes: the shading normal, flipped like the face's
 #define KILN_SURFACE_PLANES 9
 
-/// An orthographic camera in the mesh's frame, and the part of the picture that is being drawn.
+/// An orthographic camera in the mesh's frame, and the part of the picture that is drawn.
 typedef struct kiln_render_params {
   kiln_float right[3];     // unit, to the picture's right
-  kiln_float left_edge;    // along `right`, of the picture's left edge
+  kiln_float left_edge;    // coordinate along `right` of the picture's left edge
   kiln_float up[3];        // unit
-  kiln_float top_edge;     // along `up`, of the picture's top edge
+  kiln_float top_edge;     // coordinate along `up` of the picture's top edge
   kiln_float toward[3];    // unit, from the scene to the viewer
   kiln_float pixel;        // side of a pixel
-  kiln_uint width;         // of the picture, pixels
+  kiln_uint width;         // width of the picture, pixels
   kiln_uint samples;       // N: N x N samples a pixel
-  kiln_uint first_tile;    // of this part
+  kiln_uint first_tile;    // first tile of this part
   kiln_uint tile_columns;  // tiles in a row of the picture
-  kiln_uint pixel_count;   // of this part, a multiple of a tile's
+  kiln_uint pixel_count;   // pixels of this part, a multiple of a tile's
   kiln_uint sample_count;  // pixel_count * samples * samples
   kiln_uint capacity;      // elements of one plane of the samples' arrays
   kiln_uint flat;          // 1: face normals
   kiln_uint show_normals;  // 1: the normal as a colour
-  kiln_uint ambient_passes;  // rays a sample for ambient occlusion; 0: none
+  kiln_uint ambient_passes;  // rays per sample for ambient occlusion; 0: none
   kiln_uint show_colors;     // 1: the map's channels, unlit
-  kiln_uint height;          // of the picture, pixels
-  kiln_float key[3];         // of the key light: unit, seen from the camera (right, up, towards the viewer)
-  kiln_uint show_depth;      // 1: how far towards the viewer the surface is, frame units; and 1 where one is
-  kiln_float half_way[3];    // unit, between the key light and the viewer
+  kiln_uint height;          // height of the picture, pixels
+  kiln_float key[3];         // direction of the key light: unit, seen from the camera (right, up,
+                             // towards the viewer)
+  kiln_uint show_depth;      // 1: depth towards the viewer, frame units; and coverage
+  kiln_float half_way[3];    // half vector: unit, between the key light and the viewer
   kiln_uint padding;
 } kiln_render_params;
 KILN_CHECK_SIZE(kiln_render_params, 128);
 
 typedef struct kiln_render_map_params {
-  kiln_uint count;     // samples
+  kiln_uint count;     // number of samples
   kiln_uint capacity;  // elements of one plane of the samples' arrays
-  kiln_uint width;     // of the map, texels
+  kiln_uint width;     // width of the map, texels
   kiln_uint height;
   kiln_int space;      // KILN_SPACE_* (shared/detail.h), or KILN_RENDER_COLORS
   kiln_float y_scale;  // -1: green points down
@@ -52,10 +53,10 @@ typedef struct kiln_render_map_params {
 } kiln_render_map_params;
 KILN_CHECK_SIZE(kiln_render_map_params, 32);
 
-/// The map holds colours and not normals.
+/// The map holds colours instead of normals.
 #define KILN_RENDER_COLORS 3
 
-/// Maps are held in 16 bits a channel, c * 65534 to the nearest: 0, 1/2 and 1 are exact.
+/// Maps are stored with 16 bits per channel, c * 65534 rounded to nearest: 0, 1/2 and 1 are exact.
 #define KILN_RENDER_MAP_ONE 65534
 
 #endif

@@ -6,24 +6,26 @@
 
 #define KILN_SELFTEST_ITEMS 1024
 
-// For inputs i: result `operation` by scalars, + 8 by vectors of 4, + 16 by those of 8, + 24 by those of 16.
+// For inputs i: result `operation` by scalars, + 8 by vectors of 4, + 16 by vectors of 8, + 24 by vectors of
+// 16.
 #define KILN_SELFTEST_SUMS 0        ///< Float products and sums, not contracted
 #define KILN_SELFTEST_FMA 1         ///< Float fused multiply-add
 #define KILN_SELFTEST_DIVISION 2    ///< Float division and square root
 #define KILN_SELFTEST_ROUNDING 3    ///< min, max, clamp, fabs, floor, rint, copysign
 #define KILN_SELFTEST_SELECT 4      ///< Comparisons and selects
-#define KILN_SELFTEST_CONVERT 5     ///< Between float, int, short and uchar
-#define KILN_SELFTEST_INTEGER 6     ///< 32 bits: products, shifts, counts of bits
+#define KILN_SELFTEST_CONVERT 5     ///< Conversions between float, int, short and uchar
+#define KILN_SELFTEST_INTEGER 6     ///< 32 bits: products, shifts, bit counts
 #define KILN_SELFTEST_LONG 7        ///< 64 bits: the edge functions of texels
 #define KILN_SELFTEST_OPERATIONS 8
 
 #define KILN_SELFTEST_16 24       ///< The first result by vectors of 16
-#define KILN_SELFTEST_MASKS 32    ///< Of vectors of 16, 8 and 4 lanes that hold input i
+#define KILN_SELFTEST_MASKS 32    ///< Lane masks of vectors of 16, 8 and 4 that hold input i
 #define KILN_SELFTEST_RAY 33      ///< Triangle, t and two weights
-#define KILN_SELFTEST_ATOMICS 37  ///< What the items' atomic operations left in word i
+#define KILN_SELFTEST_ATOMICS 37  ///< Results of the items' atomic operations in word i
 #define KILN_SELFTEST_RESULTS 38
 
-/// Words each of the atomics: least, greatest, count; then the least of 64 bits, high halves and low ones.
+/// Words of atomic results: minimum, maximum, count; then the minimum of 64 bits, high halves and low
+/// ones.
 #define KILN_SELFTEST_CELLS 8
 
 struct kiln_selftest_input {

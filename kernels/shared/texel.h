@@ -13,31 +13,31 @@ typedef int64_t kiln_long;
 /// A UV triangle ready for scan conversion, in fixed point: a sample is 2^shift units wide, the map's
 /// longer side at most 2^28. Edge function k, of the edge opposite corner k, at sample (i, j) is
 ///   E_k = ((a[k] * i + b[k] * j) << shift) + c[k]
-/// and is positive inside, whichever way round the triangle runs. The three add up to the doubled area.
+/// and is positive inside for either winding. The three add up to the doubled area.
 typedef struct kiln_texel_piece {
   kiln_long c[3];
   kiln_int a[3];
   kiln_int b[3];
-  kiln_uint triangle;  // of the low poly
-  kiln_uint first;     // first piece of the same triangle (more than one where it was clipped)
+  kiln_uint triangle;  // triangle of the low poly
+  kiln_uint first;     // first piece of the same triangle (several if it was clipped)
   kiln_uint closed;    // bit k: a sample on edge k belongs to this piece (top-left rule)
-  kiln_uint drop;      // the E_k are shifted right by this to fit 31 bits ...
+  kiln_uint drop;      // right shift of E_k so that it fits 31 bits ...
 } kiln_texel_piece;
 KILN_CHECK_SIZE(kiln_texel_piece, 64);
 
-/// Values that are interpolated over a piece.
+/// Corner values that are interpolated over a piece.
 typedef struct kiln_texel_corners {
   kiln_float position[9];  // index = 3 * corner + component
   kiln_float direction[9];
   kiln_float weight1[3];  // the triangle's barycentrics at the piece's corners
   kiln_float weight2[3];
-  kiln_float reciprocal;  // ... and multiplied by this to give barycentrics
+  kiln_float reciprocal;  // ... and factor that then gives barycentrics
   kiln_float padding[3];
 } kiln_texel_corners;
 KILN_CHECK_SIZE(kiln_texel_corners, 112);
 
 /// A block is a square of texels whose samples are handled by one work-item. Its samples are called
-/// slots: texel by texel along a Morton curve, within a texel row by row.
+/// slots: texel by texel along a Morton curve, row by row within a texel.
 typedef struct kiln_texel_params {
   kiln_uint block_count;
   kiln_uint group_count;    // groups of 8 slots in a block, the last one padded
@@ -45,30 +45,31 @@ typedef struct kiln_texel_params {
   kiln_uint texel_samples;  // samples in a texel, N * N
   kiln_uint samples;        // N
   kiln_uint shift;          // fixed-point bits below one sample
-  kiln_int sample_width;    // of the map, in samples
+  kiln_int sample_width;    // width of the map, samples
   kiln_int sample_height;
-  kiln_uint width;      // of the map, in texels
-  kiln_uint first_row;  // of the band, in texels
+  kiln_uint width;      // width of the map, texels
+  kiln_uint first_row;  // first row of the band, texels
   kiln_uint capacity;   // elements of one plane of barycentric and points
   kiln_uint padding;
 } kiln_texel_params;
 KILN_CHECK_SIZE(kiln_texel_params, 48);
 
-/// A block of texels: its place, the pieces that may touch it, and the place of its results.
+/// A block of texels: its position, the pieces that may overlap it, and the position of its
+/// results.
 typedef struct kiln_texel_block {
   kiln_int x;  // first sample
   kiln_int y;
-  kiln_uint list_begin;  // pieces that may touch it, in ascending order
+  kiln_uint list_begin;  // pieces that may overlap it, in ascending order
   kiln_uint list_end;
 } kiln_texel_block;
 KILN_CHECK_SIZE(kiln_texel_block, 16);
 
-/// Results of the covering pass: bits of a block's count.
+/// Results of kiln_texel_cover: bit fields of a block's counts.
 #define KILN_TEXEL_SAMPLES(count) ((count)&0x3FFu)
 #define KILN_TEXEL_TEXELS(count) (((count) >> 10) & 0x3FFu)
 #define KILN_TEXEL_OVERLAPS(count) (((count) >> 20) & 0x3FFu)
 
-/// A slot that no piece covers, and the flag of one that several triangles cover.
+/// Value of an uncovered slot, and flag of a slot that several triangles cover.
 #define KILN_TEXEL_EMPTY 0x7FFFFFFFu
 #define KILN_TEXEL_OVERLAP 0x80000000u
 

@@ -1,4 +1,4 @@
-// Structs of the uv family: drawing the high poly's UV triangles.
+// Structs of the uv family: rasterising the high poly's UV triangles.
 #ifndef KILN_SHARED_UV_H
 #define KILN_SHARED_UV_H
 
@@ -9,11 +9,11 @@ typedef struct kiln_uv_piece {
   kiln_int x[3];
   kiln_int y[3];
   kiln_uint triangle;
-  kiln_uint clip;  // 0: a whole triangle; else 1 + the index of its kiln_uv_clip
+  kiln_uint clip;  // 0: a whole triangle; else 1 + index of its kiln_uv_clip
 } kiln_uv_piece;
 KILN_CHECK_SIZE(kiln_uv_piece, 32);
 
-/// Barycentrics of the whole triangle at the corners of a part of it.
+/// Barycentrics in the whole triangle at the corners of a clipped part.
 typedef struct kiln_uv_clip {
   kiln_float weight1[3];
   kiln_float weight2[3];
@@ -21,10 +21,10 @@ typedef struct kiln_uv_clip {
 } kiln_uv_clip;
 KILN_CHECK_SIZE(kiln_uv_clip, 32);
 
-/// Work-items cover at most this many samples a side, so that large triangles are shared out.
+/// Largest side of a work-item's rectangle, samples, so that large triangles are distributed.
 #define KILN_UV_TILE 64
 
-/// Samples of a piece that one work-item tests: a rectangle of up to KILN_UV_TILE samples a side.
+/// Part of a piece that one work-item draws: a rectangle of up to KILN_UV_TILE samples a side.
 typedef struct kiln_uv_task {
   kiln_uint piece;
   kiln_int x;
@@ -38,33 +38,33 @@ typedef struct kiln_uv_params {
   kiln_uint task_count;
   kiln_int row_begin;  // rows of samples in the band
   kiln_int row_end;
-  kiln_uint sample_width;  // of the map
+  kiln_uint sample_width;  // width of the map, samples
   kiln_uint shift;
   kiln_uint samples;      // N
-  kiln_uint width;        // of the map, texels
-  kiln_uint texel_count;  // covered texels of the band
+  kiln_uint width;        // width of the map, texels
+  kiln_uint texel_count;  // number of covered texels of the band
   kiln_uint sample_count;
   kiln_uint band_capacity;  // elements of one plane of the samples' points
-  kiln_uint hit_capacity;   // ... of the correspondence's barycentrics
-  kiln_uint first_run;      // runs of KILN_UV_TILE rows of samples that the band has a part of
+  kiln_uint hit_capacity;   // elements of one plane of the correspondence's barycentrics
+  kiln_uint first_run;      // first run of KILN_UV_TILE rows of samples that overlaps the band
   kiln_uint run_count;
-  kiln_uint count_overlap;  // 0: who comes second is not asked for
+  kiln_uint count_overlap;  // 0: overlaps are not recorded
   kiln_uint padding;
 } kiln_uv_params;
 KILN_CHECK_SIZE(kiln_uv_params, 64);
 
-/// A row of samples, counted.
+/// Counts of a row of samples.
 typedef struct kiln_uv_row {
   kiln_uint covered;
   kiln_uint overlapping;
-  kiln_uint column;  // of the first overlap
-  kiln_uint lower;   // pieces there
+  kiln_uint column;  // column of the first overlap
+  kiln_uint lower;   // pieces that overlap there
   kiln_uint upper;
   kiln_uint padding[3];
 } kiln_uv_row;
 KILN_CHECK_SIZE(kiln_uv_row, 32);
 
-/// A sample that no piece covers.
+/// Value of a sample that no piece covers.
 #define KILN_UV_EMPTY 0xFFFFFFFFu
 
 #endif

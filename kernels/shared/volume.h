@@ -10,16 +10,16 @@ typedef ulong kiln_ulong;
 typedef uint64_t kiln_ulong;
 #endif
 
-/// Cells, voxels and edges have padded coordinates: voxel i of the volume is i + 1, and what lies around
-/// the volume is outside the solid. Cell c lies between padded voxels c and c + 1, edge (c, axis) leaves
-/// voxel c along the axis.
+/// Cells, voxels and edges have padded coordinates: voxel i of the volume is i + 1, and the padding is
+/// outside the solid. Cell c lies between padded voxels c and c + 1, edge (c, axis) leaves voxel c along
+/// the axis.
 ///
-/// 64 neighbouring places along x. The number of an edge or cell is the base of its word plus the
-/// bits set before its own (Jacobson 1989, "Space-efficient static trees and graphs": rank): so
-/// place and number lead to each other without a search. Edges count along x first, then y, then z.
+/// 64 neighbouring places along x. The index of an edge or cell is the base of its word plus the number
+/// of bits set before its own (rank: Jacobson 1989, "Space-efficient static trees and graphs"), so that
+/// positions are converted to indices without a search. Edges count along x first, then y, then z.
 typedef struct kiln_volume_word {
   kiln_ulong edge[3];  ///< Bit: the edge along x, y, z is crossed
-  kiln_ulong cell;     ///< Bit: the surface passes through the cell
+  kiln_ulong cell;     ///< Bit: the surface crosses the cell
   kiln_uint edge_base;
   kiln_uint cell_base;
 } kiln_volume_word;
@@ -27,22 +27,22 @@ KILN_CHECK_SIZE(kiln_volume_word, 40);
 
 typedef struct kiln_volume_grid {
   kiln_uint size[3];  ///< Voxels
-  kiln_uint words;    ///< Words in a row of size[0] + 2 padded voxels
-  kiln_uint first_z;  ///< Of the slab of voxels that is on the device
+  kiln_uint words;    ///< Words per row of size[0] + 2 padded voxels
+  kiln_uint first_z;  ///< First plane of the slab of voxels on the device
   kiln_uint count_z;
-  kiln_uint begin;  ///< First item's number: edges or vertices
-  kiln_uint count;  ///< Items
+  kiln_uint begin;  ///< Index of the first item: edges or vertices
+  kiln_uint count;  ///< Number of items
   kiln_float iso;
   kiln_int below;      ///< 1: the solid is below the iso value
-  kiln_float outside;  ///< Stands for voxels that are not finite
+  kiln_float outside;  ///< Replaces non-finite voxels
   kiln_uint reserved;
   kiln_float to_world[9];         ///< Columns: world offset of a step along x, y, z
-  kiln_float normal_to_world[9];  ///< Rows: normal of index space to world, up to length
+  kiln_float normal_to_world[9];  ///< Rows: transforms index-space normals to world, up to length
   kiln_uint padding[2];
 } kiln_volume_grid;
 KILN_CHECK_SIZE(kiln_volume_grid, 128);
 
-/// A crossing: where along its edge, and the unit normal in index space, out of the solid.
+/// A crossing: position along its edge, and the outward unit normal in index space.
 typedef struct kiln_volume_crossing {
   kiln_float t;
   kiln_float normal[3];
@@ -67,11 +67,13 @@ typedef struct kiln_volume_vertex {
 } kiln_volume_vertex;
 KILN_CHECK_SIZE(kiln_volume_vertex, 24);
 
-/// A vertex' key: its cell's x, y, z in 16 bits each from the lowest, then 12 bits: the cell's edges that
-/// its sheet crosses. Edge 4 a + u + 2 v runs along axis a, u steps along axis (a+1)%3 and v along (a+2)%3.
+/// A vertex's key: its cell's x, y, z in 16 bits each from the lowest, then 12 bits for the cell's edges
+/// that its sheet crosses. Edge 4 a + u + 2 v runs along axis a, u steps along axis (a+1)%3 and v along
+/// (a+2)%3.
 #define KILN_VOLUME_KEY_BITS 16
 
-/// Eigenvalues below this share of the largest do not move a vertex off the crossings' mean.
+/// Eigenvalues below this share of the largest are ignored: the vertex keeps the crossings' mean in
+/// these directions.
 #define KILN_VOLUME_EIGEN_LIMIT 0.05f
 
 /// A polygon of the low poly and its rectangle of texels: one triangle, or two that share the edge from
@@ -79,34 +81,33 @@ KILN_CHECK_SIZE(kiln_volume_vertex, 24);
 /// whole numbers are their centres.
 typedef struct kiln_volume_chart {
   kiln_float project[2][2]
-                    [4];  ///< Per triangle: weights of its 2nd and 3rd corner at a point of the
-                          ///< world (x, y, z, 1), along the triangle's normal
+                    [4];  ///< Per triangle: affine weights of its 2nd and 3rd corner at a
   kiln_float weights[2][2][3];  ///< ... at a texel (x, y, 1)
-  kiln_float texel[4][2];       ///< Of the corners
-  kiln_float normal[2][3];      ///< Of the triangles, unit
+  kiln_float texel[4][2];       ///< Texels of the corners
+  kiln_float normal[2][3];      ///< Unit normals of the triangles
   kiln_uint corner[4];          ///< Vertices of the low poly
   kiln_uint size[2];            ///< Width, height
-  kiln_uint first_texel;        ///< In the pool, at level 0
+  kiln_uint first_texel;        ///< Index in the pool, at level 0
   kiln_uint triangle;           ///< The first of its triangles in the low poly
   kiln_uint triangles;          ///< 1 or 2
   kiln_uint corners;            ///< 3 or 4
-  kiln_uint place[2];           ///< Of its first texel in the map
-  kiln_uint first_ring;  ///< Of the texels on its sides, one side after the other, ends included
+  kiln_uint place[2];           ///< Position of its first texel in the map
+  kiln_uint first_ring;  ///< Index of its boundary texels, one side after the other, ends included
   kiln_uint padding;
 } kiln_volume_chart;
 KILN_CHECK_SIZE(kiln_volume_chart, 224);
 
 /// A level of the charts' pyramids: sides halve, rounded up, down to 1 x 1. Rows of all charts that have
-/// the level follow each other.
+/// the level are consecutive.
 typedef struct kiln_volume_level {
   kiln_uint rows;
   kiln_uint level;
   kiln_uint charts;
   kiln_int space;      ///< KILN_SPACE_*
-  kiln_float y_scale;  ///< -1 turns green down
-  kiln_float scale;    ///< n scale + offset is written
+  kiln_float y_scale;  ///< -1: green points down
+  kiln_float scale;    ///< Written values are n scale + offset
   kiln_float offset;
-  kiln_float reach;  ///< Texels from a seam that take part in what it changes
+  kiln_float reach;  ///< Width of the band along a seam that its correction changes, texels
 } kiln_volume_level;
 KILN_CHECK_SIZE(kiln_volume_level, 32);
 

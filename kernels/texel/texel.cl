@@ -1,25 +1,25 @@
 // Scan conversion of the low poly's UV triangles into samples.
 //
-// Purpose: for every sample of a band of the map, the UV triangle that covers it. For the covered
-// ones, compacted: barycentric weights, point on the surface and direction of rays.
+// Purpose: finds the UV triangle that covers each sample of a band of the map, and writes for the
+// covered samples, compacted, barycentric weights, the point on the surface and the ray direction.
 //
 // Algorithm: exact integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon
-// Rasterization") with the top-left rule, evaluated for eight samples at a time. The host lists for
-// each block of about 8x8 samples the pieces (triangles, or parts of clipped ones) that may touch it,
-// in ascending order; one work-item takes a block through its list, so the lowest triangle wins
-// without atomics. The host turns the counts into offsets; the second kernel compacts.
+// Rasterization") with the top-left rule, evaluated for eight samples at a time. The host lists for each
+// block of about 8x8 samples the pieces (triangles, or parts of clipped ones) that may touch it, in
+// ascending order; one work-item processes a block's list, so the lowest triangle wins without atomics.
+// The host turns the counts into offsets; the second kernel compacts.
 //
 // | kernel            | one work-item | traffic                                                     |
 // | kiln_texel_cover  | block         | 64 B a listed piece; 4 B a sample, hot in cache              |
 // | kiln_texel_fill   | block         | 176 B a piece in the block; 48 B a covered sample, 8 a texel |
 // | kiln_texel_pick, kiln_texel_pick_bytes | sample | 4 B, and 8 B or 2 B a plane                      |
-// | kiln_texel_put_back | sample      | 8 B; 34 B more where something was found                     |
+// | kiln_texel_put_back | sample      | 8 B; 34 B more if a point was found                           |
 //
-// Local size 64, any will do. No defines. All integer arithmetic is exact: |a|, |b| < 2^30, samples
+// Local size 64; any other works. No defines. All integer arithmetic is exact: |a|, |b| < 2^30, samples
 // up to 2^18 a side, |E| < 2^61. Floating point: +, -, *, fma, / and sqrt, correctly rounded.
 //
-// Strengths: no atomics, no sorting on the device; eight lanes whatever N is. Limits: a list is gone
-// through by one work-item, so thousands of triangles in one block make a long one.
+// Strengths: no atomics, no sorting on the device; eight lanes for any N. Limits: one work-item
+// processes a list, so thousands of triangles in one block are slow.
 #include "shared/common.h"
 #include "shared/texel.h"
 
@@ -51,7 +51,7 @@ kernel void kiln_texel_cover(const kiln_texel_params params,
   for (uint entry = block.list_begin; entry < block.list_end; ++entry) {
     const uint id = lists[entry];
     global const kiln_texel_piece* piece = pieces + id;
-    // E >= 0, or E > 0 where the edge is open, without the low bits that all samples have alike.
+    // E >= 0, or E > 0 on open edges, without the low bits that all samples have in common.
     const long a0 = piece->a[0], a1 = piece->a[1], a2 = piece->a[2];
     const long b0 = piece->b[0], b1 = piece->b[1], b2 = piece->b[2];
     const uint open = ~piece->closed;
@@ -93,7 +93,7 @@ kernel void kiln_texel_cover(const kiln_texel_params params,
   counts[index] = samples | (texels << 10) | (overlaps << 20);
 }
 
-/// Barycentric weight of a corner: its edge function over the doubled area. Exact but for the last
+/// Barycentric weight of a corner: its edge function over the doubled area. Exact up to the last
 /// bits of a 31-bit fraction and one rounding each of conversion, reciprocal and product.
 float8 texel_weight(const long a, const long b, const long c, const int8 x, const int8 y,
                     const uint shift, const uint drop, const float reciprocal) {
@@ -115,7 +115,7 @@ int texel_count(const int8 lanes) {
   return -(pairs.x + pairs.y + pairs.z + pairs.w);
 }
 
-/// Unit normal of a triangle: the direction where interpolation gives none.
+/// Unit normal of a triangle: used if interpolation gives no direction.
 float3 texel_face_normal(global const kiln_texel_corners* corners) {
 #pragma OPENCL FP_CONTRACT OFF
   const float3 p = vload3(0, corners->position);
@@ -152,7 +152,7 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
   global const uint* own = ids + index * pitch;
   uint sample = first_samples[index];
 
-  // The texels of the block, and where their samples will be.
+  // Texels of the block, and the position of their samples.
   const uint origin = ((uint)block.y / params.samples - params.first_row) * params.width +
                       (uint)block.x / params.samples;
   uint texel = first_texels[index];
@@ -181,7 +181,7 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
     float8 px = (float8)(0.0f), py = (float8)(0.0f), pz = (float8)(0.0f);
     float8 dx = (float8)(0.0f), dy = (float8)(0.0f), dz = (float8)(0.0f);
 
-    // Once for every piece among the eight: mostly one.
+    // One iteration per distinct piece among the eight samples: mostly one.
     uint pending[8];
     vstore8(id, 0, pending);
     int left = count;
@@ -284,7 +284,7 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
   }
 }
 
-/// Copies some samples' values close together; `to` ends with zeros.
+/// Gathers chosen samples' values; `to` is padded with zeros.
 kernel void kiln_texel_pick(const uint count,
                             const uint planes,
                             const uint from_capacity,
@@ -299,7 +299,7 @@ kernel void kiln_texel_pick(const uint count,
   }
 }
 
-/// The same of single bytes.
+/// The same for single bytes.
 kernel void kiln_texel_pick_bytes(const uint count,
                                   const uint planes,
                                   const uint from_capacity,
@@ -314,7 +314,7 @@ kernel void kiln_texel_pick_bytes(const uint count,
   }
 }
 
-/// Takes over what was found for chosen samples.
+/// Scatters the results of chosen samples back.
 kernel void kiln_texel_put_back(const uint count,
                                 const uint found_capacity,
                                 const uint match_capacity,

@@ -1,28 +1,31 @@
-// Directions that stand on the low poly's faces, and meet at its hard edges.
+// Ray directions that follow the low poly's shading normals on faces, and are averaged at its hard edges.
 //
 // Purpose: rays along averaged normals lean over whole faces of a box, and details on it come out skewed;
-// rays along the faces' own normals leave gaps at edges. Between them: with s the distance to the nearest
-// hard edge over the width, c = 1 - 3 s^2 + 2 s^3 (0 for s > 1) of the averaged direction, 1 - c of the
-// mesh's own normal. Each edge has a width of its own, and the least s counts. Distances are taken in space,
-// so the field is continuous wherever both normals are; and at hard edges, where its own normal is not, it is
-// the averaged one from both sides. Painted meshes say c themselves: 1 less their weight.
+// rays along the faces' own normals leave gaps at edges. So both are blended: with s the distance to the
+// nearest hard edge divided by the edge's width, c = 1 - 3 s^2 + 2 s^3 (0 for s > 1) is the weight of the
+// averaged direction, 1 - c that of the shading normal. Each edge has its own width, and the smallest s
+// counts. Distances are Euclidean, so the field is continuous wherever both normals are; at hard edges, where
+// the shading normal is not, it equals the averaged one from both sides. Painted meshes specify 1 - c
+// directly as their weight.
 //
 // | kernel           | one work-item | traffic                                     |
 // | kiln_texel_turn  | sample        | 32 B + 36 B a triangle + 28 B an edge near it |
 // | kiln_texel_reach | sample        | 32 B + 24 B a triangle                        |
 //
-// Local size 64. No defines. Limits: edges near a triangle are gone through one by one.
+// Local size 64. No defines. Limits: edges near a triangle are tested one by one.
 #include "lib/shell.clh"
 #include "shared/common.h"
 
-/// Turns the samples' directions, planes 3 to 5 of `points`.
+/// Blends the samples' directions, planes 3 to 5 of `points`.
 kernel void kiln_texel_turn(const uint count,
                             const uint capacity,
                             const uint painted,                      // 0 or 1
-                            global const float* restrict normals,    // 9 a triangle
-                            global const float* restrict weights,    // 3 a triangle, where painted
-                            global const uint* restrict first_edges, // per triangle, and the end
-                            global const float* restrict edges,      // 7 each: a corner, the way to the other, the width
+                            global const float* restrict normals,    // 9 per triangle
+                            global const float* restrict weights,    // 3 per triangle, if painted
+                            global const uint* restrict first_edges, // per triangle, then the end
+                            global const float* restrict edges,      // 7 per edge: a corner, the
+                                                                     // vector to the other, the
+                                                                     // width
                             global const uint* restrict triangle,
                             global const float* restrict barycentric,
                             global float* restrict points) {
@@ -77,11 +80,12 @@ kernel void kiln_texel_turn(const uint count,
   for (int axis = 0; axis < 3; ++axis) points[(3 + axis) * plane + i] = d[axis] / length;
 }
 
-/// Writes the samples' reach, plane 6 of `points`: where their rays meet a shell. It lies as far off each
-/// triangle as its corners say, interpolated.
+/// Writes the samples' reach, plane 6 of `points`: the distance at which their rays meet a shell, whose
+/// height over a triangle is interpolated from its corners.
 kernel void kiln_texel_reach(const uint count,
                              const uint capacity,
-                             global const float* restrict shell,  // 6 a triangle: unit normal, heights
+                             global const float* restrict shell,  // 6 per triangle: unit normal,
+                                                                  // heights
                              global const uint* restrict triangle,
                              global const float* restrict barycentric,
                              global float* restrict points) {

@@ -18,10 +18,10 @@
 // | kiln_volume_vertices  | vertices / 8     | 64    | 8 x (8 B and 3 to 12 words and crossings      |
 // |                       |                  |       | (gathered) read, 80 B written)                |
 //
-// Defines: KILN_VOXEL=uchar, char, ushort, short or float (default): the voxels' type. Others come as
+// Defines: KILN_VOXEL=uchar, char, ushort, short or float (default): the voxels' type. Other types are converted to
 // floats.
-// Strengths: work but for the signs grows with the surface only. Limits: 65,535 cells along an axis; a
-// slab of voxels must fit a buffer.
+// Strengths: apart from the signs, work is proportional to the surface. Limits: 65,535 cells along an axis; a slab of
+// voxels must fit a buffer.
 #include "lib/vector3.clh"
 #include "shared/volume.h"
 #include "volume/gradient.clh"
@@ -31,15 +31,14 @@ static size_t volume_row(const kiln_volume_grid* grid, uint y, uint z) {
   return ((size_t)z * (grid->size[1] + 2u) + y) * grid->words;
 }
 
-/// 1 for voxels inside the solid. What is not finite is outside.
+/// 1 for voxels inside the solid. Non-finite values are outside.
 static int volume_is_inside(const kiln_volume_grid* grid, float value) {
   return grid->below != 0 ? (value < grid->iso && value >= -FLT_MAX)
                           : (value >= grid->iso && value <= FLT_MAX);
 }
 
-/// One bit a padded voxel of a slab.
-/// voxels: the slab. inside: [padded slab, row, word], the slab's first voxel plane first, without pads
-/// along z.
+/// One bit per padded voxel of a slab. voxels: the slab. inside: [padded slab, row, word], the slab's
+/// first voxel plane first, without padding along z.
 kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOXEL* restrict voxels,
                               global ulong* restrict inside) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -73,11 +72,11 @@ kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOX
   inside[((size_t)z * (grid.size[1] + 2u) + y + 1u) * grid.words + word] = bits;
 }
 
-/// Crossings of edges. edges: x, y, z of the padded voxel that each leaves, 16 bits each from the
-/// lowest. Then the axis in two bits; then whether that voxel counts as inside.
+/// Crossings of edges. edges: x, y, z of the padded voxel at which each starts, 16 bits each from the
+/// lowest; then two bits for the axis, and one that is set if that voxel is inside.
 ///
-/// The hint says that the code is vectors already. Without it Intel's compiler (2026.22) puts 4 to 16 items
-/// into one and takes wrong masks for volume_gradient's second loop: wrong normals, or a crash.
+/// The hint prevents vectorisation across items: Intel's compiler (2026.22) would combine 4 to 16 of them
+/// with wrong masks in volume_gradient's second loop, which gives wrong normals or a crash.
 kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
     const kiln_volume_grid grid, global const KILN_VOXEL* restrict voxels,
     global const ulong* restrict edges, global kiln_volume_crossing* restrict crossings) {
@@ -96,7 +95,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
   const float3 direction = convert_float3(step);
   float t;
   float3 normal;
-  if (along < 0) {  // a lies before the volume: the solid is cut off at b
+  if (along < 0) {  // a lies outside the volume: the solid is cut off at b
     t = 1.0f;
     normal = -direction;
   } else if (along + 1 >= (int)side) {
@@ -107,11 +106,11 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
     const float fb = volume_fetch(&grid, voxels, b.x, b.y, b.z);
     const float3 along_edge = inside != 0 ? direction : -direction;
     if (volume_is_inside(&grid, fa) == volume_is_inside(&grid, fb)) {
-      // Both outside: the cap of a gap that was closed.
+      // Both outside: the cap of a closed gap.
       t = 0.5f;
       normal = along_edge;
     } else {
-      // Halved, so that nothing overflows.
+      // Halved to avoid overflow.
       const float rise = fb * 0.5f - fa * 0.5f;
       t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
       if (!(t >= 0.0f)) t = 0.5f;
@@ -119,7 +118,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
       const float3 at_b = volume_gradient(&grid, voxels, b);
       const float3 gradient = volume_blend(fa - grid.iso, fb - grid.iso, at_a, at_b, axis, &t);
       const float outward = grid.below != 0 ? 1.0f : -1.0f;
-      // Along the edge, if the field is flat around it.
+      // Along the edge if the field is flat around it.
       normal = volume_unit(gradient * outward, along_edge);
     }
   }
@@ -129,8 +128,8 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
   crossings[item].normal[2] = normal.z;
 }
 
-/// One Jacobi rotation that zeroes a[p][q] of symmetric matrices; r is the third index. The columns of
-/// the eigenvectors turn with it.
+/// One Jacobi rotation that zeroes a[p][q] of symmetric matrices; r is the third index. It also
+/// rotates the columns of the eigenvectors.
 static void volume_rotate(float8* app, float8* aqq, float8* apq, float8* arp, float8* arq,
                           float8 vp[3], float8 vq[3]) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -166,7 +165,7 @@ static void volume_advance(const float8 axis[3], float8 value, float8 limit,
   for (int k = 0; k < 3; ++k) place[k] += axis[k] * step;
 }
 
-/// The place of the least E, eight vertices at once. place: in: where to start, out: the place.
+/// The minimum of E for eight vertices at once. place: in: start; out: the minimum.
 static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) {
 #pragma OPENCL FP_CONTRACT OFF
   float8 xx = a[0], xy = a[1], xz = a[2], yy = a[3], yz = a[4], zz = a[5];
@@ -189,7 +188,7 @@ static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) 
   volume_advance(vz, zz, limit, residual, place);
 }
 
-/// Rank of a crossed edge: its number among all.
+/// Rank of a crossed edge: its index among all.
 static uint volume_edge(const kiln_volume_grid* grid, global const kiln_volume_word* words,
                         uint axis, uint x, uint y, uint z) {
   global const kiln_volume_word* word = words + volume_row(grid, y, z) + (x >> 6);
@@ -200,7 +199,8 @@ static uint volume_edge(const kiln_volume_grid* grid, global const kiln_volume_w
   return word->edge_base + (uint)rank;
 }
 
-/// Vertices from their keys (shared/volume.h), eight an item. words and crossings: of all the volume.
+/// Vertices from their keys (shared/volume.h), eight per item. words and crossings: of the whole
+/// volume.
 kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong* restrict keys,
                                  global const kiln_volume_word* restrict words,
                                  global const kiln_volume_crossing* restrict crossings,
@@ -263,7 +263,7 @@ kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong
     for (int k = 0; k < 3; ++k) b[k][lane] = qef.b[k];
     for (int k = 0; k < 3; ++k) middle[k][lane] = qef.mass[k] / count;
 
-    // Crossings that cancel each other out: any direction.
+    // Crossings that cancel each other out: any direction is used.
     const float3 normal = volume_unit(mean, (float3)(0.0f, 0.0f, 1.0f));
     const float3 turned = volume_unit((float3)(dot3(vload3(0, grid.normal_to_world), normal),
                                                dot3(vload3(1, grid.normal_to_world), normal),

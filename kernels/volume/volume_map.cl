@@ -1,7 +1,7 @@
-// Normal maps of charts from fine vertices: splatting, filling, tangent space.
+// Normal maps of charts from fine vertices: splatting, filling, encoding in tangent space.
 //
 // Algorithm: Barry and Wood, "Direct Extraction of Normal Mapped Meshes from Volume Data". The fine
-// vertices of the clusters that a polygon spans are projected onto it. Their normals are added up in the
+// vertices of the clusters that a polygon spans are projected onto it. Their normals are summed in the
 // texels that they fall into. Other texels are filled by pull-push within the chart (Grossman and Dally
 // 1998, "Point Sample Rendering", section 3.3; Gortler et al. 1996, "The Lumigraph", section 3.4): a
 // coarser texel holds the mean of the known ones among 2 x 2. An unknown texel holds the bilinear
@@ -15,14 +15,14 @@
 // | kiln_volume_map_pull      | rows of a level | 64    | 4 x 16 B an unknown texel read (cached)   |
 // | kiln_volume_map_encode    | rows            | 64    | 16 B a texel read and written             |
 //
-// Strengths: nothing of one chart gets into another; no atomics, so sums have one order. Limits: a
-// chart is splatted by one item, so few large charts leave a GPU idle.
+// Strengths: charts never mix; no atomics, so sums have a fixed order. Limits: a chart is splatted by
+// one item, so few large charts leave a GPU idle.
 #include "lib/chart.clh"
 #include "lib/vector3.clh"
 #include "shared/detail.h"
 #include "shared/volume.h"
 
-/// Weights of a triangle's three corners, from those of its 2nd and 3rd.
+/// Weights of a triangle's three corners from those of its 2nd and 3rd.
 static float3 map_weights(float second, float third) {
 #pragma OPENCL FP_CONTRACT OFF
   return (float3)(1.0f - second - third, second, third);
@@ -30,10 +30,10 @@ static float3 map_weights(float second, float third) {
 
 static float map_least(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
 
-/// The chart's triangle that a point lies in, or is least far out of; and its weights there. A
-/// point beyond one triangle's diagonal would fall into the other's half of the rectangle. Yet it
-/// lies beside both where they are of different width: it is the other's then, or, over a ridge
-/// between the two, neither's and on the diagonal.
+/// The chart's triangle that contains a point, or is nearest to it, and the point's weights there.
+/// A point beyond one triangle's diagonal would fall into the other's half of the rectangle,
+/// although it may project outside of both if their widths differ: it is then assigned to the
+/// other, or, above a ridge between the two, to the diagonal.
 static uint map_project(global const kiln_volume_chart* chart, float3 point, float3* weights) {
 #pragma OPENCL FP_CONTRACT OFF
   uint best = 0u;
@@ -63,7 +63,8 @@ static uint map_project(global const kiln_volume_chart* chart, float3 point, flo
   return best;
 }
 
-/// leaves: fine vertices by vertex of the low poly, from leaf_begins[v] on. splatted: texels known.
+/// leaves: fine vertices grouped by vertex of the low poly, starting at leaf_begins[v]. splatted:
+/// number of known texels.
 kernel void kiln_volume_map_splat(const kiln_volume_level params,
                                   global const kiln_volume_chart* restrict charts,
                                   global const uint* restrict leaf_begins,
@@ -86,8 +87,8 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
       float3 weights = (float3)(0.0f);
       const uint k = map_project(chart, vload3(0, leaf->position), &weights);
       const float3 normal = vload3(0, leaf->normal);
-      // A normal that looks the other way is another side of the surface; one that hardly looks this way belongs to the
-      // polygon beyond a crease, and counts little.
+      // A normal that points the opposite way belongs to another side of the surface; one at a large angle belongs to
+      // the polygon beyond a crease, and has little weight.
       const float facing = dot3(normal, vload3(0, chart->normal[k]));
       if (!(facing > 0.0f)) continue;
       const float weight = (facing * facing) * (facing * facing);
@@ -99,7 +100,7 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
                       chart->texel[third][1] * weights.z;
       if (!(x > -0.5f && y > -0.5f && x < (float)width - 0.5f && y < (float)height - 0.5f))
         continue;
-      // Onto the four texels around it, by nearness: a texel's place in the mean is then its own.
+      // Bilinear splat to the four surrounding texels, so that each texel's mean is centred on it.
       const float left = floor(x);
       const float top = floor(y);
       for (int corner = 0; corner < 4; ++corner) {
@@ -121,15 +122,15 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
   }
   splatted[item] = known;
   if (known != 0u) return;
-  // Nothing fell in: the vertices' own normals.
+  // No vertex fell in: use the polygon's own vertex normals.
   for (uint c = 0u; c < chart->corners; ++c) {
     const int at = (int)chart->texel[c][1] * width + (int)chart->texel[c][0];
     out[at] = (float4)(vload3(chart->corner[c], low_normals), 1.0f);
   }
 }
 
-/// Means of the known among the 2 x 2 texels of the finer level.
-/// row_charts: the chart of each row of the level. first_rows: of each chart. first_texels: [level][chart].
+/// Means of the known texels among 2 x 2 of the finer level. row_charts: the chart of each row of the
+/// level. first_rows: per chart. first_texels: [level][chart].
 kernel void kiln_volume_map_push(const kiln_volume_level params,
                                  global const kiln_volume_chart* restrict charts,
                                  global const uint* restrict row_charts,
@@ -162,7 +163,7 @@ kernel void kiln_volume_map_push(const kiln_volume_level params,
   }
 }
 
-/// Unknown texels from the coarser level, all of whose texels are known.
+/// Fills unknown texels from the coarser level, all of whose texels are known.
 kernel void kiln_volume_map_pull(const kiln_volume_level params,
                                  global const kiln_volume_chart* restrict charts,
                                  global const uint* restrict row_charts,
@@ -187,15 +188,15 @@ kernel void kiln_volume_map_pull(const kiln_volume_level params,
   }
 }
 
-/// Interpolates three vectors, stored one after another.
+/// Interpolates three consecutive vectors.
 static float3 map_interpolate(global const float* corners, float3 weights) {
 #pragma OPENCL FP_CONTRACT OFF
   return vload3(0, corners) * weights.x + vload3(1, corners) * weights.y +
          vload3(2, corners) * weights.z;
 }
 
-/// Turns level 0 into what the map holds. In tangent space x T + y B + z N gives back the normal.
-/// The low poly's frame is interpolated and not normalised, as shaders do it (Mikkelsen 2008).
+/// Encodes level 0 as the map's values. In tangent space x T + y B + z N restores the normal. The
+/// low poly's frame is interpolated and not normalised, as shaders do it (Mikkelsen 2008).
 kernel void kiln_volume_map_encode(const kiln_volume_level params,
                                    global const kiln_volume_chart* restrict charts,
                                    global const uint* restrict row_charts,
@@ -225,7 +226,7 @@ kernel void kiln_volume_map_encode(const kiln_volume_level params,
           best = k;
         }
       }
-      // In the border: the frame at the triangle's edge, where the border is looked at from.
+      // In the padding: the frame at the triangle's edge, at which the padding is sampled.
       weights = max(weights, 0.0f);
       weights /= (weights.x + weights.y) + weights.z;
       global const kiln_low_shading* low = shading + chart->triangle + best;

@@ -1,19 +1,20 @@
 // Seams of a volume's map: charts that meet at an edge of the low poly hold the same normals along it.
 //
-// Algorithm: each chart is filled by itself (volume_map.cl), so that the two sides of an edge differ a
-// little. They agree on one curve of normals along the edge; a side's change fades out within a cell of
-// the volume. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5) name
-// such blending as future work.
+// Algorithm: each chart is filled separately (volume_map.cl), so the two sides of an edge differ slightly.
+// They are changed to one common curve of normals along the edge; the change fades out within a cell of the
+// volume. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5) name such
+// blending as future work.
 //   1. At a corner: the mean of all charts that meet there.
-//   2. At the nodes of the side with fewest texels: the mean of the sides, moved near the corners by as much
-//      as ends there. Other sides take what lies between the nodes, so that all read the same.
-//   3. Differences between that and a chart's own texels are spread by push-pull, as unknown texels are. No
-//      level counts whose texels are wider than two cells. Beyond, fine vertices fell into the chart's own
-//      texels: they hold the data, and a seam must not move them.
-// A crease stays: sides count less from 30 degrees between them on, and not at all from 50.
+//   2. At the nodes of the side with the fewest texels: the mean of the sides, corrected near the corners so
+//      that it ends in their means. Other sides interpolate between the nodes, so that all read the same
+//      values.
+//   3. Differences between the curve and a chart's own texels are spread by push-pull, as for unknown
+//      texels, but only by levels whose texels are at most two cells wide: farther from the seam the chart's
+//      texels hold data of fine vertices, which must not change.
+// Creases are preserved: the weight between sides falls from 30 degrees between them on, to 0 at 50.
 //
 // A side's texels lie in a row from corner to corner, the diagonal of a single triangle's square included.
-// There a reader takes texels beyond the triangle, too: those are mirrored at the diagonal.
+// Bilinear filtering there also reads texels beyond the triangle, which are mirrored at the diagonal.
 //
 // | kernel                    | items           | local | traffic an item                              |
 // | ------------------------- | --------------- | ----- | -------------------------------------------- |
@@ -25,24 +26,24 @@
 // | kiln_volume_seam_finish   | rows            | 64    | 16 B a texel read and written                |
 // | kiln_volume_seam_mirror   | charts          | 64    | a diagonal's texels; nothing for quads       |
 //
-// Items of corners and sides are 4 chart + corner: the side starts at that corner. Coarser levels of the
-// charts' pyramids are used again, for differences instead of normals.
-// Strengths: no atomics, sums have one order. Limits: work at a corner grows with the square of the charts
-// that meet there.
+// Corners and sides are items 4 chart + corner: the side starts at that corner. Coarser levels of the
+// charts' pyramids are reused for differences instead of normals.
+// Strengths: no atomics, and sums have a fixed order. Limits: work at a corner grows with the square of the
+// charts that meet there.
 #include "lib/chart.clh"
 #include "lib/vector3.clh"
 #include "shared/volume.h"
 
-// Cosines of the angles between which sides stop to count.
+// Cosines of the angles between which the weight of two sides falls from 1 to 0.
 #define SEAM_SAME 0.8660254f
 #define SEAM_CREASE 0.6427876f
 #define SEAM_NONE 0xFFFFFFFFu
 
 typedef struct seam_side {
   int x, y;    // Texel of its first corner
-  int dx, dy;  // To the next texel
+  int dx, dy;  // Step to the next texel
   int steps;
-  int turned;  // 1: from the vertex with the higher number to the lower
+  int turned;  // 1: runs from the vertex with the higher index to the lower
 } seam_side;
 
 static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
@@ -59,20 +60,20 @@ static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
   return side;
 }
 
-/// Weight of one direction for another.
+/// Weight between two directions.
 static float seam_weight(float3 a, float3 b) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp((dot3(a, b) - SEAM_CREASE) / (SEAM_SAME - SEAM_CREASE), 0.0f, 1.0f);
 }
 
-/// Share of a level's differences that the finer one takes over: all where its texels are within the reach,
-/// nothing from twice the reach on.
+/// Share of a level's differences that the finer level adopts: all if its texels are within the reach, none
+/// from twice the reach on.
 static float seam_fade(float reach, uint level) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp(2.0f * reach / (float)(1u << level) - 1.0f, 0.0f, 1.0f);
 }
 
-/// A side's value at node j of m, counted from the vertex with the lower number.
+/// A side's value at node j of m, counted from the vertex with the lower index.
 static float3 seam_read(global const kiln_volume_chart* charts, global const float4* texels,
                         uint member, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -89,7 +90,7 @@ static float3 seam_read(global const kiln_volume_chart* charts, global const flo
   return a * (1.0f - share) + b * share;
 }
 
-/// The mean of all sides at a node, as one of them sees it.
+/// The mean of all sides at a node, weighted by their similarity to one of them.
 static float3 seam_mean(global const kiln_volume_chart* charts, global const float4* texels,
                         global const uint* members, uint begin, uint end, uint self, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -131,7 +132,7 @@ kernel void kiln_volume_seam_corners(const kiln_volume_level params,
   agreed[item] = (float4)(map_unit(sum, own), 1.0f);
 }
 
-/// ring: what the texels on each chart's sides become. edges: of each side, SEAM_NONE where there is
+/// ring: new values of the texels on each chart's sides. edges: per side, SEAM_NONE if there is
 /// none. begins, members: sides by edge. agreed: of the corners.
 kernel void kiln_volume_seam_sides(
     const kiln_volume_level params, global const kiln_volume_chart* restrict charts,
@@ -179,10 +180,10 @@ kernel void kiln_volume_seam_sides(
   }
 }
 
-/// A texel's new value where it lies on a side; else w is 0.
+/// A texel's new value if it lies on a side; else w is 0.
 static float4 seam_ring(global const kiln_volume_chart* chart, global const float4* ring, int x,
                         int y) {
-  // Most texels of a quad lie in no row and no column of its corners.
+  // Most texels of a quad share no row and no column with its corners.
   global const float* first = chart->texel[0];
   global const float* across = chart->texel[2];
   if (chart->corners == 4u && x != (int)first[0] && x != (int)across[0] && y != (int)first[1] &&
@@ -201,7 +202,8 @@ static float4 seam_ring(global const kiln_volume_chart* chart, global const floa
   return (float4)(0.0f);
 }
 
-/// Differences on the sides, into level 1. row_charts, first_rows, first_texels: as in volume_map.cl.
+/// Writes the differences on the sides to level 1. row_charts, first_rows, first_texels: as in
+/// volume_map.cl.
 kernel void kiln_volume_seam_gather(const kiln_volume_level params,
                                     global const kiln_volume_chart* restrict charts,
                                     global const uint* restrict row_charts,
@@ -231,7 +233,7 @@ kernel void kiln_volume_seam_gather(const kiln_volume_level params,
   }
 }
 
-/// Means of the known among the 2 x 2 texels of the finer level.
+/// Means of the known texels among 2 x 2 of the finer level.
 kernel void kiln_volume_seam_push(const kiln_volume_level params,
                                   global const kiln_volume_chart* restrict charts,
                                   global const uint* restrict row_charts,
@@ -259,7 +261,7 @@ kernel void kiln_volume_seam_push(const kiln_volume_level params,
   }
 }
 
-/// Unknown texels from the coarser level, all of whose texels are known.
+/// Fills unknown texels from the coarser level, all of whose texels are known.
 kernel void kiln_volume_seam_pull(const kiln_volume_level params,
                                   global const kiln_volume_chart* restrict charts,
                                   global const uint* restrict row_charts,
@@ -283,7 +285,7 @@ kernel void kiln_volume_seam_pull(const kiln_volume_level params,
   }
 }
 
-/// Level 0: sides as agreed, the rest moved by what was spread.
+/// Level 0: sides get their common values, other texels the spread differences.
 kernel void kiln_volume_seam_finish(const kiln_volume_level params,
                                     global const kiln_volume_chart* restrict charts,
                                     global const uint* restrict row_charts,
@@ -313,7 +315,8 @@ kernel void kiln_volume_seam_finish(const kiln_volume_level params,
   }
 }
 
-/// Texels beyond the diagonal of single triangles: bilinear reading along it gives its own texels alone.
+/// Mirrors texels beyond the diagonal of single triangles, so that bilinear filtering along it returns
+/// its own texels.
 kernel void kiln_volume_seam_mirror(const kiln_volume_level params,
                                     global const kiln_volume_chart* restrict charts,
                                     global float4* restrict texels) {

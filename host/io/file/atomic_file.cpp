@@ -15,7 +15,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-constexpr int kMostLinks = 40;  // as Linux follows
+constexpr int kMaxSymlinks = 40;  // symbolic links in a row, as in Linux
 
 }  // namespace
 
@@ -41,7 +41,7 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
 
 AtomicFile::~AtomicFile() { discard(); }
 
-// Looks at what is there already: nothing, a file to replace, or something to write to directly.
+// Examines the destination: nothing, a file to replace, or a device to write to directly.
 void AtomicFile::examine() {
   const std::optional<os::FileFacts> found = os::facts_of(target_);
   if (!found) {
@@ -65,11 +65,11 @@ void AtomicFile::examine() {
   if (!error) target_ = followed;
 }
 
-// A link to nothing names the file that is to be made.
+// A dangling link names the file to create.
 void AtomicFile::follow_links() {
   std::error_code error;
   for (int links = 0; std::filesystem::is_symlink(target_, error); ++links) {
-    if (links == kMostLinks) fail("", ELOOP);
+    if (links == kMaxSymlinks) fail("", ELOOP);
     const std::filesystem::path to = std::filesystem::read_symlink(target_, error);
     if (error) fail("", error.value());
     target_ = (target_.parent_path() / to).lexically_normal();
@@ -88,11 +88,11 @@ void AtomicFile::open_stream(int descriptor) {
   std::setvbuf(stream_, buffer_.data(), _IOFBF, buffer_.size());
 }
 
-// Creates a file of a hidden, unused name.
+// Creates a file with a hidden, unused name.
 int AtomicFile::create_named() {
   const std::filesystem::path folder = target_.parent_path();
   for (int attempt = 0;; ++attempt) {
-    // Registered first: a signal that arrives in between removes nothing.
+    // Registered before the file exists, so that a signal handler never misses it.
     TemporaryName name(folder);
     const int descriptor = os::create_file(name.path(), 0666);
     if (descriptor >= 0) {
@@ -106,7 +106,7 @@ int AtomicFile::create_named() {
   }
 }
 
-// Gives a file that has no name yet a hidden one.
+// Links an unnamed file to a hidden name.
 void AtomicFile::name_file() {
   if (direct_ || !temporary_.empty()) return;
   HeldFile file;
@@ -135,10 +135,10 @@ void AtomicFile::close_stream() {
   if (std::fclose(stream) != 0) fail("", errno);
 }
 
-// Sets permissions, and lets the bytes set out for the medium while the next file is made.
+// Sets permissions, and starts flushing to the medium while the next file is produced.
 void AtomicFile::send(int descriptor) const {
   if (mode_ && !os::set_permissions(descriptor, *mode_) && errno != EPERM) fail("", errno);
-  os::begin_sync(descriptor);  // whoever places the file waits for the end
+  os::begin_sync(descriptor);  // HeldFile::sync() waits for the end
 }
 
 void AtomicFile::commit() {
@@ -158,7 +158,7 @@ void AtomicFile::commit() {
       send(os::file_of(stream_));
       if (temporary_.empty()) {
         file.descriptor = os::duplicate(os::file_of(stream_));
-        if (file.descriptor < 0) name_file();  // too many are open
+        if (file.descriptor < 0) name_file();  // too many files are open
       }
       std::FILE* const stream = std::exchange(stream_, nullptr);
       errno = 0;

@@ -1,4 +1,4 @@
-// Files that appear whole or not at all.
+// Files that are written atomically: whole or not at all.
 #pragma once
 
 #include <cstdio>
@@ -11,45 +11,45 @@
 
 namespace kiln {
 
-/// A file being written out of sight, in the destination's folder. commit() renames it over the
-/// destination, or leaves that to the OutputSet that is open; without commit, the destructor removes it.
+/// A temporary file in the destination's folder. commit() renames it over the destination, or hands it
+/// to the open OutputSet; without commit(), the destructor removes it.
 ///
-/// On file systems that can (Linux's O_TMPFILE), the file has no name until it is complete. So even a
-/// killed process leaves nothing behind; elsewhere it has a hidden name. A file that is replaced keeps
-/// its permissions; a new one gets those of the process's umask. Symbolic links are followed, and what
-/// they name is replaced or made. A destination that is neither a file nor a folder (`/dev/stdout`, a
-/// pipe) is written to directly. The bytes are on the medium before they take the destination's name.
+/// On file systems with O_TMPFILE (Linux) the file has no name until it is complete, so that even a
+/// killed process leaves no file; elsewhere it has a hidden name. Replaced files keep their permissions;
+/// new ones follow the process's umask. Symbolic links are followed, and their target is replaced or
+/// created. A destination that is neither a file nor a folder (`/dev/stdout`, a pipe) is written to
+/// directly. The bytes are flushed to the medium before the rename.
 class AtomicFile {
  public:
-  /// \throws Error(output) where the folder is missing or cannot be written, or the destination is a
-  ///         folder or write-protected; says which. Error(usage) for a file that was read while an
-  ///         OutputSet is open
-  /// \param allow_unnamed  false: use a hidden name even where the file system needs none
+  /// \throws Error(output) if the folder is missing or not writable, or the destination is a folder
+  ///         or write-protected; the message says which. Error(usage) for a file that was read while
+  ///         an OutputSet is open
+  /// \param allow_unnamed  false: use a hidden name even on file systems with O_TMPFILE
   explicit AtomicFile(std::filesystem::path destination, bool allow_unnamed = true);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  /// As given.
+  /// As given to the constructor.
   const std::filesystem::path& destination() const { return destination_; }
-  /// The file's present name; empty while it has none (before close_stream).
+  /// The file's current name; empty while it is unnamed (before close_stream()).
   const std::filesystem::path& temporary() const { return temporary_.path(); }
   /// Null after close_stream or commit.
   std::FILE* stream() const { return stream_; }
 
-  /// \throws Error(output), for a full disk say
+  /// \throws Error(output), for example for a full disk
   void write(const void* data, std::size_t bytes);
   void write(std::string_view text) { write(text.data(), text.size()); }
-  /// For writers that open the file by name: closes our stream and sees to it that temporary() names
-  /// the file.
+  /// For libraries that open the file by name: closes the stream and gives the file the name
+  /// temporary().
   /// \throws Error(output)
   void close_stream();
-  /// Once only.
-  /// \throws Error(output); the temporary is removed then
+  /// Completes the file; at most one call.
+  /// \throws Error(output); the temporary file is removed then
   void commit();
 
-  /// An Error(output) that names the destination, says why (from errno where not zero) and what to
-  /// do about it.
+  /// Throws an Error(output) that names the destination, the reason (from errno if not zero) and a
+  /// remedy.
   [[noreturn]] void fail(std::string_view what, int error_number) const;
 
  private:
@@ -62,13 +62,13 @@ class AtomicFile {
   void discard() noexcept;
 
   std::filesystem::path destination_;
-  std::filesystem::path target_;  ///< The destination, links followed, absolute
+  std::filesystem::path target_;  ///< The destination, absolute, with links resolved
   TemporaryName temporary_;
-  std::optional<unsigned> mode_;  ///< Permissions of the file that is replaced
-  std::vector<char> buffer_;      ///< The stream's
+  std::optional<unsigned> mode_;  ///< Permissions of the replaced file
+  std::vector<char> buffer_;      ///< Buffer of the stream
   std::FILE* stream_ = nullptr;
-  bool direct_ = false;  ///< A device or a pipe: no temporary, no rename
-  bool done_ = false;    ///< Committed
+  bool direct_ = false;  ///< A device or a pipe: no temporary file, no rename
+  bool done_ = false;    ///< True after commit()
 };
 
 }  // namespace kiln

@@ -5,29 +5,29 @@
 namespace kiln {
 namespace {
 
-/// Bytes made of one, rounded up.
+/// Unpacked bytes per packed byte at most, rounded up.
 constexpr std::uint64_t ratio(Packing packing) {
   // Deflate (RFC 1951): at best one bit for a length of 258 and one for its distance, 4 x 258 a byte.
-  constexpr std::uint64_t kDeflate = 1032;
+  constexpr std::uint64_t kMaxDeflateRatio = 1032;
   switch (packing) {
     case Packing::none:
       return 1;
     case Packing::deflate:
-      return kDeflate;
+      return kMaxDeflateRatio;
     case Packing::exr_rle:
-      return 64;  // 2 bytes are a run of at most 128
+      return 64;  // 2 bytes encode a run of at most 128
     case Packing::exr_piz:
       return 454;  // Huffman: one bit for "run", 8 for its length, at most 255 values of 2 bytes
     case Packing::exr_pxr24:
-      return kDeflate * 4 / 3;  // of a float's 4 bytes, 3 are deflated
+      return kMaxDeflateRatio * 4 / 3;  // 3 of a float's 4 bytes are deflated
     case Packing::exr_b44:
-      return 11;  // 3 bytes are a flat block of 4 x 4 values of 2 bytes
+      return 11;  // 3 bytes encode a flat block of 4 x 4 values of 2 bytes
     case Packing::exr_dwa:
-      // A block of 8 x 8 values of 4 bytes ends at its first 2 bytes, which are deflated; run lengths of
-      // deflated bytes are below that.
-      return kDeflate * 128;
+      // A block of 8 x 8 values of 4 bytes takes at least 2 bytes, which are deflated; run lengths of
+      // deflated bytes have a lower ratio.
+      return kMaxDeflateRatio * 128;
   }
-  return kDeflate;
+  return kMaxDeflateRatio;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Bounds by what a file can hold and memory can take: asked before memory is taken.
+// Bounds of sizes, by a file's content and by available memory, checked before allocation.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// Ways of packing bytes in a file.
+/// Compression methods of files.
 enum class Packing {
   none,
   deflate,  ///< zlib, gzip, PNG, OpenEXR's ZIP and ZIPS
@@ -20,17 +20,18 @@ enum class Packing {
   exr_dwa,  ///< DWAA and DWAB
 };
 
-/// No `packed` bytes unpack to more than this, whatever they are: a bound from the format itself, not
-/// from experience. At most 2^64 - 1. Where the numbers come from: the source.
+/// Upper bound of the unpacked size of `packed` bytes, from the format's definition; at most
+/// 2^64 - 1. The derivations are in the source.
 std::uint64_t most_unpacked(Packing packing, std::uint64_t packed);
 
-/// Limits of an image in a file, beside what the file can hold.
+/// Limits of an image in a file, apart from the file's size.
 struct ImageLimits {
-  /// Most pixels of one image; a height field of 2^30 would have more triangles than Kiln takes.
+  /// Largest number of pixels; a height field of 2^30 would exceed the limit of triangles.
   std::uint64_t pixels = (std::uint64_t{1} << 30) - 1;
 };
 
-/// A reader's error that memory is short, for require_memory(). \param place  such as "dataWindow"
+/// Error of a reader when memory is insufficient, for require_memory(). \param place  such as
+/// "dataWindow"
 MemoryFailure memory_failure(FailWith fail, std::string place);
 
 }  // namespace kiln

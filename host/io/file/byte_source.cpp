@@ -20,7 +20,7 @@ namespace {
 
 class FileSource final : public ByteSource {
  public:
-  /// Opened before it is looked at, so that what is checked is what is read.
+  /// Opened before it is checked, so that the checked file is the one that is read.
   FileSource(const std::filesystem::path& path, FailWith fail) : fail_(std::move(fail)) {
     note_whether_file(path);
     file_ = os::open_to_read(path);
@@ -45,8 +45,12 @@ class FileSource final : public ByteSource {
       throw;
     }
     size_ = facts->bytes;
+<<<<<<< HEAD
     modified_ns_ = facts->modified_ns;
     note_read(facts->id);
+=======
+    register_input(facts->id);
+>>>>>>> words3
   }
   ~FileSource() override { os::close(file_); }
   FileSource(const FileSource&) = delete;
@@ -71,7 +75,7 @@ class FileSource final : public ByteSource {
         fail_("byte " + std::to_string(offset + have),
               std::string("it cannot be read: ") + std::strerror(errno), "Check the disk.");
       }
-      if (got == 0) break;  // shortened meanwhile
+      if (got == 0) break;  // the file was truncated meanwhile
       have += static_cast<std::size_t>(got);
     }
     return have;
@@ -121,7 +125,7 @@ class InflatingStream final : public ByteStream {
   InflatingStream(const ByteSource& source, std::uint64_t offset, FailWith fail)
       : source_(source), at_(std::min(offset, source.size())), fail_(std::move(fail)) {
     buffer_.resize(std::size_t{1} << 18);
-    // 32: told apart by the first bytes, gzip or zlib.
+    // 32: zlib detects gzip or zlib by the header.
     if (inflateInit2(&zlib_, MAX_WBITS + 32) != Z_OK) throw std::bad_alloc();
   }
   ~InflatingStream() override { inflateEnd(&zlib_); }
@@ -156,7 +160,7 @@ class InflatingStream final : public ByteStream {
   }
   std::uint64_t at_most() const override {
     if (ended_) return 0;
-    // One byte may be begun, and zlib holds a window of 32 KiB back.
+    // One partial byte, and 32 KiB in zlib's window.
     const std::uint64_t left = source_.size() - at_ + zlib_.avail_in + 1;
     return most_unpacked(Packing::deflate, left + 64);
   }
@@ -171,7 +175,7 @@ class InflatingStream final : public ByteStream {
   }
   std::string place() const { return "byte " + std::to_string(at_ - zlib_.avail_in); }
 
-  /// gzip files may be several one after the other.
+  /// A gzip file may consist of several members.
   bool next_member() {
     unsigned char magic[2] = {};
     const std::uint64_t next = at_ - zlib_.avail_in;

@@ -21,8 +21,8 @@ namespace {
 std::mutex created_mutex;
 std::vector<std::filesystem::path> created_folders;
 
-/// Opens a path that names what the process has open already, or no regular file (a pipe, /dev/null): bytes
-/// go there and replace nothing. -1: an ordinary path.
+/// Opens a path that names an open descriptor of the process, or no regular file (a pipe, /dev/null):
+/// writes go there directly and replace no file. -1: an ordinary path.
 int open_stream(const std::filesystem::path& path) {
   const std::string name = path.string();
   if (name == "/dev/stdout") return os::duplicate(1);
@@ -41,7 +41,7 @@ int open_stream(const std::filesystem::path& path) {
   return -1;
 }
 
-/// \throws Error(output) where a folder, or one that it lies in, is a symbolic link to nothing
+/// \throws Error(output) if a folder, or one of its parents, is a dangling symbolic link
 void refuse_broken_link(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -58,7 +58,7 @@ void refuse_broken_link(const std::filesystem::path& folder) {
   }
 }
 
-/// One whose parent is there. \throws Error(output)
+/// Creates a folder whose parent exists. \throws Error(output)
 void create_output_folder(const std::filesystem::path& folder) {
   std::error_code error;
   const bool made = std::filesystem::create_directory(folder, error);
@@ -67,11 +67,11 @@ void create_output_folder(const std::filesystem::path& folder) {
                                        "' cannot be created (" + error.message() +
                                        "): choose another place.");
   }
-  if (!made) return;  // another process was faster, or the path ends in a slash
+  if (!made) return;  // another process created it, or the path ends in a slash
   const std::filesystem::path whole = std::filesystem::absolute(folder, error);
   const std::lock_guard lock(created_mutex);
   created_folders.push_back(error ? folder : whole);
-  note_created_folder(created_folders.back());
+  register_created_folder(created_folders.back());
 }
 
 }  // namespace
@@ -96,13 +96,13 @@ void save_text(const std::filesystem::path& path, std::string_view text) {
 
 void remove_empty_output_folders() noexcept {
   const std::lock_guard lock(created_mutex);
-  // Last made, first gone.
+  // In reverse order of creation.
   while (!created_folders.empty()) {
-    // Fails where something is in it, as it should.
+    // Fails for folders that are not empty, as intended.
     os::remove_folder(created_folders.back().c_str());
     created_folders.pop_back();
   }
-  forget_created_folders();
+  unregister_created_folders();
 }
 
 void prepare_output_folder(const std::filesystem::path& folder) {

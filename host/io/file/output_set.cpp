@@ -16,9 +16,9 @@
 namespace kiln {
 namespace {
 
-/// Files that are held open without a name, which leave nothing behind where the process is killed. Further ones get a
-/// hidden name and are closed, since a process may have 1,024 files open by default.
-constexpr std::size_t kMostUnnamed = 256;
+/// Largest number of open unnamed files, which disappear if the process is killed. Further ones are named and closed,
+/// since a process may have 1,024 files open by default.
+constexpr std::size_t kMaxUnnamedFiles = 256;
 
 struct PathHash {
   std::size_t operator()(const std::filesystem::path& path) const noexcept {
@@ -31,11 +31,11 @@ struct State {
   std::mutex mutex;
   bool is_open = false;
   std::vector<HeldFile> files;
-  Index by_target;       ///< The first in `files` of each target
-  Index by_destination;  ///< The last of each destination
+  Index by_target;       ///< First index in `files` of each target
+  Index by_destination;  ///< Last index of each destination
   std::set<os::FileId> read;
 
-  /// After files went.
+  /// Rebuilds the indices after files were removed.
   void index() {
     by_target.clear();
     by_destination.clear();
@@ -44,7 +44,7 @@ struct State {
       by_destination[files[i].destination] = i;
     }
   }
-  /// Hands over the files that are held, and forgets them.
+  /// Moves the held files out.
   std::vector<HeldFile> release() {
     std::vector<HeldFile> all = std::exchange(files, {});
     index();
@@ -57,13 +57,13 @@ State& state() {
   return the_state;
 }
 
-/// Where the bytes of a file can be read.
+/// Path at which a file's bytes can be read.
 std::filesystem::path bytes_of(const HeldFile& file) {
   return file.temporary.empty() ? std::filesystem::path(os::name_of_open(file.descriptor))
                                 : file.temporary.path();
 }
 
-/// A file's name before links are followed.
+/// A file's absolute name, before links are followed.
 std::filesystem::path whole_name(const HeldFile& file) {
   return std::filesystem::absolute(file.destination).lexically_normal();
 }
@@ -89,7 +89,7 @@ OutputSet::~OutputSet() {
 namespace {
 
 void place_held(std::vector<HeldFile>& files) {
-  // Refuses inputs, too, that were read after a file of that name was written.
+  // Also refuses inputs that were read after an output of that name was written.
   for (const HeldFile& file : files) {
     if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
   }
@@ -109,8 +109,8 @@ void OutputSet::commit() {
 
 namespace {
 
-/// Takes the files of a run out of the set. The caller has the lock.
-std::vector<HeldFile> take_files_of(const InputLog& run) {
+/// Moves the files of a run out of the set. The caller holds the lock.
+std::vector<HeldFile> extract_files_of(const InputLog& run) {
   std::vector<HeldFile>& files = state().files;
   const auto first = std::stable_partition(files.begin(), files.end(),
                                            [&](const HeldFile& file) { return file.run != &run; });
@@ -126,7 +126,7 @@ void commit_outputs(const InputLog& run) {
   std::vector<HeldFile> files;
   {
     const std::lock_guard lock(state().mutex);
-    files = take_files_of(run);
+    files = extract_files_of(run);
   }
   place_held(files);
 }
@@ -134,7 +134,7 @@ void commit_outputs(const InputLog& run) {
 void discard_outputs(const InputLog& run) {
   std::vector<HeldFile> dropped;
   const std::lock_guard lock(state().mutex);
-  dropped = take_files_of(run);
+  dropped = extract_files_of(run);
 }
 
 std::vector<HeldOutput> outputs_of(const InputLog& run) {
@@ -162,7 +162,7 @@ std::filesystem::path OutputSet::held(const std::filesystem::path& destination) 
 
 void OutputSet::protect(const std::filesystem::path& input) {
   note_whether_file(input);
-  if (const auto found = os::facts_of(input)) note_read(found->id);
+  if (const auto found = os::facts_of(input)) register_input(found->id);
 }
 
 void OutputSet::check(const std::filesystem::path& destination) {
@@ -173,9 +173,9 @@ bool hold_output(HeldFile& file) {
   const std::lock_guard lock(state().mutex);
   if (!state().is_open) return false;
   file.run = current_input_log();
-  // Files of one target that were let in have one whole name and one run, so the first of them stands for all.
+  // Accepted files of one target have the same absolute name and run, so checking the first suffices.
   const std::size_t number = state().files.size();
-  if (number >= kMostUnnamed) file.name();
+  if (number >= kMaxUnnamedFiles) file.name();
   const auto [first, is_new] = state().by_target.emplace(file.target, number);
   if (!is_new) {
     const HeldFile& other = state().files[first->second];
@@ -206,7 +206,7 @@ void refuse_input(const std::filesystem::path& destination, os::FileId file) {
                                     "name or folder for the output.");
 }
 
-void note_read(os::FileId file) {
+void register_input(os::FileId file) {
   const std::lock_guard lock(state().mutex);
   if (state().is_open) state().read.insert(file);
 }

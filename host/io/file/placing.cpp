@@ -22,10 +22,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kHidden = ".kiln-";
+constexpr std::string_view kHiddenPrefix = ".kiln-";
 constexpr const char* kJournal = "journal";
-constexpr std::uint64_t kMostJournalBytes = std::uint64_t{1} << 24;
-constexpr double kLongestWait = 300.0;  // seconds for other processes that place files in a folder
+constexpr std::uint64_t kMaxJournalBytes = std::uint64_t{1} << 24;
+constexpr double kMaxLockSeconds = 300.0;  // wait for other processes that place files
 
 std::atomic<bool> placing{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -59,11 +59,12 @@ const char* remedy(int error_number) {
   }
 }
 
-/// An open folder, locked against other processes that place files there.
+/// An open folder, locked against other processes that place files in it.
 class LockedFolder {
  public:
-  /// \throws Error(output) if another process has it locked for kLongestWait
-  explicit LockedFolder(const fs::path& path) : descriptor_(os::lock_folder(path, kLongestWait)) {
+  /// \throws Error(output) if another process keeps it locked for kMaxLockSeconds
+  explicit LockedFolder(const fs::path& path)
+      : descriptor_(os::lock_folder(path, kMaxLockSeconds)) {
     if (descriptor_ >= 0 || errno != EWOULDBLOCK) return;
     throw Error(ErrorCode::output,
                 "Could not write to '" + path.string() +
@@ -76,7 +77,7 @@ class LockedFolder {
   }
   LockedFolder(LockedFolder&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
   LockedFolder(const LockedFolder&) = delete;
-  /// Its names reach the medium.
+  /// Flushes the folder's entries to the medium.
   void sync() const {
     if (descriptor_ >= 0) os::sync(descriptor_);
   }
@@ -89,16 +90,16 @@ bool is_journal(const fs::path& path) {
   return state_of_name(path.filename().string(), kJournal) != NameState::foreign;
 }
 
-/// A name within a folder, not a path out of it.
+/// True for a name without folders.
 bool is_plain(std::string_view name) {
   return !name.empty() && name != "." && name != ".." && name.find('/') == name.npos;
 }
 
-/// The folder must be locked: so whoever wrote the journal is gone.
-void finish(const fs::path& folder, const fs::path& journal) {
+/// Completes a journal. The folder is locked, so the process that wrote it has ended.
+void complete_journal(const fs::path& folder, const fs::path& journal) {
   const std::optional<os::FileFacts> facts = os::facts_of_link(journal);
-  // Another user's journal is nothing that we act on.
-  if (!facts || !facts->is_regular || !facts->is_own || facts->bytes > kMostJournalBytes) return;
+  // Journals of other users are ignored.
+  if (!facts || !facts->is_regular || !facts->is_own || facts->bytes > kMaxJournalBytes) return;
   std::ifstream file(journal, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   std::vector<std::string> names;
@@ -107,47 +108,48 @@ void finish(const fs::path& folder, const fs::path& journal) {
   }
   for (std::size_t i = 0; i + 2 < names.size(); i += 3) {
     const auto& [temporary, target, backup] = std::tie(names[i], names[i + 1], names[i + 2]);
-    if (!temporary.starts_with(kHidden) || !is_plain(temporary) || !is_plain(target)) continue;
-    // Fails where it was renamed already.
+    if (!temporary.starts_with(kHiddenPrefix) || !is_plain(temporary) || !is_plain(target))
+      continue;
+    // Fails if it was renamed already.
     if (!os::replace(folder / temporary, folder / target)) errno = 0;
-    if (backup.starts_with(kHidden) && is_plain(backup)) {
+    if (backup.starts_with(kHiddenPrefix) && is_plain(backup)) {
       os::remove_file((folder / backup).c_str());
     }
   }
   os::remove_file(journal.c_str());
 }
 
-/// Removes what a killed process left that had not come to its journal: links to old files, which are made under the
-/// lock alone, and unfinished files of a process that is gone. One that is not seen from here (another machine's, or a
-/// container's) counts as gone when its file has not changed for a week.
-void sweep(const fs::path& path) {
-  constexpr std::int64_t kWeek = std::int64_t{7} * 24 * 3600;
+/// Removes leftovers of killed processes without a journal: links to old files, which are only created under the lock,
+/// and unfinished files of processes that ended. A process that is not visible from here (on another machine or in a
+/// container) counts as ended if its file has not changed for a week.
+void remove_leftovers(const fs::path& path) {
+  constexpr std::int64_t kWeekSeconds = std::int64_t{7} * 24 * 3600;
   const std::optional<os::FileFacts> facts = os::facts_of_link(path);
   if (!facts || !facts->is_regular || !facts->is_own) return;
   const std::string name = path.filename().string();
   const NameState state = state_of_name(name, "tmp");
-  const bool aged = std::time(nullptr) - facts->modified > kWeek;
+  const bool aged = std::time(nullptr) - facts->modified > kWeekSeconds;
   if (state == NameState::left || (state == NameState::unknown && aged) ||
       state_of_name(name, "old") != NameState::foreign) {
     os::remove_file(path.c_str());
   }
 }
 
-/// The folder must be locked.
-void finish_all(const fs::path& folder) {
+/// Completes all journals. The folder must be locked.
+void complete_journals(const fs::path& folder) {
   std::error_code error;
   std::vector<fs::path> journals, others;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const fs::path& path = entry->path();
-    if (!path.filename().string().starts_with(kHidden)) continue;
+    if (!path.filename().string().starts_with(kHiddenPrefix)) continue;
     (is_journal(path) ? journals : others).push_back(path);
   }
-  for (const fs::path& journal : journals) finish(folder, journal);
-  for (const fs::path& path : others) sweep(path);
+  for (const fs::path& journal : journals) complete_journal(folder, journal);
+  for (const fs::path& path : others) remove_leftovers(path);
 }
 
-/// Files on their way, with the way back.
+/// A transaction of renames that can be undone.
 class Placement {
  public:
   explicit Placement(std::vector<HeldFile>& files) : files_(files), backups_(files.size()) {
@@ -155,11 +157,12 @@ class Placement {
       const fs::path folder = known_folder(file.target.parent_path());
       file.target = folder / file.target.filename();
     }
-    // Lists have room for a file before the file is there: memory may run out between any two steps.
+    // Reserve memory before files are created: an allocation may fail between any two steps.
     journals_.reserve(folders_.size());
     new_.reserve(files.size());
   }
-  /// Removes links to old files and journals if anything threw: nothing was renamed, or all was put back.
+  /// If anything threw, removes links to old files and journals: no file was renamed, or all were
+  /// restored.
   ~Placement() { undo(); }
   Placement(const Placement&) = delete;
   Placement& operator=(const Placement&) = delete;
@@ -167,20 +170,20 @@ class Placement {
   void run() {
     for (const HeldFile& file : files_) file.sync();
     for (const fs::path& folder : folders_) locks_.emplace_back(folder);
-    for (const fs::path& folder : folders_) finish_all(folder);
+    for (const fs::path& folder : folders_) complete_journals(folder);
     for (HeldFile& file : files_) file.name();
-    keep_old_files();
+    link_old_files();
     for (const fs::path& folder : folders_) write_journal(folder);
     placing = true;
     rename_all();
-    forget();
+    drop_backups();
     placing = false;
     for (const LockedFolder& lock : locks_) lock.sync();
   }
 
  private:
-  /// The first path that named a folder stands for it: links and mounts give it others, and a folder locked twice
-  /// would wait for itself.
+  /// The first path of a folder represents it: links and mounts may give it several, and locking a folder twice
+  /// would deadlock.
   fs::path known_folder(const fs::path& path) {
     const std::optional<os::FileFacts> facts = os::facts_of(path);
     for (const fs::path& folder : folders_) {
@@ -191,8 +194,8 @@ class Placement {
     return path;
   }
 
-  /// Hard links: where the file system has none, there is no way back.
-  void keep_old_files() {
+  /// Keeps old files as hard links; on file systems without these, they cannot be restored.
+  void link_old_files() {
     for (std::size_t i = 0; i < files_.size(); ++i) {
       TemporaryName name(files_[i].target.parent_path(), "old");
       if (os::add_name(files_[i].target, name.path())) {
@@ -233,13 +236,13 @@ class Placement {
     for (std::size_t i = 0; i < files_.size(); ++i) {
       if (os::replace(files_[i].temporary.path(), files_[i].target)) continue;
       const int number = errno;
-      for (std::size_t k = i; k-- > 0;) put_back(k);
+      for (std::size_t k = i; k-- > 0;) restore_old_files(k);
       placing = false;
       fail_to_write(files_[i].destination, "", number);
     }
   }
 
-  void put_back(std::size_t i) {
+  void restore_old_files(std::size_t i) {
     const fs::path& target = files_[i].target;
     if (!backups_[i].empty()) {
       if (os::replace(backups_[i].path(), target)) backups_[i].release();
@@ -248,8 +251,8 @@ class Placement {
     }
   }
 
-  /// All are in place.
-  void forget() {
+  /// All files are in place: drop the links and journals.
+  void drop_backups() {
     for (HeldFile& file : files_) file.temporary.release();
     undo();
   }
@@ -265,7 +268,7 @@ class Placement {
 
   std::vector<HeldFile>& files_;
   std::vector<TemporaryName> backups_, journals_;
-  std::vector<std::size_t> new_;  ///< Files that nothing was there for
+  std::vector<std::size_t> new_;  ///< Files that replaced none
   std::vector<fs::path> folders_;
   std::vector<LockedFolder> locks_;
 };
@@ -299,7 +302,7 @@ void HeldFile::sync() const {
   const bool good = file >= 0 && os::sync(file);
   const int number = errno;
   if (opened >= 0) os::close(opened);
-  // Some file systems cannot, and say so.
+  // Some file systems do not support it, and report one of these errors.
   if (!good && number != EINVAL && number != ENOTSUP) fail_to_write(destination, "", number);
 }
 
@@ -331,7 +334,7 @@ void place_files(std::vector<HeldFile>& files) {
   HeldFile& file = files.front();
   file.sync();
   const LockedFolder folder(file.target.parent_path());
-  finish_all(file.target.parent_path());  // or an older file of that name would come later
+  complete_journals(file.target.parent_path());  // else an older file may replace it later
   file.name();
   if (!os::replace(file.temporary.path(), file.target)) {
     fail_to_write(file.destination, "", errno);
@@ -350,10 +353,10 @@ void finish_interrupted(const fs::path& folder) noexcept {
     }
     if (!any) return;
     const LockedFolder lock(folder);
-    finish_all(folder);
+    complete_journals(folder);
     lock.sync();
   } catch (...) {
-    // Memory ran out: whoever writes there next finishes it.
+    // Out of memory: the next process that writes there completes it.
     return;
   }
 }

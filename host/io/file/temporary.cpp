@@ -79,7 +79,8 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
   constexpr std::string_view kDigits = "0123456789";
   if (!take(".kiln-")) return NameState::foreign;
   const std::string_view mark = take_run("0123456789abcdef");
-  const bool has_mark = mark.size() == 16 && name.starts_with('-');  // earlier versions had none
+  const bool has_mark = mark.size() == 16 && name.starts_with('-');  // names of earlier versions
+                                                                     // had no mark
   if (has_mark) take("-");
   const std::string process(has_mark ? take_run(kDigits) : mark);
   if (process.empty() || process.size() > 9 || process.find_first_not_of(kDigits) != process.npos ||
@@ -90,11 +91,11 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
   return os::is_gone(std::stol(process)) ? NameState::left : NameState::live;
 }
 
-void note_created_folder(const std::filesystem::path& folder) noexcept {
+void register_created_folder(const std::filesystem::path& folder) noexcept {
   if (register_name(folder_slots, folder.native()) < 0) errno = 0;
 }
 
-void forget_created_folders() noexcept {
+void unregister_created_folders() noexcept {
   for (Slot& slot : folder_slots) slot.state = kSlotFree;
 }
 
@@ -103,7 +104,7 @@ void remove_temporary_files() noexcept {
   for (Slot& slot : slots) {
     if (slot.state == kSlotLive) os::remove_file(slot.path.data());
   }
-  // Last made, first gone. Fails where something is in it, as it should.
+  // In reverse order of creation. Fails for folders that are not empty, as intended.
   for (std::size_t i = folder_slots.size(); i-- > 0;) {
     if (folder_slots[i].state == kSlotLive) os::remove_folder(folder_slots[i].path.data());
   }

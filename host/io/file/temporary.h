@@ -1,4 +1,4 @@
-// Hidden names of files that are being written, and who removes them.
+// Hidden names of temporary files, and their removal.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,8 @@
 namespace kiln {
 
 /// A hidden name in a folder, registered so that a signal handler can remove it (remove_temporary_files()).
-/// If too many are registered already, or the name is too long, it is not: its owner still removes it.
+/// If too many are registered, or the name is too long, it is not registered, but its owner still removes
+/// it.
 class TemporaryName {
  public:
   TemporaryName() = default;
@@ -19,7 +20,7 @@ class TemporaryName {
 
   bool empty() const { return path_.empty(); }
   const std::filesystem::path& path() const { return path_; }
-  /// Nothing of this name is there any more.
+  /// Unregisters the name: no file has it any more.
   void release() noexcept;
 
  private:
@@ -27,23 +28,23 @@ class TemporaryName {
   int slot_ = -1;
 };
 
-/// Of a hidden name: whether its process may still be at work.
+/// Whether the process of a hidden name is still running.
 enum class NameState {
-  foreign,  ///< It is none of ours
-  live,     ///< Its process runs
-  unknown,  ///< Its process is another machine's, or of an earlier start of this one
-  left,     ///< Its process is gone
+  foreign,  ///< Not a name of Kiln
+  live,     ///< Its process is running
+  unknown,  ///< Its process is on another machine, or from before the last boot
+  left,     ///< Its process has ended
 };
-/// \param name  of a file, without its folder  \param ending  that it must have, such as "tmp"
+/// \param name  a file's name, without its folder  \param ending  required ending, such as "tmp"
 NameState state_of_name(std::string_view name, std::string_view ending);
 
-/// A folder that remove_temporary_files() removes where it is still empty. Where too many are registered
-/// already, or the name is too long, it is not.
-void note_created_folder(const std::filesystem::path& folder) noexcept;
-/// None of them is removed any more.
-void forget_created_folders() noexcept;
+/// Registers a folder for remove_temporary_files(), which removes it if it is empty. If too many are
+/// registered, or the name is too long, it is not.
+void register_created_folder(const std::filesystem::path& folder) noexcept;
+/// Unregisters all folders.
+void unregister_created_folders() noexcept;
 
-/// Most names that are tried one after the other where one is taken.
+/// Largest number of names to try.
 inline constexpr int kNameAttempts = 100;
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// A cursor over text in memory that knows its line.
+// A cursor over text in memory that tracks line numbers.
 #pragma once
 
 #include <charconv>
@@ -14,8 +14,8 @@ namespace kiln {
 /// std::from_chars: locale-free, correctly rounded, "nan" and "inf" included; a leading '+' is allowed.
 class TextScanner {
  public:
-  /// \param comment       the character that, at the start of a word, starts a comment to the end of its line, or 0
-  /// \param continuation  whether a backslash before a line's end joins the next line
+  /// \param comment       the character that starts a comment at the beginning of a word, or 0
+  /// \param continuation  true: a backslash at a line's end joins it with the next line
   explicit TextScanner(std::string_view text, char comment = 0, bool continuation = false)
       : at_(text.data()),
         begin_(at_),
@@ -45,8 +45,8 @@ class TextScanner {
     }
   }
 
-  /// Takes the rest of this line, without blanks at its ends: a name. Names may hold the character that starts
-  /// comments ("Material #25"), so none starts here.
+  /// Returns the rest of this line without surrounding blanks, as a name. Comments are not recognised, since
+  /// names may hold the character ("Material #25").
   std::string_view rest_of_line() {
     while (at_ != end_ && (is_blank(*at_) || joins_lines())) {
       if (is_blank(*at_)) {
@@ -62,15 +62,15 @@ class TextScanner {
     return {start, static_cast<std::size_t>(stop - start)};
   }
 
-  /// The comment that a line begins with, its first character included; empty where it begins with none.
-  /// To be asked at a line's start.
+  /// The comment at the start of a line, with its first character; empty if there is none. Call it only
+  /// at a line's start.
   std::string_view comment() {
     while (at_ != end_ && is_blank(*at_)) ++at_;
     if (comment_ == 0 || at_ == end_ || *at_ != comment_) return {};
     return rest_of_line();
   }
 
-  /// Goes to the start of the next line; false at the end of the text.
+  /// Moves to the start of the next line; false at the end of the text.
   bool next_line() {
     while (at_ != end_ && !ends_line(*at_)) {
       if (!joins_lines()) {
@@ -126,7 +126,7 @@ class TextScanner {
   std::uint64_t line_ = 1;
 };
 
-/// "1.#INF00", "-1.#IND" and the like, as Microsoft's C library wrote what is not finite.
+/// "1.#INF00", "-1.#IND" and the like: non-finite numbers as written by Microsoft's C library.
 inline std::optional<double> to_non_finite(std::string_view token) {
   const double sign = token.starts_with('-') ? -1 : 1;
   if (sign < 0) token.remove_prefix(1);
@@ -137,7 +137,7 @@ inline std::optional<double> to_non_finite(std::string_view token) {
   return std::nullopt;
 }
 
-/// The whole token as a number, or nothing. A double beyond its range reads as infinity or zero.
+/// The whole token as a number, or nothing. A double out of range becomes infinity or zero.
 inline std::optional<double> to_double(std::string_view token) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
   double value = 0;

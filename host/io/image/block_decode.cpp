@@ -27,8 +27,8 @@ Color between(const Color& a, const Color& b, float share) {
   return result;
 }
 
-/// \param four  always four colours (BC2, BC3); else a first end that is not the greater one makes the third index the
-///              middle and the fourth transparent black
+/// \param four  always four colours (BC2, BC3); else, if the first end is not the greater one, the third index is the
+///              mean and the fourth transparent black
 void decode_colors(const std::uint8_t* block, bool four, BlockTexels& texels) {
   const std::uint32_t first = word(block, 2), second = word(block + 2, 2);
   const std::uint32_t indices = word(block + 4, 4);
@@ -66,12 +66,12 @@ void decode_signed_channel(const std::uint8_t* block, std::size_t channel, Block
   }
 }
 
-/// One of BC7's modes: how many bits each part has.
+/// A mode of BC7: the number of bits of each part.
 struct Mode {
-  unsigned subsets, partition, rotation, selector;  ///< Subsets; bits of the next three
+  unsigned subsets, partition, rotation, selector;  ///< Number of subsets; bits of the next three
   unsigned color, alpha;                            ///< Bits of an end's channels; alpha 0: opaque
-  bool own_low_bits, shared_low_bits;               ///< A low bit more an end, or a subset
-  unsigned index, second_index;                     ///< Bits of indices; 0: there is no second set
+  bool own_low_bits, shared_low_bits;               ///< One more low bit per end, or per subset
+  unsigned index, second_index;                     ///< Bits of indices; 0: no second set
 };
 constexpr std::array<Mode, 8> kModes = {{{3, 4, 0, 0, 4, 0, true, false, 3, 0},
                                          {2, 6, 0, 0, 6, 0, false, true, 3, 0},
@@ -82,8 +82,8 @@ constexpr std::array<Mode, 8> kModes = {{{3, 4, 0, 0, 4, 0, true, false, 3, 0},
                                          {1, 0, 0, 0, 7, 7, true, false, 4, 0},
                                          {2, 6, 0, 0, 5, 5, true, false, 2, 0}}};
 
-/// The subset of each texel, two bits a texel from the lowest on; of two subsets, and of three.
-constexpr std::array<std::uint32_t, 64> kHalves = {
+/// Subset of each texel, two bits per texel from the lowest; for two subsets, and for three.
+constexpr std::array<std::uint32_t, 64> kTwoSubsets = {
     0x50505050, 0x40404040, 0x54545454, 0x54505040, 0x50404000, 0x55545450, 0x55545040, 0x54504000,
     0x50400000, 0x55555450, 0x55544000, 0x54400000, 0x55555440, 0x55550000, 0x55555500, 0x55000000,
     0x55150100, 0x00004054, 0x15010000, 0x00405054, 0x00004050, 0x15050100, 0x05010000, 0x40505054,
@@ -92,7 +92,7 @@ constexpr std::array<std::uint32_t, 64> kHalves = {
     0x15055054, 0x01055040, 0x05041050, 0x05455150, 0x14414114, 0x50050550, 0x41411414, 0x00141400,
     0x00041504, 0x00105410, 0x10541000, 0x04150400, 0x50410514, 0x41051450, 0x05415014, 0x14054150,
     0x41050514, 0x41505014, 0x40011554, 0x54150140, 0x50505500, 0x00555050, 0x15151010, 0x54540404};
-constexpr std::array<std::uint32_t, 64> kThirds = {
+constexpr std::array<std::uint32_t, 64> kThreeSubsets = {
     0xAA685050, 0x6A5A5040, 0x5A5A4200, 0x5450A0A8, 0xA5A50000, 0xA0A05050, 0x5555A0A0, 0x5A5A5050,
     0xAA550000, 0xAA555500, 0xAAAA5500, 0x90909090, 0x94949494, 0xA4A4A4A4, 0xA9A59450, 0x2A0A4250,
     0xA5945040, 0x0A425054, 0xA5A5A500, 0x55A0A0A0, 0xA8A85454, 0x6A6A4040, 0xA4A45000, 0x1A1A0500,
@@ -101,31 +101,31 @@ constexpr std::array<std::uint32_t, 64> kThirds = {
     0x500AA550, 0xAAAA4444, 0x66660000, 0xA5A0A5A0, 0x50A050A0, 0x69286928, 0x44AAAA44, 0x66666600,
     0xAA444444, 0x54A854A8, 0x95809580, 0x96969600, 0xA85454A8, 0x80959580, 0xAA141414, 0x96960000,
     0xAAAA1414, 0xA05050A0, 0xA0A5A5A0, 0x96000000, 0x40804080, 0xA9A8A9A8, 0xAAAAAA44, 0x2A4A5254};
-/// The texel of each further subset whose index lacks its highest bit: of the second of two, the second and the third
-/// of three.
-constexpr std::array<std::uint8_t, 64> kHalfAnchor = {
+/// Anchor texels, whose index lacks its highest bit: of the second of two subsets, and of the second and third of
+/// three.
+constexpr std::array<std::uint8_t, 64> kTwoSubsetAnchor = {
     15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 2,  8, 2, 2, 8,
     8,  15, 2,  8,  2,  2,  8,  8,  2,  2,  15, 15, 6,  8,  2,  8,  15, 15, 2, 8, 2, 2,
     2,  15, 15, 6,  6,  2,  6,  8,  15, 15, 2,  2,  15, 15, 15, 15, 15, 2,  2, 15};
-constexpr std::array<std::uint8_t, 64> kThirdAnchor = {
+constexpr std::array<std::uint8_t, 64> kThreeSubsetAnchor = {
     3,  3,  15, 15, 8, 3,  15, 15, 8,  8,  6, 6,  6, 5,  3, 3,  3,  3,  8,  15, 3,  3,
     6,  10, 5,  8,  8, 6,  8,  5,  15, 15, 8, 15, 3, 5,  6, 10, 8,  15, 15, 3,  15, 5,
     15, 15, 15, 15, 3, 15, 5,  5,  5,  8,  5, 10, 5, 10, 8, 13, 15, 12, 3,  3};
-constexpr std::array<std::uint8_t, 64> kLastAnchor = {
+constexpr std::array<std::uint8_t, 64> kLastSubsetAnchor = {
     15, 8, 8, 3,  15, 15, 3,  8,  15, 15, 15, 15, 15, 15, 15, 8,  15, 8,  15, 3,  15, 8,
     15, 8, 3, 15, 6,  10, 15, 15, 10, 8,  15, 3,  15, 10, 10, 8,  9,  10, 6,  15, 8,  15,
     3,  6, 6, 8,  15, 3,  15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 3,  15, 15, 8};
 
-/// 64ths of the second end, by bits of the index and the index.
+/// Weight of the second end in 64ths, by the number of index bits and the index.
 unsigned weight_of(unsigned bits, unsigned index) {
-  static constexpr std::array<std::uint8_t, 4> kOf2 = {0, 21, 43, 64};
-  static constexpr std::array<std::uint8_t, 8> kOf3 = {0, 9, 18, 27, 37, 46, 55, 64};
-  static constexpr std::array<std::uint8_t, 16> kOf4 = {0,  4,  9,  13, 17, 21, 26, 30,
-                                                        34, 38, 43, 47, 51, 55, 60, 64};
-  return bits == 2 ? kOf2[index] : bits == 3 ? kOf3[index] : kOf4[index];
+  static constexpr std::array<std::uint8_t, 4> kWeights2 = {0, 21, 43, 64};
+  static constexpr std::array<std::uint8_t, 8> kWeights3 = {0, 9, 18, 27, 37, 46, 55, 64};
+  static constexpr std::array<std::uint8_t, 16> kWeights4 = {0,  4,  9,  13, 17, 21, 26, 30,
+                                                             34, 38, 43, 47, 51, 55, 60, 64};
+  return bits == 2 ? kWeights2[index] : bits == 3 ? kWeights3[index] : kWeights4[index];
 }
 
-/// Bits of a block, from the lowest of its first byte on.
+/// Reads bits of a block, from the lowest of its first byte on.
 class Bits {
  public:
   explicit Bits(const std::uint8_t* from) : from_(from) {}
@@ -142,7 +142,7 @@ class Bits {
   unsigned at_ = 0;
 };
 
-/// From `bits` to eight: the highest ones again as the lowest.
+/// Expands `bits` bits to eight by repeating the highest ones.
 unsigned widened(unsigned value, unsigned bits) {
   value <<= 8 - bits;
   return value | value >> bits;
@@ -180,12 +180,13 @@ void decode_bc7(const std::uint8_t* block, BlockTexels& texels) {
 
   const auto subset_of = [&](std::size_t i) -> std::size_t {
     if (mode.subsets == 1) return 0;
-    return (mode.subsets == 2 ? kHalves : kThirds)[partition] >> (2 * i) & 3U;
+    return (mode.subsets == 2 ? kTwoSubsets : kThreeSubsets)[partition] >> (2 * i) & 3U;
   };
   const auto is_anchor = [&](std::size_t i) {
     if (i == 0) return true;
-    if (mode.subsets == 2) return i == kHalfAnchor[partition];
-    return mode.subsets == 3 && (i == kThirdAnchor[partition] || i == kLastAnchor[partition]);
+    if (mode.subsets == 2) return i == kTwoSubsetAnchor[partition];
+    return mode.subsets == 3 &&
+           (i == kThreeSubsetAnchor[partition] || i == kLastSubsetAnchor[partition]);
   };
   std::array<unsigned, 16> first{}, second{};
   for (std::size_t i = 0; i < 16; ++i) first[i] = bits.take(mode.index - (is_anchor(i) ? 1 : 0));

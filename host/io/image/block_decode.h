@@ -1,4 +1,4 @@
-// Blocks of 4 x 4 texels as GPUs decompress them: BC1 to BC5 and BC7 (Direct3D 11.3, section 19.5).
+// Decompression of blocks of 4 x 4 texels: BC1 to BC5 and BC7 (Direct3D 11.3, section 19.5).
 #pragma once
 
 #include <array>
@@ -14,10 +14,10 @@ std::size_t block_bytes(BlockFormat format);
 /// Channels of its texels: 1 (BC4), 2 (BC5) or 4.
 std::uint32_t block_channels(BlockFormat format);
 
-/// Texels of a block, by rows, four channels each; of those that the format lacks, the values are 0 and of alpha 1.
+/// Texels of a block, by rows, four channels each; missing channels are 0, missing alpha is 1.
 using BlockTexels = std::array<std::array<float, 4>, 16>;
 
-/// Values are [0, 1], of signed formats n/2 + 1/2. BC7's reserved mode gives zeros, as the specification has it.
+/// Values are [0, 1], for signed formats n/2 + 1/2. BC7's reserved mode gives zeros, as specified.
 /// \param block  block_bytes() bytes
 void decode_block(BlockFormat format, const std::uint8_t* block, BlockTexels& texels);
 

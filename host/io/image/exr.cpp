@@ -27,17 +27,18 @@
 namespace kiln {
 namespace {
 
-// Which compression. Measured at 4096^2 RGB half on two Zen 3 cores, detail in every texel | a smooth
-// map with empty background: PIZ 0.38 s 51 MB | 0.21 s 19 MB; ZIP at zlib's level 1 0.72 s 59 MB |
-// 0.30 s 17 MB, at 4 (the default) 0.92 s 57 MB | 0.43 s 15 MB; ZIPS 0.86 s 60 MB | 0.49 s 16 MB; RLE
-// 0.28 s 81 MB | 0.31 s 33 MB; none 0.10 s 101 MB. Float: PIZ 2.1 s 158 MB | 1.9 s 107 MB, ZIP at 4
-// 4.9 s 194 MB | 2.9 s 131 MB. PIZ (wavelet and Huffman coding, lossless) is part of every OpenEXR.
+// Default compression. Measured at 4096^2 RGB half on two Zen 3 cores, detail in every texel | a
+// smooth map with empty background: PIZ 0.38 s 51 MB | 0.21 s 19 MB; ZIP at zlib's level 1 0.72 s 59
+// MB | 0.30 s 17 MB, at 4 (the default) 0.92 s 57 MB | 0.43 s 15 MB; ZIPS 0.86 s 60 MB | 0.49 s 16
+// MB; RLE 0.28 s 81 MB | 0.31 s 33 MB; none 0.10 s 101 MB. Float: PIZ 2.1 s 158 MB | 1.9 s 107 MB,
+// ZIP at 4 4.9 s 194 MB | 2.9 s 131 MB. PIZ (wavelet and Huffman coding, lossless) is part of every
+// OpenEXR.
 constexpr Imf::Compression kCompression = Imf::PIZ_COMPRESSION;
 
 // Side of a mip-map's tiles; bands are whole rows of them. Measured with the bunny's map, 4096^2 RGB and
-// its levels, half | float, on two cores of an AMD EPYC with AVX-512, others at work beside: 64 1.6 s
-// 24 MB | 5.6 s 127 MB; 128 0.6 s 22 MB | 3.0 s 114 MB; 256 0.35 s 22 MB | 2.3 s 109 MB. PIZ sets up
-// tables of 65,536 entries for every tile.
+// its levels, half | float, on two cores of a loaded AMD EPYC with AVX-512: 64 1.6 s 24 MB | 5.6 s 127
+// MB; 128 0.6 s 22 MB | 3.0 s 114 MB; 256 0.35 s 22 MB | 2.3 s 109 MB. PIZ initialises tables of 65,536
+// entries for every tile.
 constexpr std::uint32_t kTileSize = 256;
 
 constexpr std::array<std::array<const char*, 4>, 5> kNames = {
@@ -54,7 +55,7 @@ Imf::Slice slice(Imf::PixelType type, T* base, std::int64_t x0, std::int64_t y0,
   return {type, reinterpret_cast<char*>(origin), stride * sizeof(T), row * sizeof(T)};
 }
 
-// The channels to read, in order; empty where there are none that an image can be made of.
+// The channels to read, in order; empty if they do not form an image.
 std::vector<std::string> choose_channels(const Imf::ChannelList& list) {
   std::vector<std::string> prefixes = {""};
   for (auto it = list.begin(); it != list.end(); ++it) {
@@ -213,14 +214,14 @@ void put_texts(Imf::Header& header, const std::string& prefix, const std::array<
 }
 
 void check_texts(const std::vector<ImageText>& texts) {
-  constexpr std::size_t kLongest = 79;  // of PNG
+  constexpr std::size_t kMaxKeywordLength = 79;  // limit of PNG keywords
   const auto printable = [](const std::string& text) {
     return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
   };
   for (const ImageText& text : texts) {
     const std::string& word = text.keyword;
-    if (word.empty() || word.size() > kLongest || word.front() == ' ' || word.back() == ' ' ||
-        !printable(word) || !printable(text.text)) {
+    if (word.empty() || word.size() > kMaxKeywordLength || word.front() == ' ' ||
+        word.back() == ' ' || !printable(word) || !printable(text.text)) {
       throw Error(ErrorCode::usage,
                   "The text '" + word + "' = '" + text.text +
                       "' cannot be written into a picture: give a keyword of 1 to "
@@ -292,7 +293,7 @@ void write_image(const Image& image, const SaveImageOptions& options, Imf::OStre
   }
 }
 
-/// OpenEXR's output into memory.
+/// OpenEXR's output to memory.
 class ExrMemory : public Imf::OStream {
  public:
   explicit ExrMemory(std::vector<std::byte>& bytes) : Imf::OStream("memory"), bytes_(bytes) {}

@@ -1,4 +1,4 @@
-// OpenEXR images, and what the project's other EXR files (match_io.cpp, cluster_io.cpp) share with them.
+// OpenEXR images, and functions shared with the other EXR files (match_io.cpp, cluster_io.cpp).
 #pragma once
 
 #include <ImfHeader.h>
@@ -22,36 +22,36 @@
 
 namespace kiln {
 
-/// Writes half or float, PIZ: channels Y, or R G, or R G B, or R G B A. Values pass as they are (half:
+/// Writes half or float, PIZ: channels Y, or R G, or R G B, or R G B A. Values are unchanged (half:
 /// rounded to nearest even, beyond 65504 to infinity).
 /// \throws Error(output)
 void save_exr(const Image& image, const std::filesystem::path& path,
               const SaveImageOptions& options);
 
-/// The same bytes, in memory.
+/// Encodes the same file in memory.
 std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& options);
 
-/// The same for levels 0 and on of a mip-map: each is half the size of the last, rounded down, the
-/// last 1 x 1. tiles.
+/// Writes the levels of a mip-map as tiles: each has half the size of the last, rounded down, the
+/// last is 1 x 1.
 /// \throws Error(output)
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
                    const SaveImageOptions& options);
 
-/// Writes down what places are measured from, unless that is 0, and texts.
+/// Stores the origin of positions, unless it is 0, and texts.
 /// \param prefix  of the attributes' names: "" or "LAYER."
 void put_texts(Imf::Header& header, const std::string& prefix, const std::array<double, 3>& origin,
                const std::vector<ImageText>& texts);
 
-/// \throws Error(usage) for texts that are none (ImageText)
+/// \throws Error(usage) for invalid texts (ImageText)
 void check_texts(const std::vector<ImageText>& texts);
 
-/// OpenEXR's input from bytes at known places, which the checks before it have read, too.
+/// OpenEXR's input from a ByteSource, the same that the preceding checks read.
 class ExrSource : public Imf::IStream {
  public:
-  /// All must outlive the stream.
+  /// All arguments must outlive the stream.
   ExrSource(const ByteSource& source, const std::string& file, const ExrPlan& plan)
       : Imf::IStream(file.c_str()), source_(source), plan_(plan) {}
-  /// \throws std::exception where the file ends before
+  /// \throws std::exception at the end of the file
   bool read(char bytes[], int count) override;
   std::uint64_t tellg() override { return position_; }
   void seekg(std::uint64_t position) override { position_ = position; }
@@ -62,7 +62,7 @@ class ExrSource : public Imf::IStream {
   std::uint64_t position_ = 0;
 };
 
-/// OpenEXR's output onto an AtomicFile. OpenEXR writes the end of a file in a destructor, which
+/// OpenEXR's output to an AtomicFile. OpenEXR writes the end of a file in a destructor, which
 /// swallows errors: call check() after that.
 class ExrStream : public Imf::OStream {
  public:
@@ -70,7 +70,7 @@ class ExrStream : public Imf::OStream {
   void write(const char bytes[], int count) override;
   std::uint64_t tellp() override { return position_; }
   void seekp(std::uint64_t position) override;
-  /// \throws Error(output) where a write failed
+  /// \throws Error(output) if a write failed
   void check() const;
 
  private:
@@ -79,7 +79,7 @@ class ExrStream : public Imf::OStream {
   std::exception_ptr error_;
 };
 
-/// Opens a file, calls write(stream), and puts the file in its place, whole.
+/// Opens a file, calls write(stream), and commits it.
 /// \throws Error(output)
 template <typename Write>
 void write_exr(const std::filesystem::path& path, const Write& write) {
@@ -119,8 +119,7 @@ void convert_rows(const Image& image, std::size_t first, std::size_t count, std:
       threads);
 }
 
-/// Number of threads that OpenEXR is to use: `threads`, or all if 0. Gives its global pool threads where
-/// it has none.
+/// Number of threads for OpenEXR: `threads`, or all if 0. Starts its global thread pool if it is empty.
 int exr_threads(int threads);
 
 }  // namespace kiln

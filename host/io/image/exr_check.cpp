@@ -5,20 +5,20 @@
 #include "io/image/exr.h"
 #include "io/image/exr_header.h"
 
-// OpenEXR takes memory by what a header says, and a block's bytes for its pixels as far as they go: the
-// rest of its buffer would be what stood there before. So each block is looked at first.
+// OpenEXR allocates memory by the header, and leaves the rest of a buffer uninitialised if a block's
+// bytes do not fill it. So each block is checked first.
 namespace kiln {
 namespace {
 
 const std::string kAgain = "Export or copy the file again.";
 
-// Pixels that a file may leave empty around those it holds: a frame of 8192 x 4096, or 15 in 16.
-constexpr std::uint64_t kEmptyPixels = std::uint64_t{1} << 25;
-constexpr std::uint64_t kEmptyTimes = 16;
-// Pixels of a row of tiles that reach beyond the image.
+// Pixels that may be empty around those that a file holds: a frame of 8192 x 4096, or 15 in 16.
+constexpr std::uint64_t kMaxEmptyPixels = std::uint64_t{1} << 25;
+constexpr std::uint64_t kMaxEmptyRatio = 16;
+// Pixels of a row of tiles that may extend beyond the image.
 constexpr std::uint64_t kTileRowPixels = std::uint64_t{1} << 22;
-// Beyond that OpenEXR's count of them, an int, could overflow.
-constexpr std::uint64_t kLargestTileRow = std::uint64_t{1} << 30;
+// Above this, OpenEXR's count of pixels, an int, could overflow.
+constexpr std::uint64_t kMaxTileRowPixels = std::uint64_t{1} << 30;
 
 std::string sides(const ExrBox& box) {
   return std::to_string(box.width()) + " x " + std::to_string(box.height()) + " pixels";
@@ -41,7 +41,7 @@ void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits&
   check("dataWindow", part.data);
   if (!framed) return;
   check("displayWindow", part.display);
-  if (part.display.pixels() > std::max(kEmptyPixels, kEmptyTimes * part.data.pixels())) {
+  if (part.display.pixels() > std::max(kMaxEmptyPixels, kMaxEmptyRatio * part.data.pixels())) {
     fail("displayWindow",
          "it says " + sides(part.display) + ", but the data window has only " + sides(part.data),
          "Export the image again, cropped to its data.");
@@ -50,9 +50,9 @@ void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits&
 
 void check_tiles(const ExrPart& part, const FailWith& fail) {
   if (!part.tiled) return;
-  // OpenEXR keeps a row of tiles, also where they reach beyond the image.
+  // OpenEXR buffers a row of tiles, including parts beyond the image.
   const std::uint64_t most =
-      std::min(std::max(4 * part.data.pixels(), kTileRowPixels), kLargestTileRow);
+      std::min(std::max(4 * part.data.pixels(), kTileRowPixels), kMaxTileRowPixels);
   if (std::max(part.data.width(), part.tile_width) * part.tile_height > most) {
     fail("tiles",
          "it says " + std::to_string(part.tile_width) + " x " + std::to_string(part.tile_height) +
@@ -88,7 +88,7 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
   const std::uint64_t count = part.blocks();
   std::vector<unsigned char> table(static_cast<std::size_t>(8 * count));
   table.resize(source.read_at(headers.end, table.data(), table.size()));
-  // Before a block's bytes: the part, the place, their number.
+  // Header of a block: the part, the position, the number of bytes.
   const std::uint64_t part_bytes = headers.multi_part ? 4 : 0;
   const std::uint64_t place_bytes = part.tiled ? 16 : 4;
   const std::uint64_t head_bytes = part_bytes + place_bytes + 4;
@@ -139,11 +139,11 @@ ExrPlan check_exr(const ByteSource& source, const FailWith& fail, std::uint32_t 
   check_tiles(part, fail);
   check_blocks(source, headers, fail);
   ExrBox block = block_box(part, 0);
-  if (part.tiled) {  // whole, also at the border
+  if (part.tiled) {  // tiles are whole at the border, too
     block.x1 = block.x0 + static_cast<std::int64_t>(part.tile_width) - 1;
     block.y1 = block.y0 + static_cast<std::int64_t>(part.tile_height) - 1;
   }
-  // Two buffers a thread, packed and unpacked.
+  // Two buffers per thread, packed and unpacked.
   const std::uint64_t each = 4 * std::max<std::uint64_t>(1, part.bytes_of(block));
   const std::uint64_t most = part.bytes_of(part.data) / each;
   ExrPlan plan;

@@ -9,9 +9,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLargestHeader = std::size_t{1} << 20;
-constexpr std::size_t kLargestChannels = 1024;
-constexpr std::size_t kLargestParts = 1024;
+constexpr std::size_t kMaxExrHeaderBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxExrChannels = 1024;
+constexpr std::size_t kMaxExrParts = 1024;
 constexpr std::uint32_t kTiled = 1U << 9;
 constexpr std::uint32_t kDeep = 1U << 11;
 constexpr std::uint32_t kMultiPart = 1U << 12;
@@ -19,7 +19,7 @@ constexpr std::uint32_t kMultiPart = 1U << 12;
 struct Compression {
   const char* name;
   Packing packing;
-  std::uint64_t rows;  // Scan lines of a block
+  std::uint64_t rows;  // Scan lines per block
 };
 constexpr std::array<Compression, 10> kCompressions = {{{"none", Packing::none, 1},
                                                         {"RLE", Packing::exr_rle, 1},
@@ -101,11 +101,11 @@ std::vector<ExrChannel> read_channels(Cursor& cursor, std::size_t end) {
     const std::uint32_t type = cursor.word();
     if (type > 2) cursor.fail("channels", "type " + std::to_string(type) + " is none of OpenEXR's");
     channel.bytes = type == 1 ? 2 : 4;
-    cursor.word();  // a linear flag
+    cursor.word();  // skip a linear flag
     channel.dx = cursor.number(), channel.dy = cursor.number();
     if (channel.dx < 1 || channel.dy < 1) cursor.fail("channels", "a sampling rate is below 1");
     channels.push_back(channel);
-    if (channels.size() > kLargestChannels) cursor.fail("channels", "there are more than 1024");
+    if (channels.size() > kMaxExrChannels) cursor.fail("channels", "there are more than 1024");
   }
   return channels;
 }
@@ -164,8 +164,8 @@ constexpr std::array<Sized, 24> kSized = {{{"box2f", 16},
                                            {"v3f", 12},
                                            {"v3i", 12}}};
 
-/// An attribute of a known type is as long as its type says: OpenEXR's library reads so many bytes, whatever
-/// length stands before them, and takes for lengths what comes after.
+/// The length of an attribute of a known type must match the type: OpenEXR reads the type's size, regardless
+/// of the stored length, and interprets the following bytes as lengths.
 void check_size(Cursor& cursor, const std::string& name, const std::string& type, std::size_t end) {
   const std::size_t begin = cursor.at(), size = end - begin;
   const auto check = [&](bool fits) {
@@ -187,7 +187,7 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
     cursor.go_to(cursor.at() + length);
   }
   if (type == "floatvector") check(size % 4 == 0);
-  if (type == "chlist") {  // up to an empty name
+  if (type == "chlist") {  // ends with an empty name
     for (bool more = true; more;) {
       check(cursor.at() < end);
       more = !cursor.text().empty();
@@ -198,7 +198,7 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
   cursor.go_to(begin);
 }
 
-/// Reads one header; false at the empty one that ends a list of them.
+/// Reads one header; false for the empty one that ends a list of headers.
 bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part,
                std::vector<std::uint64_t>& manifests) {
   bool any = false;
@@ -231,7 +231,7 @@ void check_complete(const Cursor& cursor, const ExrPart& part) {
   if (part.tiled && part.tile_width == 0) lacks("tiles");
 }
 
-/// Numbers from a to b that the step divides.
+/// Number of multiples of the step from a to b.
 std::uint64_t samples(std::int64_t a, std::int64_t b, std::int64_t step) {
   const auto floor = [step](std::int64_t v) {
     return v >= 0 ? v / step : -((-v + step - 1) / step);
@@ -285,7 +285,7 @@ std::uint64_t ExrPart::blocks_of_all_levels() const {
 }
 
 ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std::uint32_t largest) {
-  const std::string bytes = source.head(kLargestHeader);
+  const std::string bytes = source.head(kMaxExrHeaderBytes);
   Cursor cursor(bytes, bytes.size() == source.size(), fail);
   if (cursor.word() != 20000630) cursor.fail("byte 0", "it is no OpenEXR file");
   const std::uint32_t version = cursor.word();
@@ -302,10 +302,10 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
     check_complete(cursor, part);
     headers.parts.push_back(std::move(part));
     if (!headers.multi_part) break;
-    if (headers.parts.size() > kLargestParts) cursor.fail("header", "it has more than 1024 parts");
+    if (headers.parts.size() > kMaxExrParts) cursor.fail("header", "it has more than 1024 parts");
   }
   const std::string& type = headers.parts.front().type;
-  // A deep type without the flag would be taken for deep, too.
+  // A deep type without the flag would be read as deep, too.
   if ((!headers.multi_part && (version & kDeep) != 0) || type.starts_with("deep")) {
     cursor.fail("type", "it holds deep data; flatten it to one value a pixel");
   }

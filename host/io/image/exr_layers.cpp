@@ -16,7 +16,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLongestName = 128;  // of OpenEXR's 255 bytes, with a text's keyword after it
+constexpr std::size_t kMaxLayerNameBytes = 128;  // of OpenEXR's 255 bytes; a text's keyword follows
 
 [[noreturn]] void usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
@@ -32,10 +32,10 @@ void check(std::span<const ImageLayer> layers, const SaveImageOptions& options) 
   if (layers.empty()) usage("There is no layer to write.");
   std::set<std::string> names;
   for (const ImageLayer& layer : layers) {
-    if (layer.name.empty() || layer.name.size() > kLongestName ||
+    if (layer.name.empty() || layer.name.size() > kMaxLayerNameBytes ||
         layer.name.find_first_of(std::string_view(".\0", 2)) != std::string::npos) {
       usage("'" + layer.name + "' is no name of a layer: take 1 to " +
-            std::to_string(kLongestName) + " bytes, none of them a dot or 0.");
+            std::to_string(kMaxLayerNameBytes) + " bytes, none of them a dot or 0.");
     }
     if (!names.insert(layer.name).second) usage("Two layers are called '" + layer.name + "'.");
     const Image* image = layer.image;

@@ -24,7 +24,8 @@ constexpr std::size_t kSide = 4, kBlock = 8;  // texels, bytes
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// The eight shades of a block: between the ends; where the first is not the greater one, two are 0 and 255.
+/// The eight shades of a block, between the ends; if the first end is not the greater one, two shades are 0
+/// and 255.
 std::array<float, 8> shades_of(std::uint8_t first, std::uint8_t second) {
   const float a = first, b = second;
   std::array<float, 8> shades{a, b};
@@ -42,7 +43,8 @@ struct Ends {
   int low = 0, high = 0;
 };
 
-/// The squared error of values, each the nearest of evenly spaced shades, or of 0 and 255 where these are there, too.
+/// Squared error of values, each quantised to the nearest of evenly spaced shades, or to 0 and 255 if the block has
+/// these.
 float error_of(const BlockValues& values, const Ends& ends, int steps) {
   const auto low = static_cast<float>(ends.low);
   const auto step = static_cast<float>(ends.high - ends.low) / static_cast<float>(steps);
@@ -67,7 +69,7 @@ float error_of(const BlockValues& values, const Ends& ends, int steps) {
   return squares[0];
 }
 
-/// Moves ends while that makes the error smaller, in steps that halve.
+/// Coordinate descent: moves ends while the error decreases, in steps that halve.
 void descend(const BlockValues& values, int steps, int step, Ends& best, float& least) {
   for (; step > 0; step /= 2) {
     for (bool better = least > 0; better;) {
@@ -88,7 +90,8 @@ void descend(const BlockValues& values, int steps, int step, Ends& best, float& 
   }
 }
 
-/// The best ends near those of the values that are not at 0 or 255 anyway. \returns their error
+/// Searches the best ends near those of the values that are not at 0 or 255 already. \returns their
+/// error
 float search_ends(const BlockValues& values, int steps, Ends& best) {
   float low = 255, high = 0;
   for (const float value : values) {
@@ -99,11 +102,12 @@ float search_ends(const BlockValues& values, int steps, Ends& best) {
   if (low > high) low = high = 0;
   best = {static_cast<int>(std::floor(low)), static_cast<int>(std::ceil(high))};
   float least = error_of(values, best, steps);
-  // Half a shade inward is what the extremes can gain.
+  // Moving the extremes inward gains at most half a shade.
   const auto range = static_cast<unsigned>(best.high - best.low);
   descend(values, steps, static_cast<int>(std::bit_floor(std::max(1U, range / 14))), best, least);
   if (steps == 7) return least;
-  // Values near 0 and 255 may be left to these, too: the others' ends may lie anywhere.
+  // Values near 0 and 255 may use these shades, too, so that the ends of the others may lie
+  // anywhere.
   constexpr int kGrid = 16;
   Ends coarse;
   float error = std::numeric_limits<float>::infinity();
@@ -120,7 +124,7 @@ float search_ends(const BlockValues& values, int steps, Ends& best) {
 
 std::size_t blocks_along(std::uint32_t side) { return (side + kSide - 1) / kSide; }
 
-/// A level's texels as the file holds them.
+/// A level's texels in the file's layout.
 Bytes texels_of(const Image& image, const TextureFormat& format) {
   const std::size_t rows = format.in_blocks ? blocks_along(image.height) : image.height;
   const std::size_t row = format.in_blocks ? blocks_along(image.width) * format.channels * kBlock
@@ -222,7 +226,7 @@ void encode_blocks(const Image& image, const TextureFormat& format, std::size_t 
             std::min<std::size_t>(kSide * block + i % kSide, image.width - 1);
         const std::size_t row = std::min<std::size_t>(kSide * y + i / kSide, image.height - 1);
         const float value = image.at(column, row)[c];
-        values[i] = value > 0 ? std::min(value, 1.0F) * 255 : 0;  // NaN is 0
+        values[i] = value > 0 ? std::min(value, 1.0F) * 255 : 0;  // NaN becomes 0
       }
       std::ranges::copy(encode_bc4(values), to);
     }
@@ -248,7 +252,8 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
              side | side << 8U, samples * bits / 8, 0});
   for (std::uint32_t c = 0; c < samples; ++c) {
     const std::uint32_t channel = c == 3 ? 15 : c;
-    const std::uint32_t linear = c == 3 && format.is_srgb ? 1U << 4U : 0;  // alpha is no sRGB
+    const std::uint32_t linear = c == 3 && format.is_srgb ? 1U << 4U : 0;  // alpha is not
+                                                                           // sRGB-encoded
     put_words(descriptor, {c * bits | (bits - 1) << 16U | (channel | linear) << 24U, 0, 0,
                            format.in_blocks ? 0xFFFFFFFFU : 255U});
   }
@@ -274,7 +279,7 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
   file.resize(at);
   file.insert(file.end(), descriptor.begin(), descriptor.end());
   file.insert(file.end(), keys.begin(), keys.end());
-  for (std::uint32_t k = count; k-- > 0;) {  // the smallest stands first
+  for (std::uint32_t k = count; k-- > 0;) {  // the smallest level comes first
     const Bytes texels = texels_of(*levels[k], format);
     Bytes packed(ZSTD_compressBound(texels.size()));
     const std::size_t written =

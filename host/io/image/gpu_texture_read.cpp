@@ -1,4 +1,4 @@
-// KTX 2 and DDS: the first level of a picture, its blocks decompressed.
+// Readers of KTX 2 and DDS: the first level of a picture, with its blocks decompressed.
 #include <half.h>
 
 #include <algorithm>
@@ -21,18 +21,18 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kSide = 4;  // texels of a block
+constexpr std::size_t kSide = 4;  // texels a side of a block
 const char* const kAgain = "Export or copy the file again.";
 
 enum class Number { unorm, snorm, sfloat };
 
-/// Storage of texels: blocks, or numbers one after the other.
+/// Texel format: blocks, or consecutive numbers.
 struct Storage {
   std::optional<BlockFormat> block = std::nullopt;
-  std::uint32_t channels = 0, bytes = 0;  ///< Bytes of a number: 1, 2 or 4
+  std::uint32_t channels = 0, bytes = 0;  ///< Bytes per number: 1, 2 or 4
   Number number = Number::unorm;
   bool blue_first = false;
-  bool no_alpha = false;  ///< The fourth channel is not told (X8)
+  bool no_alpha = false;  ///< The fourth channel is ignored (X8)
 
   bool is_float() const { return !block && number == Number::sfloat; }
   /// Bytes of a level, at most 2^64 - 1 for sides of 32 bits.
@@ -48,7 +48,7 @@ Storage plain(std::uint32_t channels, std::uint32_t bytes, Number number = Numbe
   return {std::nullopt, channels, bytes, number, blue_first};
 }
 
-/// A format by its numbers in Vulkan (VkFormat) and DXGI (DXGI_FORMAT); 0: it has none there.
+/// A format by its codes in Vulkan (VkFormat) and DXGI (DXGI_FORMAT); 0: not available there.
 struct FormatRow {
   std::uint32_t vulkan, dxgi;
   Storage storage;
@@ -84,7 +84,7 @@ const FormatRow kFormats[] = {
     {103, 16, plain(2, 4, Number::sfloat)},
     {106, 6, plain(3, 4, Number::sfloat)},
     {109, 2, plain(4, 4, Number::sfloat)},
-    // BC1 of Vulkan is with alpha or without; its fourth colour is black in either.
+    // Vulkan has BC1 with alpha and without; its fourth colour is black in both.
     {131, 0, {BlockFormat::bc1, 0, 0, Number::unorm, false, true}},
     {132, 0, {BlockFormat::bc1, 0, 0, Number::unorm, false, true}},
     {133, 71, in_blocks(BlockFormat::bc1)},
@@ -142,8 +142,8 @@ float number_at(const std::uint8_t* from, const Storage& storage) {
   }
 }
 
-/// Takes the channels off that are not told, or say nothing: the alpha of blocks that are opaque.
-void leave_out_alpha(Image& image) {
+/// Removes ignored channels, and alpha of opaque blocks.
+void drop_ignored_alpha(Image& image) {
   const std::size_t texels = image.pixels.size() / 4;
   for (std::size_t i = 0; i < texels; ++i) {
     for (std::size_t c = 0; c < 3; ++c) image.pixels[3 * i + c] = image.pixels[4 * i + c];
@@ -159,7 +159,7 @@ bool is_opaque(const Image& image) {
   return true;
 }
 
-/// \param bytes  the level, as many as Storage::size() says
+/// \param bytes  the level, Storage::size() bytes
 Image decode(const Storage& storage, std::string_view bytes, std::uint32_t width,
              std::uint32_t height, const ImageLimits& limits, const FailWith& fail) {
   const auto* const from = reinterpret_cast<const std::uint8_t*>(bytes.data());
@@ -194,7 +194,7 @@ Image decode(const Storage& storage, std::string_view bytes, std::uint32_t width
                  });
   }
   if (channels == 4 && (storage.no_alpha || (storage.block && is_opaque(image)))) {
-    leave_out_alpha(image);
+    drop_ignored_alpha(image);
   }
   return image;
 }
@@ -209,7 +209,8 @@ void divide_by_alpha(Image& image) {
   }
 }
 
-/// The value of a key of KTX 2's key and value data; empty: there is none, or the data are damaged.
+/// The value of a key in KTX 2's key and value data; empty if it is missing, or the data are
+/// damaged.
 std::string_view value_of(std::string_view data, std::string_view key) {
   constexpr std::size_t kAlignment = 4;
   while (data.size() >= 4) {
@@ -226,7 +227,7 @@ std::string_view value_of(std::string_view data, std::string_view key) {
   return {};
 }
 
-/// KTXswizzle: which channel, or 0 or 1, each of red, green, blue and alpha is.
+/// KTXswizzle: the channel, or 0 or 1, for each of red, green, blue and alpha.
 void swizzle(Image& image, std::string_view letters) {
   static constexpr std::string_view kLetters = "rgba01";
   if (letters.size() != 4 || letters == "rgba" ||
@@ -241,17 +242,17 @@ void swizzle(Image& image, std::string_view letters) {
     for (const char letter : letters) turned.pixels.push_back(values[kLetters.find(letter)]);
   }
   image = std::move(turned);
-  if (letters[3] == '1') leave_out_alpha(image);
+  if (letters[3] == '1') drop_ignored_alpha(image);
 }
 
 constexpr std::string_view kKtx2("\xABKTX 20\xBB\r\n\x1A\n", 12);
 constexpr std::size_t kKtx2Header = 80, kKtx2Level = 24;
 
-/// What of a KTX 2 file says how its first level is packed.
+/// Fields of a KTX 2 header that describe the first level.
 struct Ktx2Header {
   std::uint32_t format, width, height, depth, layers, faces, scheme, model = 0, flags = 0;
   std::string_view keys;
-  std::uint64_t at, packed, size;  ///< Of the first level, bytes
+  std::uint64_t at, packed, size;  ///< Of the first level: offset, packed and unpacked bytes
 
   explicit Ktx2Header(std::string_view bytes)
       : format(word_at(bytes, 12)),
@@ -273,8 +274,8 @@ struct Ktx2Header {
     if (first <= bytes.size() && bytes.size() - first >= length) keys = bytes.substr(first, length);
   }
 
-  /// Why the level cannot be read; empty: it can. \param remedy  out
-  std::string refused(std::string& remedy) const {
+  /// Why the level cannot be read; empty if it can. \param remedy  out
+  std::string refusal_reason(std::string& remedy) const {
     constexpr std::uint32_t kEtc1s = 163, kUastc = 166, kBasisLz = 1, kZstd = 2, kZlib = 3;
     remedy = "Convert it to PNG.";
     if (scheme == kBasisLz || model == kEtc1s || model == kUastc) {
@@ -305,7 +306,7 @@ struct Ktx2Header {
   }
 };
 
-/// The first level's bytes as they are before supercompression.
+/// The first level's bytes before supercompression.
 std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx2Header& header,
                      std::uint64_t size, const FailWith& fail) {
   const std::string_view packed = bytes.substr(header.at, header.packed);
@@ -335,9 +336,9 @@ std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx
     return level;
   }
 #ifdef KILN_HAS_ZSTD
-  // A block of 3 bytes and one more unpacks to 128 KiB at most.
-  constexpr std::uint64_t kMostOfByte = std::uint64_t{1} << 15U;
-  check(size / kMostOfByte <= packed.size());
+  // A block of 3 bytes and one literal unpacks to at most 128 KiB.
+  constexpr std::uint64_t kMaxZstdRatio = std::uint64_t{1} << 15U;
+  check(size / kMaxZstdRatio <= packed.size());
   std::string level(size, '\0');
   const std::size_t written =
       ZSTD_decompress(level.data(), level.size(), packed.data(), packed.size());
@@ -351,12 +352,12 @@ std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx
 #endif
 }
 
-/// Asks for what a level's bytes take. \throws what `fail` throws
+/// Checks the memory for a level. \throws what `fail` throws
 void check_size(std::uint64_t width, std::uint64_t height, const Storage& storage,
                 const ImageLimits& limits, const FailWith& fail) {
   if (std::min(width, height) < 1 || std::max(width, height) > kLargestImageSide ||
       width * height > limits.pixels) {
-    empty_image(width, height, 1, 0, "header", limits, fail);  // says why
+    empty_image(width, height, 1, 0, "header", limits, fail);  // throws with the reason
   }
   require_memory("its " + sized(width, height) + " pixels", storage.size(width, height),
                  memory_failure(fail, "header"));
@@ -371,16 +372,16 @@ std::string why_not_ktx2(std::span<const std::byte> given) {
   const std::string_view bytes(reinterpret_cast<const char*>(given.data()), given.size());
   if (!is_ktx2(bytes) || bytes.size() < kKtx2Header + kKtx2Level) return "it is no KTX 2 file";
   std::string remedy;
-  return Ktx2Header(bytes).refused(remedy);
+  return Ktx2Header(bytes).refusal_reason(remedy);
 }
 
 bool gpu_texture_holds_floats(const ByteSource& source) {
-  constexpr std::size_t kMost = 148;
-  const std::string head = source.head(kMost);
+  constexpr std::size_t kMaxDdsHeaderBytes = 148;
+  const std::string head = source.head(kMaxDdsHeaderBytes);
   std::optional<Storage> storage;
   if (is_ktx2(head) && head.size() >= kKtx2Header) {
     storage = storage_of(&FormatRow::vulkan, word_at(head, 12));
-  } else if (is_dds(head) && head.size() == kMost && head.substr(84, 4) == "DX10") {
+  } else if (is_dds(head) && head.size() == kMaxDdsHeaderBytes && head.substr(84, 4) == "DX10") {
     storage = storage_of(&FormatRow::dxgi, word_at(head, 128));
   }
   return storage && storage->is_float();
@@ -392,7 +393,8 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
   if (bytes.size() < kKtx2Header + kKtx2Level) fail("header", "the file is cut short", kAgain);
   const Ktx2Header header(bytes);
   std::string remedy;
-  if (const std::string why = header.refused(remedy); !why.empty()) fail("header", why, remedy);
+  if (const std::string why = header.refusal_reason(remedy); !why.empty())
+    fail("header", why, remedy);
   const Storage storage = *storage_of(&FormatRow::vulkan, header.format);
   check_size(header.width, header.height, storage, limits, fail);
   if (header.at > bytes.size() || header.packed > bytes.size() - header.at) {
@@ -415,7 +417,7 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
 
 namespace {
 
-/// A pixel of up to 32 bits in which masks say where each channel is.
+/// Bit masks of the channels in a pixel of up to 32 bits.
 struct Masks {
   std::uint32_t bits = 0;
   std::array<std::uint32_t, 4> of{};  ///< Red, green, blue, alpha; 0: none
@@ -448,7 +450,7 @@ struct Masks {
   }
 };
 
-/// DDS of before Direct3D 10: by four letters, or by a number of D3DFORMAT.
+/// Format of a DDS from before Direct3D 10: by a four-character code, or by a number of D3DFORMAT.
 std::optional<Storage> storage_of_letters(std::string_view letters, bool& premultiplied) {
   struct Row {
     std::string_view letters;

@@ -1,4 +1,4 @@
-// Heights of the ground: pictures whose numbers are heights as they stand, and what GeoTIFF says of them.
+// Reading of height fields: pictures whose numbers are unscaled heights, and metadata of GeoTIFF.
 #include <array>
 #include <cmath>
 #include <memory>
@@ -12,14 +12,15 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kHeadOfFile = 32;
+constexpr std::size_t kFormatHeadBytes = 32;
 
-/// Largest number that a PNG's channels hold; 1 of all other pictures.
+/// Largest value of a PNG's channels; 1 for all other pictures.
 double largest_stored(const std::string& head) {
-  constexpr std::size_t kDepthAt = 24, kKindAt = 25;
+  constexpr std::size_t kBitDepthOffset = 24, kColourTypeOffset = 25;
   constexpr char kPalette = 3;
-  if (!head.starts_with("\x89PNG\r\n\x1a\n") || head.size() <= kKindAt) return 1;
-  const unsigned bits = head[kKindAt] == kPalette ? 8U : static_cast<unsigned char>(head[kDepthAt]);
+  if (!head.starts_with("\x89PNG\r\n\x1a\n") || head.size() <= kColourTypeOffset) return 1;
+  const unsigned bits =
+      head[kColourTypeOffset] == kPalette ? 8U : static_cast<unsigned char>(head[kBitDepthOffset]);
   return bits >= 1 && bits <= 16 ? static_cast<double>((1U << bits) - 1U) : 1;
 }
 
@@ -32,20 +33,20 @@ bool is_tiff(const std::string& head) {
   return false;
 }
 
-/// Metres of a degree of longitude and of latitude at a latitude, on WGS 84 (the usual series).
+/// Metres per degree of longitude and of latitude at a latitude, on WGS 84 (the usual series).
 std::array<double, 2> metres_of_degree(double latitude) {
   const double phi = latitude * std::numbers::pi / 180;
   return {111412.84 * std::cos(phi) - 93.5 * std::cos(3 * phi) + 0.118 * std::cos(5 * phi),
           111132.92 - 559.82 * std::cos(2 * phi) + 1.175 * std::cos(4 * phi)};
 }
 
-/// Metres of a unit of length by its code in GeoTIFF; 0: another unit.
+/// Metres per unit of length by its code in GeoTIFF; 0: unknown.
 double metres_of_unit(unsigned code) {
   constexpr unsigned kMetre = 9001, kFoot = 9002, kSurveyFoot = 9003;
   return code == kMetre ? 1 : code == kFoot ? 0.3048 : code == kSurveyFoot ? 1200.0 / 3937 : 0;
 }
 
-/// Puts what a GeoTIFF says of its pixels' distance into the units of its heights.
+/// Converts a GeoTIFF's pixel spacing to the unit of its heights.
 void apply_geography(const TiffGeography& geography, const std::string& file, Heights& heights,
                      std::vector<Warning>* warnings) {
   heights.spacing = geography.spacing;
@@ -77,7 +78,7 @@ void apply_geography(const TiffGeography& geography, const std::string& file, He
 Heights load_heights(const std::filesystem::path& path, std::vector<Warning>* warnings) {
   const std::string file = path.string();
   const auto source = open_file(path, image_failure(file, "an image"));
-  const std::string head = source->head(kHeadOfFile);
+  const std::string head = source->head(kFormatHeadBytes);
   Heights heights;
 #ifdef KILN_HAS_TIFF
   if (is_tiff(head)) {

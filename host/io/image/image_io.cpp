@@ -48,14 +48,14 @@ void check_options(const SaveImageOptions& options) {
   check_texts(options.texts);
 }
 
-/// With the origin: three numbers with blanks between.
+/// Texts with the origin: three numbers separated by blanks.
 std::vector<ImageText> png_texts(const SaveImageOptions& options) {
   std::vector<ImageText> texts = options.texts;
   const std::array<double, 3>& origin = options.origin;
   if (origin == std::array<double, 3>{}) return texts;
   std::string text;
   for (const double value : origin) {
-    char digits[32];  // not by snprintf(), which writes a decimal comma in some locales
+    char digits[32];  // snprintf() would write a decimal comma in some locales
     char* const end =
         std::to_chars(digits, digits + sizeof digits, value, std::chars_format::general, 17).ptr;
     text += (text.empty() ? "" : " ") + std::string(digits, end);
@@ -103,11 +103,11 @@ FailWith image_failure(std::string file, std::string kind) {
 
 namespace {
 
-/// A kind of picture. `parse` is null where its library was not built in.
+/// A kind of picture. `parse` is null in builds without its library.
 struct ReadableFormat {
   std::string name;
   const char* library;
-  const char* option;  ///< CMake's option
+  const char* option;  ///< CMake option of the library
   Image (*parse)(const ByteSource& source, const std::string& file, const ImageLimits& limits);
 };
 
@@ -153,7 +153,8 @@ const ReadableFormat kPictures[] = {
     {"KTX 2", "", "", parse_ktx2},       {"DDS", "", "", parse_dds},
 };
 
-/// By the first bytes. TGA has no magic number: its name must say so, too.
+/// Detects the format by the first bytes. TGA has no magic number, so its extension is required,
+/// too.
 std::optional<PictureKind> picture_kind(const std::string& head, const std::string& file) {
   using namespace std::string_literals;
   if (head.starts_with("\x89PNG\r\n\x1a\n")) return kPng;
@@ -251,7 +252,7 @@ bool is_exr(ImageFormat format) {
   return format == ImageFormat::exr_half || format == ImageFormat::exr_float;
 }
 
-/// A name that ends in the extension of another format would mislead whoever reads the file.
+/// Refuses names with the extension of another format, which would mislead other programs.
 void check_extension(const std::filesystem::path& path, ImageFormat format) {
   const std::string extension = lower_extension(path);
   const std::string_view own = extension_of(format);

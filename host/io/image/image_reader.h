@@ -1,4 +1,4 @@
-// Shared by the image readers: bytes from a file or from memory, limits, and errors.
+// Shared by the image readers: input from a file or from memory, limits, and errors.
 #pragma once
 
 #include <cstdint>
@@ -17,23 +17,24 @@ inline constexpr std::uint32_t kLargestImageSide = 65536;
 /// <kind>" where `kind` is empty.
 FailWith image_failure(std::string file, std::string kind);
 
-/// Any picture that load_image() reads, by its first bytes; TGA by its name as well. \param file  for messages
+/// Any picture that load_image() reads, detected by its first bytes; TGA also by its name. \param file  for
+/// messages
 /// \throws Error(input)
 Image parse_image(const ByteSource& source, const std::string& file,
                   const ImageLimits& limits = {});
 
 /// Any PNG: palettes and transparency are expanded; 1 to 16 bits become [0, 1] by division; gamma
-/// and colour profiles are left alone. \throws Error(input), as below
+/// and colour profiles are ignored. \throws Error(input), as below
 Image parse_png(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
-/// The first part, scan lines or tiles; half, float or unsigned int. Channels: R G B A, R G B, R G or R; Y or
-/// Y A; X Y Z. They are bare, or in the first layer that has such. The image is the display window where the data
-/// window lies inside (zero outside the data), else the data window.
-/// \throws Error(input) that names the file. A header may promise more than the file's bytes can hold,
-///         the limits allow or memory has. It is refused before memory is taken, and named by its field.
+/// The first part, scan lines or tiles; half, float or unsigned int. Channels: R G B A, R G B, R G or R; Y or Y
+/// A; X Y Z. They have no layer, or belong to the first layer with such channels. The image is the display window
+/// if the data window lies inside (zero outside the data), else the data window.
+/// \throws Error(input) that names the file. Headers that exceed the file's content, the limits or memory are
+///         refused before allocation, with the name of the field.
 Image parse_exr(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
-/// Walks a PNG's chunks: whole, and of image data enough for what IHDR says. \throws what `fail` throws
+/// Checks a PNG's chunks: complete, and with enough image data for IHDR. \throws what `fail` throws
 void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits& limits);
 
 }  // namespace kiln

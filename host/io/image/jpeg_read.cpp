@@ -4,7 +4,7 @@
 #include <exception>
 #include <string>
 #include <vector>
-// It needs <cstdio> before it.
+// Requires <cstdio> before it.
 #include <jerror.h>
 #include <jpeglib.h>
 
@@ -13,13 +13,14 @@
 namespace kiln {
 namespace {
 
-/// Scans of a progressive file: each goes through the whole image, and a few bytes are one.
-constexpr int kMostScans = 500;
+/// Largest number of scans of a progressive file: each needs a pass over the whole image, but only
+/// a few bytes.
+constexpr int kMaxScans = 500;
 
-// libjpeg reports errors through a function that must not return. longjmp must not cross a frame that owns
-// anything: all that is owned lives here, outside the functions that call setjmp.
+// libjpeg reports errors through a function that must not return. longjmp() must not cross a frame with
+// destructors, so all owned objects live here, outside the functions that call setjmp().
 struct Jpeg {
-  jpeg_error_mgr errors{};  // first, so that it is the whole
+  jpeg_error_mgr errors{};  // first member, so that its address is the struct's
   jpeg_decompress_struct info{};
   jpeg_progress_mgr progress{};
   std::jmp_buf back{};
@@ -39,9 +40,10 @@ Jpeg& jpeg_of(j_common_ptr info) { return *reinterpret_cast<Jpeg*>(info->err); }
   std::longjmp(jpeg.back, 1);
 }
 
-// Most warnings are of pixels that libjpeg makes up: a map with a grey half would pass for the real one.
+// Warnings are errors: most report pixels that libjpeg invented, and a partly grey map would pass for a
+// valid one.
 void on_message(j_common_ptr info, int level) {
-  if (level >= 0) return;  // traces
+  if (level >= 0) return;  // trace messages
   const int code = info->err->msg_code;
   if (code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR) return;
   stop(info);
@@ -52,8 +54,8 @@ void ignore_message(j_common_ptr /*info*/) {}
 void on_progress(j_common_ptr info) {
   const auto* const decompress = reinterpret_cast<j_decompress_ptr>(info);
   Jpeg& jpeg = jpeg_of(info);
-  if (decompress->input_scan_number <= kMostScans) return;
-  std::snprintf(jpeg.message, sizeof jpeg.message, "it has more than %d scans", kMostScans);
+  if (decompress->input_scan_number <= kMaxScans) return;
+  std::snprintf(jpeg.message, sizeof jpeg.message, "it has more than %d scans", kMaxScans);
   std::longjmp(jpeg.back, 1);
 }
 
@@ -105,7 +107,7 @@ Image parse_jpeg(const ByteSource& source, const std::string& file, const ImageL
   const std::uint32_t channels = jpeg.info.num_components == 1 ? 1 : 3;
   jpeg.info.out_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
   const std::uint64_t pixels = std::uint64_t{jpeg.info.image_width} * jpeg.info.image_height;
-  // Each block of 8 x 8 values of a component takes one bit or more, and a component has at least a 16th of the
+  // Each block of 8 x 8 values of a component takes at least one bit, and a component has at least 1/16 of the
   // pixels' values.
   if (pixels / (std::uint64_t{64} * 16 * 8) > bytes.size()) {
     fail("header",
@@ -114,7 +116,7 @@ Image parse_jpeg(const ByteSource& source, const std::string& file, const ImageL
              std::to_string(bytes.size()) + " bytes cannot hold them",
          "Export or copy the file again.");
   }
-  // Its rows as bytes; of a progressive one the coefficients, too.
+  // Its rows as bytes; for a progressive file also the coefficients.
   const std::uint64_t working =
       pixels * channels +
       (jpeg_has_multiple_scans(&jpeg.info) != FALSE ? pixels * channels * sizeof(JCOEF) : 0);

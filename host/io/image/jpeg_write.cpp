@@ -5,7 +5,7 @@
 #include <new>
 #include <string>
 #include <vector>
-// It needs <cstdio> before it.
+// Requires <cstdio> before it.
 #include <jpeglib.h>
 
 #include "io/image/picture.h"
@@ -14,11 +14,11 @@
 namespace kiln {
 namespace {
 
-constexpr int kUsualQuality = 90;
+constexpr int kDefaultJpegQuality = 90;
 
-// As in jpeg_read.cpp: all that is owned lives outside the function that calls setjmp.
+// As in jpeg_read.cpp, all owned objects live outside the function that calls setjmp().
 struct Writer {
-  jpeg_error_mgr errors{};  // first, so that it is the whole
+  jpeg_error_mgr errors{};  // first member, so that its address is the struct's
   jpeg_compress_struct info{};
   std::jmp_buf back{};
   unsigned char* bytes = nullptr;
@@ -50,7 +50,7 @@ bool write(Writer& jpeg, const std::uint8_t* rows, std::uint32_t width, std::uin
   jpeg.info.in_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
   jpeg_set_defaults(&jpeg.info);
   jpeg_set_quality(&jpeg.info, quality, TRUE);
-  jpeg.info.dct_method = JDCT_ISLOW;  // the same numbers on every processor
+  jpeg.info.dct_method = JDCT_ISLOW;  // same result on every processor
   jpeg.info.optimize_coding = TRUE;
   jpeg_simple_progression(&jpeg.info);
   const int halves = halves_colours ? 2 : 1;
@@ -79,9 +79,10 @@ std::vector<std::byte> encode_jpeg(const Image& image, const PictureEncoding& en
                                       std::to_string(image.height) + ": choose PNG.");
   }
   const std::vector<std::uint8_t> rows = bytes_of(image, encoding.dither, encoding.use);
-  const int quality = encoding.quality == 0 ? kUsualQuality : static_cast<int>(encoding.quality);
-  // Colours of half the resolution are for pictures of colours: channels of other maps have nothing in common.
-  const bool halves_colours = encoding.use == TextureUse::color && quality < kUsualQuality;
+  const int quality =
+      encoding.quality == 0 ? kDefaultJpegQuality : static_cast<int>(encoding.quality);
+  // Chroma subsampling is only for pictures of colours: channels of other maps are independent.
+  const bool halves_colours = encoding.use == TextureUse::color && quality < kDefaultJpegQuality;
   Writer jpeg;
   jpeg_std_error(&jpeg.errors);
   jpeg.errors.error_exit = stop;

@@ -25,11 +25,11 @@
 namespace kiln {
 namespace {
 
-// A map's largest side times its most samples.
-constexpr std::uint32_t kLargestSide = 16384 * 16;
-constexpr std::uint32_t kMostSamples = 16;
+// Largest side of a map times the largest number of samples.
+constexpr std::uint32_t kMaxSampleSide = 16384 * 16;
+constexpr std::uint32_t kMaxSamplesPerTexelSide = 16;
 
-constexpr const char* kKind = "a saved match";
+constexpr const char* kMatchKind = "a saved match";
 constexpr const char* kSamples = "samples";
 constexpr const char* kSourceTriangles = "sourceTriangles";
 constexpr const char* kSourceHash = "sourceHash";
@@ -50,7 +50,7 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
                                     ". Save the match again with `save_match()`.");
 }
 
-/// A match's channels in memory, to be read or written.
+/// A match's channels in memory, for reading or writing.
 Imf::FrameBuffer frame_buffer(const Match& match, const std::vector<std::uint32_t>& status) {
   static_assert(sizeof(float) == sizeof(std::uint32_t));
   const std::array<const void*, kChannels.size()> data = {
@@ -64,7 +64,7 @@ Imf::FrameBuffer frame_buffer(const Match& match, const std::vector<std::uint32_
   return buffer;
 }
 
-/// A 64-bit number as text; 0 where there is none.
+/// A 64-bit number as text; 0 if it is missing.
 std::uint64_t read_number(const Imf::Header& header, const char* name) {
   const auto* attribute = header.findTypedAttribute<Imf::StringAttribute>(name);
   std::uint64_t value = 0;
@@ -82,7 +82,7 @@ void read_attributes(const Imf::Header& header, const std::string& file, Match& 
   if (samples == nullptr || triangles == nullptr) {
     fail(file, "it lacks the attributes samples and sourceTriangles");
   }
-  if (samples->value() < 1 || samples->value() > static_cast<int>(kMostSamples)) {
+  if (samples->value() < 1 || samples->value() > static_cast<int>(kMaxSamplesPerTexelSide)) {
     fail(file, "samples is " + std::to_string(samples->value()) + ", not 1 to 16");
   }
   match.samples = static_cast<std::uint32_t>(samples->value());
@@ -100,7 +100,7 @@ void read_attributes(const Imf::Header& header, const std::string& file, Match& 
   }
 }
 
-/// Bytes a sample: what a match keeps, and its status as OpenEXR reads it.
+/// Bytes per sample: a match's data, and its status as OpenEXR reads it.
 constexpr std::uint64_t kSampleBytes = 4 * sizeof(float) + 1 + sizeof(std::uint32_t);
 
 Match read_match(const ByteSource& source, const std::string& file, const ExrPlan& plan) {
@@ -124,7 +124,7 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
 
   const std::size_t count = std::size_t{match.width} * match.height;
   require_memory("its " + std::to_string(count) + " samples", kSampleBytes * count + plan.buffers,
-                 memory_failure(image_failure(file, kKind), "dataWindow"));
+                 memory_failure(image_failure(file, kMatchKind), "dataWindow"));
   match.triangle.resize(count);
   match.u.resize(count);
   match.v.resize(count);
@@ -144,7 +144,7 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
 void save_match(const Match& match, const std::filesystem::path& path) {
   validate(match);
   Imf::Header header(static_cast<int>(match.width), static_cast<int>(match.height));
-  // Zlib's fastest level: weights and distances hardly compress at any.
+  // Zlib's fastest level, since weights and distances hardly compress at any level.
   header.compression() = Imf::ZIP_COMPRESSION;
   header.zipCompressionLevel() = 1;
   for (const ChannelType& channel : kChannels) {
@@ -163,13 +163,13 @@ void save_match(const Match& match, const std::filesystem::path& path) {
 }
 
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
-  // Every failure has one remedy.
-  const FailWith failure = [inner = image_failure(file, kKind)](const std::string& place,
-                                                                const std::string& problem,
-                                                                const std::string&) {
+  // All failures have the same remedy.
+  const FailWith failure = [inner = image_failure(file, kMatchKind)](const std::string& place,
+                                                                     const std::string& problem,
+                                                                     const std::string&) {
     inner(place, problem, "Save the match again with `save_match()`.");
   };
-  const ExrPlan plan = check_exr(source, failure, kLargestSide, limits);
+  const ExrPlan plan = check_exr(source, failure, kMaxSampleSide, limits);
   Match match;
   try {
     match = read_match(source, file, plan);
@@ -193,10 +193,10 @@ Match parse_match(const ByteSource& source, const std::string& file, const Image
 
 Match load_match(const std::filesystem::path& path) {
   const std::string file = path.string();
-  const FailWith failure = image_failure(file, kKind);
+  const FailWith failure = image_failure(file, kMatchKind);
   const std::unique_ptr<ByteSource> source = open_file(path, failure);
   try {
-    return parse_match(*source, file, {std::uint64_t{kLargestSide} * kLargestSide});
+    return parse_match(*source, file, {std::uint64_t{kMaxSampleSide} * kMaxSampleSide});
   } catch (const std::bad_alloc&) {
     failure("samples", "memory ran out", "Free some memory, or raise the `memory_limit`.");
     throw;

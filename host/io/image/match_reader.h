@@ -1,4 +1,4 @@
-// A saved match from memory; load_match() reads it from a file.
+// Parses a saved match from memory; load_match() reads it from a file.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace kiln {
 
 /// \param file    for messages
-/// \param limits  of samples
+/// \param limits  of the number of samples
 /// \throws Error(input) that names the file and the field
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits);
 

@@ -5,18 +5,18 @@
 
 #include "io/image/image_reader.h"
 
-// libpng makes as many pixels as a header says. They come from the IDAT chunks alone: other chunks may be as long as
-// they like and hold none. "Portable Network Graphics, Third Edition", https://www.w3.org/TR/png-3/.
+// libpng allocates the pixels that a header declares. Their data are in the IDAT chunks alone, so the length of
+// other chunks does not count. "Portable Network Graphics, Third Edition", https://www.w3.org/TR/png-3/.
 namespace kiln {
 namespace {
 
 const std::string kAgain = "Export or copy the file again.";
 
-/// Few bytes at a time, in order: chunks may be millions, and empty.
+/// A small sequential read buffer, since a file may have millions of empty chunks.
 class Window {
  public:
   explicit Window(const ByteSource& source) : source_(source) {}
-  /// Null where the file ends before.
+  /// Null at the end of the file.
   const unsigned char* at(std::uint64_t offset, std::size_t count) {
     if (offset < begin_ || offset + count > begin_ + size_) {
       begin_ = offset;
@@ -68,7 +68,7 @@ Header read_header(const unsigned char* bytes, const FailWith& fail) {
   return header;
 }
 
-/// Bytes that the image data must inflate to: a byte for the filter and the pixels, a row of a pass.
+/// Bytes to which the image data must inflate: per row of a pass, a filter byte and the pixels.
 std::uint64_t raw_bytes(const Header& header) {
   const auto pass = [&](std::uint64_t width, std::uint64_t height) {
     return width == 0 ? 0 : height * (1 + (width * header.bits_per_pixel + 7) / 8);

@@ -16,14 +16,14 @@
 namespace kiln {
 namespace {
 
-// libpng reports errors by longjmp, which must not cross a frame that owns anything: all that is owned
-// lives here, outside the functions that call setjmp.
+// libpng reports errors by longjmp(), which must not cross a frame with destructors, so all owned
+// objects live here, outside the functions that call setjmp().
 struct Reader {
   png_structp png = nullptr;
   png_infop info = nullptr;
   const ByteSource* source = nullptr;
   std::uint64_t at = 0;
-  std::exception_ptr error;  // the source's own
+  std::exception_ptr error;  // exception of the source
   char message[256] = "damaged";
   png_uint_32 width = 0, height = 0;
   int channels = 0, bits = 0, passes = 0;
@@ -41,9 +41,10 @@ struct Reader {
   png_longjmp(png, 1);
 }
 
-void on_warning(png_structp, png_const_charp) {}  // About colour profiles and comments: not used.
+void on_warning(png_structp, png_const_charp) {}  // Warnings concern colour profiles and comments,
+                                                  // which are not used.
 
-// No exception may pass through libpng either.
+// Exceptions must not pass through libpng.
 void on_read(png_structp png, png_bytep to, std::size_t count) {
   auto* reader = static_cast<Reader*>(png_get_io_ptr(png));
   std::size_t got = 0;
@@ -61,8 +62,8 @@ bool read_header(Reader& reader) {
   png_set_read_fn(reader.png, &reader, on_read);
   png_set_user_limits(reader.png, kLargestImageSide, kLargestImageSide);
   png_set_chunk_malloc_max(reader.png, 8000000);
-  // Passed over: text, profiles and all else that is no pixel. libpng would keep a thousand texts, each
-  // inflated to 8 MB.
+  // Skips text, profiles and other ancillary chunks. libpng would keep a thousand texts, each inflated
+  // to 8 MB.
   png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(reader.png, reader.info);
   png_set_expand(reader.png);  // Palette to RGB, below 8 bits to 8, transparency to alpha.
@@ -77,7 +78,7 @@ bool read_header(Reader& reader) {
   return true;
 }
 
-// Reads `count` rows from the present one into `rows`.
+// Reads the next `count` rows into `rows`.
 bool read_rows(Reader& reader, std::uint8_t* rows, std::size_t count) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   for (std::size_t y = 0; y < count; ++y) {
@@ -105,7 +106,7 @@ void to_floats(const Reader& reader, const std::uint8_t* row, float* to) {
   }
 }
 
-// Bytes for the pixels and for the rows before they are floats.
+// Memory for the pixels and for rows before conversion to floats, bytes.
 std::uint64_t memory_for(const Reader& reader, std::size_t band) {
   return std::uint64_t{reader.width} * reader.height * static_cast<unsigned>(reader.channels) *
              sizeof(float) +
@@ -129,7 +130,7 @@ Image parse_png(const ByteSource& source, const std::string& file, const ImageLi
   if (reader.info == nullptr) throw std::bad_alloc();
   check(read_header(reader));
 
-  // Interlaced images need all rows at once and several passes; others go in bands.
+  // Interlaced images need all rows at once and several passes; others are read in bands.
   const std::size_t band = reader.passes > 1 ? reader.height : std::min(reader.height, 256U);
   require_memory(
       "its " + std::to_string(reader.width) + " x " + std::to_string(reader.height) + " pixels",

@@ -21,16 +21,16 @@
 #include "io/image/png.h"
 #include "io/image/run_deflate.h"
 
-// Why not libpng's writer: it deflates on one thread, and deflating is nearly all of the time. A PNG is
-// a signature and a few chunks (PNG specification, 3rd edition, section 5); the stream inside may be
-// joined from pieces deflated apart (as pigz does). libpng reads every file that the tests write.
+// libpng's writer is not used, since it deflates on one thread, which is nearly all of the time. A PNG is a
+// signature and a few chunks (PNG specification, 3rd edition, section 5); its stream may be concatenated
+// from pieces that are deflated separately (as pigz does). Tests read every written file by libpng.
 //
-// The filter "up" with zlib's run-length strategy, for every row. Measured at 4096^2 RGB on two Zen 3
-// cores, seconds and MB, writing included: detail in every texel (16 bits) up + RLE 0.47 s 89.6 MB,
-// sub + RLE 0.75 s 89.6 MB, Paeth + RLE 0.74 s 89.9 MB, up + level 1 2.2 s 90.7 MB; the same at 8 bits
-// 0.40 s 31.2 MB against 0.96 s 34.4 MB. Searching for matches costs most and finds nothing in the
-// texture of a normal map; runs are what empty background gives. Of large images run_deflate looks for these
-// alone, in half of zlib's time or less.
+// The filter "up" with zlib's run-length strategy, for every row. Measured at 4096^2 RGB on two Zen 3 cores,
+// seconds and MB, writing included: detail in every texel (16 bits) up + RLE 0.47 s 89.6 MB, sub + RLE 0.75
+// s 89.6 MB, Paeth + RLE 0.74 s 89.9 MB, up + level 1 2.2 s 90.7 MB; the same at 8 bits 0.40 s 31.2 MB
+// against 0.96 s 34.4 MB. Searching for matches costs most and finds none in the texture of a normal map;
+// empty background consists of runs. For large images run_deflate searches runs alone, in half of zlib's
+// time or less.
 namespace kiln {
 namespace {
 
@@ -38,24 +38,24 @@ constexpr std::uint8_t kFilterUp = 2;
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Rows of a band hold about this many bytes: small enough that all threads have work, large enough
-// that the five bytes of each joint do not matter.
+// Bytes of a band of rows: small enough to keep all threads busy, large enough that the five bytes
+// of each joint are negligible.
 constexpr std::size_t kBandBytes = std::size_t{1} << 18;
-// Below so many bytes of pixels it is the file's size that counts.
-constexpr std::size_t kSmall = std::size_t{1} << 21;
+// Bytes of pixels below which file size matters more than time.
+constexpr std::size_t kSmallImageBytes = std::size_t{1} << 21;
 
 void put_big_endian(Bytes& to, std::uint32_t value) {
   for (const int shift : {24, 16, 8, 0}) to.push_back(static_cast<std::uint8_t>(value >> shift));
 }
 
-// Room for a chunk's length and type; what follows is its data.
+// Reserves a chunk's length and writes its type; its data follow.
 Bytes open_chunk(const char* type) {
   Bytes bytes(4);
   bytes.insert(bytes.end(), type, type + 4);
   return bytes;
 }
 
-// Puts the length in front of a chunk and the sum behind it.
+// Writes a chunk's length in front and its checksum behind.
 void close_chunk(Bytes& bytes) {
   const auto length = static_cast<std::uint32_t>(bytes.size() - 8);
   for (int i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(length >> (24 - 8 * i));
@@ -134,9 +134,9 @@ void quantise_row(const Image& image, int bits, const DitherBlocks& dither, std:
 DitherBlocks::DitherBlocks(const Image& image, Dither dither, TextureUse use)
     : everywhere_(dither == Dither::on) {
   if (dither != Dither::automatic) return;
-  // Rounding shows where a value changes so slowly that texels of one number make a band of kSide or more. What does
-  // not change has no edge of a band, and noise of a step dithers by itself.
-  constexpr double kStep = 1.0 / 255, kLeast = kStep / 16;
+  // Rounding is visible where a value changes so slowly that texels of one value form a band of kSide or more.
+  // Constant values have no band edges, and noise of a step dithers itself.
+  constexpr double kStep = 1.0 / 255, kMinChange = kStep / 16;
   const bool is_normal = use == TextureUse::normal || use == TextureUse::tangent_normal;
   const std::size_t channels =
       is_normal ? std::min<std::size_t>(image.channels, 2) : image.channels;
@@ -161,7 +161,7 @@ DitherBlocks::DitherBlocks(const Image& image, Dither dither, TextureUse use)
       }
       for (std::size_t i = 0; i < ranges.size(); ++i) {
         const double range = ranges[i].second - ranges[i].first;
-        if (range > kLeast && range < kStep) {
+        if (range > kMinChange && range < kStep) {
           blocks[row * columns_ + i / channels] |= static_cast<std::uint8_t>(1U << (i % channels));
         }
       }
@@ -181,14 +181,14 @@ struct Layout {
   std::size_t row_bytes() const { return row_values() * static_cast<std::size_t>(bits / 8); }
 };
 
-// One band of rows: quantised, filtered, deflated.
+// One band of rows: quantised, filtered and deflated.
 struct Band {
-  Bytes chunk;  // as it stands in the file
+  Bytes chunk;  // the finished IDAT chunk
   uLong adler = 0;
   std::size_t raw_bytes = 0;
 };
 
-/// By zlib, whose headers are shorter.
+/// Deflates by zlib, whose block headers are shorter.
 void deflate_small(std::span<const std::uint8_t> raw, bool last, const std::string& name,
                    Bytes& to) {
   z_stream stream{};
@@ -213,7 +213,7 @@ void encode_band(const Layout& layout, std::size_t first, std::size_t last, cons
   const std::size_t size = (row + 1) * (last - first);
   const auto memory = std::make_unique_for_overwrite<std::uint8_t[]>(size);
   const std::span<const std::uint8_t> raw(memory.get(), size);
-  Bytes above(row, 0);  // The specification's row above the first is zero.
+  Bytes above(row, 0);  // By the specification, the row above the first is zero.
   Bytes values(row);
   if (first != 0) quantise_row(layout.image, layout.bits, layout.dither, first - 1, above.data());
   for (std::size_t y = first; y < last; ++y) {
@@ -225,7 +225,7 @@ void encode_band(const Layout& layout, std::size_t first, std::size_t last, cons
   }
   const bool ends = last == layout.image.height;
   band.chunk = open_chunk("IDAT");
-  if (layout.row_bytes() * layout.image.height < kSmall) {
+  if (layout.row_bytes() * layout.image.height < kSmallImageBytes) {
     deflate_small(raw, ends, name, band.chunk);
   } else {
     run_deflate(raw, ends, band.chunk);
@@ -235,17 +235,18 @@ void encode_band(const Layout& layout, std::size_t first, std::size_t last, cons
   band.raw_bytes = raw.size();
 }
 
-// ---- For bytes: one stream, whose matches reach over all rows. ------------------------------------
+// ---- Small files: one stream, whose matches extend over all rows. ------------------------------------
 //
-// The filter is chosen for the whole picture: that with which libdeflate packs a sample of the rows into the fewest bytes at
-// its quickest level. Tried: the filters up and Paeth, and the one of all five whose row has the least entropy. Smooth maps
-// gain most by long matches, which high levels alone find: a normal map of 2048 x 2048 has 2.05 MB at level 1, 1.79 at 6, 1.73
-// at 7 (0.8 s), 1.66 at 8 (2.3 s), 1.43 at 10 (5 s); zlib's level 9 1.58 in 14 s. So small pictures get the higher levels.
+// One filter is chosen for the whole picture: the one for which libdeflate's fastest level compresses a sample of the
+// rows best. Candidates are up, Paeth, and per row the one of all five with the least entropy. Smooth maps gain most
+// from long matches, which only high levels find: a normal map of 2048 x 2048 has 2.05 MB at level 1, 1.79 at 6, 1.73
+// at 7 (0.8 s), 1.66 at 8 (2.3 s), 1.43 at 10 (5 s); zlib's level 9 1.58 in 14 s. So small pictures get the higher
+// levels.
 
-constexpr std::size_t kMostWhole = std::size_t{1} << 29;
-constexpr std::size_t kSampleRows = 16, kSampleEvery = 64;
+constexpr std::size_t kMaxSingleStreamBytes = std::size_t{1} << 29;
+constexpr std::size_t kSampleRows = 16, kSampleRowInterval = 64;
 
-/// Filters of PNG's specification, 9.2; kLeastEntropy stands for one a row.
+/// Filters of PNG's specification, 9.2; kLeastEntropy selects one per row.
 constexpr int kPaeth = 4, kFilters = 5, kLeastEntropy = 5;
 
 void filter_row(int filter, const std::uint8_t* values, const std::uint8_t* above,
@@ -269,12 +270,12 @@ void filter_row(int filter, const std::uint8_t* values, const std::uint8_t* abov
   }
 }
 
-/// n log2(n) of whole numbers, in fixed point: sums are the same on every machine.
+/// n log2(n) of integers in fixed point, so that sums are the same on every machine.
 std::uint64_t entropy_term(std::uint32_t n) {
   return n == 0 ? 0 : n * static_cast<std::uint64_t>(std::lround(std::log2(n) * 4096));
 }
 
-/// One row with its filter's byte. \param scratch  as many bytes as the row
+/// One row with its filter byte. \param scratch  as many bytes as the row
 void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above, std::size_t pixel,
                std::size_t size, std::uint8_t* to, Bytes& scratch) {
   to[0] = static_cast<std::uint8_t>(filter);
@@ -284,7 +285,7 @@ void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above
     filter_row(tried, values, above, pixel, size, scratch.data());
     std::array<std::uint32_t, 256> counts{};
     for (const std::uint8_t byte : scratch) ++counts[byte];
-    std::uint64_t sum = 0;  // the larger, the less entropy
+    std::uint64_t sum = 0;  // the larger, the lower the entropy
     for (const std::uint32_t count : counts) sum += entropy_term(count);
     if (tried != 0 && sum <= best) continue;
     best = sum;
@@ -293,7 +294,7 @@ void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above
   }
 }
 
-/// Rows from `first` on, as many as `to` has room for.
+/// Filters rows from `first` on, as many as fit in `to`.
 void filter_rows(const Layout& layout, int filter, std::size_t first, std::span<std::uint8_t> to) {
   const std::size_t size = layout.row_bytes();
   const std::size_t pixel = size / layout.image.width;
@@ -307,7 +308,7 @@ void filter_rows(const Layout& layout, int filter, std::size_t first, std::span<
 }
 
 #ifdef KILN_HAS_DEFLATE
-/// A zlib stream by libdeflate, behind what `to` has.
+/// Appends a zlib stream by libdeflate to `to`.
 void deflate_whole(std::span<const std::uint8_t> raw, int level, Bytes& to) {
   const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
       libdeflate_alloc_compressor(level), libdeflate_free_compressor);
@@ -323,7 +324,7 @@ int level_for(std::size_t bytes) {
   return bytes <= std::size_t{1} << 20 ? 10 : bytes <= std::size_t{1} << 22 ? 8 : 7;
 }
 #else
-/// A zlib stream by zlib, behind what `to` has.
+/// Appends a zlib stream by zlib to `to`.
 void deflate_whole(std::span<const std::uint8_t> raw, int level, Bytes& to) {
   z_stream stream{};
   if (deflateInit2(&stream, level, Z_DEFLATED, 15, 9, Z_FILTERED) != Z_OK) throw std::bad_alloc();
@@ -342,23 +343,23 @@ int level_for(std::size_t /*bytes*/) { return 6; }
 #endif
 
 int choose_filter(const Layout& layout) {
-  constexpr std::array<int, 3> kTried = {kFilterUp, kPaeth, kLeastEntropy};
+  constexpr std::array<int, 3> kCandidateFilters = {kFilterUp, kPaeth, kLeastEntropy};
   const std::size_t row = layout.row_bytes() + 1, height = layout.image.height;
-  const std::size_t samples = (height + kSampleEvery - 1) / kSampleEvery;
-  std::vector<std::size_t> sizes(kTried.size() * samples);
+  const std::size_t samples = (height + kSampleRowInterval - 1) / kSampleRowInterval;
+  std::vector<std::size_t> sizes(kCandidateFilters.size() * samples);
   parallel_for(sizes.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t first = i / kTried.size() * kSampleEvery;
+      const std::size_t first = i / kCandidateFilters.size() * kSampleRowInterval;
       Bytes rows(row * std::min(kSampleRows, height - first)), packed;
-      filter_rows(layout, kTried[i % kTried.size()], first, rows);
+      filter_rows(layout, kCandidateFilters[i % kCandidateFilters.size()], first, rows);
       deflate_whole(rows, kQuick, packed);
       sizes[i] = packed.size();
     }
   });
-  std::array<std::size_t, kTried.size()> sums{};
-  for (std::size_t i = 0; i < sizes.size(); ++i) sums[i % kTried.size()] += sizes[i];
-  return kTried[static_cast<std::size_t>(std::min_element(sums.begin(), sums.end()) -
-                                         sums.begin())];
+  std::array<std::size_t, kCandidateFilters.size()> sums{};
+  for (std::size_t i = 0; i < sizes.size(); ++i) sums[i % kCandidateFilters.size()] += sizes[i];
+  return kCandidateFilters[static_cast<std::size_t>(std::min_element(sums.begin(), sums.end()) -
+                                                    sums.begin())];
 }
 
 template <typename Put>
@@ -366,7 +367,7 @@ void send_small(const Layout& layout, bool smallest, const std::string& /*name*/
   const std::size_t row = layout.row_bytes() + 1, height = layout.image.height;
   const int filter = choose_filter(layout);
   Bytes raw(row * height);
-  parallel_for(height, kSampleEvery, [&](std::size_t begin, std::size_t end) {
+  parallel_for(height, kSampleRowInterval, [&](std::size_t begin, std::size_t end) {
     filter_rows(layout, filter, begin, std::span(raw).subspan(begin * row, (end - begin) * row));
   });
   Bytes data = open_chunk("IDAT");
@@ -375,12 +376,13 @@ void send_small(const Layout& layout, bool smallest, const std::string& /*name*/
   put(data);
 }
 
-// Sends bands in their order, whichever is made first: one is written while others are made.
+// Outputs bands in order, although they are produced in any order: one thread writes while others
+// compress.
 class InOrder {
  public:
   InOrder(std::size_t count, const PutBytes& send) : bands_(count), send_(send) {}
 
-  // Waits for nothing: what may be sent is sent by whoever comes with the first of it.
+  // Never blocks: the thread that brings the next band writes all bands that are ready.
   void put(std::size_t number, Band band) {
     const std::lock_guard lock(mutex_);
     bands_[number] = std::move(band);
@@ -424,7 +426,7 @@ void write_png(const Image& image, const PngOptions& options, const std::string&
     const std::string both = text.keyword + '\0' + text.text;
     put(chunk("tEXt", Bytes(both.begin(), both.end())));
   }
-  if (level != Deflate::fast && (layout.row_bytes() + 1) * image.height <= kMostWhole) {
+  if (level != Deflate::fast && (layout.row_bytes() + 1) * image.height <= kMaxSingleStreamBytes) {
     send_small(layout, level == Deflate::smallest, name, put);
     put(chunk("IEND", {}));
     return;

@@ -14,12 +14,12 @@ namespace {
 
 // RFC 1951, 3.2.5 and 3.2.7.
 constexpr std::size_t kSymbols = 286, kEnd = 256, kFirstLength = 257;
-constexpr std::size_t kLeastRun = 3, kMostRun = 258;
-constexpr int kMostBits = 15;
-// Bytes with Huffman codes of their own: half as many or twice as many change files by a thousandth.
+constexpr std::size_t kMinRun = 3, kMaxRun = 258;
+constexpr int kMaxCodeBits = 15;
+// Bytes that share Huffman codes: half or twice as many change file sizes by 0.1%.
 constexpr std::size_t kBlock = std::size_t{1} << 16;
-// A run of n is the token kRun + n; a literal is its own token.
-constexpr std::size_t kRun = 256, kTokens = kRun + kMostRun + 1;
+// A run of n is the token kFirstRunToken + n; a literal is its own token.
+constexpr std::size_t kFirstRunToken = 256, kTokens = kFirstRunToken + kMaxRun + 1;
 
 struct LengthCode {
   std::uint16_t symbol = 0;
@@ -27,26 +27,26 @@ struct LengthCode {
   std::uint16_t extra = 0;
 };
 
-constexpr std::array<LengthCode, kMostRun + 1> make_length_codes() {
-  std::array<LengthCode, kMostRun + 1> codes{};
-  std::size_t length = kLeastRun;
+constexpr std::array<LengthCode, kMaxRun + 1> make_length_codes() {
+  std::array<LengthCode, kMaxRun + 1> codes{};
+  std::size_t length = kMinRun;
   for (std::size_t symbol = kFirstLength; symbol < kSymbols - 1; ++symbol) {
     const std::size_t place = symbol - kFirstLength;
     const std::size_t bits = place < 8 ? 0 : place / 4 - 1;
-    for (std::size_t extra = 0; extra < std::size_t{1} << bits && length < kMostRun; ++extra) {
+    for (std::size_t extra = 0; extra < std::size_t{1} << bits && length < kMaxRun; ++extra) {
       codes[length++] = {static_cast<std::uint16_t>(symbol), static_cast<std::uint8_t>(bits),
                          static_cast<std::uint16_t>(extra)};
     }
   }
-  codes[kMostRun] = {kSymbols - 1, 0, 0};
+  codes[kMaxRun] = {kSymbols - 1, 0, 0};
   return codes;
 }
-constexpr std::array<LengthCode, kMostRun + 1> kLengthCodes = make_length_codes();
+constexpr std::array<LengthCode, kMaxRun + 1> kLengthCodes = make_length_codes();
 
 using Counts = std::array<std::uint32_t, kSymbols>;
 using Lengths = std::array<std::uint8_t, kSymbols>;
 
-/// Number of bytes from `at` on that are `byte`, up to `most`.
+/// Number of bytes from `at` on that equal `byte`, up to `most`.
 std::size_t run_of(const std::uint8_t* at, std::size_t most, std::uint8_t byte) {
   std::uint64_t eight = 0, all = byte * 0x0101010101010101U;
   std::size_t length = 0;
@@ -65,19 +65,21 @@ bool four_same(const std::uint8_t* at) {
   return four == std::rotl(four, 8);
 }
 
-/// True if four neighbours of the eight bytes from `at` on may be the same. Never false where they are.
+/// True if four consecutive ones of the eight bytes from `at` on may be the same. No false negatives.
 bool any_four_same(const std::uint8_t* at) {
   std::uint64_t eight = 0;
   std::memcpy(&eight, at, sizeof(eight));
-  // Bytes that are 0 where neighbours are the same, and the last where it is as the first.
+  // Bytes that are 0 where neighbours are equal; the last compares with the first.
   const std::uint64_t change = (eight ^ std::rotr(eight, 8));
   const std::uint64_t same = (change - 0x0101010101010101U) & ~change & 0x8080808080808080U;
   return (same & same >> 8 & same >> 16) != 0;
 }
 
-/// Literals and runs; counts what they are. \param tokens  as many as there are bytes \returns how many
+/// Splits bytes into literals and runs, and counts them. \param tokens  room for one per byte \returns
+/// number of tokens
 std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, Counts& counts) {
-  // Two counts of each, in turns: the same byte often comes again before it is counted.
+  // Two alternating counters per byte, since the same byte often repeats before its counter is
+  // updated.
   std::array<std::array<std::uint32_t, kTokens>, 2> seen{};
   std::uint16_t* to = tokens;
   const std::uint8_t* at = raw.data();
@@ -92,27 +94,28 @@ std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, 
       for (int i = 0; i < 5; ++i) put(*at++);
       continue;
     }
-    if (end - at < static_cast<std::ptrdiff_t>(kLeastRun) || !four_same(at - 1)) {
+    if (end - at < static_cast<std::ptrdiff_t>(kMinRun) || !four_same(at - 1)) {
       put(*at++);
       continue;
     }
-    const std::size_t most = std::min(kMostRun, static_cast<std::size_t>(end - at));
+    const std::size_t most = std::min(kMaxRun, static_cast<std::size_t>(end - at));
     const std::size_t length = run_of(at, most, at[-1]);
-    put(kRun + length);
+    put(kFirstRunToken + length);
     at += length;
   }
   for (std::size_t i = 0; i < kEnd; ++i) counts[i] = seen[0][i] + seen[1][i];
-  for (std::size_t n = kLeastRun; n <= kMostRun; ++n) {
-    counts[kLengthCodes[n].symbol] += seen[0][kRun + n] + seen[1][kRun + n];
+  for (std::size_t n = kMinRun; n <= kMaxRun; ++n) {
+    counts[kLengthCodes[n].symbol] += seen[0][kFirstRunToken + n] + seen[1][kFirstRunToken + n];
   }
   ++counts[kEnd];
-  if (raw.empty()) ++counts[0];  // a code has two symbols at least
+  if (raw.empty()) ++counts[0];  // a code needs at least two symbols
   return static_cast<std::size_t>(to - tokens);
 }
 
-/// Lengths of Huffman codes, without a bound. \returns the longest
+/// Lengths of Huffman codes, unlimited. \returns the longest
 int huffman(const Counts& counts, Lengths& lengths) {
-  using Node = std::pair<std::uint64_t, std::uint32_t>;  // count, number: ties go to the lower one
+  using Node = std::pair<std::uint64_t, std::uint32_t>;  // count, symbol: ties go to the lower
+                                                         // symbol
   std::priority_queue<Node, std::vector<Node>, std::greater<>> open;
   std::vector<std::uint32_t> parent(2 * kSymbols);
   std::uint32_t next = kSymbols;
@@ -139,10 +142,10 @@ int huffman(const Counts& counts, Lengths& lengths) {
   return longest;
 }
 
-/// Lengths of at most kMostBits: counts are flattened until they are.
+/// Lengths of at most kMaxCodeBits: counts are flattened until they fit.
 Lengths code_lengths(Counts counts) {
   Lengths lengths{};
-  while (huffman(counts, lengths) > kMostBits) {
+  while (huffman(counts, lengths) > kMaxCodeBits) {
     for (std::uint32_t& count : counts) count = count == 0 ? 0 : count / 2 + 1;
   }
   return lengths;
@@ -154,9 +157,9 @@ std::uint32_t reversed(std::uint32_t code, int bits) {
   return result;
 }
 
-/// Canonical codes, their bits in the order that they are written in.
+/// Canonical codes, with bits in the order of output.
 std::array<std::uint32_t, kSymbols> codes_of(const Lengths& lengths) {
-  std::array<std::uint32_t, kMostBits + 2> next{};
+  std::array<std::uint32_t, kMaxCodeBits + 2> next{};
   for (const std::uint8_t length : lengths) {
     if (length != 0) ++next[length + 1U];
   }
@@ -169,26 +172,26 @@ std::array<std::uint32_t, kSymbols> codes_of(const Lengths& lengths) {
   return codes;
 }
 
-/// A token's bits, and how many: a run's are its code, its extra bits, and a 0 for the distance.
+/// Bits of a token, and their number: a run has its code, its extra bits, and a 0 for the distance.
 struct Written {
   std::uint32_t bits = 0;
-  std::uint32_t count = 0;  // 15, or 15 + 5 + 1 at most
+  std::uint32_t count = 0;  // at most 15, or 15 + 5 + 1
 };
 
 class BitWriter {
  public:
   explicit BitWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes), size_(bytes.size()) {}
-  /// Before so many bytes are put.
+  /// Reserves room for a number of bytes.
   void reserve(std::size_t more) { bytes_.resize(size_ + more + sizeof(std::uint64_t)); }
-  /// \param count  32 at most
+  /// \param count  at most 32
   void put(std::uint32_t bits, int count) {
     const Written one{bits, static_cast<std::uint32_t>(count)};
     const std::uint16_t first = 0;
     put({&first, 1}, &one);
   }
-  /// \param written  of each token
+  /// \param written  bits per token
   void put(std::span<const std::uint16_t> tokens, const Written* written) {
-    // A local copy: a byte that is written may lie anywhere, so members would be read again after each.
+    // A local copy: written bytes may alias members, which would be reloaded after each write.
     Held held{held_, bytes_.data() + size_};
     std::size_t i = 0;
     for (; i + 2 <= tokens.size(); i += 2) {
@@ -203,14 +206,14 @@ class BitWriter {
     size_ = static_cast<std::size_t>(held.to - bytes_.data());
     held_ = held.bits;
   }
-  /// Zeros up to the next whole byte.
+  /// Pads with zeros to a whole byte.
   void align() {
     if (held_.count != 0) put(0, static_cast<int>(8 - held_.count));
   }
   void finish() { bytes_.resize(size_); }
 
  private:
-  /// Bits that are not written yet: fewer than 8 between calls, 49 before they are flushed.
+  /// Pending bits: fewer than 8 between calls, at most 49 before a flush.
   struct Bits {
     std::uint64_t bits = 0;
     std::uint32_t count = 0;
@@ -241,33 +244,34 @@ class BitWriter {
   Bits held_;
 };
 
-/// The block's header. Lengths are written with 4 bits each: what runs of them would save is a few bytes.
+/// Writes the block's header. Lengths are written with 4 bits each, since run-length codes would save
+/// only a few bytes.
 void put_header(const Lengths& lengths, bool last, BitWriter& writer) {
   writer.put(last ? 1 : 0, 1);
   writer.put(2, 2);  // dynamic codes
   writer.put(kSymbols - kFirstLength, 5);
-  writer.put(0, 5);  // one distance
+  writer.put(0, 5);  // one distance code
   writer.put(19 - 4, 4);
   // In the order of RFC 1951: 16, 17 and 18 have no code, 0 to 15 have 4 bits.
   for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
   for (const std::uint8_t length : lengths) writer.put(reversed(length, 4), 4);
-  writer.put(reversed(1, 4), 4);  // the distance has one bit
+  writer.put(reversed(1, 4), 4);  // the distance code has one bit
 }
 
 std::array<Written, kTokens> bits_of_tokens(const Lengths& lengths,
                                             const std::array<std::uint32_t, kSymbols>& codes) {
   std::array<Written, kTokens> written{};
   for (std::size_t i = 0; i < kEnd; ++i) written[i] = {codes[i], lengths[i]};
-  for (std::size_t n = kLeastRun; n <= kMostRun; ++n) {
+  for (std::size_t n = kMinRun; n <= kMaxRun; ++n) {
     const LengthCode& code = kLengthCodes[n];
     const int length = lengths[code.symbol];
-    written[kRun + n] = {codes[code.symbol] | std::uint32_t{code.extra} << length,
-                         static_cast<std::uint32_t>(length + code.extra_bits + 1)};
+    written[kFirstRunToken + n] = {codes[code.symbol] | std::uint32_t{code.extra} << length,
+                                   static_cast<std::uint32_t>(length + code.extra_bits + 1)};
   }
   return written;
 }
 
-/// A block; the stream ends with it where `last` says so. \param room  for the tokens of a block
+/// Writes a block, the last of the stream if `last` is set. \param room  for the tokens of a block
 void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room,
                BitWriter& writer) {
   Counts counts{};
@@ -275,7 +279,7 @@ void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room
   const Lengths lengths = code_lengths(counts);
   const std::array<std::uint32_t, kSymbols> codes = codes_of(lengths);
   const std::array<Written, kTokens> written = bits_of_tokens(lengths, codes);
-  // A run has 5 extra bits and one for the distance at most.
+  // A run has at most 5 extra bits and one for the distance.
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < kSymbols; ++i) {
     bits += counts[i] * (lengths[i] + (i < kFirstLength ? 0ULL : 6ULL));

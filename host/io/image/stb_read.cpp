@@ -27,17 +27,17 @@
 namespace kiln {
 namespace {
 
-/// A file's bytes as stb_image asks for them. It takes zeros for what is not there, and says nothing: this notes it.
+/// A file's bytes for stb_image's callbacks. stb_image silently reads zeros past the end, so this records it.
 struct Bytes {
   const ByteSource& source;
   std::uint64_t at = 0;
   const char* buffer =
-      nullptr;  ///< stb_image's own, filled ahead: it may be given less than it asks for
+      nullptr;  ///< stb_image's own buffer, filled ahead: a short read is not an error
   bool cut_short = false;
   std::exception_ptr error = nullptr;
 };
 
-// No exception may pass through stb_image.
+// Exceptions must not pass through stb_image.
 int on_read(void* user, char* to, int count) {
   auto& bytes = *static_cast<Bytes*>(user);
   if (bytes.buffer == nullptr) bytes.buffer = to;
@@ -51,7 +51,8 @@ int on_read(void* user, char* to, int count) {
   bytes.at += got;
   if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
   bytes.cut_short = true;
-  // In Radiance HDR it would read runs of no length (zeros) or lines of a header (all but ends of lines) for ever.
+  // In Radiance HDR, zeros would be runs of no length, and any byte but a line end a header line, so stb_image
+  // would loop forever.
   std::fill(to + got, to + wanted, '\n');
   return count;
 }
@@ -76,7 +77,7 @@ struct Free {
   void operator()(void* memory) const { stbi_image_free(memory); }
 };
 
-/// stb_image turns rows from below upwards, but not those from the right.
+/// stb_image flips rows stored bottom-up, but not columns stored right to left.
 void mirror(Image& image) {
   for (std::size_t y = 0; y < image.height; ++y) {
     for (std::size_t x = 0; x < image.width / 2; ++x) {
@@ -104,10 +105,10 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
     fail("header", header.cut_short ? "the file is cut short (truncated)" : reason(),
          "Export it again, or convert it to PNG or OpenEXR.");
   }
-  // BMP: below 0, its rows stand from above.
+  // BMP: a negative height means rows from the top.
   const std::uint64_t wide = static_cast<std::uint64_t>(std::abs(std::int64_t{width})),
                       high = static_cast<std::uint64_t>(std::abs(std::int64_t{height}));
-  // Two bytes are at best a run of 128 pixels.
+  // Two bytes encode at best a run of 128 pixels.
   if (wide * high / 128 > source.size()) {
     fail("header",
          "it says " + std::to_string(wide) + " x " + std::to_string(high) + " pixels, but its " +
@@ -116,7 +117,7 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
   }
   Bytes bytes{.source = source};
   std::unique_ptr<void, Free> pixels;
-  // Asked for before stb_image takes its own.
+  // Checked before stb_image allocates its own.
   Image image = empty_image(wide, high, static_cast<std::uint32_t>(channels),
                             wide * high * 4 * (floats ? sizeof(float) : 1), "header", limits, fail);
   if (floats) {

@@ -1,4 +1,4 @@
-// Errors of pictures of 8 bits against the values that they hold.
+// Quantisation errors of 8-bit pictures.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -12,15 +12,15 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kBandRows = 4;  // of a block
+constexpr std::size_t kBandRows = 4;  // rows of a block
 
 /// z from x and y, all as n/2 + 1/2.
-float third_of(float x, float y) {
+float z_of_xy(float x, float y) {
   const float a = 2 * x - 1, b = 2 * y - 1;
   return std::sqrt(std::max(0.0F, 1 - a * a - b * b)) / 2 + 0.5F;
 }
 
-/// A few rows as a file gives them back. Of `channels` channels, the image's or fewer.
+/// A few rows as decoded from a file. It has the image's number of channels or fewer.
 class StoredRows {
  public:
   StoredRows(const Image& image, const SaveImageOptions& options, const DitherBlocks& dither,
@@ -70,7 +70,7 @@ class StoredRows {
     for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image_.height; ++k) {
       for (std::size_t x = 0; x < image_.width; ++x) {
         const float* const from = lossy_.at(x, kBandRows * band + k);
-        for (std::size_t c = 0; c < channels_; ++c) {  // no alpha where all of it is opaque
+        for (std::size_t c = 0; c < channels_; ++c) {  // opaque alpha is not stored
           values_[(k * image_.width + x) * channels_ + c] = c < lossy_.channels ? from[c] : 1;
         }
       }
@@ -93,10 +93,10 @@ double error_of(const float* value, std::size_t channels, const float* stored,
   if (is_normal && channels >= 2) {
     const bool two = channels == 2 || stored_channels == 2 || value[2] == 0;
     const std::array<float, 3> back{stored[0], stored[1],
-                                    two ? third_of(stored[0], stored[1]) : stored[2]};
+                                    two ? z_of_xy(stored[0], stored[1]) : stored[2]};
     const std::array<float, 3> own{
         value[0], value[1],
-        channels == 2 || value[2] == 0 ? third_of(value[0], value[1]) : value[2]};
+        channels == 2 || value[2] == 0 ? z_of_xy(value[0], value[1]) : value[2]};
     return normal_angle_degrees(own.data(), back.data());
   }
   double worst = 0;
@@ -111,7 +111,7 @@ double error_of(const float* value, std::size_t channels, const float* stored,
 
 namespace {
 
-/// \param lossy  what a lossy format gives back; else empty
+/// \param lossy  decoded picture of a lossy format; else empty
 StoredError error_over(const Image& image, const SaveImageOptions& options,
                        const DitherBlocks& dither, const Image& lossy,
                        std::span<const std::uint8_t> coverage) {

@@ -1,4 +1,4 @@
-// TGA, and the bytes that it and WebP hold.
+// TGA, and 8-bit pixels shared with WebP.
 #include <algorithm>
 #include <cstddef>
 #include <utility>
@@ -39,7 +39,7 @@ std::vector<std::byte> encode_tga(const Image& image, bool dither) {
     file[static_cast<std::size_t>(at) + 1] = byte(side >> 8U);
   }
   file[16] = byte(8 * channels);
-  file[17] = byte(channels == 4 ? 8 : 0);  // bits of alpha; the last row stands first
+  file[17] = byte(channels == 4 ? 8 : 0);  // bits of alpha; bottom row first
   file.reserve(file.size() + bytes.size());
   for (std::size_t y = image.height; y-- > 0;) {
     for (std::size_t i = 0; i < row; ++i) {

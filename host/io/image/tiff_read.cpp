@@ -23,11 +23,11 @@
 namespace kiln {
 namespace {
 
-/// A file's bytes as libtiff asks for them, and what it said.
+/// A file's bytes for libtiff's callbacks, and libtiff's messages.
 struct Tiff {
   const ByteSource& source;
   std::uint64_t at = 0;
-  std::exception_ptr error;  // the source's own
+  std::exception_ptr error;  // exception of the source
   std::string message, warning;
   TIFF* file = nullptr;
 
@@ -47,7 +47,8 @@ struct Tiff {
   return words;
 }
 
-// 1: libtiff's own handlers, which print, are not called. The first message says most.
+// Returns 1, so that libtiff's own handlers, which print, are not called. The first message is the
+// most specific.
 [[gnu::format(printf, 4, 0)]] int on_error(TIFF* /*file*/, void* user, const char* /*module*/,
                                            const char* format, va_list arguments) {
   auto& tiff = *static_cast<Tiff*>(user);
@@ -61,7 +62,7 @@ struct Tiff {
   return 1;
 }
 
-// No exception may pass through libtiff.
+// Exceptions must not pass through libtiff.
 tmsize_t on_read(thandle_t user, void* to, tmsize_t count) {
   auto& tiff = *static_cast<Tiff*>(user);
   try {
@@ -89,7 +90,7 @@ void open(Tiff& tiff) {
   if (options == nullptr) throw std::bad_alloc();
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), on_error, &tiff);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), on_warning, &tiff);
-  // 'm': not mapped.
+  // 'm': no memory mapping.
   tiff.file = TIFFClientOpenExt("", "rm", &tiff, on_read, on_write, on_seek, on_close, on_size,
                                 nullptr, nullptr, options.get());
 }
@@ -101,7 +102,7 @@ T field(TIFF* file, std::uint32_t tag) {
   return value;
 }
 
-/// The tags that say what the pixels are.
+/// Tags that describe the pixels.
 struct Layout {
   std::uint32_t width = 0, height = 0;
   std::uint16_t samples = 0, bits = 0, format = 0, colours = 0, planes = 0, packing = 0,
@@ -148,7 +149,7 @@ Layout layout_of(TIFF* file) {
   return layout;
 }
 
-/// Refuses what would be read as something else. \param heights  true: signed numbers are heights, too
+/// Refuses pixel formats that would be misread. \param heights  true: accept signed numbers
 void check_kind(const Layout& layout, bool heights, const FailWith& fail) {
   const std::string convert = "Save it as RGB or grey, or convert it to PNG or OpenEXR.";
   const std::uint16_t colours = layout.colours;
@@ -196,24 +197,24 @@ void check_kind(const Layout& layout, bool heights, const FailWith& fail) {
   }
 }
 
-/// At most so many bytes are made of one, or 0: without a bound that would help.
-std::uint64_t most_of_a_byte(std::uint16_t packing) {
+/// Unpacked bytes per packed byte at most; 0 if there is no useful bound.
+std::uint64_t max_unpack_ratio(std::uint16_t packing) {
   switch (packing) {
     case COMPRESSION_NONE:
       return 1;
     case COMPRESSION_PACKBITS:
-      return 64;  // 2 bytes are a run of at most 128
+      return 64;  // 2 bytes encode a run of at most 128
     case COMPRESSION_ADOBE_DEFLATE:
     case COMPRESSION_DEFLATE:
       return most_unpacked(Packing::deflate, 1);
     case COMPRESSION_LZW:
-      return 4096;  // 12 bits are at most a string as long as the table
+      return 4096;  // 12 bits encode at most a string as long as the table
     default:
       return 0;
   }
 }
 
-/// The value at a place of a row, which libtiff has turned to this machine's order of bytes.
+/// A value of a row that libtiff has converted to the machine's byte order.
 double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
   const auto as = [&]<typename T>(T value) {
     std::memcpy(&value, row + i * sizeof(T), sizeof(T));
@@ -238,17 +239,17 @@ double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
       return as(std::uint16_t{});
     case 8:
       return row[i];
-    default: {  // several a byte, from its upper end
+    default: {  // several per byte, from its upper end
       const std::size_t bit = i * layout.bits;
       return (row[bit / 8] >> (8U - layout.bits - bit % 8)) & ((1U << layout.bits) - 1U);
     }
   }
 }
 
-/// Turns values to what an image holds.
+/// Converts a file's values to an image's.
 class Values {
  public:
-  /// \param as_they_are  true: whole numbers are not divided
+  /// \param as_they_are  true: integers are not scaled
   Values(TIFF* file, const Layout& layout, bool as_they_are)
       : layout_(layout), as_they_are_(as_they_are) {
     most_ = layout.format == SAMPLEFORMAT_IEEEFP || as_they_are
@@ -264,7 +265,7 @@ class Values {
     return layout_.colours == PHOTOMETRIC_PALETTE && !has_palette_;
   }
 
-  /// Puts a sample of the file into a pixel.
+  /// Stores a sample of the file in a pixel.
   void put(double value, std::uint32_t sample, float* pixel) const {
     if (layout_.colours == PHOTOMETRIC_PALETTE && sample == 0) {
       const auto entry = static_cast<std::size_t>(value);
@@ -284,11 +285,11 @@ class Values {
   const Layout& layout_;
   bool as_they_are_;
   double most_ = 1;
-  std::uint16_t* palette_[3] = {};  // 2^bits entries each, libtiff's own
+  std::uint16_t* palette_[3] = {};  // 2^bits entries each, owned by libtiff
   bool has_palette_ = false;
 };
 
-/// Reads strips or tiles, and puts their values in place. False if libtiff failed.
+/// Reads strips or tiles into the image. False if libtiff failed.
 bool read_blocks(Tiff& tiff, const Layout& layout, const Values& values, Image& image) {
   const bool apart = layout.planes == PLANARCONFIG_SEPARATE;
   const std::uint32_t together = apart ? 1 : layout.samples;
@@ -310,7 +311,7 @@ bool read_blocks(Tiff& tiff, const Layout& layout, const Values& values, Image& 
                                       block.data(), wanted)
                 : TIFFReadEncodedStrip(tiff.file, TIFFComputeStrip(tiff.file, y, sample),
                                        block.data(), wanted);
-        // Some packings only warn of what they make up.
+        // For some compressions libtiff invents data and only warns.
         if (got != wanted || !tiff.warning.empty()) return false;
         const std::uint32_t columns = std::min(layout.block_width, image.width - x);
         for (std::uint32_t r = 0; r < rows; ++r) {
@@ -337,8 +338,8 @@ void divide_by_alpha(Image& image) {
   }
 }
 
-/// Row 0 becomes the upper one, column 0 the left one.
-Image upright(Image image, std::uint16_t orientation) {
+/// Applies the tag Orientation: row 0 becomes the upper one, column 0 the left one.
+Image apply_orientation(Image image, std::uint16_t orientation) {
   const bool transposed = orientation >= ORIENTATION_LEFTTOP;
   const bool from_right =
       orientation == ORIENTATION_TOPRIGHT || orientation == ORIENTATION_BOTRIGHT ||
@@ -370,13 +371,13 @@ bool tiff_holds_floats(const ByteSource& source) {
 
 namespace {
 
-// Tags of GeoTIFF 1.1 and of GDAL, and keys of the first.
+// Tags of GeoTIFF 1.1 and of GDAL, and GeoTIFF's keys.
 constexpr std::uint32_t kPixelScale = 33550, kTiePoint = 33922, kTransformation = 34264,
                         kGeoKeys = 34735, kGdalNoData = 42113;
 constexpr unsigned kModelType = 1024, kLengthUnit = 3076, kHeightUnit = 4099;
 constexpr unsigned kGeographic = 2;
 
-/// The values of a tag that libtiff does not know itself; none where it is absent, or of another type.
+/// The values of a tag unknown to libtiff; none if it is missing, or of another type.
 template <typename T>
 std::span<const T> values_of(TIFF* file, std::uint32_t tag, TIFFDataType type) {
   const TIFFField* const field = TIFFFindField(file, tag, TIFF_ANY);
@@ -394,7 +395,7 @@ std::span<const T> values_of(TIFF* file, std::uint32_t tag, TIFFDataType type) {
   return {static_cast<const T*>(data), count};
 }
 
-/// \returns whether any tag of the ground is there
+/// \returns true if any geographic tag exists
 bool read_geography(TIFF* file, TiffGeography& geography) {
   bool any = false;
   if (const auto scale = values_of<double>(file, kPixelScale, TIFF_DOUBLE); scale.size() >= 2) {
@@ -406,7 +407,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
     geography.top = tie[4] + tie[1] * geography.spacing[1];
   }
   const auto map = values_of<double>(file, kTransformation, TIFF_DOUBLE);
-  if (map.size() >= 16) {  // rows and columns of a turned grid
+  if (map.size() >= 16) {  // rows and columns of a rotated grid
     any = true;
     geography.spacing = {std::hypot(map[0], map[4]), std::hypot(map[1], map[5])};
     geography.top = map[7];
@@ -418,7 +419,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
   const auto keys = values_of<std::uint16_t>(file, kGeoKeys, TIFF_SHORT);
   for (std::size_t k = 4; k + 4 <= keys.size(); k += 4) {
     any = true;
-    if (keys[k + 1] != 0) continue;  // the value stands in another tag
+    if (keys[k + 1] != 0) continue;  // the value is stored in another tag
     if (keys[k] == kModelType) geography.is_degrees = keys[k + 3] == kGeographic;
     if (keys[k] == kLengthUnit) geography.length_unit = keys[k + 3];
     if (keys[k] == kHeightUnit) geography.height_unit = keys[k + 3];
@@ -433,7 +434,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
   return any;
 }
 
-/// \param geography  null: not of heights
+/// \param geography  null: not a height field
 Image parse(const ByteSource& source, const std::string& file, const ImageLimits& limits,
             TiffGeography* geography) {
   const FailWith fail = image_failure(file, "TIFF");
@@ -460,7 +461,7 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
     fail("Compression", "libtiff does not read kind " + std::to_string(layout.packing), again);
   }
   const std::uint64_t pixels = std::uint64_t{layout.width} * layout.height;
-  const std::uint64_t ratio = most_of_a_byte(layout.packing);
+  const std::uint64_t ratio = max_unpack_ratio(layout.packing);
   if (ratio != 0 && capped_product(pixels, layout.samples) / 8 * layout.bits >
                         capped_product(source.size(), ratio)) {
     fail("header",
@@ -468,7 +469,7 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
              " pixels, but its " + std::to_string(source.size()) + " bytes cannot hold them",
          "Export or copy the file again.");
   }
-  // A block as bytes, packed and not; where it is turned, the image again.
+  // A block as bytes, packed and unpacked; a second image if it must be oriented.
   const auto block = static_cast<std::uint64_t>(
       std::max<tmsize_t>(0, layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file)));
   const bool turns = layout.orientation > ORIENTATION_TOPLEFT;
@@ -476,10 +477,10 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
       2 * block + (turns ? capped_product(pixels, layout.channels() * sizeof(float)) : 0);
   Image image =
       empty_image(layout.width, layout.height, layout.channels(), working, "header", limits, fail);
-  tiff.warning.clear();  // of tags that nobody knows
+  tiff.warning.clear();  // ignore warnings about unknown tags
   if (!read_blocks(tiff, layout, values, image)) give_up("pixels");
   if (layout.premultiplied) divide_by_alpha(image);
-  return upright(std::move(image), layout.orientation);
+  return apply_orientation(std::move(image), layout.orientation);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-/// A file in memory, as libtiff writes it.
+/// A file in memory for libtiff's callbacks.
 struct Memory {
   std::vector<std::byte> bytes;
   std::size_t at = 0;
@@ -33,7 +33,7 @@ tmsize_t on_read(thandle_t user, void* to, tmsize_t count) {
   memory.at += size;
   return static_cast<tmsize_t>(size);
 }
-// No exception may pass through libtiff.
+// Exceptions must not pass through libtiff.
 tmsize_t on_write(thandle_t user, void* from, tmsize_t count) try {
   Memory& memory = memory_of(user);
   const std::size_t end = memory.at + static_cast<std::size_t>(count);
@@ -64,7 +64,7 @@ void write_rows(TIFF* file, const Image& image, bool& done) {
         values[i] = value;
       } else {
         constexpr float kMost = std::numeric_limits<T>::max();
-        const float inside = value >= 0 ? std::min(value, 1.0F) : 0;  // NaN is 0
+        const float inside = value >= 0 ? std::min(value, 1.0F) : 0;  // NaN becomes 0
         values[i] = static_cast<T>(std::lround(inside * kMost));
       }
     }
@@ -75,14 +75,14 @@ void write_rows(TIFF* file, const Image& image, bool& done) {
 }  // namespace
 
 std::vector<std::byte> encode_tiff(const Image& image, int bits) {
-  constexpr std::uint64_t kClassic = 0xF0000000U;  // 4 GiB, with room for tags
+  constexpr std::uint64_t kMaxClassicTiffBytes = 0xF0000000U;  // 4 GiB, minus room for tags
   Memory memory;
   bool done = false;
   {
     const std::uint64_t size = image.pixels.size() * (static_cast<unsigned>(bits) / 8);
     const std::unique_ptr<TIFF, void (*)(TIFF*)> file(
-        TIFFClientOpen("", size < kClassic ? "wl" : "wl8", &memory, on_read, on_write, on_seek,
-                       on_close, on_size, nullptr, nullptr),
+        TIFFClientOpen("", size < kMaxClassicTiffBytes ? "wl" : "wl8", &memory, on_read, on_write,
+                       on_seek, on_close, on_size, nullptr, nullptr),
         TIFFClose);
     if (file == nullptr) throw std::bad_alloc();
     const auto set = [&](std::uint32_t tag, auto value) { TIFFSetField(file.get(), tag, value); };

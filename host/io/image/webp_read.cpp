@@ -14,7 +14,7 @@ Image parse_webp(const ByteSource& source, const std::string& file, const ImageL
   const std::string again = "Export or copy the file again.";
   const auto* const data = reinterpret_cast<const std::uint8_t*>(bytes.data());
   if (bytes.size() < 12) fail("", "the file is cut short", again);
-  // "RIFF", the number of bytes to come, "WEBP".
+  // "RIFF", the number of following bytes, "WEBP".
   std::uint64_t promised = 8;
   for (std::size_t k = 0; k < 4; ++k) promised += std::uint64_t{data[4 + k]} << (8 * k);
   if (promised > bytes.size()) {
@@ -32,7 +32,7 @@ Image parse_webp(const ByteSource& source, const std::string& file, const ImageL
   }
   const std::uint32_t channels = features.has_alpha != 0 ? 4 : 3;
   const std::uint64_t row_bytes = static_cast<std::uint64_t>(features.width) * channels;
-  // The rows, and what libwebp has beside them: 4 bytes a pixel where it is lossless.
+  // The rows, and libwebp's own memory: 4 bytes per pixel for lossless files.
   const std::uint64_t working = (row_bytes + 4 * static_cast<std::uint64_t>(features.width)) *
                                 static_cast<std::uint64_t>(features.height);
   Image image = empty_image(static_cast<std::uint64_t>(features.width),

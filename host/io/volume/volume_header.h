@@ -1,4 +1,4 @@
-// The lines of a volume's header as text, and numbers in them.
+// Lines and numbers of a volume's text header.
 #pragma once
 
 #include <cmath>
@@ -16,12 +16,12 @@
 
 namespace kiln {
 
-/// One statement of a header: where it stands, its name and what it says.
+/// A field of a header: its line, name and value.
 struct HeaderField {
   std::uint64_t line = 0;
-  std::string key;    ///< As the format compares names
-  std::string shown;  ///< As the file has it
-  std::string value;  ///< Without blanks at its ends
+  std::string key;    ///< Normalised for comparison
+  std::string shown;  ///< As written in the file
+  std::string value;  ///< Without surrounding blanks
 
   std::string place() const { return "line " + std::to_string(line) + " (" + shown + ")"; }
 };
@@ -40,7 +40,7 @@ struct HeaderFields {
 class HeaderLines {
  public:
   explicit HeaderLines(std::string_view text) : text_(text) {}
-  /// Nothing at the end of the text.
+  /// The next line; nothing at the end of the text.
   std::optional<std::string_view> next() {
     if (at_ >= text_.size()) return std::nullopt;
     const std::size_t end = text_.find('\n', at_);
@@ -50,7 +50,7 @@ class HeaderLines {
     ++number_;
     return line;
   }
-  /// Offset at which the next line begins.
+  /// Offset of the next line.
   std::size_t offset() const { return at_; }
   std::uint64_t number() const { return number_; }
 
@@ -75,7 +75,7 @@ inline std::vector<std::string_view> words(std::string_view text) {
   return result;
 }
 
-/// All words as numbers, or nothing where one is none.
+/// All words as numbers, or nothing if one is invalid.
 inline std::optional<std::vector<double>> to_doubles(std::string_view text) {
   std::vector<double> result;
   for (const std::string_view word : words(text)) {
@@ -88,21 +88,21 @@ inline std::optional<std::vector<double>> to_doubles(std::string_view text) {
 
 constexpr const char* kCorrectHeader = "Correct the header, or export the volume again.";
 
-/// Adds a statement. \throws Error(input) where there is one of its name already
+/// Adds a field. \throws Error(input) if the name exists already
 void add_field(const VolumeInput& input, HeaderField field, HeaderFields& fields);
 
-/// The field of that name. \param example  a line that the error proposes where there is none
+/// The field with that name. \param example  a line that the error suggests if it is missing
 const HeaderField& required(const VolumeInput& input, const HeaderFields& fields,
                             std::string_view key, const char* example);
 
-/// A whole number of 0 or more. \throws Error(input)
+/// An integer of 0 or more. \throws Error(input)
 std::uint64_t integer(const VolumeInput& input, const HeaderField& field, std::string_view word);
 
-/// \throws Error(input) where a list has not as many entries as there are dimensions
+/// \throws Error(input) if a list's length differs from the number of dimensions
 void check_count(const VolumeInput& input, const HeaderField& field, std::size_t found,
                  std::size_t expected);
 
-/// The type of a name in lower case. \throws Error(input) for any other
+/// The type with a lower-case name. \throws Error(input) for an unknown one
 VoxelType voxel_type_in(const VolumeInput& input, const HeaderField& field,
                         std::span<const std::pair<std::string_view, VoxelType>> names);
 

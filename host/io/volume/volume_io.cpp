@@ -1,4 +1,4 @@
-// Reading a volume: from a path to the right reader.
+// Reading a volume: selects the reader for a path.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kFormatNames[] = {"NRRD", "MetaImage", "NIfTI"};
 
-/// The file's name without folder and the extensions that say its format.
+/// The file's name without folder and format extensions.
 struct Name {
   std::string stem, extension;
 };
@@ -42,7 +42,7 @@ std::optional<VolumeFormat> format_of(const std::string& extension) {
   return std::nullopt;
 }
 
-/// Format by the content's first bytes; empty: none that we know.
+/// Format by the first bytes; empty: unknown.
 std::string looks_like(std::string_view head) {
   const auto at = [head](std::size_t offset, std::string_view magic) {
     return head.size() >= offset && head.substr(offset).starts_with(magic);

@@ -38,7 +38,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
              "The header is truncated; copy or export the volume again.");
 }
 
-/// The first of several names for one thing.
+/// The first existing field of several synonyms.
 const HeaderField* first_of(const HeaderFields& fields, std::initializer_list<const char*> keys) {
   for (const char* key : keys) {
     if (const HeaderField* field = fields.find(key)) return field;
@@ -79,7 +79,7 @@ std::vector<double> numbers(const VolumeInput& input, const HeaderField& field,
   return *list;
 }
 
-/// DimSize, with dimensions beyond the third of size 1.
+/// DimSize, where dimensions beyond the third must have size 1.
 std::size_t parse_size(const VolumeInput& input, const HeaderFields& fields, Volume& volume) {
   const HeaderField& dims = required(input, fields, "ndims", "NDims = 3");
   const auto count = to_integer(dims.value);
@@ -117,7 +117,7 @@ void place_in_space(const VolumeInput& input, const HeaderFields& fields, std::s
   } else {
     input.warn("missing-spacing", "3 axes have no spacing; it was taken as 1", 3);
   }
-  // Row i of the matrix, as the file has it, is the direction of axis i.
+  // Row i of the matrix, in the file's order, is the direction of axis i.
   const HeaderField* matrix = first_of(fields, {"transformmatrix", "rotation", "orientation"});
   if (matrix != nullptr) {
     const auto m = numbers(input, *matrix, dims * dims);
@@ -165,7 +165,7 @@ VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields) {
   return place;
 }
 
-/// Applies HeaderSize, from place.offset on.
+/// Applies HeaderSize, relative to place.offset.
 void skip_header(const VolumeInput& input, const HeaderFields& fields, const ByteSource& data,
                  VoxelPlace& place) {
   const HeaderField* field = fields.find("headersize");

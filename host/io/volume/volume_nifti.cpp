@@ -19,7 +19,8 @@ namespace {
 constexpr const char* kExportAgain = "Export the volume again as one NIfTI file (.nii or .nii.gz).";
 constexpr const char* kExportAgainBoth = "Copy or export both files again.";
 
-constexpr std::size_t kSize1 = 348, kSize2 = 540;  // of the headers of the two versions, bytes
+constexpr std::size_t kNifti1HeaderBytes = 348,
+                      kNifti2HeaderBytes = 540;  // bytes of the headers of the two versions
 
 /// Codes of `datatype`.
 enum : std::int64_t {
@@ -40,21 +41,21 @@ enum : std::int64_t {
 
 /// The fields of the header that Kiln uses, in the machine's byte order.
 struct Fields {
-  bool second = false;  ///< NIfTI-2
-  bool apart = false;   ///< The voxels are in a file of their own
+  bool second = false;  ///< True for NIfTI-2
+  bool apart = false;   ///< True if the voxels are in a separate file
   ByteOrder order = ByteOrder::little;
   std::array<std::int64_t, 8> dim{};
   std::int64_t type = 0;
   double offset = 0, slope = 0, intercept = 0;
   std::array<double, 8> pixdim{};  ///< [0]: the sign of the third axis; [1] to [3]: spacing
   std::int64_t qform_code = 0, sform_code = 0;
-  std::array<double, 3> quaternion{}, qoffset{};  ///< b, c, d
+  std::array<double, 3> quaternion{}, qoffset{};  ///< components b, c, d of the quaternion
   std::array<std::array<double, 4>, 3> srow{};
 };
 
 class HeaderBytes {
  public:
-  explicit HeaderBytes(const std::array<std::byte, kSize2>& bytes) : bytes_(bytes) {}
+  explicit HeaderBytes(const std::array<std::byte, kNifti2HeaderBytes>& bytes) : bytes_(bytes) {}
   void set_order(ByteOrder order) {
     swap_ = (order == ByteOrder::little) != (std::endian::native == std::endian::little);
   }
@@ -67,11 +68,11 @@ class HeaderBytes {
   }
 
  private:
-  const std::array<std::byte, kSize2>& bytes_;
+  const std::array<std::byte, kNifti2HeaderBytes>& bytes_;
   bool swap_ = false;
 };
 
-/// Place of voxels in space. \param pixdim  offset of its 8 numbers
+/// Position of voxels in space. \param pixdim  offset of its 8 numbers
 /// \param forms   offset of the quaternion, followed by the offsets and the three rows of the sform
 template <typename T>
 void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms, Fields& fields) {
@@ -84,7 +85,7 @@ void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms
   for (std::size_t i = 0; i < 12; ++i) fields.srow[i / 4][i % 4] = number(forms, 6 + i);
 }
 
-Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kSize2>& raw,
+Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kNifti2HeaderBytes>& raw,
                     std::size_t have) {
   Fields fields;
   HeaderBytes header(raw);
@@ -92,9 +93,10 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kSize2
   for (const ByteOrder order : {ByteOrder::little, ByteOrder::big}) {
     header.set_order(order);
     const auto size = header.get<std::int32_t>(0);
-    if (size != std::int32_t{kSize1} && size != std::int32_t{kSize2}) continue;
+    if (size != std::int32_t{kNifti1HeaderBytes} && size != std::int32_t{kNifti2HeaderBytes})
+      continue;
     fields.order = order;
-    fields.second = size == std::int32_t{kSize2};
+    fields.second = size == std::int32_t{kNifti2HeaderBytes};
     known = true;
     break;
   }
@@ -103,7 +105,7 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kSize2
                kExportAgain);
   }
   header.set_order(fields.order);
-  const std::size_t size = fields.second ? kSize2 : kSize1;
+  const std::size_t size = fields.second ? kNifti2HeaderBytes : kNifti1HeaderBytes;
   if (have < size) {
     input.fail("header",
                "it should have " + std::to_string(size) + " bytes, but the file has " +
@@ -175,7 +177,7 @@ VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
              "Save the volume with 8, 16 or 32-bit integers, float or double.");
 }
 
-/// Sizes, and where the voxels begin.
+/// Checks sizes and the offset of the voxels.
 void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume) {
   if (fields.dim[0] < 3 || fields.dim[0] > 7) {
     input.fail("dim[0]", "it has " + std::to_string(fields.dim[0]) + " dimensions",
@@ -207,14 +209,14 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
 
 using Matrix = std::array<std::array<double, 4>, 3>;
 
-/// Method 2 of the standard: a rotation as a quaternion whose first part is left out, spacing, and the sign
-/// of the third axis.
+/// Method 2 of the standard: a rotation as a quaternion without its first component, the spacing, and the
+/// sign of the third axis.
 Matrix qform(const Fields& fields) {
   auto [b, c, d] = fields.quaternion;
   const double squared = b * b + c * c + d * d;
   double a = 1 - squared;
   if (a < 1e-7) {
-    // Rounding may have made it longer than unit: a rotation by 180 degrees.
+    // Rounding may give a length above 1: a rotation by 180 degrees.
     const double scale = 1 / std::sqrt(squared);
     b *= scale;
     c *= scale;
@@ -295,7 +297,7 @@ std::unique_ptr<ByteStream> open_stream(const VolumeInput& input, const ByteSour
                                       : plain_stream(source, 0);
 }
 
-/// The file of the voxels that goes with a header: its name, but for the extension.
+/// The voxel file of a header: the same name with another extension.
 std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
   std::string stem = std::filesystem::path(input.file).filename().string();
   const std::string header = lower_case(stem);
@@ -305,7 +307,7 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
                "Name the header NAME.hdr, beside the voxels in NAME.img.");
   }
   stem.resize(stem.size() - (packed ? 7 : 4));
-  // As nibabel and FSL write them: both packed or none.
+  // As nibabel and FSL write them: both compressed or none.
   const auto beside = [&](const char* extension) {
     return std::filesystem::path(input.file).parent_path() / (stem + extension);
   };
@@ -315,16 +317,16 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
       return input.open_beside(stem + extension);
     }
   }
-  return input.open_beside(stem + ".img");  // says that it is not there
+  return input.open_beside(stem + ".img");  // throws the error for a missing file
 }
 
-/// Reads on to where the voxels begin. \param at  where the stream stands
+/// Skips to the voxels. \param at  current offset of the stream
 void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
   std::array<std::byte, 4096> skipped{};
   while (at < begin) {
     const std::size_t got = stream.read(
         skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
-    if (got == 0) break;  // too few voxels then
+    if (got == 0) break;  // reported later as missing voxels
     at += got;
   }
 }
@@ -333,15 +335,16 @@ void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
 
 Volume read_nifti(const VolumeInput& input) {
   const auto stream = open_stream(input, *input.source);
-  std::array<std::byte, kSize2> raw{};
-  std::size_t have = stream->read(raw.data(), kSize1);
+  std::array<std::byte, kNifti2HeaderBytes> raw{};
+  std::size_t have = stream->read(raw.data(), kNifti1HeaderBytes);
   if (have < 4) {
     input.fail("header", "the file has only " + std::to_string(have) + " bytes (truncated)",
                "Copy or export the file again.");
   }
-  // The second version's header is longer; the first's must not be read beyond, as voxels may follow.
+  // The second version's header is longer; for the first, the following bytes may be voxels.
   const bool longer = static_cast<int>(raw[0]) == 0x1c || static_cast<int>(raw[3]) == 0x1c;
-  if (longer && have == kSize1) have += stream->read(raw.data() + kSize1, kSize2 - kSize1);
+  if (longer && have == kNifti1HeaderBytes)
+    have += stream->read(raw.data() + kNifti1HeaderBytes, kNifti2HeaderBytes - kNifti1HeaderBytes);
   const Fields fields = parse_fields(input, raw, have);
 
   Volume volume;

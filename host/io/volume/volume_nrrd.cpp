@@ -15,11 +15,11 @@ namespace {
 
 struct Header {
   HeaderFields fields;
-  std::vector<std::string> files;  ///< Names listed by "data file: LIST"
+  std::vector<std::string> files;  ///< Names listed after "data file: LIST"
   std::size_t end = 0;             ///< Offset of the first byte after the blank line.
 };
 
-/// Names of fields are compared without case and blanks: "data file" is "datafile".
+/// Field names are compared without case and blanks: "data file" is "datafile".
 std::string field_key(std::string_view name) {
   std::string key;
   for (const char c : lower_case(name)) {
@@ -48,7 +48,7 @@ bool known_field(std::string_view key) {
 
 Header parse_header(const VolumeInput& input, std::string_view text) {
   Header header;
-  bool closed = false;  // by a blank line
+  bool closed = false;  // by an empty line
   HeaderLines lines(text);
   const auto place = [&lines] { return "line " + std::to_string(lines.number()); };
   const auto first = lines.next().value_or("");
@@ -67,7 +67,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
       input.fail(place(), "\"" + printable(*line) + "\" is neither a field nor a comment",
                  kCorrectHeader);
     }
-    if (line->substr(colon).starts_with(":=")) continue;  // a key of somebody's own
+    if (line->substr(colon).starts_with(":=")) continue;  // a key/value pair, not a field
     HeaderField field{lines.number(), field_key(line->substr(0, colon)),
                       printable(line->substr(0, colon)),
                       std::string(trimmed(line->substr(colon + 1)))};
@@ -78,7 +78,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     const bool list = field.key == "datafile" && (field.value + " ").starts_with("LIST ");
     add_field(input, std::move(field), header.fields);
     if (!list) continue;
-    // The rest of the header are names.
+    // The remaining lines of the header are names.
     while (const auto name = lines.next()) {
       if (!trimmed(*name).empty()) header.files.emplace_back(trimmed(*name));
     }
@@ -155,7 +155,7 @@ VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields, Vox
   return place;
 }
 
-/// Applies `line skip` and `byte skip`, from place.offset on.
+/// Applies `line skip` and `byte skip`, relative to place.offset.
 void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource& data,
           VoxelPlace& place) {
   if (const HeaderField* lines = fields.find("lineskip")) {
@@ -203,7 +203,7 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
         "Write it as slice%03d.raw 1 100 1: a name with a number, the first, the last and the "
         "step.");
   };
-  constexpr std::int64_t kMostFiles = 1 << 20, kMostDigits = 20;
+  constexpr std::int64_t kMaxFiles = 1 << 20, kMaxDigits = 20;
   const auto list = words(field.value);
   if (list.size() < 4 || list.size() > 5) fail("does not say which numbers its files have");
   const std::string pattern(list[0]);
@@ -211,13 +211,13 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
   const std::string format =
       end == pattern.npos ? "" : pattern.substr(percent + 1, end - percent - 1);
   const auto digits = format.empty() ? 0 : to_integer(format);
-  if (end == pattern.npos || !digits || *digits < 0 || *digits > kMostDigits) {
+  if (end == pattern.npos || !digits || *digits < 0 || *digits > kMaxDigits) {
     fail("has no number such as %d or %03d");
   }
   const auto first = to_integer(list[1]), last = to_integer(list[2]), step = to_integer(list[3]);
   const auto ordinary = [](const auto& n) { return n && std::abs(*n) < std::int64_t{1} << 40; };
   if (!ordinary(first) || !ordinary(last) || !ordinary(step) || *step == 0 ||
-      (*last - *first) / *step < 0 || (*last - *first) / *step >= kMostFiles) {
+      (*last - *first) / *step < 0 || (*last - *first) / *step >= kMaxFiles) {
     fail("does not say which numbers its files have");
   }
   std::vector<std::string> names;
@@ -232,12 +232,12 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
   return names;
 }
 
-/// The data of several files, one after the other. One is open at a time: scans have more slices than a process
-/// may have open files.
+/// The concatenated data of several files. Only one is open at a time, since scans may have more slices than a
+/// process may have open files.
 class JoinedFiles final : public ByteSource {
  public:
-  /// \param place  where data begin in a file, apart from what is skipped
-  /// \param bytes  of all voxels: files that are not packed hold the same share each
+  /// \param place  start of the data in each file, before skipping
+  /// \param bytes  total of all voxels: uncompressed files hold equal shares
   JoinedFiles(const VolumeInput& input, const HeaderFields& fields, const HeaderField& field,
               const std::vector<std::string>& names, const VoxelPlace& place, std::uint64_t bytes)
       : input_(input) {
@@ -296,7 +296,7 @@ class JoinedFiles final : public ByteSource {
       const std::size_t got = data_->read_at(parts_[part].offset + (at - parts_[part].at),
                                              static_cast<char*>(to) + have, wanted);
       have += got;
-      if (got < wanted) break;  // shortened meanwhile
+      if (got < wanted) break;  // the file was truncated meanwhile
     }
     return have;
   }
@@ -304,13 +304,13 @@ class JoinedFiles final : public ByteSource {
  private:
   struct Part {
     std::string name;
-    std::uint64_t offset;  ///< In its file
-    std::uint64_t at;      ///< In the whole
+    std::uint64_t offset;  ///< Offset of the data in its file
+    std::uint64_t at;      ///< Offset in the concatenation
   };
   const VolumeInput& input_;
   std::vector<Part> parts_;
   std::uint64_t size_ = 0;
-  mutable std::unique_ptr<ByteSource> data_;  // of the part that is open
+  mutable std::unique_ptr<ByteSource> data_;  // the part that is open
   mutable std::size_t open_ = 0;
 };
 
@@ -323,7 +323,7 @@ Volume read_nrrd(const VolumeInput& input) {
   Volume volume;
   volume.type = voxel_type(input, required(input, fields, "type", "type: uint8"));
   const std::vector<NrrdAxis> axes = parse_axes(input, fields);
-  // Sizes first: a dimension of size 0 is that, whatever else it may be.
+  // Sizes first, so that a size of 0 is reported before other faults.
   for (const NrrdAxis& axis : axes) {
     check_size(input, fields.find("sizes")->place(), {axis.size, 1, 1}, volume.type);
   }

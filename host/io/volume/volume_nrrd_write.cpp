@@ -15,7 +15,7 @@ namespace {
 std::string text_of(double value) {
   std::array<char, 32> buffer{};
   const auto [end, status] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  static_cast<void>(status);  // 24 characters are enough for any double
+  static_cast<void>(status);  // 24 characters suffice for any double
   return {buffer.data(), end};
 }
 

@@ -1,4 +1,4 @@
-// Shared by the volume readers: errors, places of voxels, and reading of them.
+// Shared by the volume readers: errors, voxel offsets, and reading of voxels.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@ namespace kiln {
 
 enum class VolumeFormat { nrrd, meta_image, nifti };
 
-/// A volume file and what to do with its faults.
+/// A volume file, and the destination of warnings.
 struct VolumeInput {
   std::string file;                          ///< Path as the caller gave it; used in messages.
   const ByteSource* source = nullptr;        ///< The file's bytes.
-  std::vector<Warning>* warnings = nullptr;  ///< Gets a warning for each imperfection; may be null.
-  /// Opens the file that a header names for its voxels, beside the header where the name is relative.
-  /// Throws Error(input). Null: there are no other files.
+  std::vector<Warning>* warnings = nullptr;  ///< Receives warnings; may be null.
+  /// Opens the file that a header names for its voxels; relative names are relative to the header.
+  /// Throws Error(input). Null if there are no other files.
   std::function<std::unique_ptr<ByteSource>(const std::string& name)> open_beside;
 
   /// Throws Error(input): "<file>: <place>: <problem>. <remedy>." The place may be empty.
@@ -32,55 +32,60 @@ struct VolumeInput {
 };
 
 /// Reads a volume; `name` is left empty. Memory is linear in the size of the file and the volume. The
-/// volume is allocated once the file is known to be long enough for it (packed: to be possibly so).
+/// volume is allocated only after the file's size was checked to suffice (compressed files: to
+/// possibly suffice).
 /// \throws Error(input)
 Volume parse_volume(const VolumeInput& input, VolumeFormat format);
 
-/// Each throws Error(input) for what it cannot use, and appends to input.warnings for the rest.
+/// Readers of the formats. Each throws Error(input) for unusable files, and appends other faults to
+/// input.warnings.
 Volume read_nrrd(const VolumeInput& input);
 Volume read_meta_image(const VolumeInput& input);
 Volume read_nifti(const VolumeInput& input);
-/// By path, since OpenVDB opens files itself; only where reads_openvdb().
+/// Takes a path, since OpenVDB opens files itself; only if reads_openvdb().
 Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path);
 
-/// True if an OpenVDB file's header, metadata, descriptors and root nodes fit within its size: OpenVDB
-/// allocates what lengths and counts there say, or reads on for as long, before it knows.
+/// Checks that an OpenVDB file's header, metadata, descriptors and root nodes fit within its size:
+/// OpenVDB would allocate by the lengths and counts there, or read on, without such checks.
 /// \throws Error(input) "damaged", with the byte
 void check_openvdb_frame(const VolumeInput& input);
 
-/// Headers as text are at most this long.
+/// Largest size of a text header, bytes.
 constexpr std::size_t kHeaderLimit = std::size_t{1} << 20;
 
 enum class VoxelEncoding { plain, packed, text };
 
-/// Offset and storage of voxels.
+/// Offset and encoding of voxels.
 struct VoxelPlace {
   VoxelEncoding encoding = VoxelEncoding::plain;
   ByteOrder order = ByteOrder::little;
   std::uint64_t offset = 0;  ///< Offset of the encoded voxels in their file, bytes.
-  bool at_end = false;       ///< They are the file's last bytes (plain only); `offset` is a least.
-  std::uint64_t skip_unpacked = 0;  ///< Bytes before the first voxel once unpacked (packed only).
-  std::string remedy = "Copy or export the file again.";  ///< Advice where voxels are missing.
+  bool at_end = false;       ///< They are the file's last bytes (uncompressed only); `offset` is a
+                             ///< lower bound.
+  std::uint64_t skip_unpacked = 0;  ///< Bytes before the first voxel after decompression
+                                    ///< (compressed only).
+  std::string remedy = "Copy or export the file again.";  ///< Remedy if voxels are missing.
 };
 
-/// Bytes of all voxels. Checks each size, and that the product can be addressed.
+/// Bytes of all voxels. Checks each size, and that the total can be addressed.
 /// \param place  of the sizes in the header, for messages
 /// \throws Error(input)
 std::uint64_t check_size(const VolumeInput& input, const std::string& place,
                          const std::array<std::uint64_t, 3>& size, VoxelType type);
 
-/// Origin and axes are usable: finite, lengths in range, independent. Empty, or what is wrong.
+/// Checks that origin and axes are usable: finite, lengths in range, independent. Empty, or the
+/// fault.
 std::string geometry_fault(const Volume& volume);
-/// \throws Error(input) where there is a fault
+/// \throws Error(input) if there is a fault
 void check_geometry(const VolumeInput& input, const std::string& place, const Volume& volume);
 
-/// Fills volume.voxels; volume.size and volume.type say how many and what. Warns of trailing bytes and
-/// of voxels that are not finite.
+/// Fills volume.voxels by volume.size and volume.type. Warns of trailing bytes and of non-finite
+/// voxels.
 /// \param source  the file that holds them: input.source or another
 /// \throws Error(input) too few bytes (expected and found are named), damaged, or not numbers (text)
 void read_voxels(const VolumeInput& input, const ByteSource& source, const VoxelPlace& place,
                  Volume& volume);
-/// The same from a stream that stands at the first voxel, but for voxels that are not finite.
+/// The same from a stream at the first voxel, without the warning of non-finite voxels.
 void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
                  const std::string& remedy, Volume& volume);
 

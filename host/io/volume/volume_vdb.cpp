@@ -1,4 +1,4 @@
-// OpenVDB, where the library was found: a sparse grid becomes a dense volume.
+// OpenVDB, in builds with the library: converts a sparse grid to a dense volume.
 #include "io/file/bounds.h"
 #include "io/volume/volume_reader.h"
 
@@ -27,7 +27,7 @@ Volume read_openvdb(const VolumeInput& input, const std::filesystem::path&) {
 
 namespace {
 
-constexpr int margin = 2;  // voxels beside the active ones
+constexpr int margin = 2;  // voxels around the active ones
 
 bool scalar(const openvdb::GridBase& grid) {
   return grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>();
@@ -42,7 +42,7 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
   }
   std::array<std::uint64_t, 3> size{};
   for (int a = 0; a < 3; ++a) {
-    // Beyond the ends of the index space there is no room.
+    // Voxels need room at the ends of the index space.
     constexpr std::int64_t last = std::numeric_limits<std::int32_t>::max() - 8;
     const std::int64_t begin = box.min()[a], end = box.max()[a];
     if (begin < -last || end > last) {
@@ -52,7 +52,7 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
     size[static_cast<std::size_t>(a)] = static_cast<std::uint64_t>(end - begin + 1 + 2 * margin);
   }
   const std::uint64_t bytes = check_size(input, place, size, VoxelType::f32);
-  // A few voxels far apart would ask for more than any machine has.
+  // A few voxels far apart would need more memory than any machine has.
   constexpr std::uint64_t most = std::uint64_t{1} << 38;
   if (bytes > most) {
     input.fail(place,

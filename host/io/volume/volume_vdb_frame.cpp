@@ -1,4 +1,4 @@
-// An OpenVDB file's frame: what the library would take at its word, before it does.
+// Frame of an OpenVDB file: checks of values that the library trusts.
 #include <array>
 #include <cstring>
 #include <string>
@@ -11,13 +11,16 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kOldest = 213;     // root nodes as they are now
-constexpr std::uint32_t kInstances = 216;  // descriptors name a parent; transforms come first
-constexpr std::uint32_t kTextUuid = 218;   // before: 16 bytes
-constexpr std::uint32_t kFlagOfCompression = 220;  // a byte in the header, until ...
-constexpr std::uint32_t kNodeMasks = 222;          // ... flags at each grid
+constexpr std::uint32_t kMinFileVersion = 213;  // oldest version with the current root nodes
+constexpr std::uint32_t kInstanceVersion =
+    216;  // from here on descriptors name a parent, and transforms
+          // come first
+constexpr std::uint32_t kTextUuidVersion = 218;  // before: 16 binary bytes
+constexpr std::uint32_t kHeaderCompressionVersion =
+    220;  // from here on a byte in the header, until ...
+constexpr std::uint32_t kGridCompressionVersion = 222;  // ... flags per grid
 
-/// Reads little-endian values one after the other; none beyond the file's end.
+/// Reads consecutive little-endian values, with checks of the file's end.
 class GridFrame {
  public:
   explicit GridFrame(const VolumeInput& input) : input_(input), size_(input.source->size()) {}
@@ -61,7 +64,7 @@ class GridFrame {
     place_ += length;
     return result;
   }
-  /// A number of things, of which each takes at least so many bytes.
+  /// Checks a number of elements of at least `least` bytes each against the file's size.
   void check_count(std::uint64_t count, std::uint64_t least, const char* what) const {
     if (count > left() / least) {
       fail(std::to_string(count) + " " + what + " need more than the " + std::to_string(left()) +
@@ -74,7 +77,7 @@ class GridFrame {
   std::uint64_t size_, place_ = 0;
 };
 
-/// Bytes of values whose type says so; 0: any number.
+/// Bytes of values of a type; 0: variable.
 std::uint32_t bytes_of(std::string_view type) {
   constexpr std::pair<std::string_view, std::uint32_t> kSizes[] = {
       {"bool", 1},   {"int32", 4},  {"int64", 8},  {"float", 4},  {"double", 8}, {"vec2i", 8},
@@ -102,7 +105,7 @@ void check_metadata(GridFrame& frame) {
   }
 }
 
-/// Bytes of a transform's map; 0: not known.
+/// Bytes of a transform's map; 0: unknown.
 std::uint64_t bytes_of_map(std::string_view type) {
   if (type == "AffineMap" || type == "UnitaryMap") return 128;
   if (type == "ScaleMap" || type == "UniformScaleMap") return 120;
@@ -111,13 +114,13 @@ std::uint64_t bytes_of_map(std::string_view type) {
   return 0;
 }
 
-/// From a grid's start to its root node's table.
+/// Checks from a grid's start to its root node's table.
 void check_grid(GridFrame& frame, std::uint32_t version, std::string_view tree, bool instance) {
-  if (version >= kNodeMasks) frame.skip(4, "compression flags");
+  if (version >= kGridCompressionVersion) frame.skip(4, "compression flags");
   check_metadata(frame);
-  if (version < kInstances) return;
+  if (version < kInstanceVersion) return;
   const std::uint64_t map = bytes_of_map(frame.text("the type of the transform"));
-  // Trees of numbers alone are read.
+  // Only trees of numbers are supported.
   const std::uint64_t number = tree.starts_with("Tree_float_5_4_3")    ? 4
                                : tree.starts_with("Tree_double_5_4_3") ? 8
                                                                        : 0;
@@ -126,7 +129,8 @@ void check_grid(GridFrame& frame, std::uint32_t version, std::string_view tree, 
   frame.skip(4 + number, "the root node");
   const auto tiles = frame.value<std::uint32_t>("the number of tiles");
   const auto children = frame.value<std::uint32_t>("the number of nodes");
-  // A tile: its origin, a value, whether it is active. A node below: its origin and two masks of 32^3 bits.
+  // A tile has its origin, a value and an active flag; a child node has its origin and two masks of 32^3
+  // bits.
   frame.check_count(tiles, 12 + number + 1, "tiles");
   frame.check_count(children, 12 + 2 * 4096, "nodes");
 }
@@ -141,14 +145,15 @@ void check_openvdb_frame(const VolumeInput& input) {
                "Give it the extension of its format, or export the grid again.");
   }
   const auto version = frame.value<std::uint32_t>("the version");
-  if (version < kOldest || version > 1000) {
+  if (version < kMinFileVersion || version > 1000) {
     frame.fail("its version is " + std::to_string(version) +
-               "; OpenVDB's files have versions from " + std::to_string(kOldest));
+               "; OpenVDB's files have versions from " + std::to_string(kMinFileVersion));
   }
   frame.skip(8, "the library's version");
   const bool has_offsets = frame.value<std::uint8_t>("a flag") != 0;
-  if (version >= kFlagOfCompression && version < kNodeMasks) frame.skip(1, "the compression flag");
-  frame.skip(version >= kTextUuid ? 36 : 16, "the identifier");
+  if (version >= kHeaderCompressionVersion && version < kGridCompressionVersion)
+    frame.skip(1, "the compression flag");
+  frame.skip(version >= kTextUuidVersion ? 36 : 16, "the identifier");
   check_metadata(frame);
   const auto grids = frame.value<std::int32_t>("the number of grids");
   if (grids < 0) frame.fail("it is said to have " + std::to_string(grids) + " grids");
@@ -159,11 +164,11 @@ void check_openvdb_frame(const VolumeInput& input) {
     frame.text("the name of " + grid);
     const std::string tree = frame.text("the type of " + grid);
     const bool instance =
-        version >= kInstances && !frame.text("the parent's name of " + grid).empty();
+        version >= kInstanceVersion && !frame.text("the parent's name of " + grid).empty();
     const auto begin = frame.value<std::uint64_t>("an offset");
     const auto blocks = frame.value<std::uint64_t>("an offset");
     const auto end = frame.value<std::uint64_t>("an offset");
-    // Without offsets a grid follows its descriptor, and the next begins where its tree ends.
+    // Without offsets a grid follows its descriptor, and the next starts at the end of its tree.
     if (!has_offsets) {
       check_grid(frame, version, tree, instance);
       return;

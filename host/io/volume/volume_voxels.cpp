@@ -1,4 +1,4 @@
-// From a file's bytes to voxels: sizes checked before memory is taken, byte order, text.
+// Reading of voxels: sizes are checked before allocation; byte order and text are converted.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -38,13 +38,14 @@ std::uint64_t voxel_count(const Volume& volume) {
              remedy);
 }
 
-/// One value of the type from a token; false where it is none.
+/// One value of the type from a token; false if it is invalid.
 template <typename T>
 bool parse_value(std::string_view token, T& value) {
   if constexpr (std::is_floating_point_v<T>) {
     const auto number = to_double(token);
     if (!number) return false;
-    value = static_cast<T>(*number);  // beyond a float's range: infinite, and counted as such
+    value = static_cast<T>(*number);  // beyond a float's range: becomes infinite, and is counted as
+                                      // such
     return true;
   } else {
     const auto number = to_integer(token);
@@ -62,7 +63,7 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
   const std::uint64_t count = voxel_count(volume);
   const std::uint64_t begin = std::min(place.offset, source.size());
   const std::uint64_t length = source.size() - begin;
-  // A digit and a blank each, but for the last.
+  // A digit and a blank per value, except for the last.
   if (length < 2 * count - 1) {
     too_few(input, volume, 2 * count - 1, std::to_string(length) + " bytes of text", place.remedy);
   }
@@ -104,14 +105,14 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
 
 std::uint64_t check_size(const VolumeInput& input, const std::string& place,
                          const std::array<std::uint64_t, 3>& size, VoxelType type) {
-  constexpr std::uint64_t kMost = std::numeric_limits<std::ptrdiff_t>::max();
+  constexpr std::uint64_t kMaxVoxelBytes = std::numeric_limits<std::ptrdiff_t>::max();
   std::uint64_t bytes = size_of(type);
   bool fits = true;
   for (const std::uint64_t n : size) {
     if (n == 0) {
       input.fail(place, "a size is 0", "A volume needs at least one voxel along each axis.");
     }
-    fits = fits && n <= std::numeric_limits<std::uint32_t>::max() && bytes <= kMost / n;
+    fits = fits && n <= std::numeric_limits<std::uint32_t>::max() && bytes <= kMaxVoxelBytes / n;
     if (fits) bytes *= n;
   }
   if (!fits) {
@@ -124,15 +125,15 @@ std::uint64_t check_size(const VolumeInput& input, const std::string& place,
 }
 
 std::string geometry_fault(const Volume& volume) {
-  constexpr double kShortest = 1e-30, kLongest = 1e30;
+  constexpr double kMinSpacing = 1e-30, kMaxSpacing = 1e30;
   std::array<std::array<double, 3>, 3> unit{};
   for (std::size_t a = 0; a < 3; ++a) {
-    if (!(std::abs(volume.origin[a]) <= kLongest)) {
+    if (!(std::abs(volume.origin[a]) <= kMaxSpacing)) {
       return "the origin is not finite, or beyond 1e30";
     }
     const auto& axis = volume.axes[a];
     const double length = std::hypot(axis[0], axis[1], axis[2]);
-    if (!(length >= kShortest && length <= kLongest)) {
+    if (!(length >= kMinSpacing && length <= kMaxSpacing)) {
       return "axis " + std::to_string(a) + " has a spacing that is zero, not finite, or not from " +
              "1e-30 to 1e30";
     }
@@ -182,7 +183,7 @@ void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
   }
   require_memory("its " + sizes_text(volume), expected,
                  memory_failure(input.fail_with(), "voxels"));
-  // Packed data may still unpack to less: memory follows what has come.
+  // Compressed data may be shorter than declared, so memory grows with the data.
   std::vector<std::byte>& voxels = volume.voxels;
   std::size_t have = 0;
   while (have < expected) {
@@ -224,7 +225,7 @@ void read_voxels(const VolumeInput& input, const ByteSource& source, const Voxel
     for (std::uint64_t left = place.skip_unpacked; left != 0;) {
       const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(left, skipped.size()));
       const std::size_t got = stream->read(skipped.data(), part);
-      if (got == 0) break;  // too few voxels then
+      if (got == 0) break;  // reported later as missing voxels
       left -= got;
     }
     read_voxels(input, *stream, place.order, place.remedy, volume);

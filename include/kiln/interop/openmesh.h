@@ -1,6 +1,6 @@
 // Meshes of OpenMesh (https://www.graphics.rwth-aachen.de/software/openmesh) to meshes of Kiln and back. Templates over
-// any TriMesh_ArrayKernelT and PolyMesh_ArrayKernelT: Kiln itself is not linked to OpenMesh for them. Whoever includes
-// this header links OpenMesh; the CMake target kiln::kiln_openmesh does.
+// any TriMesh_ArrayKernelT and PolyMesh_ArrayKernelT: Kiln itself is not linked to OpenMesh for them. Programs that
+// include this header must link OpenMesh, which the CMake target kiln::kiln_openmesh does.
 #pragma once
 
 #include <OpenMesh/Core/System/omstream.hh>
@@ -25,7 +25,7 @@
 namespace kiln {
 namespace openmesh_detail {
 
-/// A channel of a colour: bytes stay, fractions become bytes.
+/// Converts a colour channel to a byte: bytes are kept, fractions in [0, 1] are scaled.
 template <typename Channel>
 std::uint8_t to_byte(Channel value) {
   if constexpr (std::is_floating_point_v<Channel>) {
@@ -45,9 +45,10 @@ Channel from_byte(std::uint8_t value) {
   }
 }
 
-/// Where single precision would lose detail, the middle of the box of all finite points; else the world's origin.
+/// Origin for single-precision positions: the middle of the box of all finite points if it is farther than kFar
+/// diagonals from 0, else 0.
 inline std::array<double, 3> origin_of(std::span<const std::array<double, 3>> points) {
-  constexpr double kFar = 16;  // diagonals, as readers of files have it
+  constexpr double kFar = 16;  // diagonals; the same threshold as in readers of files
   std::array<double, 3> low, high, middle{};
   low.fill(std::numeric_limits<double>::infinity());
   high.fill(-std::numeric_limits<double>::infinity());
@@ -65,7 +66,7 @@ inline std::array<double, 3> origin_of(std::span<const std::array<double, 3>> po
   return away > kFar * diagonal ? middle : std::array<double, 3>{};
 }
 
-/// What OpenMesh says by itself of a face that it does not take goes nowhere: to_openmesh() throws.
+/// Suppresses OpenMesh's own messages about refused faces: to_openmesh() throws instead.
 class QuietErrors {
  public:
   QuietErrors() : enabled_(omerr().is_enabled()) { omerr().disable(); }
@@ -79,13 +80,13 @@ class QuietErrors {
   bool enabled_;
 };
 
-/// The corners of a polygon that was cut into triangles: those around its border, as numbers of corners (3 * triangle +
-/// corner of it). Empty where the border is not one loop.
+/// The border corners of a polygon that was cut into triangles, in order, as corner indices (3 * triangle + corner in
+/// it). Empty if the border is not one loop.
 inline std::vector<std::size_t> polygon_corners(const Mesh& mesh, std::size_t first,
                                                 std::size_t end) {
   struct Side {
     std::uint32_t from, to;
-    std::size_t corner;  ///< At its beginning
+    std::size_t corner;  ///< Corner at the start of the edge
   };
   std::vector<Side> border;
   for (std::size_t t = first; t < end; ++t) {
@@ -121,13 +122,13 @@ inline std::vector<std::size_t> polygon_corners(const Mesh& mesh, std::size_t fi
 }  // namespace openmesh_detail
 
 /// A mesh of Kiln from a mesh of OpenMesh: TriMesh_ArrayKernelT or PolyMesh_ArrayKernelT with any traits. Deleted
-/// vertices and faces are left out; the others keep their order. Polygons are cut by a rule, and Mesh::polygons says
-/// which triangles are one. Taken are, where the mesh has the property: texture coordinates of halfedges
-/// (`halfedge_texcoords2D`: a corner's lie on the halfedge that points to it) or else of vertices; normals of halfedges
-/// or else of vertices, zero ones and absent ones being computed when needed; colours of vertices, of 3 or 4 bytes or
-/// fractions. Points of double precision far from the origin get a Mesh::origin.
+/// vertices and faces are left out; the others keep their order. Polygons are triangulated by a rule; Mesh::polygons
+/// groups their triangles. Properties are read if the mesh has them: texture coordinates of halfedges
+/// (`halfedge_texcoords2D`, on the halfedge that points to the corner), else of vertices; normals of halfedges, else of
+/// vertices (zero or missing normals are computed when needed); colours of vertices, of 3 or 4 bytes or fractions.
+/// Points of double precision far from the origin get a Mesh::origin.
 /// \param mesh  not changed, and not kept
-/// \throws Error(input), id `mesh-size`, for more vertices than 32-bit indices name
+/// \throws Error(input), id `mesh-size`, for more vertices than 32-bit indices can address
 template <typename OpenMeshT>
 Mesh from_openmesh(const OpenMeshT& mesh, std::string name = "mesh",
                    Triangulation rule = Triangulation::automatic) {
@@ -225,7 +226,7 @@ Mesh from_openmesh(const OpenMeshT& mesh, std::string name = "mesh",
   if (!any_polygon) result.polygons.clear();
   if (vertex_uvs) result.uv_triangles = result.triangles;
   if (vertex_normals) result.normal_triangles = result.triangles;
-  for (Vec3& n : result.normals) {  // unit ones, or zero: computed when needed
+  for (Vec3& n : result.normals) {  // unit length, or zero: computed when needed
     const float length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
     n = length > 0 && std::isfinite(length) ? Vec3{n.x / length, n.y / length, n.z / length}
                                             : Vec3{0, 0, 0};
@@ -233,13 +234,13 @@ Mesh from_openmesh(const OpenMeshT& mesh, std::string name = "mesh",
   return result;
 }
 
-/// A mesh of OpenMesh from a mesh of Kiln. Vertices and faces keep their order. A mesh type of polygons gets those of
-/// Mesh::polygons, one of triangles gets triangles. UVs become texture coordinates of halfedges, normals those of
-/// halfedges, colours those of vertices; the properties are requested where the mesh has the attribute. Positions are
-/// Mesh::origin + positions, in the precision of the type.
-/// \throws Error(input) where half-edges cannot hold a face: an edge of more than two faces or of two that are wound
-///         against each other, a corner at which surfaces meet in a point, a face that has a vertex twice. The message
-///         names the triangle; clean_mesh() mends windings, and separate vertices mend the others
+/// A mesh of OpenMesh from a mesh of Kiln. Vertices and faces keep their order. A polygon mesh type gets the polygons
+/// of Mesh::polygons, a triangle mesh type gets triangles. UVs become texture coordinates of halfedges, normals become
+/// normals of halfedges, colours become colours of vertices; the properties are requested if the mesh has the
+/// attribute. Positions are Mesh::origin + positions, in the precision of the type.
+/// \throws Error(input) for faces that half-edges cannot represent: an edge of more than two faces or of two with
+///         opposite winding, a vertex at which surfaces meet in a point only, a face that repeats a vertex. The
+///         message names the triangle; clean_mesh() repairs windings, and separate vertices resolve the others
 template <typename OpenMeshT>
 OpenMeshT to_openmesh(const Mesh& mesh) {
   using Point = typename OpenMeshT::Point;
@@ -287,7 +288,7 @@ OpenMeshT to_openmesh(const Mesh& mesh) {
     for (const std::size_t c : corners) {
       vertices.emplace_back(static_cast<int>(mesh.triangles[c / 3][c % 3]));
     }
-    bool twice = false;  // which OpenMesh does not notice
+    bool twice = false;  // OpenMesh does not detect repeated vertices
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) twice = twice || vertices[i] == vertices[j];
     }
