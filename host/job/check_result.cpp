@@ -123,11 +123,12 @@ void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,
 
 void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
   if (report.samples == 0) {
-    throw Error(
-        ErrorCode::input,
+    throw OptionError(
         "'" + low.name +
             "': no texel centre lies inside a UV triangle, so the map would be empty. Use a "
-            "larger --size, or move the UVs into the unit square.");
+            "larger " +
+            option("size") + ", or move the UVs into the unit square.",
+        ErrorCode::input);
   }
   if (report.missed == report.samples) {
     const std::string inside_out = report.uv ? "" : why_inside_out(high, low);
@@ -152,11 +153,12 @@ Mesh load_low(const std::string& path, const std::string& otherwise, std::vector
 
 void check_has_uvs(const Mesh& low, const std::string& path, const std::string& otherwise) {
   if (!low.uv_triangles.empty()) return;
-  throw Error(ErrorCode::input,
-              "'" + path +
-                  "' has no texture coordinates, so there is no map to measure: give it UVs ('kiln "
-                  "bake --unwrap' writes such a mesh)" +
-                  otherwise + ".");
+  throw OptionError(
+      "'" + path +
+          "' has no texture coordinates, so there is no map to measure: give it UVs ('kiln "
+          "bake " +
+          option("unwrap") + "' writes such a mesh)" + otherwise + ".",
+      ErrorCode::input);
 }
 
 namespace {

@@ -111,8 +111,9 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
                "files: give it alone.");
   }
   refuse_if(stretches(heights),
-            "--height, --extent and --no-data are for a height field, a PNG, EXR or TIFF; " +
-                in_words(files) + (files.size() == 1 ? " is a mesh." : " are meshes."));
+            option_of("--height") + ", " + option("extent") + " and " + option("no_data") +
+                " are for a height field, a PNG, EXR or TIFF; " + in_words(files) +
+                (files.size() == 1 ? " is a mesh." : " are meshes."));
   const std::size_t before = warnings.size();
   MeshFiles read = load_meshes(inputs, options, named, warnings, beside);
   for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);

@@ -49,13 +49,17 @@ void set_row(Job& job, const OptionRow& row, const OptionWords& words) {
     return;
   }
   const std::string name = key_of(row);
-  refuse_if(words.empty(), name + " was given nothing: leave it out, or give a value.");
+  refuse_if(words.empty(), option(name) + " was given nothing: leave it out, or give a value.");
   refuse_if(words.size() > 1 && !row.value.repeats,
-            name + " was given " + std::to_string(words.size()) + " values: give it one.");
+            option(name) + " was given " + std::to_string(words.size()) + " values: give it one.");
   for (const std::string& word : words) {
-    refuse_if(word.empty(), name + " was given nothing: leave it out, or give a value.");
+    refuse_if(word.empty(), option(name) + " was given nothing: leave it out, or give a value.");
   }
-  row.value.set(&job, row.flag, words);
+  try {
+    row.value.set(&job, option(name), words);
+  } catch (const OptionError& error) {
+    throw OptionError(error, words.back(), row.value.words);
+  }
   job.given.insert(row.flag);
 }
 
@@ -95,7 +99,7 @@ OptionWords words_of(const OptionRow& row, const Json& value) {
         continue;
       }
       refuse_if(element.is_array() || element.is_object() || element.is_null(),
-                key_of(row) + ": an element of the list is " + element.dump() +
+                option(key_of(row)) + ": an element of the list is " + element.dump() +
                     ": give texts or numbers.");
       words.push_back(written(element));
     }

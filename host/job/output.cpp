@@ -336,13 +336,13 @@ void check_outputs(const Job& arguments, const SaveImageOptions& save_options,
                    std::span<const BakedSet> sets, const RunHooks& hooks) {
   if (arguments.in_memory) return;
   const fs::path folder = out_folder(arguments);
-  refuse_if(folder.empty(), "--out is empty: give a folder.");
+  refuse_if(folder.empty(), option("out") + " is empty: give a folder.");
   refuse_if(!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr",
-            "--save-match '" + arguments.save_match +
+            option("save_match") + " '" + arguments.save_match +
                 "': a match is an EXR, so the name must end in .exr.");
   const std::string cage = fs::path(arguments.save_cage).extension().string();
   refuse_if(!arguments.save_cage.empty() && cage != ".obj" && cage != ".exr",
-            "--save-cage '" + arguments.save_cage +
+            option("save_cage") + " '" + arguments.save_cage +
                 "': a cage is an OBJ or an EXR, so the name must end in .obj or .exr.");
   const bool makes_low = writes_low(arguments);
   const std::string stem = low_stem(arguments);

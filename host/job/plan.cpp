@@ -16,11 +16,12 @@ namespace kiln {
 LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   const Job& a = run.arguments;
   LowPolyPlanOptions options;
-  const char* flag = a.low.make.max_angle.empty() ? "--max-error" : "--max-angle";
-  options.max_error = parse_degrees(flag, angle_bound(a));
+  const Message name = option(a.low.make.max_angle.empty() ? "max_error" : "max_angle");
+  options.max_error = parse_degrees(name, angle_bound(a));
   options.bounds = map_bounds(a);
   options.choose_rays = !a.given.contains("--ao-rays");
-  if (!a.low.make.screen.empty()) options.screen = parse_pixels("--screen", a.low.make.screen);
+  if (!a.low.make.screen.empty())
+    options.screen = parse_pixels(option("screen"), a.low.make.screen);
   if (!a.low.make.max_outline.empty())
     options.max_outline = parse_outline_bound(a.low.make.max_outline);
   options.choose_match = a.match_auto;

@@ -99,7 +99,7 @@ void add_parts(const BakeRun& run, Json& json) {
   if (run.plan) {
     const std::string& screen = run.arguments.low.make.screen;
     json["plan"] =
-        low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels("--screen", screen));
+        low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels(option("screen"), screen));
   }
   if (!run.sets.empty()) json["sets"] = run.set_reports;
   if (run.lods) json["lods"] = run.lod_levels;

@@ -47,9 +47,11 @@ BakeResult bake_from(const HighPolyInput& dense, const Source& source, const Mes
         error.code() != ErrorCode::input) {
       throw;
     }
-    throw Error(ErrorCode::input, std::string(error.what()) +
-                                      " HIGH is a height field: --height and --extent must be "
-                                      "the values that LOW was made with.");
+    throw OptionError(std::string(error.what()) + " HIGH is a height field: " +
+                          option_of("--height") + " and " + option("extent") +
+                          " must be "
+                          "the values that LOW was made with.",
+                      ErrorCode::input);
   }
 }
 
@@ -426,7 +428,8 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
     plan_options.choose_rays = !run.arguments.given.contains("--ao-rays");
     if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
       plan_options.max_error = parse_degrees(
-          run.arguments.low.make.max_angle.empty() ? "--max-error" : "--max-angle", bound);
+          run.arguments.low.make.max_angle.empty() ? option("max_error") : option("max_angle"),
+          bound);
     }
     run.planned = bake_planned(source, run.low.mesh, plan_options);
     if (run.planned->result.cancelled) return false;

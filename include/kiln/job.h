@@ -217,12 +217,12 @@ struct JobResult {
 
 /// Runs a job: reads, repairs, makes or reads the low poly, finds texture sets, bakes and writes.
 /// \param progress  called with the share done and the stage; returning false cancels
-/// \throws Error(usage) for options that contradict each other, before any work; Error(input), Error(output),
+/// \throws OptionError (kiln/message.h) for options that contradict each other, before any work; Error(input), Error(output),
 ///         Error(device). Files that were written before an error stay.
 /// Thread safety: jobs may run in several threads at once, each with files of its own.
 JobResult run(const Device& device, const Job& job, const Progress& progress = {});
 
-/// Checks options for contradictions, as run() does first. \throws Error(usage)
+/// Checks options for contradictions, as run() does first. \throws OptionError
 void check(const Job& job);
 
 }  // namespace kiln

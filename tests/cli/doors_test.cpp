@@ -14,6 +14,7 @@
 #include "kiln/job.h"
 #include "kiln/kiln.h"
 #include "kiln/kiln_c.h"
+#include "kiln/message.h"
 #include "kiln/options.h"
 #include "support/environment.h"
 
@@ -314,6 +315,112 @@ TEST(Job, TakesMeshesInMemory) {
   EXPECT_THROW(to_json(job), Error);
   job.reasons = true;
   EXPECT_THROW(check(job), Error);
+}
+
+/// An error says which option it is about, what it was given and may be, and what else to change; each door spells it.
+TEST(Job, ErrorsCarryTheirData) {
+  Job job{.high = {"high.obj"}, .low = "low.obj", .out = "maps"};
+  const auto thrown = [](const auto& function) -> OptionError {
+    try {
+      function();
+    } catch (const OptionError& error) {
+      return error;
+    }
+    return OptionError("nothing was thrown");
+  };
+  const OptionError range = thrown([&] { set_option(job, "--samples", "17"); });
+  EXPECT_EQ(range.code(), ErrorCode::usage);
+  EXPECT_EQ(range.name(), "samples");
+  EXPECT_EQ(range.value(), "17");
+  EXPECT_EQ(range.allowed(), "1 to 16");
+  EXPECT_TRUE(range.remedies().empty());
+  EXPECT_EQ(range.message().text(option_as_flag), "--samples is '17': give 1 to 16");
+  EXPECT_EQ(range.message().text(option_as_keyword), "samples is '17': give 1 to 16");
+  EXPECT_STREQ(range.what(), "job.bake.samples is '17': give 1 to 16");
+  // A name that an option has in a text stays a text.
+  const OptionError named = thrown([&] { set_option(job, "cage", "--samples.obj"); });
+  EXPECT_EQ(named.name(), "cage");
+  ASSERT_EQ(named.remedies().size(), 1U);
+  EXPECT_EQ(named.remedies()[0].option, "cage_mesh");
+  EXPECT_NE(std::string(named.what()).find("'--samples.obj'"), std::string::npos);
+
+  job.layers = true;
+  const OptionError pair = thrown([&] { check(job); });
+  EXPECT_EQ(pair.name(), "layers");
+  ASSERT_EQ(pair.remedies().size(), 1U);
+  EXPECT_EQ(pair.remedies()[0].option, "format");
+  EXPECT_EQ(pair.remedies()[0].value, "exr");
+  EXPECT_EQ(pair.message().text(option_as_flag),
+            "--layers are of one EXR: add --format exr or exr32.");
+  EXPECT_EQ(pair.message().text(option_as_keyword),
+            "layers are of one EXR: add format=\"exr\" or exr32.");
+  EXPECT_STREQ(pair.what(), "job.layers are of one EXR: add job.image.format = exr or exr32.");
+  kiln_job* c = nullptr;
+  ASSERT_EQ(kiln_job_new(&c), KILN_OK);
+  EXPECT_NE(kiln_job_set(c, "samples", "17"), KILN_OK);
+  EXPECT_STREQ(kiln_error_message(), range.what());
+  kiln_job_free(c);
+}
+
+/// No wrong value and no contradiction names a flag to those who link.
+TEST(Job, ErrorsNameNoFlags) {
+  const auto what = [](const auto& function) -> std::string {
+    try {
+      function();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  int told = 0;
+  for (const std::string name :
+       {"size",        "samples", "gutter",     "match",   "fallback",     "max_distance",
+        "cage",        "views",   "view",       "light",   "origin",       "format",
+        "space",       "faces",   "max_missed", "unwrap",  "maps",         "screen",
+        "max_outline", "extent",  "height",     "no_data", "high_normals", "two_sided"}) {
+    Job job;
+    const std::string text = what([&] { set_option(job, name, "?"); });
+    EXPECT_EQ(text.find("--"), std::string::npos) << text;
+    EXPECT_NE(text.find("job."), std::string::npos) << name << ": " << text;
+    ++told;
+  }
+  const Options contradictions[] = {{{"faces", {"10"}}, {"low", {"low.obj"}}},
+                                    {{"layers", {"true"}}},
+                                    {{"raw", {"true"}}},
+                                    {{"lod", {"2"}}},
+                                    {{"screen", {"600px"}}},
+                                    {{"keep_parts", {"true"}}, {"low", {"low.obj"}}},
+                                    {{"cage_mesh", {"cage.obj"}}},
+                                    {{"save_cage", {"cage.obj"}}},
+                                    {{"tangents", {"mikktspace"}}},
+                                    {{"match_by", {"name"}}},
+                                    {{"low_names", {"*"}}},
+                                    {{"views", {"12"}}},
+                                    {{"ao_rays", {"16"}}},
+                                    {{"height", {"2"}}},
+                                    {{"dither", {"true"}}},
+                                    {{"alpha", {"mask"}}},
+                                    {{"density", {"detail"}}, {"low", {"low.obj"}}},
+                                    {{"out", {"maps.zip"}}},
+                                    {{"range", {"height=1"}}, {"maps", {"height"}}},
+                                    {{"pack", {"a=b"}}},
+                                    {{"match", {"axis"}}},
+                                    {{"max_angle", {"3"}}}};
+  for (const Options& options : contradictions) {
+    Job job{.high = {"high.obj"}, .low = MakeLow{.faces = 100}, .out = "maps"};
+    for (const auto& [name, values] : options) {
+      if (name == "low") job.low = JobLow("low.obj");
+      if (name == "faces" || name != "low") set_option(job, name, values);
+    }
+    const std::string text = what([&] {
+      check(job);
+      run(*device(), job);
+    });
+    EXPECT_NE(text, "") << options[0].first;
+    EXPECT_EQ(text.find("--"), std::string::npos) << text;
+    ++told;
+  }
+  EXPECT_GT(told, 40);
 }
 
 /// A low poly that is made for maps in memory has no file to be named by.

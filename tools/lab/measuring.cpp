@@ -5,6 +5,7 @@
 #include "job/check_result.h"
 #include "job/flags.h"
 #include "kiln/measure.h"
+#include "kiln/message.h"
 #include "kiln/render.h"
 #include "lab/table.h"
 #include "options/parse.h"
@@ -28,7 +29,7 @@ std::string why_not(MatchMethod method, const Source& source, const Mesh& high, 
       return why_nothing(report, high, low);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::input) throw;
-    return with_flags(error.what());
+    return with_flags(message_of(error).text(option_as_flag));
   }
   return {};
 }

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "job/flags.h"
+#include "kiln/message.h"
 
 namespace kiln::python {
 namespace {
@@ -39,9 +40,32 @@ void raise(std::string_view message, const char* code, const char* kind) {
   }
 }
 
+/// With the option's name, value and allowed values, and what else to change.
+void raise(const OptionError& error) {
+  try {
+    const char* const kind = Error(error.code(), "").id();
+    nb::dict facts;
+    facts["parameter"] = text_of(error.name());
+    facts["value"] = text_of(error.value());
+    facts["allowed"] = text_of(error.allowed());
+    nb::list remedies;
+    for (const MessagePiece& piece : error.remedies()) {
+      remedies.append(nb::make_tuple(text_of(piece.option), text_of(piece.value)));
+    }
+    facts["remedies"] = remedies;
+    const nb::object made = errors().attr("of_option")(
+        text_of(error.message().text(option_as_keyword)), error.id(), kind, facts);
+    PyErr_SetObject(made.type().ptr(), made.ptr());
+  } catch (nb::python_error& other) {
+    other.restore();
+  }
+}
+
 void translate(const std::exception_ptr& thrown, void*) {
   try {
     std::rethrow_exception(thrown);
+  } catch (const OptionError& error) {
+    raise(error);
   } catch (const Error& error) {
     const char* const kind = Error(error.code(), "").id();  // without an id it is the kind's
     raise(in_python(error.what()), error.id(), kind);

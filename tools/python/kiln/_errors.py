@@ -19,18 +19,32 @@ class Error(RuntimeError):
     code       stable word for programs, such as "mesh-index"; else the kind
     kind       usage, input, device, output, cancelled or internal
     parameter  the argument's name, or None
+    value      that it was given, where the error is about a value; else ""
+    allowed    values that it takes, as "1 to 16"; else ""
+    remedies   other arguments that the message names, with values that they could get: [("format", "exr")]
     """
 
     def __init__(
-        self, message: str, code: str = "usage", kind: str = "usage", parameter: str | None = None
+        self,
+        message: str,
+        code: str = "usage",
+        kind: str = "usage",
+        parameter: str | None = None,
+        value: str = "",
+        allowed: str = "",
+        remedies: list[tuple[str, str]] | None = None,
     ) -> None:
         super().__init__(message)
         self.code = code
         self.kind = kind
         self.parameter = parameter
+        self.value = value
+        self.allowed = allowed
+        self.remedies = remedies or []
 
     def __reduce__(self):  # type: ignore[no-untyped-def]
-        return type(self), (str(self), self.code, self.kind, self.parameter)
+        facts = self.code, self.kind, self.parameter, self.value, self.allowed, self.remedies
+        return type(self), (str(self), *facts)
 
 
 class Cancelled(Error):
@@ -61,6 +75,11 @@ def from_core(message: str, code: str, kind: str) -> Error:
         parameter = message.partition(":")[0]
     message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
     return (Cancelled if kind == "cancelled" else Error)(message, code, kind, parameter)
+
+
+def of_option(message: str, code: str, kind: str, facts: dict[str, Any]) -> Error:
+    """The exception for an error about options."""
+    return Error(message, code, kind, **{**facts, "parameter": facts["parameter"] or None})
 
 
 def count_of(value: Any, parameter: str, least: int, most: int) -> int:
