@@ -4,10 +4,11 @@ install(TARGETS ${kiln_parts} EXPORT kiln-targets
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(FILES include/kiln/interop/openmesh.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kiln/interop)
 install(EXPORT kiln-targets NAMESPACE kiln:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 set(kiln_has_openvdb ${Vdb_FOUND})
 set(kiln_optional_packages "")  # "JPEG;TIFF": those that were found
-foreach(package JPEG WebP TIFF Zstd Stb assimp draco)
+foreach(package JPEG WebP TIFF Zstd Deflate Stb assimp draco)
   if(KILN_WITH_IO AND ${package}_FOUND)
     list(APPEND kiln_optional_packages ${package})
   endif()
@@ -18,7 +19,7 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/kiln-config-version
   COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/kiln-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/kiln-config-version.cmake
-              cmake/FindStb.cmake cmake/FindVdb.cmake cmake/FindWebP.cmake cmake/FindZstd.cmake
+              cmake/FindDeflate.cmake cmake/FindStb.cmake cmake/FindVdb.cmake cmake/FindWebP.cmake cmake/FindZstd.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 
 # Whoever links a static Kiln links what it was built with.
@@ -52,6 +53,8 @@ if(NOT BUILD_SHARED_LIBS)
         string(APPEND kiln_pc_requires " libwebp")
       elseif(package STREQUAL "Zstd")
         string(APPEND kiln_pc_requires " libzstd")
+      elseif(package STREQUAL "Deflate")
+        string(APPEND kiln_pc_requires " libdeflate")
       elseif(package STREQUAL "TIFF")
         string(APPEND kiln_pc_requires " libtiff-4")
       elseif(package STREQUAL "assimp")

@@ -23,6 +23,7 @@ Asset read_by_assimp(const MeshInput& input) {
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <new>
 #include <optional>
@@ -35,7 +36,10 @@ Asset read_by_assimp(const MeshInput& input) {
 #include "asset/hierarchy.h"
 #include "asset/mesh_builder.h"
 #include "asset/scene_parts.h"
+#include "asset/smoothing_3ds.h"
 #include "base/child.h"
+#include "base/counted.h"
+#include "base/disjoint_sets.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
@@ -64,16 +68,29 @@ class SceneReader {
       : input_(input), scene_(scene), builder_(input), uv_sets_(input), pictures_(input) {}
 
   Asset read() {
-    const WorldFrame world = world_frame(input_.options, kNoMove, metres());
+    LoadMeshOptions options = input_.options;
+    if (is_x() && options.override_up) options.up = up_of_x(options.up);
+    const WorldFrame world = world_frame(options, kNoMove, metres());
     AffineMap to_world = world.map.value_or(kNoMove);
     undo_unit(to_world);
+    if (is_3ds() && options.override_up && options.up != UpAxis::as_given) {
+      to_world = product(to_world, turn_of(UpAxis::minus_z));  // undoes Assimp's turn of Z up
+    }
     nodes(to_world);
+    if (is_3ds()) find_smooth_pieces();
+    number_uv_sets();
     for (const Placed& placed : placed_) {
       builder_.set_object(placed.object);
       for (unsigned i = 0; i < placed.node->mNumMeshes; ++i) {
-        if (placed.node->mMeshes[i] >= scene_.mNumMeshes) fail(placed.object, "it names no mesh");
-        mesh(*scene_.mMeshes[placed.node->mMeshes[i]], placed.world);
+        mesh(placed.node->mMeshes[i], placed.world);
       }
+    }
+    if (lost_groups_ != 0) {
+      input_.warn("smoothing-groups",
+                  counted(lost_groups_, "mesh", "meshes") +
+                      " with smoothing groups that cannot be told apart count as without normals: "
+                      "export normals, as OBJ or FBX.",
+                  lost_groups_);
     }
     if (unposed_ != 0) {
       input_.warn("skinned",
@@ -116,6 +133,9 @@ class SceneReader {
       if (visit.parent == AssetNode::kNone) node.transform = product(to_world, node.transform);
       const AffineMap world = product(visit.of_parent, node.transform);
       if (visit.node->mNumMeshes != 0) {
+        for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
+          if (visit.node->mMeshes[i] >= scene_.mNumMeshes) fail(node.name, "it names no mesh");
+        }
         placed_.push_back(
             {visit.node, objects_.add(node.name.empty() ? "object" : node.name), world});
         asset_.object_nodes.push_back(index);
@@ -193,7 +213,95 @@ class SceneReader {
     return of;
   }
 
-  void mesh(const aiMesh& mesh, const AffineMap& world) {
+  /// What is smooth in a 3DS by the groups in the file. Assimp has them in normals of its own, weighted by area, and smooths
+  /// all where there are none. A mesh without groups has no normals here. Vertices at one place count as one.
+  void find_smooth_pieces() {
+    pieces_.resize(scene_.mNumMeshes);
+    const std::vector<Smoothing3ds> meshes = read_smoothing_3ds(input_.bytes);
+    std::vector<std::vector<unsigned> > parts(meshes.size());  // of each: Assimp's, by material
+    for (unsigned m = 0; m < scene_.mNumMeshes; ++m) {
+      // Assimp names them by the number of the file's mesh.
+      const auto number = to_integer(scene_.mMeshes[m]->mName.C_Str());
+      if (!number || *number < 0 || static_cast<std::uint64_t>(*number) >= meshes.size()) continue;
+      pieces_[m].mesh = static_cast<std::uint32_t>(*number);
+      parts[pieces_[m].mesh].push_back(m);
+    }
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+      const std::vector<std::uint32_t>& masks = meshes[i].masks;
+      if (std::all_of(masks.begin(), masks.end(), [](auto mask) { return mask == 0; })) continue;
+      std::vector<Part3ds> described;
+      for (const unsigned m : parts[i]) {
+        const aiMesh& part = *scene_.mMeshes[m];
+        if (part.mMaterialIndex >= scene_.mNumMaterials) fail(part.mName.C_Str(), "no material");
+        described.push_back(
+            {scene_.mMaterials[part.mMaterialIndex]->GetName().C_Str(), part.mNumFaces});
+      }
+      if (const auto split = masks_of_parts(meshes[i], described)) {
+        join_smooth_pieces(parts[i], *split);
+      } else {
+        ++lost_groups_;
+      }
+    }
+  }
+
+  /// \param parts  of one mesh  \param masks  of each part's faces
+  void join_smooth_pieces(const std::vector<unsigned>& parts,
+                          const std::vector<std::vector<std::uint32_t> >& masks) {
+    using Place = std::array<std::uint64_t, 3>;
+    std::map<Place, std::uint32_t> places;
+    std::vector<std::array<std::uint32_t, 2> > corners;  // place, corner
+    std::vector<std::uint32_t> mask_of;                  // corners
+    std::vector<std::uint32_t> first;                    // corner of each part
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      const aiMesh& part = *scene_.mMeshes[parts[p]];
+      first.push_back(static_cast<std::uint32_t>(mask_of.size()));
+      mask_of.resize(mask_of.size() + part.mNumVertices, 0);
+      for (unsigned f = 0; f < part.mNumFaces; ++f) {
+        const aiFace& face = part.mFaces[f];
+        for (unsigned k = 0; k < face.mNumIndices; ++k) {
+          const unsigned v = face.mIndices[k];
+          if (v >= part.mNumVertices) continue;  // mesh() refuses it
+          const aiVector3D& at = part.mVertices[v];
+          Place place{};
+          for (unsigned i = 0; i < 3; ++i) {
+            place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // -0 is 0
+          }
+          const std::uint32_t corner = first[p] + v;
+          mask_of[corner] = masks[p][f];
+          corners.push_back(
+              {places.emplace(place, static_cast<std::uint32_t>(places.size())).first->second,
+               corner});
+        }
+      }
+    }
+    DisjointSets pieces(mask_of.size());
+    join_by_groups(std::move(corners), mask_of, pieces);
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      std::vector<std::uint32_t>& of = pieces_[parts[p]].of_vertex;
+      for (unsigned v = 0; v < scene_.mMeshes[parts[p]]->mNumVertices; ++v) {
+        of.push_back(pieces.find(first[p] + v));
+      }
+    }
+  }
+
+  /// The builder's normal of each vertex of a mesh by smoothing groups; empty: it has none.
+  std::vector<std::uint32_t> smooth_normals(unsigned index) {
+    if (pieces_.empty() || pieces_[index].of_vertex.empty()) return {};
+    SmoothPieces& pieces = pieces_[index];
+    // Parts of a mesh are placed alike, and share the normals where they meet.
+    std::map<std::uint32_t, std::uint32_t>& known =
+        piece_normals_[{pieces.mesh, pieces.times_placed++}];
+    std::vector<std::uint32_t> normals;
+    for (const std::uint32_t piece : pieces.of_vertex) {
+      const auto [entry, added] = known.emplace(piece, 0U);
+      if (added) entry->second = builder_.add_computed_normal();
+      normals.push_back(entry->second);
+    }
+    return normals;
+  }
+
+  void mesh(unsigned index, const AffineMap& world) {
+    const aiMesh& mesh = *scene_.mMeshes[index];
     if (mesh.mNumFaces == 0 || mesh.mVertices == nullptr) return;
     const std::optional<unsigned> uv_set = uv_set_of(mesh);
     builder_.set_material(material_name(mesh.mMaterialIndex));
@@ -206,13 +314,24 @@ class SceneReader {
     const auto turn = [&](unsigned v) -> const NormalTurn& {
       return turns.empty() ? of_node : turns[v];
     };
-    const bool uvs = uv_set.has_value(), normals = mesh.HasNormals();
+    const auto has_channel = [&mesh](const UvSet& set) { return mesh.HasTextureCoords(set.set); };
+    const bool uvs = uv_set.has_value() ||
+                     std::any_of(builder_.other_uvs.begin(), builder_.other_uvs.end(), has_channel);
+    const auto uv_of = [&mesh](std::optional<unsigned> set, unsigned v) {
+      constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+      if (!set || !mesh.HasTextureCoords(*set)) return Vec2{kNowhere, kNowhere};
+      const aiVector3D& uv = mesh.mTextureCoords[*set][v];
+      return Vec2{uv.x, uv.y};
+    };
+    const std::vector<std::uint32_t> smooth = smooth_normals(index);
+    const bool own_normals = mesh.HasNormals() && !is_3ds();
+    const bool normals = own_normals || !smooth.empty();
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       if (uvs) {
-        const aiVector3D& uv = mesh.mTextureCoords[*uv_set][v];
-        builder_.uvs.push_back({uv.x, uv.y});
+        builder_.uvs.push_back(uv_of(uv_set, v));
+        for (UvSet& set : builder_.other_uvs) set.uvs.push_back(uv_of(set.set, v));
       }
-      if (normals) {
+      if (own_normals) {
         const aiVector3D& n = mesh.mNormals[v];
         builder_.normals.push_back(turn(v)(n.x, n.y, n.z));
       }
@@ -226,8 +345,7 @@ class SceneReader {
       const bool mirrored = face.mNumIndices != 0 && face.mIndices[0] < mesh.mNumVertices &&
                             turn(face.mIndices[0]).mirrors();
       for (unsigned i = 0; i < face.mNumIndices; ++i) {
-        // A mirrored polygon is turned round, so that it faces as its normals do.
-        const unsigned v = face.mIndices[mirrored ? face.mNumIndices - 1 - i : i];
+        const unsigned v = face.mIndices[i];
         if (v >= mesh.mNumVertices) {
           fail("mesh \"" + printable(mesh.mName.C_Str()) + "\", face " + std::to_string(f),
                "its corner is vertex " + std::to_string(v) + " of " +
@@ -235,20 +353,50 @@ class SceneReader {
         }
         corners.push_back(vertex_of[v]);
         if (uvs) corner_uvs.push_back(first_uv + v);
-        if (normals) corner_normals.push_back(first_normal + v);
+        if (normals) corner_normals.push_back(own_normals ? first_normal + v : smooth[v]);
       }
-      builder_.add_face(corners, corner_uvs, corner_normals);
+      builder_.add_face(corners, corner_uvs, corner_normals, mirrored);
     }
   }
 
-  /// The channel of the set that is asked for, where a mesh has it.
-  std::optional<unsigned> uv_set_of(const aiMesh& mesh) {
+  static std::vector<std::string> uv_set_names(const aiMesh& mesh) {
     std::vector<std::string> names;
     for (unsigned set = 0; set < mesh.GetNumUVChannels(); ++set) {
       const aiString* const given = mesh.GetTextureCoordsName(set);
       names.emplace_back(given == nullptr ? "" : given->C_Str());
     }
-    return uv_sets_.choose(names);
+    return names;
+  }
+
+  /// The sets that pictures lie on beside the one that is read.
+  void number_uv_sets() {
+    std::set<unsigned> others;
+    std::optional<unsigned> read;
+    for (const Placed& placed : placed_) {
+      for (unsigned i = 0; i < placed.node->mNumMeshes; ++i) {
+        const aiMesh& mesh = *scene_.mMeshes[placed.node->mMeshes[i]];
+        const std::optional<unsigned> own = uv_sets_.find(uv_set_names(mesh));
+        if (!read) read = own;
+        if (mesh.mMaterialIndex >= scene_.mNumMaterials) continue;  // mesh() refuses it
+        const aiMaterial& material = *scene_.mMaterials[mesh.mMaterialIndex];
+        for (int kind = aiTextureType_DIFFUSE; kind <= AI_TEXTURE_TYPE_MAX; ++kind) {
+          aiString path;
+          unsigned set = 0;
+          if (material.GetTexture(static_cast<aiTextureType>(kind), 0, &path, nullptr, &set) !=
+              AI_SUCCESS) {
+            continue;
+          }
+          if (own != set && mesh.HasTextureCoords(set)) others.insert(set);
+        }
+      }
+    }
+    others.erase(read.value_or(0));
+    for (const unsigned set : others) builder_.other_uvs.push_back({set, {}});
+  }
+
+  /// The channel of the set that is asked for, where a mesh has it.
+  std::optional<unsigned> uv_set_of(const aiMesh& mesh) {
+    return uv_sets_.choose(uv_set_names(mesh));
   }
 
   const std::string& material_name(unsigned index) {
@@ -362,6 +510,13 @@ class SceneReader {
   }
 
   bool is_collada() const { return lower_extension(input_.file) == ".dae"; }
+  bool is_3ds() const { return lower_extension(input_.file) == ".3ds"; }
+  bool is_x() const { return lower_extension(input_.file) == ".x"; }
+
+  /// X is left-handed: Assimp mirrors it along Z, so that a file's Z is -Z of the positions that it gives.
+  static UpAxis up_of_x(UpAxis up) {
+    return up == UpAxis::z ? UpAxis::minus_z : up == UpAxis::minus_z ? UpAxis::z : up;
+  }
 
   /// Takes Collada's own unit out of the root, where another one is to hold.
   void undo_unit(AffineMap& map) const {
@@ -387,7 +542,14 @@ class SceneReader {
   };
   std::vector<Placed> placed_;                               // nodes with meshes
   std::map<std::string, std::optional<AffineMap> > joints_;  // by name; none: several nodes have it
-  std::uint64_t unposed_ = 0;
+  struct SmoothPieces {
+    std::uint32_t mesh = 0;  // of the file
+    std::uint32_t times_placed = 0;
+    std::vector<std::uint32_t> of_vertex;  // empty: no groups
+  };
+  std::vector<SmoothPieces> pieces_;  // of Assimp's meshes; empty: no 3DS
+  std::map<std::array<std::uint32_t, 2>, std::map<std::uint32_t, std::uint32_t> > piece_normals_;
+  std::uint64_t unposed_ = 0, lost_groups_ = 0;
   UniqueNames objects_, unique_materials_;
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;

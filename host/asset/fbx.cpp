@@ -15,10 +15,12 @@ Asset read_fbx(const MeshInput& input) {
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <memory>
 #include <new>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -111,6 +113,7 @@ class FbxReader {
     to_world_ = world.map.value_or(kNoMove);
     nodes();
     check_memory();
+    number_uv_sets();
     for (const Placed& placed : placed_) add(placed);
     uv_sets_.check();
     builder_.is_placed = true;
@@ -246,20 +249,8 @@ class FbxReader {
   void add(const Placed& placed) {
     const ufbx_mesh& mesh = *placed.mesh;
     builder_.set_object(placed.object);
-    std::vector<std::string> names;
-    for (const ufbx_uv_set& set : mesh.uv_sets) names.push_back(text_of(set.name));
-    const std::optional<std::uint32_t> set = uv_sets_.choose(names);
-    const ufbx_vertex_vec2* const uvs = set ? &mesh.uv_sets.data[*set].vertex_uv : nullptr;
-    std::uint32_t first_uv = 0;
-    if (uvs != nullptr) {
-      // Instances share their UVs.
-      const auto [known, added] =
-          first_uvs_.emplace(&mesh, static_cast<std::uint32_t>(builder_.uvs.size()));
-      first_uv = known->second;
-      for (std::size_t i = 0; added && i < uvs->values.count; ++i) {
-        builder_.uvs.push_back({narrow(uvs->values.data[i].x), narrow(uvs->values.data[i].y)});
-      }
-    }
+    const std::vector<std::string> names = uv_set_names(mesh);
+    const MeshUvs& uvs = uvs_of(mesh, uv_sets_.choose(names));
     const FbxPose pose(*placed.node, mesh, to_world_);
     const std::vector<std::uint32_t> normal_of = normals(mesh, pose);
     std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;  // by vertex and colour
@@ -286,20 +277,151 @@ class FbxReader {
         }
         if (i == 0) mirrored = pose.mirrors(vertex);
         corners.push_back(place(mesh, pose, corner, vertex, vertex_of));
-        const auto uv = uvs == nullptr ? UFBX_NO_INDEX : uvs->indices.data[corner];
-        corner_uvs.push_back(uv == UFBX_NO_INDEX ? MeshBuilder::kNone : first_uv + uv);
+        corner_uvs.push_back(uvs.at(corner));
         corner_normals.push_back(normal_of.empty() ? MeshBuilder::kNone : normal_of[corner]);
       }
-      // A mirrored polygon is turned round, so that it faces as its normals do.
-      if (mirrored) {
-        for (auto* list : {&corners, &corner_uvs, &corner_normals}) {
-          std::reverse(list->begin(), list->end());
+      using Indices = std::span<const std::uint32_t>;
+      builder_.add_face(corners, uvs.is_there ? Indices(corner_uvs) : Indices(),
+                        normal_of.empty() ? Indices() : Indices(corner_normals), mirrored);
+    }
+  }
+
+  /// The builder's UVs of a mesh's corners, which its instances share.
+  struct MeshUvs {
+    bool is_there = false;
+    std::uint32_t first = 0;                // of the set's
+    const ufbx_vertex_vec2* own = nullptr;  // where no picture lies on another set
+    std::vector<std::uint32_t> of_corner;   // where one does
+
+    std::uint32_t at(std::size_t corner) const {
+      if (!of_corner.empty()) return of_corner[corner];
+      const std::uint32_t uv = own == nullptr ? UFBX_NO_INDEX : own->indices.data[corner];
+      return uv == UFBX_NO_INDEX ? MeshBuilder::kNone : first + uv;
+    }
+  };
+
+  static std::vector<std::string> uv_set_names(const ufbx_mesh& mesh) {
+    std::vector<std::string> names;
+    for (const ufbx_uv_set& set : mesh.uv_sets) names.push_back(text_of(set.name));
+    return names;
+  }
+
+  /// The set of a mesh that a picture names: the first one where the mesh has none of the name.
+  static std::uint32_t uv_set_named(const ufbx_mesh& mesh, const std::string& name) {
+    const std::vector<std::string> names = uv_set_names(mesh);
+    const auto found = std::find(names.begin(), names.end(), name);
+    return found == names.end() ? 0 : static_cast<std::uint32_t>(found - names.begin());
+  }
+
+  static const ufbx_texture* file_of(const ufbx_texture* texture) {
+    if (texture == nullptr || texture->file_textures.count == 0) return nullptr;
+    return texture->file_textures.data[0];
+  }
+
+  /// Numbers the sets of UVs that pictures lie on beside the one that is read. FBX names them, and one name may be another
+  /// set in each mesh: a name's number is that of its set in the first mesh, or else one that no set has.
+  void number_uv_sets() {
+    std::uint32_t unused = 0;
+    std::optional<std::uint32_t> read;
+    for (const Placed& placed : placed_) {
+      const std::optional<std::uint32_t> own = uv_sets_.find(uv_set_names(*placed.mesh));
+      if (!read) read = own;
+      unused = std::max(unused, static_cast<std::uint32_t>(placed.mesh->uv_sets.count));
+      add_material_users(placed);
+    }
+    read_set_ = read.value_or(0);
+    std::set<std::uint32_t> taken = {read_set_};
+    for (const Placed& placed : placed_) {
+      for (const ufbx_material* material : materials_of(placed)) {
+        if (material == nullptr) continue;
+        for (const ufbx_material_texture& use : material->textures) {
+          const ufbx_texture* const texture = file_of(use.texture);
+          if (texture == nullptr) continue;
+          const std::string name = text_of(texture->uv_set);
+          if (set_numbers_.contains(name) || !lies_elsewhere(*material, name)) continue;
+          std::uint32_t number = uv_set_of(*material, name);
+          if (!taken.insert(number).second) taken.insert(number = unused++);
+          set_numbers_[name] = number;
+          other_sets_.push_back(name);
+          builder_.other_uvs.push_back({number, {}});
         }
       }
-      using Indices = std::span<const std::uint32_t>;
-      builder_.add_face(corners, uvs == nullptr ? Indices() : Indices(corner_uvs),
-                        normal_of.empty() ? Indices() : Indices(corner_normals));
     }
+  }
+
+  static const ufbx_material_list& materials_of(const Placed& placed) {
+    return placed.node->materials.count != 0 ? placed.node->materials : placed.mesh->materials;
+  }
+
+  void add_material_users(const Placed& placed) {
+    const ufbx_mesh& mesh = *placed.mesh;
+    const ufbx_material_list& list = materials_of(placed);
+    std::vector<bool> used(list.count);
+    for (std::size_t f = 0; f < mesh.faces.count; ++f) {
+      const std::uint32_t index = f < mesh.face_material.count ? mesh.face_material.data[f] : 0;
+      if (index < used.size()) used[index] = true;
+    }
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      if (!used[i]) continue;
+      std::vector<const ufbx_mesh*>& meshes = meshes_of_[list.data[i]];
+      if (std::find(meshes.begin(), meshes.end(), &mesh) == meshes.end()) meshes.push_back(&mesh);
+    }
+  }
+
+  /// True if pictures on the set of a name lie on another one than is read, in any mesh of their material.
+  bool lies_elsewhere(const ufbx_material& material, const std::string& name) const {
+    const auto meshes = meshes_of_.find(&material);
+    return meshes != meshes_of_.end() &&
+           std::any_of(meshes->second.begin(), meshes->second.end(), [&](const ufbx_mesh* mesh) {
+             return mesh->uv_sets.count != 0 &&
+                    uv_sets_.find(uv_set_names(*mesh)) != uv_set_named(*mesh, name);
+           });
+  }
+
+  const MeshUvs& uvs_of(const ufbx_mesh& mesh, std::optional<std::uint32_t> set) {
+    const auto [entry, added] = uvs_.try_emplace(&mesh);
+    MeshUvs& uvs = entry->second;
+    if (!added) return uvs;
+    uvs.is_there = set.has_value() || (!other_sets_.empty() && mesh.uv_sets.count != 0);
+    if (!uvs.is_there) return uvs;
+    uvs.first = static_cast<std::uint32_t>(builder_.uvs.size());
+    if (other_sets_.empty()) {
+      uvs.own = &mesh.uv_sets.data[*set].vertex_uv;
+      for (const ufbx_vec2& uv : uvs.own->values) {
+        builder_.uvs.push_back({narrow(uv.x), narrow(uv.y)});
+      }
+      return uvs;
+    }
+    // One entry for each combination of UVs.
+    std::vector<const ufbx_vertex_vec2*> sets;
+    sets.push_back(set ? &mesh.uv_sets.data[*set].vertex_uv : nullptr);
+    for (const std::string& name : other_sets_) {
+      sets.push_back(&mesh.uv_sets.data[uv_set_named(mesh, name)].vertex_uv);
+    }
+    std::map<std::vector<std::uint32_t>, std::uint32_t> known;
+    std::vector<std::uint32_t> key(sets.size());
+    for (std::size_t corner = 0; corner < mesh.num_indices; ++corner) {
+      for (std::size_t k = 0; k < sets.size(); ++k) {
+        key[k] = sets[k] == nullptr ? UFBX_NO_INDEX : sets[k]->indices.data[corner];
+      }
+      if (std::all_of(key.begin(), key.end(), [](auto uv) { return uv == UFBX_NO_INDEX; })) {
+        uvs.of_corner.push_back(MeshBuilder::kNone);
+        continue;
+      }
+      const auto [place, is_new] =
+          known.emplace(key, static_cast<std::uint32_t>(builder_.uvs.size()));
+      uvs.of_corner.push_back(place->second);
+      for (std::size_t k = 0; is_new && k < sets.size(); ++k) {
+        constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+        Vec2 uv{kNowhere, kNowhere};
+        if (key[k] != UFBX_NO_INDEX) {
+          const ufbx_vec2& value = sets[k]->values.data[key[k]];
+          uv = {narrow(value.x), narrow(value.y)};
+        }
+        (k == 0 ? builder_.uvs : builder_.other_uvs[k - 1].uvs).push_back(uv);
+      }
+    }
+    return uvs;
   }
 
   /// The builder's vertex of a corner: one for each vertex and colour.
@@ -387,8 +509,7 @@ class FbxReader {
 
   const std::string& material_name(const Placed& placed, std::size_t face) {
     const ufbx_mesh& mesh = *placed.mesh;
-    const ufbx_material_list& list =
-        placed.node->materials.count != 0 ? placed.node->materials : mesh.materials;
+    const ufbx_material_list& list = materials_of(placed);
     const std::uint32_t index = face < mesh.face_material.count ? mesh.face_material.data[face] : 0;
     const ufbx_material* const material = index < list.count ? list.data[index] : nullptr;
     std::string& name = material_names_[material];
@@ -396,10 +517,6 @@ class FbxReader {
       const std::string given = material == nullptr ? "DefaultMaterial" : text_of(material->name);
       name = unique_materials_.add(given.empty() ? "material" : given);
       material_of_[name] = material;
-    }
-    if (material != nullptr) {
-      std::vector<const ufbx_mesh*>& meshes = meshes_of_[material];
-      if (meshes.empty() || meshes.back() != &mesh) meshes.push_back(&mesh);
     }
     return name;
   }
@@ -415,18 +532,18 @@ class FbxReader {
       numbers(from, material);
       const ufbx_material_fbx_maps& fbx = from.fbx;
       const ufbx_material_pbr_maps& pbr = from.pbr;
-      material.color_map = picture(from, {&pbr.base_color, &fbx.diffuse_color});
+      material.color_map = picture({&pbr.base_color, &fbx.diffuse_color});
       material.opacity_map =
-          picture(from, {&pbr.opacity, &fbx.transparency_color, &fbx.transparency_factor});
-      material.normal_map = picture(from, {&pbr.normal_map, &fbx.normal_map, &fbx.bump});
-      material.roughness_map = picture(from, {&pbr.roughness});
+          picture({&pbr.opacity, &fbx.transparency_color, &fbx.transparency_factor});
+      material.normal_map = picture({&pbr.normal_map, &fbx.normal_map, &fbx.bump});
+      material.roughness_map = picture({&pbr.roughness});
       if (material.roughness_map.empty()) {
-        material.roughness_map = picture(from, {&pbr.glossiness});
+        material.roughness_map = picture({&pbr.glossiness});
         material.roughness_map.inverted = !material.roughness_map.empty();
       }
-      material.metallic_map = picture(from, {&pbr.metalness});
-      material.emission_map = picture(from, {&pbr.emission_color, &fbx.emission_color});
-      material.occlusion_map = picture(from, {&pbr.ambient_occlusion});
+      material.metallic_map = picture({&pbr.metalness});
+      material.emission_map = picture({&pbr.emission_color, &fbx.emission_color});
+      material.occlusion_map = picture({&pbr.ambient_occlusion});
     }
   }
 
@@ -486,8 +603,7 @@ class FbxReader {
   }
 
   /// The first of these maps that has a picture.
-  MaterialPicture picture(const ufbx_material& material,
-                          std::initializer_list<const ufbx_material_map*> maps) {
+  MaterialPicture picture(std::initializer_list<const ufbx_material_map*> maps) {
     for (const ufbx_material_map* map : maps) {
       if (map->texture == nullptr || !map->texture_enabled || map->feature_disabled) continue;
       const ufbx_texture_list& files = map->texture->file_textures;
@@ -495,12 +611,12 @@ class FbxReader {
       if (map->texture->type == UFBX_TEXTURE_LAYERED && map->texture->layers.count > 1) {
         layered_.add(text_of(map->texture->name));
       }
-      return picture(material, *files.data[0]);
+      return picture(*files.data[0]);
     }
     return {};
   }
 
-  MaterialPicture picture(const ufbx_material& material, const ufbx_texture& texture) {
+  MaterialPicture picture(const ufbx_texture& texture) {
     MaterialPicture picture;
     const auto name_of = [](const ufbx_string& text) {
       std::string name = text_of(text);
@@ -528,7 +644,8 @@ class FbxReader {
         return {};
       }
     }
-    picture.uv_set = uv_set_of(material, texture);
+    const auto other = set_numbers_.find(text_of(texture.uv_set));
+    picture.uv_set = other == set_numbers_.end() ? read_set_ : other->second;
     picture.wrap = {wrap_of(texture.wrap_u), wrap_of(texture.wrap_v)};
     if (texture.has_uv_transform) {
       const ufbx_transform& by = texture.uv_transform;
@@ -540,15 +657,12 @@ class FbxReader {
     return picture;
   }
 
-  /// The number of the set that a picture lies on, in the first mesh with the material that has it.
-  std::uint32_t uv_set_of(const ufbx_material& material, const ufbx_texture& texture) const {
-    const std::string wanted = text_of(texture.uv_set);
+  /// The number of the set of a name in the first mesh with the material that has it behind its first set; else 0.
+  std::uint32_t uv_set_of(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
-    if (wanted.empty() || meshes == meshes_of_.end()) return 0;
+    if (meshes == meshes_of_.end()) return 0;
     for (const ufbx_mesh* mesh : meshes->second) {
-      for (std::size_t i = 0; i < mesh->uv_sets.count; ++i) {
-        if (text_of(mesh->uv_sets.data[i].name) == wanted) return static_cast<std::uint32_t>(i);
-      }
+      if (const std::uint32_t set = uv_set_named(*mesh, name); set != 0) return set;
     }
     return 0;
   }
@@ -611,7 +725,10 @@ class FbxReader {
   AffineMap to_world_ = kNoMove;
   std::vector<Placed> placed_;
   UniqueNames objects_, unique_materials_;
-  std::map<const ufbx_mesh*, std::uint32_t> first_uvs_;
+  std::map<const ufbx_mesh*, MeshUvs> uvs_;
+  std::uint32_t read_set_ = 0;
+  std::vector<std::string> other_sets_;               // names, as builder_.other_uvs has them
+  std::map<std::string, std::uint32_t> set_numbers_;  // of these
   std::map<const ufbx_material*, std::string> material_names_;
   std::map<std::string, const ufbx_material*> material_of_;
   std::map<const ufbx_material*, std::vector<const ufbx_mesh*> > meshes_of_;

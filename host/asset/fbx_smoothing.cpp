@@ -8,7 +8,9 @@
 #include <charconv>
 #include <cstring>
 #include <string>
+#include <utility>
 
+#include "asset/scene_parts.h"
 #include "base/disjoint_sets.h"
 #include "io/file/bounds.h"
 
@@ -52,9 +54,8 @@ void join_along_edges(const ufbx_mesh& mesh, DisjointSets& pieces) {
   }
 }
 
-void join_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t>& groups,
-                    DisjointSets& pieces) {
-  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+void join_faces_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t>& groups,
+                          DisjointSets& pieces) {
   std::vector<std::array<std::uint32_t, 2>> corners;  // vertex, corner
   corners.reserve(mesh.num_indices);
   std::vector<std::uint32_t> mask_of(mesh.num_indices);
@@ -66,20 +67,7 @@ void join_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t>& gro
       mask_of[corner] = groups[f];
     }
   }
-  std::sort(corners.begin(), corners.end());
-  std::array<std::uint32_t, 32> first{};
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    if (i == 0 || corners[i][0] != corners[i - 1][0]) first.fill(kNone);
-    const std::uint32_t corner = corners[i][1];
-    for (std::size_t bit = 0; bit < 32; ++bit) {
-      if ((mask_of[corner] >> bit & 1U) == 0) continue;
-      if (first[bit] == kNone) {
-        first[bit] = corner;
-      } else {
-        pieces.join(first[bit], corner);
-      }
-    }
-  }
+  join_by_groups(std::move(corners), mask_of, pieces);
 }
 
 const std::string_view kGroups = "LayerElementSmoothing";
@@ -309,7 +297,7 @@ std::vector<std::uint32_t> smooth_pieces(const ufbx_mesh& mesh,
   if (has_edges) {
     join_along_edges(mesh, pieces);
   } else {
-    join_by_groups(mesh, groups, pieces);
+    join_faces_by_groups(mesh, groups, pieces);
   }
   std::vector<std::uint32_t> result(mesh.num_indices);
   for (std::uint32_t i = 0; i < result.size(); ++i) result[i] = pieces.find(i);

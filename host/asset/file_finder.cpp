@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "asset/udim_files.h"
+#include "base/input_log.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
@@ -63,9 +64,23 @@ void FileFinder::list() {
   }
 }
 
+std::string FileFinder::named(const std::string& name) {
+  if (!listed_) list();
+  const auto found = files_.find(lower_case(name));
+  if (found == files_.end()) return {};
+  std::vector<std::string> paths;
+  for (const fs::path& path : found->second) {
+    paths.push_back(path.lexically_proximate(folder_.empty() ? fs::path(".") : folder_).string());
+  }
+  std::sort(paths.begin(), paths.end());
+  std::string list;
+  for (const std::string& path : paths) list += path + "\n";
+  return list;
+}
+
 fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   std::error_code ignored;
-  if (fs::exists(path, ignored)) return path;
+  if (note_whether_file(path) || fs::exists(path, ignored)) return path;
   if (const auto tiles = TileName::by_token(path)) {
     if (!tiles->files().empty()) return path;
     // A set lies where its first picture does.
@@ -79,6 +94,8 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   const auto [entry, added] = found_.emplace(path, path);
   if (!added) return entry->second;
   if (!listed_) list();
+  note_answer(folder_.empty() ? "." : folder_, kNamedQuestion + path.filename().string(),
+              named(path.filename().string()));
   const auto candidates = files_.find(lower_case(path.filename().string()));
   if (candidates == files_.end()) return path;
   const std::vector<std::string> wanted = parts_of(path);

@@ -15,6 +15,9 @@ namespace kiln {
 /// by its name.
 bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
 
+/// Begins what note_answer() is asked of a folder, before a name: see FileFinder::named().
+inline constexpr const char* kNamedQuestion = "named ";
+
 /// Finds pictures and materials whose paths are those of another machine, in a folder and the folders in it. It
 /// never looks above it, follows no links to folders, and finds no link to a file that lies elsewhere.
 class FileFinder {
@@ -26,6 +29,9 @@ class FileFinder {
   /// The path itself where a file is there, or nothing of its name is found; else what is found.
   /// \param named_by  file and line that name it, for the warning
   std::filesystem::path find(const std::filesystem::path& path, const std::string& named_by);
+
+  /// Files of a name in the folder and those in it, below the folder, sorted, a line each: capital letters or not.
+  std::string named(const std::string& name);
 
  private:
   void list();

@@ -12,6 +12,7 @@
 #include "asset/materials.h"
 #include "asset/udim_files.h"
 #include "base/counted.h"
+#include "base/input_log.h"
 #include "io/file/text_scanner.h"
 #include "io/image/picture.h"
 
@@ -350,6 +351,7 @@ class MaterialReader {
     } else {
       constexpr std::size_t kMost = 1024;  // of the header and what describes the format
       bytes.resize(kMost);
+      note_whether_file(picture.file);
       std::ifstream file(picture.file, std::ios::binary);
       file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
       bytes.resize(static_cast<std::size_t>(file.gcount()));

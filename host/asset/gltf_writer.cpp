@@ -1,4 +1,6 @@
 // glTF 2.0 out: one binary file, or JSON with its buffer and pictures beside it.
+#include <meshoptimizer.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,11 +13,13 @@
 #include <unordered_map>
 #include <vector>
 
+#include "asset/gltf_draco_write.h"
 #include "asset/hierarchy.h"
 #include "base/fnv.h"
 #include "base/json_depth.h"
 #include "base/lower_case.h"
 #include "base/srgb.h"
+#include "io/image/picture.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
 #include "kiln/version.h"
@@ -30,12 +34,15 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 // Numbers of glTF's specification.
-constexpr int kUshort = 5123, kUint = 5125, kFloat = 5126, kVertices = 34962, kIndices = 34963;
+constexpr int kShort = 5122, kUshort = 5123, kUint = 5125, kFloat = 5126, kVertices = 34962,
+              kIndices = 34963;
 constexpr int kLinear = 9729, kLinearMips = 9987, kRepeat = 10497;
 constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
-// Required: a second picture for programs without it would be larger than both.
 constexpr const char* kTextureWebp = "EXT_texture_webp";
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
+constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+constexpr const char* kQuantization = "KHR_mesh_quantization";
 
 constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
@@ -138,8 +145,42 @@ double reach_of(const Mesh& mesh) {
   return reach;
 }
 
-/// By object and material.
-using Primitives = std::map<std::pair<std::size_t, std::size_t>, Part>;
+/// The grid that an object's positions are rounded to: a cube, so that normals need no other scale.
+struct Grid {
+  static constexpr double kSteps = 65535;
+  std::array<double, 3> origin{};
+  double step = 1;
+
+  static Grid of(const std::vector<const Part*>& parts) {
+    std::array<double, 3> low, high;
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    for (const Part* const part : parts) {
+      for (const Vertex& vertex : part->vertices) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          low[k] = std::min(low[k], double{vertex.values[k]});
+          high[k] = std::max(high[k], double{vertex.values[k]});
+        }
+      }
+    }
+    Grid grid{low, 0};
+    for (std::size_t k = 0; k < 3; ++k)
+      grid.step = std::max(grid.step, (high[k] - low[k]) / kSteps);
+    return grid;
+  }
+  std::uint16_t rounded(double value, std::size_t axis) const {
+    return static_cast<std::uint16_t>(
+        std::clamp(std::floor((value - origin[axis]) / step + 0.5), 0.0, kSteps));
+  }
+};
+
+/// By object and material. Triangles without UVs of a mesh that has some are a primitive of their own.
+struct PrimitiveKey {
+  std::size_t object = 0, material = 0;
+  bool lacks_uvs = false;
+  auto operator<=>(const PrimitiveKey&) const = default;
+};
+using Primitives = std::map<PrimitiveKey, Part>;
 
 /// A mesh's triangles, a primitive each. \param locals  one an object
 Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bool one_material) {
@@ -168,12 +209,13 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
       corners[k].values = {p.x + 0.0F, p.y + 0.0F,  p.z + 0.0F,         normal.x,
                            normal.y,   normal.z,    tangent.x,          tangent.y,
                            tangent.z,  corner.sign, corner.uv.x + 0.0F, 1 - corner.uv.y};
-      if (!has_layout) std::fill_n(&corners[k].values[6], 6, 0.0F);
       if (!low.colors.empty()) corners[k].color = low.colors[vertex];
       has_uvs = has_uvs && std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y);
     }
-    if (!has_uvs) continue;
-    Part& part = primitives[{object, material}];
+    if (!has_uvs || !has_layout) {
+      for (Vertex& corner : corners) std::fill_n(&corner.values[6], 6, 0.0F);
+    }
+    Part& part = primitives[{object, material, !has_uvs}];
     for (const Vertex& corner : corners) part.add(corner);
   }
   return primitives;
@@ -233,19 +275,142 @@ class GltfOutput {
     return primitive;
   }
 
+  /// The same, packed by meshopt. \param grid  of the positions
+  Json add_meshopt_primitive(const Part& part, const Grid& grid, std::size_t material, bool has_uvs,
+                             const char* color_name) {
+    use_extension(kMeshopt, true);
+    use_extension(kQuantization, true);
+    const std::size_t count = part.vertices.size();
+    std::vector<std::uint32_t> indices(part.indices.size()), remap(count);
+    meshopt_optimizeVertexCache(indices.data(), part.indices.data(), indices.size(), count);
+    meshopt_optimizeVertexFetchRemap(remap.data(), indices.data(), indices.size(), count);
+    std::vector<const Vertex*> vertices(count);
+    for (std::size_t i = 0; i < count; ++i) vertices[remap[i]] = &part.vertices[i];
+    for (std::uint32_t& index : indices) index = remap[index];
+
+    constexpr std::size_t kPadded = 4;  // numbers of 16 bits: steps are multiples of 4 bytes
+    std::vector<std::uint16_t> places(kPadded * count, 0);
+    std::array<std::uint16_t, 3> low{0xFFFF, 0xFFFF, 0xFFFF}, high{};
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint16_t place = grid.rounded(vertices[i]->values[k], k);
+        places[kPadded * i + k] = place;
+        low[k] = std::min(low[k], place);
+        high[k] = std::max(high[k], place);
+      }
+    }
+    Json attributes;
+    attributes["POSITION"] = add_accessor({{"bufferView", add_packed(places, kPadded * 2, nullptr)},
+                                           {"componentType", kUshort},
+                                           {"count", count},
+                                           {"type", "VEC3"},
+                                           {"min", low},
+                                           {"max", high}});
+    attributes["NORMAL"] = add_directions(vertices, 3, 3);
+    if (has_uvs) {
+      attributes["TANGENT"] = add_directions(vertices, 6, 4);
+      attributes["TEXCOORD_0"] = add_packed_uvs(vertices);
+    }
+    if (color_name != nullptr) {
+      const std::vector<std::uint16_t> colors = colors_of(vertices);
+      attributes[color_name] = add_accessor({{"bufferView", add_packed(colors, 8, nullptr)},
+                                             {"componentType", kUshort},
+                                             {"normalized", true},
+                                             {"count", count},
+                                             {"type", "VEC4"}});
+    }
+    std::string packed(meshopt_encodeIndexBufferBound(indices.size(), count), '\0');
+    packed.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
+                                            packed.size(), indices.data(), indices.size()));
+    const std::size_t view = add_packed_view(packed, indices.size(), sizeof(std::uint32_t),
+                                             "TRIANGLES", nullptr, kIndices);
+    Json primitive = {{"attributes", std::move(attributes)},
+                      {"indices", add_accessor({{"bufferView", view},
+                                                {"componentType", kUint},
+                                                {"count", indices.size()},
+                                                {"type", "SCALAR"}})}};
+    if (material != kRoot) primitive["material"] = material;
+    return primitive;
+  }
+
+  /// The same, packed by Draco.
+  Json add_draco_primitive(const Part& part, std::size_t material, bool has_uvs,
+                           const char* color_name) {
+    use_extension(kDracoExtension, true);
+    std::vector<const Vertex*> vertices;
+    for (const Vertex& vertex : part.vertices) vertices.push_back(&vertex);
+    struct Attribute {
+      const char *name, *type;
+      std::size_t first, width;
+      DracoStream::Use use;
+    };
+    std::vector<Attribute> wanted = {{"POSITION", "VEC3", 0, 3, DracoStream::Use::position},
+                                     {"NORMAL", "VEC3", 3, 3, DracoStream::Use::normal}};
+    if (has_uvs) {
+      wanted.push_back({"TANGENT", "VEC4", 6, 4, DracoStream::Use::other});
+      wanted.push_back({"TEXCOORD_0", "VEC2", 10, 2, DracoStream::Use::uv});
+    }
+    std::vector<DracoStream> streams;
+    for (const Attribute& attribute : wanted) {
+      DracoStream& stream = streams.emplace_back();
+      stream.use = attribute.use;
+      stream.width = attribute.width;
+      for (const Vertex& vertex : part.vertices) {
+        const float* const from = &vertex.values[attribute.first];
+        stream.values.insert(stream.values.end(), from, from + attribute.width);
+      }
+    }
+    if (color_name != nullptr) {
+      DracoStream& stream = streams.emplace_back();
+      stream.width = 4;
+      stream.shares = colors_of(vertices);
+    }
+    const DracoPrimitive packed = pack_draco(part.indices, part.vertices.size(), streams);
+    Json extension = {{"bufferView", add_view(packed.bytes.data(), packed.bytes.size(), 0)}};
+    Json attributes;
+    const auto add = [&](const char* name, std::size_t stream, Json accessor) {
+      accessor["count"] = packed.vertices;
+      attributes[name] = add_accessor(std::move(accessor));
+      extension["attributes"][name] = packed.ids[stream];
+    };
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      Json accessor = {{"componentType", kFloat}, {"type", wanted[i].type}};
+      if (i == 0) {
+        std::array<float, 3> low, high;
+        low.fill(std::numeric_limits<float>::infinity());
+        high.fill(-std::numeric_limits<float>::infinity());
+        for (const Vertex& vertex : part.vertices) {
+          for (std::size_t k = 0; k < 3; ++k) {
+            low[k] = std::min(low[k], vertex.values[k]);
+            high[k] = std::max(high[k], vertex.values[k]);
+          }
+        }
+        accessor["min"] = low;
+        accessor["max"] = high;
+      }
+      add(wanted[i].name, i, std::move(accessor));
+    }
+    if (color_name != nullptr) {
+      add(color_name, wanted.size(),
+          {{"componentType", kUshort}, {"normalized", true}, {"type", "VEC4"}});
+    }
+    Json primitive = {
+        {"attributes", std::move(attributes)},
+        {"indices",
+         add_accessor({{"componentType", kUint}, {"count", packed.indices}, {"type", "SCALAR"}})}};
+    primitive["extensions"][kDracoExtension] = std::move(extension);
+    if (material != kRoot) primitive["material"] = material;
+    return primitive;
+  }
+
   /// A picture, which is there once. \returns a reference to its texture
-  Json add_picture(const std::vector<std::byte>& bytes, const std::string& name, bool is_webp) {
+  /// \param fallback  the same for programs without WebP; empty: none
+  Json add_picture(const std::vector<std::byte>& bytes, const std::vector<std::byte>* fallback,
+                   const std::string& name) {
     const auto [entry, added] = textures_.emplace(&bytes, json_["textures"].size());
     if (added) {
-      Json image = {{"name", name}, {"mimeType", is_webp ? "image/webp" : "image/png"}};
-      if (is_text_) {
-        files_.emplace_back(
-            unique_.add(path_.stem().string() + "_" + name) + (is_webp ? ".webp" : ".png"), &bytes);
-        image["uri"] = as_uri(files_.back().first);
-      } else {
-        image["bufferView"] = add_view(bytes.data(), bytes.size(), 0);
-      }
-      json_["images"].push_back(std::move(image));
+      const bool is_webp = std::string_view(kind_of(bytes).mime) == "image/webp";
+      const std::size_t image = add_image(bytes, name);
       if (!json_.contains("samplers")) {
         json_["samplers"] = Json::array({Json{{"magFilter", kLinear},
                                               {"minFilter", kLinearMips},
@@ -253,10 +418,10 @@ class GltfOutput {
                                               {"wrapT", kRepeat}}});
       }
       Json texture = {{"sampler", 0}};
-      (is_webp ? texture["extensions"][kTextureWebp] : texture)["source"] =
-          json_["images"].size() - 1;
+      (is_webp ? texture["extensions"][kTextureWebp] : texture)["source"] = image;
+      if (is_webp && fallback != nullptr) texture["source"] = add_image(*fallback, name);
       json_["textures"].push_back(std::move(texture));
-      if (is_webp) use_extension(kTextureWebp, true);
+      if (is_webp) use_extension(kTextureWebp, fallback == nullptr);
     }
     return Json{{"index", entry->second}};
   }
@@ -301,6 +466,33 @@ class GltfOutput {
   void finish_buffer() {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
     json_["buffers"] = Json::array({Json{{"byteLength", bytes_.size()}}});
+    if (unpacked_bytes_ == 0) return;
+    Json unpacked = {{"byteLength", unpacked_bytes_}};
+    unpacked["extensions"][kMeshopt]["fallback"] = true;
+    json_["buffers"].push_back(std::move(unpacked));
+  }
+
+  struct Kind {
+    const char *mime, *ending;
+  };
+  static Kind kind_of(const std::vector<std::byte>& picture) {
+    const auto first = picture.empty() ? 0 : std::to_integer<int>(picture.front());
+    return first == 'R'    ? Kind{"image/webp", ".webp"}
+           : first == 0xFF ? Kind{"image/jpeg", ".jpg"}
+                           : Kind{"image/png", ".png"};
+  }
+
+  std::size_t add_image(const std::vector<std::byte>& bytes, const std::string& name) {
+    const Kind kind = kind_of(bytes);
+    Json image = {{"name", name}, {"mimeType", kind.mime}};
+    if (is_text_) {
+      files_.emplace_back(unique_.add(path_.stem().string() + "_" + name) + kind.ending, &bytes);
+      image["uri"] = as_uri(files_.back().first);
+    } else {
+      image["bufferView"] = add_view(bytes.data(), bytes.size(), 0);
+    }
+    json_["images"].push_back(std::move(image));
+    return json_["images"].size() - 1;
   }
 
   /// \returns the index of its view
@@ -339,17 +531,98 @@ class GltfOutput {
     return add_accessor(std::move(accessor));
   }
 
+  /// A view of bytes that meshopt packed. Its unpacked bytes lie in a buffer that is in no file.
+  std::size_t add_packed_view(const std::string& packed, std::size_t count, std::size_t step,
+                              const char* mode, const char* filter, int target) {
+    bytes_.resize((bytes_.size() + 3) / 4 * 4);
+    Json extension = {{"buffer", 0},
+                      {"byteOffset", bytes_.size()},
+                      {"byteLength", packed.size()},
+                      {"byteStride", step},
+                      {"count", count},
+                      {"mode", mode}};
+    if (filter != nullptr) extension["filter"] = filter;
+    Json view = {{"buffer", 1},
+                 {"byteOffset", unpacked_bytes_},
+                 {"byteLength", count * step},
+                 {"target", target}};
+    if (target == kVertices) view["byteStride"] = step;
+    view["extensions"][kMeshopt] = std::move(extension);
+    bytes_ += packed;
+    unpacked_bytes_ += (count * step + 3) / 4 * 4;
+    json_["bufferViews"].push_back(std::move(view));
+    return json_["bufferViews"].size() - 1;
+  }
+
+  /// Packs numbers of vertices. \param step  bytes of a vertex, a multiple of 4
+  template <typename T>
+  std::size_t add_packed(const std::vector<T>& values, std::size_t step, const char* filter) {
+    const std::size_t count = values.size() * sizeof(T) / step;
+    std::string packed(meshopt_encodeVertexBufferBound(count, step), '\0');
+    packed.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
+                                             packed.size(), values.data(), count, step));
+    return add_packed_view(packed, count, step, "ATTRIBUTES", filter, kVertices);
+  }
+
+  /// Unit vectors on an octahedron; a fourth number is a sign. \returns the index of their accessor
+  std::size_t add_directions(const std::vector<const Vertex*>& vertices, std::size_t first,
+                             std::size_t width) {
+    constexpr int kBits = 13;
+    constexpr std::size_t kStep = 8;
+    std::vector<float> values(4 * vertices.size(), 0.0F);
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      std::copy_n(&vertices[i]->values[first], width, &values[4 * i]);
+    }
+    std::vector<std::int16_t> filtered(4 * vertices.size());
+    meshopt_encodeFilterOct(filtered.data(), vertices.size(), kStep, kBits, values.data());
+    return add_accessor({{"bufferView", add_packed(filtered, kStep, "OCTAHEDRAL")},
+                         {"componentType", kShort},
+                         {"normalized", true},
+                         {"count", vertices.size()},
+                         {"type", width == 4 ? "VEC4" : "VEC3"}});
+  }
+
+  /// Shares of 65535 where all lie in [0, 1], else floats as they are.
+  std::size_t add_packed_uvs(const std::vector<const Vertex*>& vertices) {
+    std::vector<float> values;
+    std::vector<std::uint16_t> shares;
+    bool fits = true;
+    for (const Vertex* const vertex : vertices) {
+      for (std::size_t k = 10; k < 12; ++k) {
+        const float value = vertex->values[k];
+        fits = fits && value >= 0 && value <= 1;
+        values.push_back(value);
+        shares.push_back(
+            static_cast<std::uint16_t>(std::floor(std::clamp(value, 0.0F, 1.0F) * 65535.0 + 0.5)));
+      }
+    }
+    Json accessor = {
+        {"bufferView", fits ? add_packed(shares, 4, nullptr) : add_packed(values, 8, nullptr)},
+        {"componentType", fits ? kUshort : kFloat},
+        {"count", vertices.size()},
+        {"type", "VEC2"}};
+    if (fits) accessor["normalized"] = true;
+    return add_accessor(std::move(accessor));
+  }
+
   /// 16 bits of linear light hold what 8 bits of sRGB do.
-  std::size_t add_colors(const std::vector<Vertex>& vertices) {
+  static std::vector<std::uint16_t> colors_of(const std::vector<const Vertex*>& vertices) {
     std::vector<std::uint16_t> values;
     values.reserve(4 * vertices.size());
-    for (const Vertex& vertex : vertices) {
+    for (const Vertex* const vertex : vertices) {
       for (std::size_t k = 0; k < 4; ++k) {
-        const std::uint8_t byte = vertex.color[k];
+        const std::uint8_t byte = vertex->color[k];
         values.push_back(static_cast<std::uint16_t>(
             k < 3 ? std::lround(linear_of_bytes()[byte] * 65535.0F) : byte * 257));
       }
     }
+    return values;
+  }
+
+  std::size_t add_colors(const std::vector<Vertex>& vertices) {
+    std::vector<const Vertex*> each;
+    for (const Vertex& vertex : vertices) each.push_back(&vertex);
+    const std::vector<std::uint16_t> values = colors_of(each);
     return add_accessor(
         {{"bufferView", add_view(values.data(), values.size() * sizeof values[0], kVertices)},
          {"componentType", kUshort},
@@ -403,6 +676,7 @@ class GltfOutput {
   bool is_text_;
   Json json_;
   std::string bytes_;
+  std::size_t unpacked_bytes_ = 0;  ///< Of what meshopt packed
   std::map<const std::vector<std::byte>*, std::size_t> textures_;
   UniqueNames unique_;
   std::vector<std::pair<std::string, const std::vector<std::byte>*>> files_;
@@ -446,8 +720,13 @@ Json material_of(GltfOutput& file, const AssetMaterial& from) {
   const AssetPictures none;
   const AssetPictures& pictures = from.pictures ? *from.pictures : none;
   const auto picture = [&](const std::vector<std::byte>& bytes, const char* name) {
-    return file.add_picture(bytes, from.set.empty() ? name : from.set + "_" + name,
-                            pictures.is_webp);
+    const AssetPictures* const beside = pictures.fallback.get();
+    const std::vector<std::byte>* const fallback = beside == nullptr             ? nullptr
+                                                   : &bytes == &pictures.color   ? &beside->color
+                                                   : &bytes == &pictures.surface ? &beside->surface
+                                                   : &bytes == &pictures.normal  ? &beside->normal
+                                                                                : &beside->emission;
+    return file.add_picture(bytes, fallback, from.set.empty() ? name : from.set + "_" + name);
   };
   Json material = {{"name", from.name}};
   Json surface = {{"metallicFactor", pictures.has_metallic ? 1 : 0}, {"roughnessFactor", 1}};
@@ -589,6 +868,39 @@ class Hierarchy {
   std::vector<bool> taken_;  ///< Nodes that have a mesh
 };
 
+/// How an object's primitives are packed, and the node that its mesh is put at.
+class PackedObject {
+ public:
+  PackedObject() = default;
+  PackedObject(GltfOutput& file, MeshCompression compression, const std::vector<const Part*>& parts,
+               std::size_t node)
+      : file_(&file), compression_(compression), node_(node) {
+    if (compression != MeshCompression::meshopt) return;
+    grid_ = Grid::of(parts);
+    node_ = file.add_node(
+        {{"translation", grid_.origin}, {"scale", std::array{grid_.step, grid_.step, grid_.step}}},
+        node);
+  }
+  std::size_t node() const { return node_; }
+  Json add(const Part& part, std::size_t material, bool has_uvs, const char* color_name) const {
+    switch (compression_) {
+      case MeshCompression::meshopt:
+        return file_->add_meshopt_primitive(part, grid_, material, has_uvs, color_name);
+      case MeshCompression::draco:
+        return file_->add_draco_primitive(part, material, has_uvs, color_name);
+      case MeshCompression::none:
+        break;
+    }
+    return file_->add_primitive(part, material, has_uvs, color_name);
+  }
+
+ private:
+  GltfOutput* file_ = nullptr;
+  MeshCompression compression_ = MeshCompression::none;
+  std::size_t node_ = 0;
+  Grid grid_;
+};
+
 /// Writes collision hulls, a mesh each.
 void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& options) {
   Mesh hulls = *options.hulls;
@@ -599,12 +911,13 @@ void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& o
   const Places places = hierarchy.place(hulls, options.hull_nodes);
   Json& json = file.json();
   for (const auto& [of, part] : primitives_of(hulls, places.locals, /*one_material=*/true)) {
-    Json primitive = file.add_primitive(part, GltfOutput::kRoot, false, nullptr);
-    json["nodes"][places.nodes[of.first]]["mesh"] = json["meshes"].size();
-    json["meshes"].push_back({{"name", hulls.object_names[of.first]},
+    const PackedObject object(file, options.compression, {&part}, places.nodes[of.object]);
+    Json primitive = object.add(part, GltfOutput::kRoot, false, nullptr);
+    json["nodes"][object.node()]["mesh"] = json["meshes"].size();
+    json["meshes"].push_back({{"name", hulls.object_names[of.object]},
                               {"primitives", Json::array({std::move(primitive)})}});
     const std::uint32_t node =
-        options.nodes.empty() ? AssetNode::kNone : options.hull_nodes[of.first];
+        options.nodes.empty() ? AssetNode::kNone : options.hull_nodes[of.object];
     if (node != AssetNode::kNone && !options.nodes[node].mesh_extras.empty()) {
       json["meshes"].back()["extras"] = parse_extras(options.nodes[node].mesh_extras, "a mesh");
     }
@@ -626,54 +939,115 @@ const Image** slot_of(AssetMaps& maps, std::string_view name) {
                                : nullptr;
 }
 
-AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
-  if (format != ImageFormat::png8 && format != ImageFormat::webp) {
-    throw Error(ErrorCode::usage, "encode_maps(): glTF has pictures of png8, or webp.");
+namespace {
+
+/// The least quality of a lossy picture with which the mean error of normals is within a bound; 0: there is none.
+std::uint32_t normal_quality(const Image& normal, PictureEncoding encoding, double most,
+                             std::span<const std::uint8_t> coverage) {
+  constexpr std::uint32_t kLeast = 30, kMost = 100;
+  const auto is_within = [&](std::uint32_t quality) {
+    encoding.quality = quality;
+    return picture_error(normal, encoding, coverage).mean <= most;
+  };
+  if (!is_within(kMost)) return 0;
+  std::uint32_t low = kLeast, high = kMost;  // `high` is within
+  while (low < high) {
+    const std::uint32_t middle = (low + high) / 2;
+    if (is_within(middle)) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return high;
+}
+
+}  // namespace
+
+AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& options) {
+  const PictureFormat format = options.format;
+  if (options.quality > 100) {
+    throw Error(ErrorCode::usage, "EncodeMapsOptions::quality is " +
+                                      std::to_string(options.quality) + "; use 1 to 100, or 0.");
   }
   check_map(maps.normal, 3, "normals");
   check_map(maps.color, 3, "colour");
   check_map(maps.emission, 3, "emission");
-  const SaveImageOptions options = {format, /*dither=*/true};
-  const auto picture = [&](const Image& image) { return encode(image, options); };
   AssetPictures pictures;
-  pictures.is_webp = format == ImageFormat::webp;
-  const auto note = [&](std::string_view name, const Image* map, std::uint32_t channels,
-                        bool is_normal = false) {
-    if (map == nullptr) return;
-    SaveImageOptions stored = options;
-    if (is_normal) stored.use = TextureUse::normal;
-    const Image first = map->channels == channels ? Image() : joined({{map, 1.0F}}, nullptr);
-    pictures.errors.push_back(
-        {name, is_normal,
-         stored_error(map->channels == channels ? *map : first, stored, maps.coverage)});
-  };
-  note("normal", maps.normal, 3, true);
-  note("ao", maps.occlusion, 1);
-  note("roughness", maps.roughness, 1);
-  note("metallic", maps.metallic, 1);
-  note("opacity", maps.opacity, 1);
-  note("color", maps.color, 3);
-  note("emission", maps.emission, 3);
   pictures.has_color = maps.color != nullptr;
   pictures.has_opacity = maps.opacity != nullptr;
   pictures.has_occlusion = maps.occlusion != nullptr;
   pictures.has_metallic = maps.metallic != nullptr;
   pictures.has_surface = pictures.has_metallic || maps.roughness != nullptr;
   pictures.emission_strength = maps.emission_strength;
+  const auto stored = [&](TextureUse use, bool lossless) {
+    PictureEncoding encoding{.format = format, .dither = options.dither, .use = use};
+    encoding.smallest = options.smallest;
+    if (lossless && format == PictureFormat::jpeg) encoding.format = PictureFormat::png;
+    if (!lossless && format != PictureFormat::png) encoding.quality = options.quality;
+    return encoding;
+  };
+  PictureEncoding of_normals = stored(TextureUse::normal, true);
+  if (maps.normal != nullptr && options.max_normal_error > 0 && format != PictureFormat::png) {
+    PictureEncoding lossy = of_normals;
+    lossy.format = format;
+    pictures.normal_quality =
+        normal_quality(*maps.normal, lossy, options.max_normal_error, maps.coverage);
+    lossy.quality = pictures.normal_quality;
+    if (lossy.quality != 0) of_normals = lossy;
+  }
+  const PictureEncoding of_color =
+      stored(TextureUse::color, pictures.has_opacity && format == PictureFormat::jpeg);
+  const PictureEncoding of_surface = stored(TextureUse::values, false);
+  const PictureEncoding of_emission = stored(TextureUse::color, false);
+  const auto note = [&](std::string_view name, const Image* map, std::uint32_t channels,
+                        const PictureEncoding& encoding) {
+    if (map == nullptr) return;
+    const bool is_normal = encoding.use == TextureUse::normal;
+    const Image first = map->channels == channels ? Image() : joined({{map, 1.0F}}, nullptr);
+    pictures.errors.push_back(
+        {name, is_normal,
+         picture_error(map->channels == channels ? *map : first, encoding, maps.coverage)});
+  };
+  note("normal", maps.normal, 3, of_normals);
+  note("ao", maps.occlusion, 1, of_surface);
+  note("roughness", maps.roughness, 1, of_surface);
+  note("metallic", maps.metallic, 1, of_surface);
+  note("opacity", maps.opacity, 1, stored(TextureUse::values, true));
+  note("color", maps.color, 3, of_color);
+  note("emission", maps.emission, 3, of_emission);
+
+  // One picture after another: each is encoded on all threads where its format can be.
   if (pictures.has_color || pictures.has_opacity) {
     std::vector<std::pair<const Image*, float>> channels(3, {maps.color, 1.0F});
     if (pictures.has_opacity) channels.emplace_back(maps.opacity, 1.0F);
-    pictures.color = picture(joined(channels, maps.color));
+    pictures.color = encode_picture(joined(channels, maps.color), of_color);
   }
   if (pictures.has_surface || pictures.has_occlusion) {
-    pictures.surface = picture(joined({{maps.occlusion, 1.0F},
-                                       {maps.roughness, 1.0F},
-                                       {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
-                                      nullptr));
+    pictures.surface = encode_picture(joined({{maps.occlusion, 1.0F},
+                                              {maps.roughness, 1.0F},
+                                              {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
+                                             nullptr),
+                                      of_surface);
   }
-  if (maps.normal != nullptr) pictures.normal = picture(*maps.normal);
-  if (maps.emission != nullptr) pictures.emission = picture(*maps.emission);
+  if (maps.normal != nullptr) pictures.normal = encode_picture(*maps.normal, of_normals);
+  if (maps.emission != nullptr) pictures.emission = encode_picture(*maps.emission, of_emission);
+  if (options.fallback && format == PictureFormat::webp) {
+    EncodeMapsOptions plain = options;
+    plain.format = PictureFormat::png;
+    plain.fallback = false;
+    pictures.fallback = std::make_shared<const AssetPictures>(encode_maps(maps, plain));
+  }
   return pictures;
+}
+
+AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
+  if (format != ImageFormat::png8 && format != ImageFormat::webp) {
+    throw Error(ErrorCode::usage, "encode_maps(): glTF has pictures of png8, webp, or jpeg.");
+  }
+  EncodeMapsOptions options;
+  if (format == ImageFormat::webp) options.format = PictureFormat::webp;
+  return encode_maps(maps, options);
 }
 
 namespace {
@@ -717,20 +1091,30 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
     throw Error(ErrorCode::input,
                 "Mesh '" + low.name + "' has no triangle to write that has area, and UVs.");
   }
-  std::vector<std::size_t> numbers(materials.size(), GltfOutput::kRoot);  // in the file
+  // In the file, of those with UVs and of those without.
+  std::vector<std::array<std::size_t, 2>> numbers(materials.size(),
+                                                  {GltfOutput::kRoot, GltfOutput::kRoot});
   std::size_t object = GltfOutput::kRoot;
+  PackedObject packed;
   for (const auto& [of, part] : primitives) {
-    const AssetMaterial& material = materials[of.second];
-    std::size_t& number = numbers[of.second];
+    AssetMaterial material = materials[of.material];
+    if (of.lacks_uvs) material.pictures = nullptr;  // Pictures would show one texel all over.
+    std::size_t& number = numbers[of.material][of.lacks_uvs ? 1 : 0];
     if (number == GltfOutput::kRoot) {
       Json made = material_of(file, material);
       json["materials"].push_back(std::move(made));
       number = json["materials"].size() - 1;
     }
-    if (of.first != object) {
-      object = of.first;
+    if (of.object != object) {
+      object = of.object;
       const std::string& name = low.objects.empty() ? low.name : low.object_names[object];
-      json["nodes"][places.nodes[object]]["mesh"] = json["meshes"].size();
+      std::vector<const Part*> parts;
+      for (auto of_object = primitives.lower_bound({object});
+           of_object != primitives.end() && of_object->first.object == object; ++of_object) {
+        parts.push_back(&of_object->second);
+      }
+      packed = PackedObject(file, options.compression, parts, places.nodes[object]);
+      json["nodes"][packed.node()]["mesh"] = json["meshes"].size();
       json["meshes"].push_back({{"name", name}, {"primitives", Json::array()}});
       const std::uint32_t node =
           options.nodes.empty() ? AssetNode::kNone : options.object_nodes[object];
@@ -739,10 +1123,12 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
       }
     }
     const bool painted = material.pictures && material.pictures->has_color;
-    json["meshes"].back()["primitives"].push_back(file.add_primitive(part, number, !low.uvs.empty(),
-                                                                     low.colors.empty() ? nullptr
-                                                                     : painted          ? "_COLOR_0"
-                                                                               : "COLOR_0"));
+    // Made first: new keys of the file move what it has.
+    Json primitive = packed.add(part, number, !low.uvs.empty() && !of.lacks_uvs,
+                                low.colors.empty() ? nullptr
+                                : painted          ? "_COLOR_0"
+                                                   : "COLOR_0");
+    json["meshes"].back()["primitives"].push_back(std::move(primitive));
   }
   if (options.hulls != nullptr) add_hulls(file, hierarchy, options);
 }

@@ -17,6 +17,7 @@
 #include "asset/udim_files.h"
 #include "base/counted.h"
 #include "base/formatted.h"
+#include "base/input_log.h"
 #include "image/grey.h"
 #include "image/normal_channels.h"
 #include "io/file/bounds.h"
@@ -266,6 +267,8 @@ bool look_alike(const MaterialPicture& a, const MaterialPicture& b, ComparedFile
   const auto [known, added] = compared.try_emplace({a.file, b.file});
   if (!added) return known->second;
   std::error_code error;
+  note_whether_file(a.file);
+  note_whether_file(b.file);
   if (fs::equivalent(a.file, b.file, error)) return known->second = true;
   std::ifstream one(a.file, std::ios::binary), other(b.file, std::ios::binary);
   using Byte = std::istreambuf_iterator<char>;
@@ -298,15 +301,47 @@ std::string ply_head(const ByteSource& source) {
 
 }  // namespace
 
+namespace {
+
+/// Leaves out files of materials that are not there, and warns of them, where another one is there: programs that read OBJ
+/// take that one's.
+void drop_missing_libraries(std::vector<fs::path>& paths, const fs::path& mesh_file,
+                            std::vector<Warning>* warnings) {
+  std::vector<fs::path> there, missing;
+  for (const fs::path& path : paths) {
+    std::error_code error;
+    (fs::exists(path, error) ? there : missing).push_back(path);
+  }
+  if (there.empty() || missing.empty()) return;
+  paths = there;
+  if (warnings == nullptr) return;
+  const auto name_of = [&](const fs::path& path) {
+    return path.lexically_proximate(mesh_file.parent_path()).string();
+  };
+  const std::string more =
+      missing.size() == 1 ? "" : " and " + std::to_string(missing.size() - 1) + " more";
+  warnings->push_back({"mtl-missing",
+                       mesh_file.string() + " names the materials of '" + name_of(missing[0]) +
+                           "'" + more + ", which is not there: those of '" + name_of(there[0]) +
+                           "' were taken. Put it beside the mesh, or take its line out.",
+                       missing.size()});
+}
+
+}  // namespace
+
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
                                      std::vector<Warning>* warnings, bool outside) {
   std::vector<Material> read;
   FileFinder finder(mesh_file.parent_path(), warnings);
   std::vector<std::string> files = mesh.material_files;
   if (files.empty() && has_own_materials(mesh_file)) files.push_back(mesh_file.filename().string());
+  std::vector<fs::path> paths;
   for (std::string& file : files) {
     std::replace(file.begin(), file.end(), '\\', '/');
-    const fs::path path = finder.find(mesh_file.parent_path() / file, mesh_file.string());
+    paths.push_back(finder.find(mesh_file.parent_path() / file, mesh_file.string()));
+  }
+  drop_missing_libraries(paths, mesh_file, warnings);
+  for (const fs::path& path : paths) {
     MeshInput input{path.string(), {}, warnings};
     const FailWith fail = [&](const std::string& place, const std::string& problem,
                               const std::string& remedy) {
@@ -476,17 +511,18 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     texture.factors.push_back(factor_of(material, slot, picture));
     // glTF multiplies its base colour, alpha included, with the vertices'.
     texture.times_vertex_colors.push_back(
-        material.multiplies &&
-        (slot == MaterialSlot::color ||
-         (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque)));
+        (material.vertex_color && slot == MaterialSlot::color) ||
+        (material.multiplies &&
+         (slot == MaterialSlot::color ||
+          (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque))));
     if (picture.empty()) continue;
     if (!known_sets.has(picture.uv_set)) {
       fail_of_uv_set(material, slot, picture.uv_set, known_sets.own);
     }
     check_transform(material, picture.uv_transform);
     std::error_code error;
-    if (picture.bytes == nullptr && !fs::exists(picture.file, error) &&
-        !is_picture_file(picture.file)) {
+    if (picture.bytes == nullptr && !note_whether_file(picture.file) &&
+        !fs::exists(picture.file, error) && !is_picture_file(picture.file)) {
       if (missing.count() == 0) first_missing = picture.file.string();
       missing.add(material);
       continue;
@@ -606,8 +642,7 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& optio
   FileFinder finder(path.parent_path());
   const auto is_there = [&](std::string file) {
     std::replace(file.begin(), file.end(), '\\', '/');
-    std::error_code error;
-    return fs::is_regular_file(finder.find(path.parent_path() / file, path.string()), error);
+    return note_whether_file(finder.find(path.parent_path() / file, path.string()));
   };
   const std::vector<std::string>& files = asset.mesh.material_files;
   if (asset.materials.empty() && !is_gltf_name(path) && !files.empty() &&

@@ -7,12 +7,12 @@
 #include <mutex>
 
 #include "asset/axes.h"
-#include "asset/polygon.h"
 #include "base/counted.h"
 #include "base/formatted.h"
 #include "base/parallel.h"
 #include "io/file/bounds.h"
 #include "mesh/frame.h"
+#include "mesh/polygon.h"
 #include "mesh/smoothing_groups.h"
 #include "mesh/steps.h"
 #include "mesh/usable.h"
@@ -60,7 +60,7 @@ void MeshBuilder::check_growth() const {
 }
 
 void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv,
-                           std::span<const std::uint32_t> normal) {
+                           std::span<const std::uint32_t> normal, bool mirrored) {
   const std::size_t n = vertex.size();
   const std::uint64_t face = faces_++;
   if (face >= kFewFaces && std::has_single_bit(face)) check_growth();
@@ -76,7 +76,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   }
   if (n > 3) {
     polygons_.push_back({static_cast<std::uint32_t>(triangles_.size()),
-                         static_cast<std::uint32_t>(n), polygon_vertex_.size()});
+                         static_cast<std::uint32_t>(n), polygon_vertex_.size(), mirrored});
     // The three pools run in step, so one offset serves all.
     const auto append = [n](std::vector<std::uint32_t>& pool,
                             std::span<const std::uint32_t> values) {
@@ -90,18 +90,20 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
     append(polygon_uv_, uv);
     append(polygon_normal_, normal);
   }
+  const auto fan_triangle = [mirrored](std::span<const std::uint32_t> values, std::size_t i) {
+    return mirrored ? Triangle{values[0], values[i + 1], values[i]}
+                    : Triangle{values[0], values[i], values[i + 1]};
+  };
   const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
     if (values.empty() && list.empty()) return;  // the attribute has not been met yet
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     for (std::size_t i = 1; i + 1 < n; ++i) {
-      list.push_back(values.empty() ? Triangle{kNone, kNone, kNone}
-                                    : Triangle{values[0], values[i], values[i + 1]});
+      list.push_back(values.empty() ? Triangle{kNone, kNone, kNone} : fan_triangle(values, i));
     }
   };
   grow(uv_triangles_, uv);
   grow(normal_triangles_, normal);
-  for (std::size_t i = 1; i + 1 < n; ++i)
-    triangles_.push_back({vertex[0], vertex[i], vertex[i + 1]});
+  for (std::size_t i = 1; i + 1 < n; ++i) triangles_.push_back(fan_triangle(vertex, i));
   add_face_color(n - 2);
   for (Names* names : {&groups_, &objects_, &materials_, &smoothing_})
     names->reach(triangles_.size());
@@ -258,6 +260,7 @@ void MeshBuilder::split_polygons() {
     if (!triangulate(corners, input_.options.triangulation, local) && fans++ == 0)
       first_fan = polygon.first_triangle;
     for (std::size_t t = 0; t < local.size(); ++t) {
+      if (polygon.mirrored) std::swap(local[t][1], local[t][2]);
       for (int k = 0; k < 3; ++k) {
         const std::uint64_t corner = polygon.offset + local[t][k];
         const std::size_t triangle = polygon.first_triangle + t;

@@ -65,8 +65,10 @@ class MeshBuilder {
 
   /// One polygon in the file's order. `uv` and `normal` are empty (no corner has any) or as long as
   /// `vertex`. Fewer than three corners: counted, and reported as a warning.
+  /// \param mirrored  true where the places of its corners are mirrored: it is cut as the file has it, and its triangles
+  ///                  are turned round then, so that they face outwards
   void add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv = {},
-                std::span<const std::uint32_t> normal = {});
+                std::span<const std::uint32_t> normal = {}, bool mirrored = false);
 
   /// The group, object or material that the faces to come belong to. Never called: the mesh has none.
   void set_group(std::string_view name) { groups_.set(name, triangles_.size()); }
@@ -138,6 +140,7 @@ class MeshBuilder {
   struct Polygon {
     std::uint32_t first_triangle, corners;
     std::uint64_t offset;  ///< Into the polygon_ pools.
+    bool mirrored;         ///< Its triangles are turned round
   };
 
   /// Around finite places.

@@ -107,6 +107,15 @@ class AsciiSource {
   std::uint64_t first_line_;
 };
 
+/// True if faces or vertices have colours.
+bool has_colors(const Header& header) {
+  return std::any_of(header.elements.begin(), header.elements.end(), [](const Element& element) {
+    return (element.name == "vertex" || element.name == "face") &&
+           std::any_of(element.properties.begin(), element.properties.end(),
+                       [](const Property& property) { return property.role == Role::red; });
+  });
+}
+
 template <typename Source>
 class BodyReader {
  public:
@@ -366,7 +375,8 @@ class BodyReader {
     if (textures_.empty()) return;
     warn("texture-numbers", bad_numbers_,
          "with a \"texnumber\" of none of its " + counted(textures_.size(), "picture") +
-             " (TextureFile), counted from 0: no picture is there.");
+             " (TextureFile), counted from 0: no picture is there" +
+             (has_colors(header_) ? ", and the colours of faces or vertices count." : "."));
     if (builder.uvs.empty()) {
       input_.warn(
           "texture-without-uvs",
@@ -509,8 +519,11 @@ std::vector<Material> read_ply_materials(const MeshInput& given,
     }
   }
   if (names.empty()) return materials;
-  materials.emplace_back().name = kUntextured;
-  materials.back().place = input.file + ": no TextureFile";
+  Material& untextured = materials.emplace_back();
+  untextured.name = kUntextured;
+  untextured.place = input.file + ": no TextureFile";
+  untextured.vertex_color = has_colors(header);
+  if (untextured.vertex_color) untextured.color_from = MaterialNumber::given;
   return materials;
 }
 

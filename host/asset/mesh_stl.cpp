@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <string>
@@ -71,29 +72,49 @@ std::uint32_t little_endian(const char* bytes) {
 /// Colours in the two bytes behind each triangle of a binary STL, 5 bits a channel. Two programs' conventions are in
 /// use. VisCAM and SolidView set bit 15 where a triangle has a colour, with blue in the lowest bits. Materialise Magics
 /// writes "COLOR=" and a colour of the whole into the header; there bit 15 is clear where a triangle has a colour of
-/// its own, with red in the lowest bits.
+/// its own, with red in the lowest bits. MeshLab writes Magics' header and order, and sets bit 15 in all triangles, which
+/// to Magics would mean that none has a colour: where all bits are set, colours that differ are meant.
 class StlColors {
  public:
-  explicit StlColors(std::string_view bytes) : bytes_(bytes) {
+  explicit StlColors(const MeshInput& input) : bytes_(input.bytes) {
     constexpr std::string_view kMagics = "COLOR=";
-    const std::string_view header = bytes.substr(0, kHeaderBytes - 4);
+    const std::string_view header = bytes_.substr(0, kHeaderBytes - 4);
     const std::size_t at = header.find(kMagics);
     if (at == std::string_view::npos || at + kMagics.size() + 4 > header.size()) return;
     std::array<std::uint8_t, 4> color;
     std::memcpy(color.data(), header.data() + at + kMagics.size(), 4);
     whole_ = color;
     // Programs that colour the whole alone leave the bytes 0, which would be black triangles.
-    by_triangle_ = !is_all_zero();
+    const Bits bits = look();
+    by_triangle_ = !bits.are_alike || bits.first != 0;
+    mark_counts_ = !bits.are_all_marked;
+    if (mark_counts_ || !by_triangle_) return;
+    // MeshLab's blank is the end of its header's colour, where Magics has its alpha.
+    const bool is_meshlabs = header.substr(at + kMagics.size() + 3).starts_with(" MATERIAL=");
+    if (!bits.are_alike || is_meshlabs) return;
+    mark_counts_ = true;
+    const std::uint32_t own = bits.first & ~kMark;
+    const std::array<std::uint8_t, 3> channels = channels_of(own);
+    constexpr int kRounding = 5;  // of 5 bits, in 255ths
+    const bool agrees = std::equal(
+        channels.begin(), channels.end(), color.begin(),
+        [](std::uint8_t a, std::uint8_t b) { return std::abs(int{a} - int{b}) <= kRounding; });
+    // Programs that colour the whole alone set all bits or none.
+    if (agrees || own == 0 || own == kMark - 1) return;
+    input.warn("stl-colors",
+               "all of its triangles are of one colour, and marked as if they had none of their "
+               "own: the colour in the header (COLOR=) was taken. If theirs is meant, export PLY, "
+               "or clear bit 15 of their attributes.",
+               bits.count);
   }
 
   /// The colour of a triangle; none: it has none.
   std::optional<std::array<std::uint8_t, 4>> of(std::uint64_t triangle) const {
     const std::uint32_t bits = attribute(triangle);
     const bool is_marked = (bits & kMark) != 0;
-    const std::array<std::uint8_t, 3> channels = {widen(bits), widen(bits >> 5U),
-                                                  widen(bits >> 10U)};
+    const std::array<std::uint8_t, 3> channels = channels_of(bits);
     if (whole_) {
-      if (is_marked || !by_triangle_) return whole_;
+      if ((is_marked && mark_counts_) || !by_triangle_) return whole_;
       return std::array<std::uint8_t, 4>{channels[0], channels[1], channels[2], 255};
     }
     if (!is_marked) return std::nullopt;
@@ -107,12 +128,25 @@ class StlColors {
     const char* const at = bytes_.data() + kHeaderBytes + (triangle + 1) * kTriangleBytes - 2;
     return static_cast<std::uint8_t>(at[0]) | std::uint32_t{static_cast<std::uint8_t>(at[1])} << 8U;
   }
-  bool is_all_zero() const {
-    const std::uint64_t count = little_endian(bytes_.data() + kHeaderBytes - 4);
-    for (std::uint64_t t = 0; t < count; ++t) {
-      if (attribute(t) != 0) return false;
+  struct Bits {
+    std::uint64_t count = 0;
+    std::uint32_t first = 0;
+    bool are_alike = true, are_all_marked = true;
+  };
+  Bits look() const {
+    Bits bits;
+    bits.count = little_endian(bytes_.data() + kHeaderBytes - 4);
+    if (bits.count != 0) bits.first = attribute(0);
+    for (std::uint64_t t = 0; t < bits.count; ++t) {
+      const std::uint32_t own = attribute(t);
+      bits.are_alike = bits.are_alike && own == bits.first;
+      bits.are_all_marked = bits.are_all_marked && (own & kMark) != 0;
     }
-    return true;
+    return bits;
+  }
+  /// From the lowest bits on.
+  static std::array<std::uint8_t, 3> channels_of(std::uint32_t bits) {
+    return {widen(bits), widen(bits >> 5U), widen(bits >> 10U)};
   }
   /// From 5 bits to 8, rounded.
   static std::uint8_t widen(std::uint32_t bits) {
@@ -122,7 +156,7 @@ class StlColors {
   std::string_view bytes_;
   std::optional<std::array<std::uint8_t, 4>>
       whole_;  ///< Magics' colour of what has none of its own
-  bool by_triangle_ = true;
+  bool by_triangle_ = true, mark_counts_ = true;
 };
 
 Mesh read_binary(const MeshInput& input) {
@@ -148,7 +182,7 @@ Mesh read_binary(const MeshInput& input) {
   }
   MeshBuilder builder(input);
   Welder welder(builder.positions, count / 2);
-  const StlColors colors(bytes);
+  const StlColors colors(input);
   for (std::uint64_t t = 0; t < count; ++t) {
     const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;  // past the normal
     std::uint32_t corner[3];

@@ -5,6 +5,7 @@
 
 #include "asset/mesh_builder.h"
 #include "base/counted.h"
+#include "base/input_log.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
@@ -30,14 +31,40 @@ Vec3 NormalTurn::operator()(double x, double y, double z) const {
   return {narrow(turned[0] / length), narrow(turned[1] / length), narrow(turned[2] / length)};
 }
 
-std::optional<std::uint32_t> UvSetChoice::choose(const std::vector<std::string>& names) {
+void join_by_groups(std::vector<std::array<std::uint32_t, 2>> corners,
+                    const std::vector<std::uint32_t>& masks, DisjointSets& pieces) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::sort(corners.begin(), corners.end());
+  std::array<std::uint32_t, 32> first{};
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i == 0 || corners[i][0] != corners[i - 1][0]) first.fill(kNone);
+    const std::uint32_t corner = corners[i][1];
+    for (std::size_t bit = 0; bit < 32; ++bit) {
+      if ((masks[corner] >> bit & 1U) == 0) continue;
+      if (first[bit] == kNone) {
+        first[bit] = corner;
+      } else {
+        pieces.join(first[bit], corner);
+      }
+    }
+  }
+}
+
+std::optional<std::uint32_t> UvSetChoice::find(const std::vector<std::string>& names) const {
   const std::string& wanted = input_.options.uv_set_name;
   std::optional<std::uint32_t> found;
   for (std::uint32_t set = 0; set < names.size(); ++set) {
+    if (wanted.empty() ? set == input_.options.uv_set : names[set] == wanted) found = set;
+  }
+  return found;
+}
+
+std::optional<std::uint32_t> UvSetChoice::choose(const std::vector<std::string>& names) {
+  for (std::uint32_t set = 0; set < names.size(); ++set) {
     const std::string& own = names[set];
     known_.insert(std::to_string(set) + (own.empty() ? "" : " \"" + printable(own) + "\""));
-    if (wanted.empty() ? set == input_.options.uv_set : own == wanted) found = set;
   }
+  const std::optional<std::uint32_t> found = find(names);
   if (names.size() > 1) ++several_;
   if (found && !chosen_) chosen_ = found;
   return found;
@@ -86,9 +113,7 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
 
 void ScenePictures::count_missing(const std::string& name) {
   const std::filesystem::path plain = std::filesystem::path(name).lexically_normal();
-  std::error_code error;
-  const bool is_kept_out =
-      !input_.options.outside && std::filesystem::is_regular_file(folder_ / plain, error);
+  const bool is_kept_out = !input_.options.outside && note_whether_file(folder_ / plain);
   (is_kept_out ? outside_ : missing_).add(name);
 }
 

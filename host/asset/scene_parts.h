@@ -7,10 +7,12 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "asset/file_finder.h"
 #include "asset/hierarchy.h"
 #include "asset/mesh_reader.h"
+#include "base/disjoint_sets.h"
 #include "kiln/material.h"
 
 namespace kiln {
@@ -27,6 +29,13 @@ class NormalTurn {
   bool mirrors_ = false;
 };
 
+/// Joins the corners at each vertex whose faces have a smoothing group in common, directly or through others, as 3ds Max does.
+/// Corners of faces without a group stay alone.
+/// \param corners  vertex and corner; in any order
+/// \param masks    of each corner's face, a bit a group
+void join_by_groups(std::vector<std::array<std::uint32_t, 2>> corners,
+                    const std::vector<std::uint32_t>& masks, DisjointSets& pieces);
+
 /// Chooses a mesh's set of UVs by LoadMeshOptions, in files whose meshes have sets of their own.
 class UvSetChoice {
  public:
@@ -34,6 +43,8 @@ class UvSetChoice {
 
   /// The set that is asked for, where a mesh has it. \param names  of its sets; empty ones have none
   std::optional<std::uint32_t> choose(const std::vector<std::string>& names);
+  /// The same, but as a look ahead that counts nothing.
+  std::optional<std::uint32_t> find(const std::vector<std::string>& names) const;
   /// Refuses a set that no mesh has, and tells of those that are left out. To be called after all meshes.
   void check() const;
   std::uint32_t chosen() const { return chosen_.value_or(0); }

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <system_error>
 
+#include "base/input_log.h"
 #include "base/lower_case.h"
 #include "mesh/udim.h"
 
@@ -18,10 +19,7 @@ constexpr std::uint32_t kLastNumbered =
     1999;                                    // of names without a token: beyond are years and sizes
 constexpr std::uint32_t kRowsOfFiles = 100;  // of which each name is looked up
 
-bool is_file(const fs::path& path) {
-  std::error_code error;
-  return fs::is_regular_file(path, error);
-}
+bool is_file(const fs::path& path) { return note_whether_file(path); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
@@ -108,9 +106,15 @@ fs::path TileName::with_token() const { return folder_ / fs::path(before_ + toke
 
 std::vector<std::uint32_t> TileName::files() const {
   std::vector<std::uint32_t> tiles;
+  std::string answer;
   for (std::uint32_t place = 0; place < kUdimColumns * kRowsOfFiles; ++place) {
-    if (is_file(file_of(kFirstUdim + place))) tiles.push_back(kFirstUdim + place);
+    std::error_code error;
+    if (!fs::is_regular_file(file_of(kFirstUdim + place), error)) continue;
+    tiles.push_back(kFirstUdim + place);
+    answer += std::to_string(tiles.back()) + " ";
   }
+  // One note for the set: a thousand names are looked up, and few are there.
+  note_answer(with_token(), kTilesQuestion, answer);
   return tiles;
 }
 

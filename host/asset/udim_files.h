@@ -18,6 +18,9 @@
 
 namespace kiln {
 
+/// Of note_answer(): which tiles of a name with a token are there, "1001 1002 ".
+inline constexpr const char* kTilesQuestion = "tiles";
+
 /// A file's name with a place for the square's number.
 class TileName {
  public:

@@ -6,6 +6,7 @@
 #include <future>
 #include <utility>
 
+#include "base/input_log.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "base/progress_guard.h"
@@ -19,7 +20,8 @@ class AsyncTask {
  public:
   explicit AsyncTask(std::function<Result()> work)
       : made_(std::async(thread_count() > 1 ? std::launch::async : std::launch::deferred,
-                         [work = std::move(work)] {
+                         [work = std::move(work), log = current_input_log()] {
+                           const InputLogScope scope(log);
                            obey_memory_limit();
                            return work();
                          })) {}

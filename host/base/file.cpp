@@ -150,6 +150,13 @@ FileFacts facts(const struct stat& status) {
   facts.is_own = status.st_uid == geteuid();
   facts.bytes = static_cast<std::uint64_t>(status.st_size);
   facts.modified = status.st_mtime;
+#ifdef __linux__
+  const auto nanoseconds = [](const timespec& time) {
+    return std::int64_t{time.tv_sec} * 1000000000 + time.tv_nsec;
+  };
+  facts.modified_ns = nanoseconds(status.st_mtim);
+  facts.changed_ns = nanoseconds(status.st_ctim);
+#endif
   facts.permissions = status.st_mode & 07777;
   return facts;
 }

@@ -27,7 +27,9 @@ struct FileFacts {
   bool is_own = false;  ///< Owned by the user who runs the process
   std::uint64_t bytes = 0;
   std::int64_t modified = 0;  ///< Seconds since 1970
-  unsigned permissions = 0;   ///< As chmod has them
+  /// Of the contents and of anything about the file, nanoseconds since 1970; 0: not to be known.
+  std::int64_t modified_ns = 0, changed_ns = 0;
+  unsigned permissions = 0;  ///< As chmod has them
 };
 
 std::optional<FileFacts> facts_of(const std::filesystem::path& path) noexcept;

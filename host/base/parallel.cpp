@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/input_log.h"
 #include "base/memory.h"
 #include "base/progress_guard.h"
 #include "kiln/error.h"
@@ -83,7 +84,8 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
     std::vector<std::jthread> pool;
     pool.reserve(threads - 1);
     for (std::size_t i = 1; i < threads; ++i) {
-      pool.emplace_back([&] {
+      pool.emplace_back([&, log = current_input_log()] {
+        const InputLogScope scope(log);
         obey_memory_limit();
         work();
       });

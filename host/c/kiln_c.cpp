@@ -202,14 +202,24 @@ const T* data_of(const auto& values) {
 }
 
 }  // namespace
+std::string& last_message() noexcept {
+  static thread_local std::string message;
+  return message;
+}
+
+std::string& last_code() noexcept {
+  static thread_local std::string code;
+  return code;
+}
+
 }  // namespace kiln
 
 using namespace kiln;
 
 extern "C" {
 
-const char* kiln_error_message(void) { return last_message.c_str(); }
-const char* kiln_error_code(void) { return last_code.c_str(); }
+const char* kiln_error_message(void) { return last_message().c_str(); }
+const char* kiln_error_code(void) { return last_code().c_str(); }
 const char* kiln_warning(size_t index) {
   return index < last_warnings.size() ? last_warnings[index].message.c_str() : nullptr;
 }

@@ -25,16 +25,17 @@ struct kiln_mesh {
 };
 namespace kiln {
 
-inline thread_local std::string last_message;  ///< kiln_error_message()
-inline thread_local std::string last_code;     ///< kiln_error_code()
+// Of the calling thread. Functions, since MinGW's linker takes inline thread_local variables of two files for two.
+std::string& last_message() noexcept;  ///< kiln_error_message()
+std::string& last_code() noexcept;     ///< kiln_error_code()
 
 inline kiln_status failed(kiln_status status, const char* message, const char* code) noexcept {
   try {
-    last_message = message;
-    last_code = code;
+    last_message() = message;
+    last_code() = code;
   } catch (...) {
-    last_message.clear();  // no memory: the status says so
-    last_code.clear();
+    last_message().clear();  // no memory: the status says so
+    last_code().clear();
   }
   return status;
 }

@@ -167,8 +167,9 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
         {"collision-hulls",
          "LOW '" + low.name + "': " + counted(names.size(), "collision hull") + " (" + list + "; " +
              counted(found, "triangle") + ")" + (names.size() == 1 ? " was" : " were") +
-             " left out of the bake, and stay as they are in a LOW that is written. Where one is "
-             "drawn, rename it, or add --keep-hulls.",
+             " left out of the bake, and " +
+             (names.size() == 1 ? "stays as it is" : "stay as they are") +
+             " in a LOW that is written. Where one is drawn, rename it, or add --keep-hulls.",
          names.size()});
   }
   low = without(std::move(low), is_hull);
@@ -187,8 +188,8 @@ void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
   std::vector<std::uint32_t> of;
   const std::vector<std::string> names = list_hulls(without(high, is_shown), of);
   warnings.push_back({"collision-hulls",
-                      "HIGH '" + high.name + "': " + counted(names.size(), "collision hull") +
-                          " (" + quote_names(names) + "; " + counted(found, "triangle") + ")" +
+                      "'" + high.name + "': " + counted(names.size(), "collision hull") + " (" +
+                          quote_names(names) + "; " + counted(found, "triangle") + ")" +
                           (names.size() == 1 ? " was" : " were") +
                           " left out: no map shows or meets them. Where one is drawn, rename it, "
                           "or add --keep-hulls.",

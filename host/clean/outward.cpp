@@ -14,6 +14,10 @@ namespace {
 /// Pixels that tell of a part. Of these, how many times as many must show one side as the other: of a part that disagrees,
 /// and of one that agrees.
 constexpr std::uint64_t kEnough = 16, kMore = 2, kFarMore = 8;
+/// A part that agrees is turned where at least so large a share of its pixels, hidden ones among them, shows its back. A
+/// body or a patch of one that faces the wrong way shows half, a sheet that others cover, such as a shirt below a
+/// jacket, little: of that one, what is seen of its back through openings tells nothing.
+constexpr double kLeastShown = 0.25;
 /// Ratio of seen backs to seen fronts above which the mesh is meant to be seen from inside.
 constexpr std::uint64_t kInward = 3;
 
@@ -87,6 +91,8 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
     std::uint64_t front = std::uint64_t{first.front} + other.front;
     std::uint64_t back = std::uint64_t{first.back} + other.back;
     const bool tells = !is_inward && front + back >= kEnough;
+    const double drawn = static_cast<double>(seen[2 * p].drawn) + seen[2 * p + 1].drawn;
+    const bool shown = static_cast<double>(back) >= kLeastShown * drawn;
     if (!part.agrees) {
       bool clear = tells && is_clear(front, back);
       // A large flap is seen from both sides, and hides in the sum what the rest says.
@@ -101,7 +107,7 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
       wrong[p] = clear                ? (front > back ? 1 : 0)
                  : few || !open_alone ? less[p]
                                       : std::uint8_t{kNoSide};
-    } else if (tells && back > kFarMore * front && !(open_alone && part.closed)) {
+    } else if (tells && back > kFarMore * front && !(open_alone && part.closed) && shown) {
       wrong[p] = kBoth;
     }
   }

@@ -142,7 +142,8 @@ class Own : public MapMaker {
       throw Error(ErrorCode::input,
                   "The map " + label_ + " is not done with " +
                       std::to_string(params.end - params.first) + " samples in " + limit +
-                      ": its function may never return. Mend it, or raise `own_map_seconds`.");
+                      ", in which some drivers compile it once more: its function may never "
+                      "return, or unfold to too much. Mend it, or raise `own_map_seconds`.");
     }
     std::vector<float> values(std::size_t{4} * band.capacity);
     values_.read(context_, values);

@@ -73,6 +73,9 @@ std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem
                                      std::vector<Warning>* /*warnings*/, bool /*outside*/) {
   fail(mesh_file.string());
 }
+AssetPictures encode_maps(const AssetMaps& /*maps*/, const EncodeMapsOptions& /*options*/) {
+  fail("an asset's pictures");
+}
 AssetPictures encode_maps(const AssetMaps& /*maps*/, ImageFormat /*format*/) {
   fail("an asset's pictures");
 }

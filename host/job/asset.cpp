@@ -80,9 +80,7 @@ AssetMesh with_materials(const BakeRun& run) {
   if (!run.sets.empty()) mesh.tangents = tangents_of(mesh);  // before UVs move
   std::vector<std::size_t> set_of(mesh.triangles.size(), 0);
   for (std::size_t s = 0; s < run.sets.size(); ++s) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (run.sets[s].set.holds[t] != 0) set_of[t] = s;
-    }
+    for (const std::uint32_t t : run.sets[s].set.members) set_of[t] = s;
   }
   if (std::any_of(run.sets.begin(), run.sets.end(),
                   [](const BakedSet& set) { return set.set.tile_u > 0 || set.set.tile_v > 0; })) {
@@ -262,8 +260,23 @@ void encode_asset_maps(BakeRun& run) {
   }
   run.has_opacity |= maps.opacity != nullptr;
   maps.coverage = run.result.coverage;
-  run.pictures.push_back(
-      std::make_shared<const AssetPictures>(encode_maps(maps, run.save_options.format)));
+  const Job& job = run.arguments;
+  run.pictures.push_back(std::make_shared<const AssetPictures>(encode_maps(maps, job.pictures)));
+  if (job.pictures.format == PictureFormat::jpeg && maps.opacity != nullptr) {
+    run.warnings.push_back({"jpeg-alpha",
+                            "JPEG has no alpha: colours with opacity are a PNG. --format webp "
+                            "packs them, too.",
+                            1});
+  }
+  if (job.pictures.max_normal_error > 0 && maps.normal != nullptr &&
+      run.pictures.back()->normal_quality == 0) {
+    run.warnings.push_back(
+        {"normal-error",
+         formatted("No lossy quality keeps normals within %.3g degrees in the mean: they are "
+                   "lossless. Allow more --normal-error.",
+                   job.pictures.max_normal_error),
+         1});
+  }
   for (const AssetError& error : run.pictures.back()->errors) {
     run.stored_errors[std::string(error.map)] = describe(error.error, error.is_normal);
   }
@@ -285,6 +298,7 @@ bool save_asset(BakeRun& run) {
   options.extras = beside.extras;
   options.copyright = beside.copyright;
   options.scene = beside.scene;
+  options.compression = arguments.mesh_compression;
   const BakeReport& report = run.result.report;
   Json extras = {{"version", version()},
                  {"inputs", {{"high", hashes_of(arguments.high)}}},

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "asset/gltf_draco_write.h"
 #include "job/job_options.h"
 #include "job/map_words.h"
 #include "job/transfers.h"
@@ -71,9 +72,33 @@ void settle_asset(Job& a) {
   if (ending == ".obj") {
     refuse(a.low.make.lods != 0, "--lod");
   } else {
-    const bool is_webp = a.image.format == ImageFormat::webp;
-    refuse_if(a.given.contains("--format") && a.image.format != ImageFormat::png8 && !is_webp,
-              "The pictures in '" + a.out + "' can be " + option("format", "png8") + " or webp.");
+    const ImageFormat format = a.image.format;
+    EncodeMapsOptions& pictures = a.pictures;
+    if (format == ImageFormat::webp) pictures.format = PictureFormat::webp;
+    if (a.image.dither) pictures.dither = Dither::on;
+    const bool can_lose = pictures.format != PictureFormat::png;
+    const bool is_jpeg = pictures.format == PictureFormat::jpeg;
+    refuse_if(a.given.contains("--format") && format == ImageFormat::ktx2,
+              "KTX 2 in a glTF holds Basis Universal, which Kiln does not encode: give " +
+                  option("format", "webp") +
+                  ", or convert the file (gltf-transform etc1s or uastc).");
+    refuse_if(
+        a.given.contains("--format") && format != ImageFormat::png8 && !can_lose,
+        "The pictures in '" + a.out + "' can be " + option("format", "png8") + ", webp or jpeg.");
+    for (const char* const name : {"quality", "normal_error"}) {
+      refuse_if(
+          a.given.contains(option_as_flag(name, {})) && !can_lose,
+          option(name) + " is for " + option("format", "webp") + " and jpeg: add one of them.");
+    }
+    refuse_if(pictures.dither == Dither::on && (is_jpeg || pictures.quality != 0),
+              option("dither") + " is for pictures without loss, png8 and webp: leave it out, or " +
+                  (is_jpeg ? option("format", "jpeg") : option("quality")) + ".");
+    refuse_if(pictures.fallback && pictures.format != PictureFormat::webp,
+              option("fallback_textures") + " is for " + option("format", "webp") +
+                  ": all programs read PNG and JPEG.");
+    refuse_if(a.mesh_compression == MeshCompression::draco && !can_pack_draco(),
+              "This build of Kiln was made without Draco: give " +
+                  option("mesh_compression", "meshopt") + ".");
     refuse(a.bake.encoding.space != NormalMapSpace::tangent, "--space");
     refuse(a.bake.encoding.flip_y, "--flip-y");
     refuse(a.bake.encoding.two_component, "--two-component");
@@ -82,7 +107,7 @@ void settle_asset(Job& a) {
     refuse(!a.packs.empty(), "--pack");
     refuse(a.bake.encoding.mips, "--mips");
     refuse(a.reasons, "--reasons");
-    if (!is_webp) a.image.format = ImageFormat::png8;
+    a.image.format = pictures.format == PictureFormat::webp ? ImageFormat::webp : ImageFormat::png8;
   }
 }
 
@@ -506,6 +531,10 @@ void check_height_field(const Job& a) {
 
 }  // namespace
 
+bool is_served(const OptionRow& row, const Job& a) {
+  return serves_match(row, a) && serves_map(row, a);
+}
+
 void check_served(const Job& a) {
   for (const OptionRow& row : bake_rows()) {
     if (!a.given.contains(row.flag)) continue;
@@ -547,8 +576,21 @@ void check_settled(const Job& a) {
                 option("format", "exr") + ".");
   const bool dithers = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tga ||
                        a.image.format == ImageFormat::webp;
-  refuse_if(a.given.contains("--dither") && !dithers,
+  refuse_if(a.pictures.format == PictureFormat::jpeg && !writes_gltf(a),
+            option("format", "jpeg") +
+                " is for the pictures of a GLB or glTF: name the output NAME.glb, or choose "
+                "another format.");
+  for (const char* const name :
+       {"quality", "normal_error", "fallback_textures", "mesh_compression"}) {
+    refuse_if(a.given.contains(option_as_flag(name, {})) && !writes_gltf(a),
+              option(name) + " is for a GLB or glTF: name the output NAME.glb.");
+  }
+  if (writes_gltf(a)) return;
+  refuse_if(a.image.dither && !dithers,
             option("dither") + " is for " + option("format", "png8") + ", tga and webp.");
+  refuse_if(a.given.contains("--dither") && a.pictures.dither == Dither::automatic,
+            option("dither", "auto") +
+                " is for a GLB or glTF: name the output NAME.glb, or say on or off.");
 }
 
 namespace {

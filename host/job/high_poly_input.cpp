@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "clean/high_hulls.h"
 #include "job/mesh_files.h"
 #include "kiln/height_field.h"
 #include "options/parse.h"
@@ -98,7 +99,7 @@ bool is_height_field(const std::string& path) {
 
 HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOptions& heights,
                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
-                        bool beside) {
+                        bool beside, bool keep_hulls) {
   if (inputs.size() == 1 && !inputs[0].asset && is_height_field(inputs[0].name)) {
     return load_high(inputs[0].name, heights, warnings, options);
   }
@@ -117,6 +118,10 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
   const std::size_t before = warnings.size();
   MeshFiles read = load_meshes(inputs, options, named, warnings, beside);
   for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);
+  if (!keep_hulls) {
+    drop_hidden_hulls(read.mesh, warnings);
+    name_materials(read);
+  }
   read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
   turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
   HighPolyInput input;

@@ -38,10 +38,11 @@ struct HighPolyInput {
 };
 
 /// Several files are meshes, and joined. \param named, beside  see load_meshes() \param options  of meshes
+/// \param keep_hulls  false: collision hulls that engines never draw are left out, with a warning; see drop_hidden_hulls()
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
 HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOptions& heights,
                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
-                        bool beside = false);
+                        bool beside = false, bool keep_hulls = false);
 HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
                         std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 

@@ -84,6 +84,10 @@ Json describe(const Job& job, const BakeReport& report) {
       report.occlusion && report.occlusion->views > 0 ? Json(report.occlusion->views) : Json();
   only_if(maps_obey(job, "occlusion.rays"), {"ao_rays", "ao_occluders", "ao_back_faces"});
   only_if(maps_obey(job, "occlusion.falloff"), {"ao_falloff"});
+  if (!writes_gltf(job)) {
+    json["dither"] = job.image.dither;
+    only_if(false, {"quality", "normal_error", "fallback_textures", "mesh_compression"});
+  }
   json["own_maps"] = job.own_maps;
   json["variants"] = job.variants;
   json["set_sizes"] = Json::object();

@@ -35,6 +35,8 @@ Job settled(const Job& job);
 void check_settled(const Job& job);
 /// Refuses flags that were given but serve none of the matches or maps asked for. \throws Error(usage)
 void check_served(const Job& job);
+/// True unless an option is of matches or maps alone, and a job of settled() has none of these.
+bool is_served(const OptionRow& row, const Job& job);
 
 /// The options as the library takes them, with the files that they name: own maps, likely views.
 /// \throws Error(usage), Error(input)

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "clean/high_hulls.h"
 #include "job/job_options.h"
 #include "job/map_words.h"
 #include "job/transfers.h"
@@ -58,7 +59,9 @@ void MatchInputs::read(const Job& arguments, const Mesh& high, const Mesh& low,
   }
   if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
   for (const std::string& file : arguments.occluders) {
-    occluders_.push_back(load_mesh(file, load_options(arguments, MeshSide::other), &warnings));
+    Mesh occluder = load_mesh(file, load_options(arguments, MeshSide::other), &warnings);
+    if (!arguments.keep_hulls) drop_hidden_hulls(occluder, warnings);
+    occluders_.push_back(std::move(occluder));
   }
 }
 
@@ -92,6 +95,7 @@ namespace {
 void take_hulls(MeshFiles& files, std::vector<Warning>& warnings) {
   const std::vector<std::uint8_t> is_hull = collision_hulls(files.mesh);
   files.hulls = take_collision_hulls(files.mesh, &warnings);
+  name_materials(files);
   for (std::size_t& first : files.first) {
     first -= static_cast<std::size_t>(
         std::count(is_hull.begin(), is_hull.begin() + static_cast<std::ptrdiff_t>(first), 1));

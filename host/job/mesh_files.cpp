@@ -100,8 +100,11 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
   Asset asset;
   asset.mesh = load_mesh(file, options, &warnings);
   if (asset.mesh.material_files.empty()) return asset;
+  std::vector<Warning> told;  // elsewhere, but for this one
   try {
-    asset.materials = load_materials(asset.mesh, file, nullptr, options.outside);
+    asset.materials = load_materials(asset.mesh, file, &told, options.outside);
+    std::copy_if(told.begin(), told.end(), std::back_inserter(warnings),
+                 [](const Warning& warning) { return warning.code == "mtl-missing"; });
   } catch (const Error& error) {
     warnings.push_back(
         {"materials-unread", std::string(error.what()) + " It counts for nothing.", 1});
@@ -201,9 +204,13 @@ MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions
   result.first.push_back(triangles);
   const bool join = inputs.size() > 1 || named;
   result.mesh = join ? join_meshes(meshes, &warnings) : std::move(meshes[0]);
-  std::vector<Material>& materials = result.beside.materials;
-  if (!materials.empty()) materials = by_name(materials, result.mesh.material_names);
+  name_materials(result);
   return result;
+}
+
+void name_materials(MeshFiles& files) {
+  std::vector<Material>& materials = files.beside.materials;
+  if (!materials.empty()) materials = by_name(materials, files.mesh.material_names);
 }
 
 std::string in_words(const std::vector<std::string>& files) {

@@ -37,6 +37,9 @@ struct MeshFiles {
 MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions& options,
                       bool named, std::vector<Warning>& warnings, bool beside = false);
 
+/// Gives what was read beside a mesh one material for each of its names, after some of these went with their triangles.
+void name_materials(MeshFiles& files);
+
 /// Gives each group of triangles UVs of its own, where `move` puts a group's UV.
 void move_uvs(const std::vector<std::size_t>& group_of,
               const std::function<Vec2(std::size_t group, const Vec2& uv)>& move, Mesh& mesh);

@@ -386,6 +386,49 @@ OptionValue unwrap_value() {
   return value;
 }
 
+/// Of loose maps, and of a GLB's pictures, which may be JPEGs.
+OptionValue format_value() {
+  std::vector<std::string> names = names_of(Words(kFormats));
+  names.insert(std::lower_bound(names.begin(), names.end(), "jpeg"), "jpeg");
+  names.insert(std::lower_bound(names.begin(), names.end(), "png"), "png");
+  OptionValue value = value_of<Job>(
+      "image.format, pictures.format", "choice", one_of(names).words(),
+      [names](Job& job, Flagged flag, Given words) {
+        const std::string word = checked(flag, words.back(), names);
+        const bool is_jpeg = word == "jpeg";
+        job.image.format = is_jpeg || word == "png" ? ImageFormat::png8 : Words(kFormats).at(word);
+        job.pictures.format = is_jpeg                                 ? PictureFormat::jpeg
+                              : job.image.format == ImageFormat::webp ? PictureFormat::webp
+                                                                      : PictureFormat::png;
+      },
+      [](Job& job) {
+        return job.pictures.format == PictureFormat::jpeg
+                   ? "jpeg"
+                   : name_of(Words(kFormats), job.image.format);
+      });
+  value.choices = names;
+  return value;
+}
+
+/// With a value, or none: on.
+OptionValue dither_value() {
+  const std::vector<std::string> names = names_of(Words(kDithers));
+  OptionValue value = value_of<Job>(
+      "image.dither, pictures.dither", "flag or choice", "[on|off|auto]",
+      [names](Job& job, Flagged flag, Given words) {
+        const std::string& word = words.back();
+        job.pictures.dither = word == "true"    ? Dither::on
+                              : word == "false" ? Dither::off
+                                                : Words(kDithers).at(checked(flag, word, names));
+        job.image.dither = job.pictures.dither == Dither::on;
+      },
+      [](Job& job) {
+        return name_of(Words(kDithers), job.image.dither ? Dither::on : job.pictures.dither);
+      });
+  value.choices = names;
+  return value;
+}
+
 void check_screen(const Message& flag, const std::string& text) { parse_pixels(flag, text); }
 void check_degrees(const Message& flag, const std::string& text) { parse_degrees(flag, text); }
 void check_outline(const Message&, const std::string& text) { parse_outline_bound(text); }
@@ -505,14 +548,39 @@ std::vector<OptionRow> make_rows() {
        .help = "Leave out the third component: z = sqrt(1-x^2-y^2)"},
       {.flag = "--format",
        .group = kMap,
-       .value = choice(AT(image.format), Words(kFormats)),
+       .value = format_value(),
+       .help = "png16, png8 (png), exr (half), exr32 (float), tiff16, tiff8, tiff32 (float), tga "
+               "or webp "
+               "(8 bits); ktx2 or dds (with --mips; normals BC5, grey BC4, else RGBA8). Of a GLB's "
+               "pictures: png8, webp, or jpeg (what has alpha, and normals: PNG)"},
+      {.flag = "--quality",
+       .group = kMap,
+       .value = whole(AT(pictures.quality), 1, 100).or_none(),
        .help =
-           "png16, png8, exr (half), exr32 (float), tiff16, tiff8, tiff32 (float), tga or webp (8 "
-           "bits); ktx2 or dds (with --mips; normals BC5, grey BC4, else RGBA8)"},
+           "Of a GLB's pictures in webp or jpeg, but normals: lossy, 1 to 100 (default: webp is "
+           "lossless, jpeg has 90)"},
+      {.flag = "--normal-error",
+       .group = kMap,
+       .value = number(AT(pictures.max_normal_error), 0, 45).or_none().in("degrees"),
+       .help = "Of a GLB in webp or jpeg: normals are lossy, too, in the least quality that keeps "
+               "their mean error within so many degrees (default: they are lossless)"},
+      {.flag = "--fallback-textures",
+       .group = kMap,
+       .value = toggle(AT(pictures.fallback)),
+       .help = "Of a GLB in webp: PNGs stand beside, so that no extension is required"},
+      {.flag = "--mesh-compression",
+       .group = kMap,
+       .value = choice(AT(mesh_compression), Words(kMeshCompressions)),
+       .help =
+           "Of a GLB's triangles: meshopt (with KHR_mesh_quantization), draco, or none. Readers "
+           "need the extension"},
       {.flag = "--dither",
        .group = kMap,
-       .value = toggle(AT(image.dither)),
-       .help = "png8, tga, webp: ordered dither instead of rounding"},
+       .value = dither_value(),
+       .help =
+           "png8, tga, webp: ordered dither instead of rounding: on (where no word follows), off, "
+           "or auto: where a channel changes by less than a step over 32 texels. In a GLB auto "
+           "is the default"},
       {.flag = "--raw",
        .group = kMap,
        .value = toggle(AT(bake.encoding.raw)),

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "base/percent.h"
-#include "clean/high_hulls.h"
 #include "job/check_result.h"
 #include "job/files.h"
 #include "job/job_options.h"
@@ -181,10 +180,9 @@ bool load_high_poly(BakeRun& run) {
   for (const std::string& file : high_files(arguments)) {
     if (!run.console.progress(0, "reading " + file)) return false;
   }
-  run.high =
-      load_high(arguments.high, arguments.heights, load_options(arguments, MeshSide::high),
-                has_more_files(arguments) && !made, run.warnings, !asset_file(arguments).empty());
-  if (!arguments.keep_hulls) drop_hidden_hulls(run.high.mesh, run.warnings);
+  run.high = load_high(arguments.high, arguments.heights, load_options(arguments, MeshSide::high),
+                       has_more_files(arguments) && !made, run.warnings,
+                       !asset_file(arguments).empty(), arguments.keep_hulls);
   if (run.high.heights) run.arguments.heights = run.high.field;
   choose_asset_maps(run);
   run.cleaned = clean_high(run.high.mesh, clean_options(arguments), run.warnings);
@@ -299,6 +297,7 @@ std::optional<double> normals_off(const BakeRun& run, const Source& source, cons
   options.encoding.flip_y = options.encoding.two_component = options.encoding.raw =
       options.encoding.mips = false;
   options.report = {.recall = 0};
+  options.encoding.ranges = {};
   options.transfers = {};
   options.own_maps = {};
   options.variants = {};
@@ -498,7 +497,12 @@ bool run_stages(BakeRun& run, const std::function<Device()>& open, JobResult& re
   std::optional<Source> built;
   if (run.hooks.high == nullptr) {
     if (!run.console.progress(kAtSource, "preparing the high poly")) return false;
-    built.emplace(device, run.high.mesh, run.arguments.traversal);
+    const RayTraversal traversal = run.arguments.traversal;
+    if (run.hooks.make_source) {
+      built = run.hooks.make_source(device, run.high.mesh, traversal);
+    } else {
+      built.emplace(device, run.high.mesh, traversal);
+    }
   }
   const Source& source = run.hooks.high != nullptr ? run.hooks.high->source : *built;
   run.stages.build = run.watch.lap();

@@ -95,6 +95,8 @@ struct RunHooks {
                      std::vector<std::string>& outputs, std::vector<Warning>& warnings)>
       draw_plan;
   std::function<void(const std::string&)> line;  ///< A line of the summary that is known early
+  /// Makes the source of a high poly, or has one of the same mesh from another run. Empty: it is made
+  std::function<Source(const Device&, const Mesh&, RayTraversal)> make_source;
 
   const PreparedHigh* high = nullptr;  ///< In place of Job::high, which then names it alone
   /// Images of the caller's own, by the names of their slots in a material, which replace the maps of these names.

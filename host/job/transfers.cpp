@@ -6,6 +6,7 @@
 #include <memory>
 #include <system_error>
 
+#include "base/input_log.h"
 #include "job/files.h"
 #include "job/map_words.h"
 #include "job/mesh_files.h"
@@ -188,6 +189,17 @@ std::vector<OwnMap> load_own_maps(const Job& a) {
   return maps;
 }
 
+namespace {
+
+/// True also where there are none. Alpha does not count.
+bool is_white(std::span<const std::array<std::uint8_t, 4>> colors) {
+  return std::all_of(colors.begin(), colors.end(), [](const std::array<std::uint8_t, 4>& c) {
+    return c[0] == 255 && c[1] == 255 && c[2] == 255;
+  });
+}
+
+}  // namespace
+
 void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
                    std::vector<Warning>& warnings, std::span<const Material> known) {
   Materials materials(arguments, high, warnings, known);
@@ -205,8 +217,9 @@ void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
   if (asks(options, "color") && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
-    // Vertex colours say more than a plain material, where they are not multiplied with it.
-    if (has_pictures(texture) || high.colors.empty() || !texture.times_vertex_colors.empty()) {
+    // Vertex colours say more than a plain material, where they are not multiplied with it, and are not white all over, as
+    // programs write them that have none.
+    if (has_pictures(texture) || is_white(high.colors) || !texture.times_vertex_colors.empty()) {
       options.color = std::move(texture);
     }
   }
@@ -269,7 +282,7 @@ std::optional<std::string> last_part(std::string& text) {
 bool is_there(const std::string& file) {
   if (file.size() >= PATH_MAX) return false;
   std::error_code ignored;
-  return fs::exists(file, ignored) || is_picture_file(file);
+  return note_whether_file(file) || fs::exists(file, ignored) || is_picture_file(file);
 }
 
 /// If there is no such file, but one before a colon: the words after it are wrong. \throws Error(usage)

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "base/formatted.h"
@@ -134,7 +137,8 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
 
 TextureSet all_of(const Mesh& low) {
   TextureSet set;
-  set.holds.assign(low.triangles.size(), 1);
+  set.members.resize(low.triangles.size());
+  std::iota(set.members.begin(), set.members.end(), 0U);
   set.triangles = low.triangles.size();
   return set;
 }
@@ -144,12 +148,11 @@ std::vector<TextureSet> by_names(const Mesh& low, const std::vector<std::uint32_
   std::vector<TextureSet> sets(names.size());
   for (std::size_t i = 0; i < sets.size(); ++i) {
     sets[i].name = names[i];
-    sets[i].holds.assign(low.triangles.size(), 0);
   }
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs)) continue;
-    sets[of[t]].holds[t] = 1;
+    sets[of[t]].members.push_back(static_cast<std::uint32_t>(t));
     if (has_area_in_uv(uvs)) ++sets[of[t]].triangles;
   }
   return sets;
@@ -180,13 +183,12 @@ std::vector<TextureSet> by_tiles(const Mesh& low) {
     if (!has_uvs(uvs) || !has_area_in_uv(uvs)) continue;
     const auto [u, v] = tile_of(uvs);
     TextureSet& set = tiles[{v, u}];
-    if (set.holds.empty()) {
-      set.holds.assign(low.triangles.size(), 0);
+    if (set.members.empty()) {
       set.tile_u = static_cast<std::uint32_t>(u);
       set.tile_v = static_cast<std::uint32_t>(v);
       set.name = std::to_string(1001 + u + kTilesAcross * v);
     }
-    set.holds[t] = 1;
+    set.members.push_back(static_cast<std::uint32_t>(t));
     ++set.triangles;
   }
   std::vector<TextureSet> sets;
@@ -219,9 +221,23 @@ void keep_uvs_of(const TextureSet& set, Mesh& low) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
   low.uvs.push_back({kNaN, kNaN});
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    if (set.holds[t] == 0) low.uv_triangles[t] = {nowhere, nowhere, nowhere};
+  std::vector<Triangle> kept(low.triangles.size(), {nowhere, nowhere, nowhere});
+  for (const std::uint32_t t : set.members) kept[t] = low.uv_triangles[t];
+  low.uv_triangles = std::move(kept);
+}
+
+/// The one tile in which all triangles of a set with an area in UV space lie, if there is one.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> only_tile(const Mesh& low,
+                                                                 const TextureSet& set) {
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> only;
+  for (const std::uint32_t t : set.members) {
+    const UvCorners uvs = corner_uvs(low, t);
+    if (!has_area_in_uv(uvs)) continue;
+    const std::pair<std::uint32_t, std::uint32_t> tile = tile_of(uvs);
+    if (only.value_or(tile) != tile) return std::nullopt;
+    only = tile;
   }
+  return only;
 }
 
 /// Sets of materials or objects, those that span tiles parted by these.
@@ -229,6 +245,11 @@ std::vector<TextureSet> with_tiles(const Mesh& low, std::vector<TextureSet> sets
   if (!lies_in_tiles(low)) return sets;
   std::vector<TextureSet> result;
   for (TextureSet& set : sets) {
+    if (const auto tile = only_tile(low, set)) {
+      std::tie(set.tile_u, set.tile_v) = *tile;
+      result.push_back(std::move(set));
+      continue;
+    }
     Mesh own;
     own.name = low.name;
     own.triangles = low.triangles;
@@ -236,11 +257,7 @@ std::vector<TextureSet> with_tiles(const Mesh& low, std::vector<TextureSet> sets
     own.uv_triangles = low.uv_triangles;
     keep_uvs_of(set, own);
     std::vector<TextureSet> tiles = by_tiles(own);
-    if (tiles.size() == 1) {
-      set.tile_u = tiles[0].tile_u;
-      set.tile_v = tiles[0].tile_v;
-    }
-    if (tiles.size() < 2 || !tiles_overlap(own)) {
+    if (!tiles_overlap(own)) {
       result.push_back(std::move(set));
       continue;
     }

@@ -112,6 +112,11 @@ inline constexpr Word<ImageFormat> kFormats[] = {
     {"tga", ImageFormat::tga},           {"tiff16", ImageFormat::tiff16},
     {"tiff32", ImageFormat::tiff_float}, {"tiff8", ImageFormat::tiff8},
     {"webp", ImageFormat::webp}};
+inline constexpr Word<Dither> kDithers[] = {
+    {"auto", Dither::automatic}, {"off", Dither::off}, {"on", Dither::on}};
+inline constexpr Word<MeshCompression> kMeshCompressions[] = {{"draco", MeshCompression::draco},
+                                                              {"meshopt", MeshCompression::meshopt},
+                                                              {"none", MeshCompression::none}};
 /// Words that --fallback can end with.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};

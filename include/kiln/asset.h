@@ -115,11 +115,15 @@ struct AssetError {
   StoredError error;       ///< Error over the baked texels
 };
 
-/// The same as pictures that glTF has, 8 bits and dithered. Made by encode_maps().
+/// The same as pictures that glTF has, 8 bits. Made by encode_maps(). Each says by its first bytes what it is: PNG, WebP
+/// or JPEG.
 struct AssetPictures {
-  bool is_webp = false;             ///< Else they are PNGs
-  std::vector<AssetError> errors;   ///< Each map's error, where its texels are baked
-  std::vector<std::byte> color;     ///< Base colour, with opacity as its alpha; empty, as all: none
+  std::vector<AssetError> errors;  ///< Each map's error, where its texels are baked
+  /// PNGs beside WebPs, for programs that do not read these: EncodeMapsOptions::fallback. As the members below.
+  std::shared_ptr<const AssetPictures> fallback;
+  std::uint32_t normal_quality =
+      0;                         ///< That EncodeMapsOptions::max_normal_error came to; 0: lossless
+  std::vector<std::byte> color;  ///< Base colour, with opacity as its alpha; empty, as all: none
   std::vector<std::byte> surface;   ///< Occlusion, roughness and metalness: R, G, B
   std::vector<std::byte> normal;    ///< In tangent space
   std::vector<std::byte> emission;  ///< sRGB
@@ -131,11 +135,46 @@ struct AssetPictures {
   float emission_strength = 1;      ///< As in AssetMaps
 };
 
-/// Encodes maps, so that their values need not be kept, and several materials can share them.
-/// \param format  png8, or webp: lossless, and EXT_texture_webp becomes required
+/// Formats of a glTF's pictures.
+enum class PictureFormat {
+  png,   ///< 8 bits
+  webp,  ///< Lossless, or lossy by a quality: EXT_texture_webp. Where libwebp was built in; at most 16383 texels a side
+  jpeg,  ///< Lossy. Where libjpeg was built in; at most 65500 texels a side
+};
+
+/// How values become 8 bits.
+enum class Dither {
+  off,  ///< Rounded to nearest
+  /// Dithered where rounding would leave bands: a channel is dithered in each square of 32 x 32 texels in which it changes by
+  /// less than one step of 1/255, but by more than 1/16 of one; all else is rounded. Of normals x and y alone: z hardly
+  /// turns them.
+  automatic,
+  on,  ///< Ordered dither everywhere (Bayer's thresholds, 8 x 8)
+};
+
+/// Settings of encode_maps().
+struct EncodeMapsOptions {
+  /// With webp EXT_texture_webp becomes required, but with `fallback`. With jpeg, pictures with alpha, which it does not have,
+  /// are PNGs; so are normals, but with `max_normal_error`.
+  PictureFormat format = PictureFormat::png;
+  /// webp and jpeg: 1 to 100, lossy: of all pictures but normals. 0: webp is lossless, jpeg has 90. Colours may have half
+  /// the resolution.
+  std::uint32_t quality = 0;
+  /// webp and jpeg: normals are lossy, too, in the least quality with which their mean error is no more degrees than this. 0:
+  /// they are lossless.
+  double max_normal_error = 0;
+  Dither dither = Dither::automatic;  ///< Lossy pictures are rounded
+  bool smallest = false;              ///< PNGs are packed for seconds, for the fewest bytes
+  bool fallback = false;              ///< webp: PNGs stand beside, and no extension is required
+};
+
+/// Encodes maps, so that their values need not be kept, and several materials can share them. The same maps give the same
+/// bytes, on any number of threads.
 /// \throws Error(usage) for maps of other channels or sizes than they should have, and other formats
 /// Thread safety: may be called from several threads.
-AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format = ImageFormat::png8);
+AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& options = {});
+/// The same of png8 or webp.
+AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format);
 
 /// A material of a file that is written.
 struct AssetMaterial {
@@ -147,6 +186,18 @@ struct AssetMaterial {
   bool double_sided = false;               ///< Back faces are shown, too
   std::string set;                         ///< Beginning of its pictures' names; may be empty
   std::string extras;                      ///< JSON: glTF's `extras`; empty: none
+};
+
+/// How the triangles of a glTF are packed.
+enum class MeshCompression {
+  none,
+  /// EXT_meshopt_compression over KHR_mesh_quantization, both required: positions in 1/65535 of an object's longest side,
+  /// normals and tangents within 0.04 degrees, UVs in 1/65535 where all lie in [0, 1]; a node below each object's own scales
+  /// them back. Triangles and vertices are reordered.
+  meshopt,
+  /// KHR_draco_mesh_compression, required: positions and UVs in 16 bits, normals and tangents in 12. Triangles and vertices
+  /// are reordered. Where Draco was built in.
+  draco,
 };
 
 /// Settings of save_asset(), and content beside a mesh and its materials.
@@ -162,6 +213,7 @@ struct SaveAssetOptions {
   std::string copyright;    ///< `asset.copyright`; empty: none
   std::string scene;        ///< As Asset::scene, whose name and extras are written
   std::string kiln_extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
+  MeshCompression compression = MeshCompression::none;  ///< Of all meshes
 };
 
 /// Writes a low poly with its maps as glTF 2.0: POSITION, NORMAL, TANGENT and TEXCOORD_0 as a bake in tangent space
@@ -173,7 +225,7 @@ struct SaveAssetOptions {
 /// the mirroring: programs do not agree on tangents under mirroring nodes. An object whose node flattens it is a
 /// root. Without nodes, the root is named as the mesh, and its origin is the root's translation. Vertex colours are
 /// COLOR_0, but where a material has a picture of colours: there they would be multiplied, and are `_COLOR_0`.
-/// Triangles without area, or without UVs where others have them, are left out. A mesh without UVs has no tangents. Each file appears whole or not at all, the .gltf last.
+/// Triangles without area are left out. Those without UVs, where others have them, are a primitive of their own, whose material has no pictures. A mesh without UVs has no tangents. Each file appears whole or not at all, the .gltf last.
 /// \param materials  one for each of Mesh::material_names, or one for all
 /// \returns the files that were written, `path` last
 /// \throws Error(input) for a mesh without a triangle that has area, or without UVs but with pictures; Error(usage) for materials or nodes of

@@ -138,9 +138,11 @@ struct Job {
   BakeOptions bake = {.maps = {}};
   LoadMeshOptions load = {};      ///< Triangulation of polygons
   MeshFrameArguments frame = {};  ///< Axes, units and normals of files that do not say them
-  SaveImageOptions image = {ImageFormat::png16};     ///< Format of maps
-  RayTraversal traversal = RayTraversal::automatic;  ///< See Source
-  HeightFieldOptions heights = {};                   ///< Where the high poly is an image of heights
+  SaveImageOptions image = {ImageFormat::png16};  ///< Format of maps; webp is a GLB's, too
+  EncodeMapsOptions pictures = {};                ///< Of a GLB or glTF
+  MeshCompression mesh_compression = MeshCompression::none;  ///< Of a GLB
+  RayTraversal traversal = RayTraversal::automatic;          ///< See Source
+  HeightFieldOptions heights = {};  ///< Where the high poly is an image of heights
 
   bool match_auto =
       false;               ///< The match and the map's size are chosen by error: see bake_planned()

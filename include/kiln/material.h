@@ -64,6 +64,7 @@ struct Material {
   bool double_sided = false;                ///< glTF's
   bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
   bool vertex_opacity = false;    ///< True if vertex colours that it multiplies have alpha
+  bool vertex_color = false;      ///< True if it has the vertices' colours (PLY, without a picture)
   MaterialPicture color_map;      ///< `map_Kd`; alpha as well where opacity_map is the same picture
   MaterialPicture opacity_map;    ///< `map_d`
   MaterialPicture normal_map;     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`

@@ -135,8 +135,7 @@ struct LoadMeshOptions {
 /// Names in OBJ may hold '#'. OBJ, PLY and OFF may be UTF-16 with a byte-order mark. STL corners
 /// with exactly equal positions become one vertex. Positions are read in double precision. A mesh
 /// farther from the world's origin than 16 of its diagonals gets an `origin` of its own; its box is that of
-/// triangles with area. PLY's
-/// vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign `tw` (without it, the
+/// triangles with area. PLY's vertices may give tangents, `tx ty tz` or `tangent_x`..., and their sign `tw` (without it, the
 /// UVs say it): Mesh::tangents, where there are UVs. Clear them for those of MikkTSpace. Normals
 /// are made unit. OBJ's groups are its `g` and `o` names, whichever came last; its objects are its
 /// `o` names alone, its materials those of `usemtl`, described in the files of `mtllib`. Triangles
@@ -156,8 +155,9 @@ struct LoadMeshOptions {
 ///   color-scale           colours above 1 that are nearly black as bytes: they may be brighter than white
 ///   face-colors-left-out  faces have colours, but the vertices' own were taken
 ///   color-indices         OFF: colours of faces by a number in a list that the file has not: none
+///   stl-colors            STL: all triangles are marked as without a colour, and have one: the header's was taken
 ///   zero-indices          OBJ: index 0 of a UV or a normal: none there
-///   texture-numbers       PLY: a `texnumber` of no picture (none there), or pictures without one (the first)
+///   texture-numbers       PLY: a `texnumber` of no picture (vertex colours, if any), or pictures without one (the first)
 ///   texture-without-uvs   PLY: pictures, but no UVs: not read
 ///   bad-texcoords         PLY: not two numbers a corner: the vertices' UVs, or none
 ///   bad-polypaint         colours of #MRGB lines that are none, or of no vertex: ignored

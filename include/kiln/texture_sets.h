@@ -24,8 +24,8 @@ struct TextureSet {
   std::string tile;          ///< "1001" and on where a material or object has several; else empty
   std::uint32_t tile_u = 0;  ///< Whole part of u of the tile that is moved to the unit square
   std::uint32_t tile_v = 0;  ///< Whole part of v
-  std::vector<std::uint8_t> holds;  ///< Per triangle: 1 where it belongs to the set
-  std::uint64_t triangles = 0;      ///< Number of them that have an area in UV space
+  std::vector<std::uint32_t> members;  ///< Its triangles of Mesh::triangles, ascending
+  std::uint64_t triangles = 0;         ///< Number of them that have an area in UV space
 };
 
 /// Parts a low poly into its texture sets, in the order of material_names, object_names or tiles. Those without a

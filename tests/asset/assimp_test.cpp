@@ -68,6 +68,88 @@ TEST(Assimp, InstancesMirroredOnesFaceTheSameWay) {
   }
 }
 
+/// The text with the first place of `from` replaced.
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+// Blender and the manual cut a polygon as its mesh has it, whatever the node does.
+TEST(Assimp, MirroredPolygonsAreCutAsTheOthers) {
+  const std::string bent = replaced(kSquares, "0 0 0 1 0 0 1 1 0 0 1 0", "0 0 0 1 0 1 1 1 0 0 1 1");
+  const Mesh mesh = read_by_assimp({"squares.dae", bent}).mesh;
+  ASSERT_EQ(mesh.triangles.size(), 4U);
+  for (std::size_t t = 0; t < 4; ++t) {
+    std::size_t on_ground = 0;
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (mesh.positions[v].z + mesh.origin[2] < 0.5) ++on_ground;
+    }
+    EXPECT_EQ(on_ground, 2U) << "triangle " << t << " is cut along corners 0 and 2";
+  }
+}
+
+// A picture of the second set, or of the first where the second is read. Assimp 5.2 goes by the number in the channel's name.
+TEST(Assimp, PicturesLieOnTheSetTheyAreBoundTo) {
+  const fs::path folder = test::scratch_folder();
+  save_image({1, 1, 3, {1, 0, 0}}, folder / "p.png", {.format = ImageFormat::png8});
+  std::string text = replaced(
+      kSquares, "<vertices id",
+      R"(<source id="u"><float_array id="ua" count="8">0 0 0 0.5 0.5 0.5 0.5 0</float_array><technique_common>
+<accessor source="#ua" count="4" stride="2"><param name="S" type="float"/><param name="T" type="float"/></accessor></technique_common></source>
+<vertices id)");
+  text = replaced(text, "<polylist count=\"1\">", "<polylist count=\"1\" material=\"m\">");
+  text = replaced(text, "<vcount>4",
+                  "<input semantic=\"TEXCOORD\" source=\"#u\" offset=\"2\" set=\"1\"/><vcount>4");
+  text = replaced(
+      text, "<library_geometries>",
+      R"(<library_images><image id="i"><init_from>p.png</init_from></image></library_images>
+<library_effects><effect id="e"><profile_COMMON>
+<newparam sid="f"><surface type="2D"><init_from>i</init_from></surface></newparam>
+<newparam sid="s"><sampler2D><source>f</source></sampler2D></newparam>
+<technique sid="t"><lambert><diffuse><texture texture="s" texcoord="CHANNEL_TWO"/></diffuse></lambert></technique>
+</profile_COMMON></effect></library_effects>
+<library_materials><material id="mm" name="skin"><instance_effect url="#e"/></material></library_materials>
+<library_geometries>)");
+  for (const int set : {0, 1}) {
+    const std::string channel = "CHANNEL" + std::to_string(set);
+    std::string bound = replaced(text, "CHANNEL_TWO", channel);
+    for (int node = 0; node < 2; ++node) {
+      bound = replaced(bound, "<instance_geometry url=\"#g\"/>",
+                       "<instance_geometry url=\"#g\" ><bind_material><technique_common>"
+                       "<instance_material symbol=\"m\" target=\"#mm\"><bind_vertex_input "
+                       "semantic=\"" +
+                           channel + "\" input_semantic=\"TEXCOORD\" input_set=\"" +
+                           std::to_string(set) +
+                           "\"/></instance_material></technique_common></bind_material>"
+                           "</instance_geometry>");
+    }
+    for (const std::uint32_t read : {0U, 1U}) {
+      LoadMeshOptions options;
+      options.uv_set = read;
+      const Asset asset = read_by_assimp({(folder / "a.dae").string(), bound, nullptr, options});
+      const Mesh& mesh = asset.mesh;
+      ASSERT_EQ(asset.materials.size(), 1U);
+      const MaterialPicture& picture = asset.materials[0].color_map;
+      ASSERT_FALSE(picture.empty());
+      EXPECT_EQ(picture.uv_set, static_cast<std::uint32_t>(set));
+      EXPECT_EQ(mesh.uv_set, read);
+      ASSERT_EQ(mesh.other_uvs.size(), static_cast<std::uint32_t>(set) == read ? 0U : 1U);
+      const std::vector<Vec2>& uvs = mesh.other_uvs.empty() ? mesh.uvs : mesh.other_uvs[0].uvs;
+      ASSERT_EQ(uvs.size(), mesh.uvs.size());
+      for (std::size_t t = 0; t < 4; ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vec3& p = mesh.positions[mesh.triangles[t][k]];
+          const double across = p.x + mesh.origin[0], x = t < 2 ? across : 10 - across, y = p.y;
+          const Vec2 uv = uvs[mesh.uv_triangles[t][k]];
+          EXPECT_EQ(uv.x, set == 0 ? x / 4 : y / 2);
+          EXPECT_EQ(uv.y, set == 0 ? y / 2 : x / 2);
+        }
+      }
+    }
+  }
+}
+
 /// A square in the xy plane on two joints: the first is moved by (0, 0, 5) and bound at the origin, the second stands
 /// 2 along x of it, is turned by 90 degrees about z, and was bound at (2, 0, 0). The bind shape doubles all, the mesh's own
 /// node is moved far away.

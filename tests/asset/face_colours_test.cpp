@@ -176,6 +176,37 @@ TEST(FaceColours, OfStlByMagics) {
   EXPECT_EQ(whole.mesh.positions.size(), 4U);
 }
 
+// MeshLab writes Magics' header and order of channels, but sets the mark in every triangle.
+TEST(FaceColours, OfStlByMeshLab) {
+  const std::string meshlab = "COLOR=\x7f\x7f\x7f MATERIAL=\x7f\x7f\x7f ";
+  const std::string magics = "COLOR=\x0a\x14\x1e\xc8,MATERIAL=";
+  for (const std::string& header : {meshlab, magics}) {
+    const Loaded differ =
+        load_text("c.stl", stl(header, {bits(31, 16, 1, true), bits(0, 0, 31, true)}));
+    EXPECT_EQ(color_of(differ.mesh, 0), (Color{255, 132, 8, 255}));
+    EXPECT_EQ(color_of(differ.mesh, 1), (Color{0, 0, 255, 255}));
+    EXPECT_TRUE(differ.warnings.empty());
+  }
+  // One colour for all: MeshLab's header tells that it is meant.
+  const Loaded one =
+      load_text("c.stl", stl(meshlab, {bits(31, 16, 1, true), bits(31, 16, 1, true)}));
+  EXPECT_EQ(color_of(one.mesh, 1), (Color{255, 132, 8, 255}));
+  EXPECT_TRUE(one.warnings.empty());
+  const Loaded white = load_text("c.stl", stl(meshlab, {0xFFFF, 0xFFFF}));
+  EXPECT_EQ(color_of(white.mesh, 0), (Color{255, 255, 255, 255}));
+  // Else it is the header's, by the letter, with a warning where the two are not one colour.
+  const Loaded doubt =
+      load_text("c.stl", stl(magics, {bits(31, 16, 1, true), bits(31, 16, 1, true)}));
+  EXPECT_EQ(color_of(doubt.mesh, 0), (Color{10, 20, 30, 200}));
+  EXPECT_EQ(doubt.count("stl-colors"), 2U);
+  for (const std::uint16_t silent : {bits(31, 31, 31, true), bits(0, 0, 0, true),
+                                     bits(1, 2, 4, true)}) {  // of which the last is the header's
+    const Loaded sure = load_text("c.stl", stl(magics, {silent, silent}));
+    EXPECT_EQ(color_of(sure.mesh, 0), (Color{10, 20, 30, 200}));
+    EXPECT_TRUE(sure.warnings.empty());
+  }
+}
+
 TEST(FaceColours, CornersAreWeldedWhereColoursAgree) {
   const Loaded loaded = load_text("c.stl", stl("", {bits(0, 0, 31, true), bits(0, 31, 0, true)}));
   EXPECT_EQ(loaded.mesh.positions.size(), 6U);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -629,6 +630,165 @@ TEST(Fbx, InstancesMirroredOnesFaceTheSameWay) {
       EXPECT_EQ(mesh.normals[mesh.normal_triangles[t][k]].z, 1);
     }
   }
+}
+
+/// Triangles by the numbers of their corners in the polygon, each beginning with the least; in order.
+std::vector<Triangle> cuts(const Mesh& mesh, std::uint32_t first, bool turned_back) {
+  std::vector<Triangle> result;
+  for (const Triangle& t : mesh.triangles) {
+    Triangle corners{t[0] - first, t[1] - first, t[2] - first};
+    if (turned_back) std::swap(corners[1], corners[2]);
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    result.push_back(corners);
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+// Blender and the manual cut polygons as their mesh has them, whatever a node does: a fold that is a ridge in the one is no
+// valley in its mirror image.
+TEST(Fbx, MirroredPolygonsAreCutAsTheOthers) {
+  std::vector<double> bent_quad = {0, 0, 0, 2, 0, 0.5, 2.25, 1, 0, 0, 1, 0.5}, heptagon, arrow;
+  for (int i = 0; i < 7; ++i) {
+    const double angle = 0.9 * i + 0.05 * i * i / 7, away = 1 + 0.1 * (i % 3);
+    heptagon.insert(heptagon.end(), {away * std::cos(angle), away * std::sin(angle), 0.02 * i});
+  }
+  arrow = {0, 0, 0, 3, -1, 0, 1, 0.25, 0, 2.5, 2, 0, 0.25, 1.5, 0};
+  const std::vector<double> triangle = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  for (const std::vector<double>& shape : {triangle, bent_quad, heptagon, arrow}) {
+    const std::size_t count = shape.size() / 3;
+    for (const Triangulation rule : {Triangulation::automatic, Triangulation::blender,
+                                     Triangulation::fan, Triangulation::shortest}) {
+      for (const auto& scale : {std::array<double, 3>{-1, 1, 1}, {2, -2, 2}, {1, 1, -1}}) {
+        FbxScene scene;
+        std::vector<std::int32_t> corners;
+        for (std::size_t i = 0; i < count; ++i) corners.push_back(static_cast<std::int32_t>(i));
+        corners.back() = -corners.back() - 1;
+        scene.mesh(10, shape, corners);
+        scene.model(100, "plain", 0);
+        scene.model(101, "mirrored", 0,
+                    {FbxScene::vector("Lcl Scaling", scale[0], scale[1], scale[2])});
+        scene.connect(10, 100);
+        scene.connect(10, 101);
+        LoadMeshOptions options;
+        options.triangulation = rule;
+        const std::string bytes = scene.text();
+        const Mesh mesh = read_fbx({"a.fbx", bytes, nullptr, options}).mesh;
+        ASSERT_EQ(mesh.positions.size(), 2 * count);
+        ASSERT_EQ(mesh.triangles.size(), 2 * (count - 2));
+        const auto half = static_cast<std::ptrdiff_t>(count - 2);
+        Mesh plain, mirrored;
+        plain.triangles.assign(mesh.triangles.begin(), mesh.triangles.begin() + half);
+        mirrored.triangles.assign(mesh.triangles.begin() + half, mesh.triangles.end());
+        EXPECT_EQ(cuts(plain, 0, false), cuts(mirrored, static_cast<std::uint32_t>(count), true))
+            << count << " corners, rule " << static_cast<int>(rule) << ", scale " << scale[0] << ' '
+            << scale[1] << ' ' << scale[2];
+      }
+    }
+  }
+}
+
+/// A layer of UVs, one for each corner.
+FbxRecord uv_layer(std::int64_t index, const std::string& name, const std::vector<double>& uvs) {
+  return {"LayerElementUV",
+          {index},
+          {{"Name", {name}},
+           {"MappingInformationType", {std::string("ByPolygonVertex")}},
+           {"ReferenceInformationType", {std::string("Direct")}},
+           {"UV", {uvs}}}};
+}
+
+/// Which UVs of `mesh` a picture lies on, at a corner of a triangle.
+Vec2 uv_of_picture(const Mesh& mesh, const MaterialPicture& picture, std::size_t t,
+                   std::size_t corner) {
+  const std::uint32_t uv = mesh.uv_triangles[t][corner];
+  if (picture.uv_set == mesh.uv_set) return mesh.uvs[uv];
+  for (const UvSet& set : mesh.other_uvs) {
+    if (set.set == picture.uv_set) return set.uvs.at(uv);
+  }
+  ADD_FAILURE() << "no set " << picture.uv_set;
+  return {};
+}
+
+// FBX names the set of a picture; of two meshes of one material each may have it at another number.
+TEST(Fbx, PicturesLieOnTheSetTheyName) {
+  const std::vector<double> one = {0, 0, 1, 0, 1, 1, 0, 1}, two = {0, 0, 0, 0.5, 0.5, 0.5, 0.5, 0},
+                            three = {0.25, 0, 0.25, 0, 0.25, 0, 0.25, 0};
+  const fs::path folder = test::scratch_folder();
+  save_image({1, 1, 3, {1, 0, 0}}, folder / "p.png", {.format = ImageFormat::png8});
+  FbxScene scene;
+  for (std::int64_t m = 0; m < 3; ++m) {
+    FbxRecord& mesh = scene.mesh(10 + m, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, {0, 1, 2, -4});
+    // The first has "base" and "Tex", the second the same the other way round, the third "base" alone.
+    mesh.children.push_back(uv_layer(0, m == 1 ? "Tex" : "base", m == 1 ? two : one));
+    if (m < 2) mesh.children.push_back(uv_layer(1, m == 1 ? "base" : "Tex", m == 1 ? one : two));
+    if (m == 0) mesh.children.push_back(uv_layer(2, "third", three));
+    scene.model(100 + m, "n" + std::to_string(m), 0);
+    scene.connect(10 + m, 100 + m);
+    scene.connect(50, 100 + m);
+  }
+  scene.add("Material", 50, "Material::skin", "");
+  const std::pair<const char*, const char*> slots[] = {
+      {"DiffuseColor", "Tex"}, {"NormalMap", ""}, {"EmissiveColor", "third"}};
+  for (std::int64_t i = 0; i < 3; ++i) {
+    FbxRecord& texture = scene.add("Texture", 60 + i, "Texture::t", "",
+                                   {{"P",
+                                     {std::string("UVSet"), std::string("KString"), std::string(),
+                                      std::string(), std::string(slots[i].second)}}});
+    texture.children.push_back({"FileName", {std::string("p.png")}});
+    texture.children.push_back({"RelativeFilename", {std::string("p.png")}});
+    scene.connections.push_back(
+        {"C", {std::string("OP"), 60 + i, std::int64_t{50}, std::string(slots[i].first)}});
+  }
+  const std::string bytes = scene.text();
+  const std::string file = (folder / "a.fbx").string();
+  for (const std::uint32_t read : {0U, 1U}) {
+    SCOPED_TRACE(read);
+    LoadMeshOptions options;
+    options.uv_set = read;
+    const Asset asset = read_fbx({file, bytes, nullptr, options});
+    const Mesh& mesh = asset.mesh;
+    EXPECT_EQ(mesh.uv_set, read);
+    ASSERT_EQ(asset.materials.size(), 1U);
+    const Material& skin = asset.materials[0];
+    ASSERT_FALSE(skin.color_map.empty() || skin.normal_map.empty() || skin.emission_map.empty());
+    for (std::size_t t = 0; t < 6; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3& p = mesh.positions[mesh.triangles[t][k]];
+        const auto x = static_cast<float>(p.x + mesh.origin[0]),
+                   y = static_cast<float>(p.y + mesh.origin[1]);
+        const Vec2 base{x, y}, tex{y / 2, x / 2};
+        const std::size_t m = t / 2;
+        EXPECT_EQ(uv_of_picture(mesh, skin.color_map, t, k), m == 2 ? base : tex) << "mesh " << m;
+        // Without a name it is the first set.
+        EXPECT_EQ(uv_of_picture(mesh, skin.normal_map, t, k), m == 1 ? tex : base);
+        EXPECT_EQ(uv_of_picture(mesh, skin.emission_map, t, k), m == 0   ? (Vec2{0.25F, 0})
+                                                                : m == 1 ? tex
+                                                                         : base);
+        if (m == 2 && read == 1) continue;  // it has none at this number
+        EXPECT_EQ(mesh.uvs[mesh.uv_triangles[t][k]], (m == 1) == (read == 1) ? base : tex);
+      }
+    }
+    // The materials alone, as a bake reads them.
+    std::ofstream(file, std::ios::binary) << bytes;
+    const std::vector<Material> alone = load_materials(mesh, file);
+    ASSERT_EQ(alone.size(), 1U);
+    EXPECT_EQ(alone[0].color_map.uv_set, skin.color_map.uv_set);
+    EXPECT_EQ(alone[0].emission_map.uv_set, skin.emission_map.uv_set);
+    const Texture texture = load_material_texture(alone, MaterialSlot::color, mesh);
+    EXPECT_EQ(texture.uv_sets, std::vector<std::uint32_t>{skin.color_map.uv_set});
+  }
+}
+
+TEST(Fbx, PicturesOnTheSetThatIsReadNeedNoOther) {
+  FbxScene scene;
+  FbxRecord& mesh = scene.mesh(10, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, {0, 1, 2, -4});
+  mesh.children.push_back(uv_layer(0, "base", {0, 0, 1, 0, 1, 1, 0, 1}));
+  mesh.children.push_back(uv_layer(1, "Tex", {0, 0, 0, 1, 1, 1, 1, 0}));
+  scene.model(100, "n", 0);
+  scene.connect(10, 100);
+  const std::string bytes = scene.text();
+  EXPECT_TRUE(read_fbx({"a.fbx", bytes}).mesh.other_uvs.empty());
 }
 
 TEST(Fbx, ColorsAndMaterialsOfFaces) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "asset/mesh_files.h"
-#include "asset/polygon.h"
 #include "kiln/mesh.h"
+#include "mesh/polygon.h"
 #include "support/environment.h"
 
 namespace kiln {

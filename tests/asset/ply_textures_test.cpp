@@ -136,6 +136,55 @@ TEST(PlyTextures, NumbersOfNoPictureAreCounted) {
   EXPECT_TRUE(none.mesh.material_files.empty());
 }
 
+// Where no picture is, the colours of faces or vertices are the surface's.
+TEST(PlyTextures, FacesWithoutOneKeepTheirColours) {
+  const std::string rgb = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  for (const std::string of : {"", "vertex", "face"}) {
+    SCOPED_TRACE(of);
+    PlyText ply("ascii", "comment TextureFile tex_0.png\n" + kVertices +
+                             (of == "vertex" ? rgb : "") + kFaces + "property int texnumber\n" +
+                             (of == "face" ? rgb : ""));
+    const auto color = [&](const char* element, int red) {
+      if (of == element) ply.put(std::uint8_t(red)).put(std::uint8_t{128}).put(std::uint8_t{9});
+    };
+    for (int v = 0; v < 4; ++v) {
+      ply.put(v == 1 || v == 2 ? 1.F : 0.F).put(v > 1 ? 1.F : 0.F).put(0.F);
+      color("vertex", 10 + v);
+    }
+    put_face(ply, {0, 1, 2}, kLower);
+    ply.put(std::int32_t{0});
+    color("face", 20);
+    put_face(ply, {0, 2, 3}, kUpper);
+    ply.put(std::int32_t{-1});
+    color("face", 30);
+    const fs::path path = write_file("scan.ply", ply.text());
+    save_image({1, 1, 3, {1, 0, 0}}, path.parent_path() / "tex_0.png",
+               {.format = ImageFormat::png8});
+    std::vector<Warning> warnings;
+    const Mesh mesh = load_mesh(path, &warnings);
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_EQ(warnings[0].message.find("colours of faces") != std::string::npos, !of.empty());
+    warnings.clear();
+    const std::vector<Material> materials = load_materials(mesh, path, &warnings);
+    ASSERT_EQ(materials.size(), 2U);
+    const Texture texture = load_material_texture(materials, MaterialSlot::color, mesh, &warnings);
+    EXPECT_EQ(texture.image_of, (std::vector<std::uint32_t>{0, Texture::kNone}));
+    EXPECT_EQ(texture.plain[1], (std::array<float, 4>{1, 1, 1, 1}));
+    if (of.empty()) {
+      EXPECT_TRUE(texture.times_vertex_colors.empty());
+      EXPECT_EQ(warnings.size(), 1U) << "no colour is known there";
+      continue;
+    }
+    EXPECT_EQ(texture.times_vertex_colors, (std::vector<bool>{false, true}));
+    EXPECT_TRUE(warnings.empty());
+    const std::uint32_t corner = mesh.triangles[1][2];
+    EXPECT_EQ(mesh.colors[corner][0], of == "face" ? 30 : 13);
+    const Texture opacity = load_material_texture(materials, MaterialSlot::opacity, mesh);
+    EXPECT_TRUE(opacity.times_vertex_colors.empty());
+    EXPECT_EQ(opacity.channel, 3U) << "the pictures' alpha, as without colours";
+  }
+}
+
 TEST(PlyTextures, SeveralWithoutNumbersAreSaid) {
   PlyText ply("ascii", kTwoPictures + kVertices + kFaces);
   put_square(ply);

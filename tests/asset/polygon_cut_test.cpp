@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "asset/polygon.h"
 #include "kiln/mesh.h"
+#include "mesh/polygon.h"
 #include "support/environment.h"
 
 namespace kiln {

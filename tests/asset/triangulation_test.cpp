@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "asset/polygon.h"
 #include "kiln/mesh.h"
+#include "mesh/polygon.h"
 #include "support/environment.h"
 
 namespace kiln {

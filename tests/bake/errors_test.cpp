@@ -16,6 +16,7 @@
 #include "detail/occlusion_scene.h"
 #include "image/gutter.h"
 #include "kiln/kiln.h"
+#include "kiln/texture_sets.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
@@ -424,6 +425,30 @@ std::vector<ErrorCase> error_cases() {
   ErrorCase& card = add("open_sheet", options_of(MatchMethod::ray, some, 24));
   card.options.match.max_distance.reset();
   for (Vec3& p : card.high.positions) p.z += 0.2F;
+  // One of two texture sets, whose UVs are the other's, too; its map has the unit square.
+  for (const MatchMethod method : {MatchMethod::ray, MatchMethod::uv, MatchMethod::visibility}) {
+    ErrorCase& set = add(std::string(method.name) + "_set", options_of(method, some, 24));
+    const auto second = static_cast<std::uint32_t>(set.low.positions.size());
+    const std::size_t triangles = set.low.triangles.size();
+    for (std::uint32_t p = 0; p < second; ++p) {
+      Vec3 moved_aside = set.low.positions[p];
+      moved_aside.x += 3;
+      set.low.positions.push_back(moved_aside);
+    }
+    set.low.materials.assign(triangles, 0);
+    for (std::size_t t = 0; t < triangles; ++t) {
+      const Triangle& c = set.low.triangles[t];
+      set.low.triangles.push_back({c[0] + second, c[1] + second, c[2] + second});
+      set.low.uv_triangles.push_back(set.low.uv_triangles[t]);
+      set.low.materials.push_back(1);
+    }
+    set.low.material_names = {"here", "aside"};
+    set.low.tangents = tangents_of(set.low);
+    const std::vector<TextureSet> sets = find_texture_sets(set.low, SetsBy::material);
+    Mesh part = set.low;
+    lay_out_set(set.low, sets.at(0), part);
+    set.low = std::move(part);
+  }
   // Two sheets 0.1% apart.
   ErrorCase& thin =
       add("thin", options_of(MatchMethod::ray, {"normal", "curvature", "convexity"}, 24));

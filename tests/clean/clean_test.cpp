@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <random>
 #include <utility>
 #include <vector>
@@ -374,6 +375,50 @@ TEST(Clean, OpenSheetsSeenFromBothSidesStay) {
   const Mesh before = mesh;
   EXPECT_EQ(clean_mesh(mesh).turned.count, 0U);
   expect_same(before, mesh);
+}
+
+/// A tube around z, open at both ends, whose faces look outwards.
+void add_tube(Mesh& mesh, float radius, float half_length) {
+  constexpr std::uint32_t kSides = 48;
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const double turn = 2 * std::numbers::pi * i / kSides;
+    const auto x = static_cast<float>(radius * std::cos(turn)),
+               y = static_cast<float>(radius * std::sin(turn));
+    mesh.positions.push_back({x, y, -half_length});
+    mesh.positions.push_back({x, y, half_length});
+  }
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const std::uint32_t a = first + 2 * i, b = first + 2 * ((i + 1) % kSides);
+    mesh.triangles.push_back({a, b, b + 1});
+    mesh.triangles.push_back({a, b + 1, a + 1});
+  }
+}
+
+// Clothes in layers: of a shirt below a jacket nothing but the inside is seen, through the openings.
+TEST(Clean, SheetsBelowOthersKeepTheirSides) {
+  for (const float longer : {0.95F, 1.0F, 1.02F, 1.2F}) {
+    SCOPED_TRACE(longer);
+    Mesh layers;
+    add_tube(layers, 1, longer);
+    const std::size_t shirt = layers.triangles.size();
+    add_tube(layers, 1.05F, 1);
+    const std::vector<Triangle> before = layers.triangles;
+    const CleanOptions options{.windings_alone = true};
+    clean_mesh(layers, options);
+    EXPECT_EQ(layers.triangles, before);
+    // A jacket that is inside out shows it, beside a body by which all is no room seen from inside.
+    Mesh body = test::icosphere(3, 3);
+    for (Vec3& p : body.positions) p.x += 6;
+    Mesh turned = join({layers, body});
+    for (std::size_t t = shirt; t < before.size(); ++t) {
+      std::swap(turned.triangles[t][1], turned.triangles[t][2]);
+    }
+    const std::vector<Triangle> inside_out = turned.triangles;
+    clean_mesh(turned, options);
+    EXPECT_EQ(turned.triangles[0], before[0]);
+    EXPECT_NE(turned.triangles[shirt], inside_out[shirt]);
+  }
 }
 
 TEST(Clean, InnerShellsAreDroppedUnlessTheyAreKept) {

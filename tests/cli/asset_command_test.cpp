@@ -8,6 +8,7 @@
 #include <iterator>
 #include <regex>
 
+#include "asset/gltf_draco_write.h"
 #include "cli/call.h"
 #include "cli/command_scene.h"
 #include "kiln/asset.h"
@@ -535,6 +536,82 @@ TEST(AssetCommand, RefusesWhatAGlbCannotHold) {
     expect_failure({"bake", scene / "high.obj", scene / "low.obj", "--out", out, flag}, 2,
                    {std::string(flag).substr(0, std::string(flag).find('=')), "GLB"}, scene / "o");
   }
+}
+
+/// Encodings are the command's: each file is read back with the maps and the triangles that a plain one has.
+TEST(AssetCommand, EncodingsAreChosen) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto bake = [&](const std::string& name, std::vector<std::string> flags) {
+    std::vector<std::string> line = {
+        "bake", scene / "high.obj", scene / "low.obj", "--size", "64",        "--ao-rays",
+        "16",   "--maps",           "normal,ao",       "--out",  scene / name};
+    line.insert(line.end(), flags.begin(), flags.end());
+    expect_exit(call_kiln(line), 0, {});
+    return fs::file_size(scene / name);
+  };
+  const auto plain = bake("plain.glb", {});
+  const std::vector<std::string> formats = picture_formats();
+  const auto has = [&](const char* format) {
+    return std::find(formats.begin(), formats.end(), format) != formats.end();
+  };
+  std::vector<std::string> names = {"plain.glb"};
+  if (has("JPEG")) {
+    EXPECT_LT(bake("jpeg.glb", {"--format", "jpeg", "--quality=30", "--normal-error=2"}), plain);
+    names.emplace_back("jpeg.glb");
+  }
+  if (has("WebP")) {
+    const auto exact = bake("exact.glb", {"--format=webp"});
+    EXPECT_LT(bake("lossy.glb", {"--format=webp", "--quality=40", "--normal-error=2"}), exact);
+    EXPECT_GT(bake("both.glb", {"--format=webp", "--fallback-textures"}), exact);
+    names.insert(names.end(), {"exact.glb", "lossy.glb", "both.glb"});
+  }
+  EXPECT_LT(bake("meshopt.glb", {"--mesh-compression", "meshopt"}), plain);
+  names.emplace_back("meshopt.glb");
+  if (can_pack_draco()) {
+    EXPECT_LT(bake("draco.glb", {"--mesh-compression=draco"}), plain);
+    names.emplace_back("draco.glb");
+  }
+  // A word behind the flag belongs to it, as does none.
+  const auto dithered = bake("dithered.glb", {"--dither", "on"});
+  EXPECT_EQ(bake("alone.glb", {"--dither"}), dithered);
+  EXPECT_NE(bake("rounded.glb", {"--dither", "off"}), dithered);
+  const Asset first = load_asset(scene / "plain.glb");
+  for (const std::string& name : names) {
+    const Asset asset = load_asset(scene / name);
+    EXPECT_EQ(asset.mesh.triangles.size(), first.mesh.triangles.size()) << name;
+    ASSERT_EQ(asset.materials.size(), 1U) << name;
+    ASSERT_TRUE(asset.materials[0].normal_map.bytes) << name;
+    ASSERT_TRUE(asset.materials[0].occlusion_map.bytes) << name;
+    const Image map = load_image(*asset.materials[0].normal_map.bytes);
+    const Image own = load_image(*first.materials[0].normal_map.bytes);
+    ASSERT_EQ(map.pixels.size(), own.pixels.size()) << name;
+    EXPECT_LT(compare_images(map, own).mean_angle_degrees,
+              name == "lossy.glb" || name == "jpeg.glb" ? 2.5 : 0.3)
+        << name;
+  }
+}
+
+TEST(AssetCommand, RefusesEncodingsThatDoNotGoTogether) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(), out = scene / "o";
+  const auto refused = [&](const fs::path& to, std::vector<std::string> flags,
+                           const std::vector<std::string>& words) {
+    std::vector<std::string> line = {"bake", scene / "high.obj", scene / "low.obj", "--out", to};
+    line.insert(line.end(), flags.begin(), flags.end());
+    expect_failure(line, 2, words, out);
+  };
+  refused(out / "a.glb", {"--quality=50"}, {"--quality", "jpeg"});
+  refused(out / "a.glb", {"--normal-error=1"}, {"--normal-error", "webp"});
+  refused(out / "a.glb", {"--format=jpeg", "--fallback-textures"}, {"--fallback-textures", "webp"});
+  refused(out / "a.glb", {"--format=jpeg", "--dither=on"}, {"--dither", "jpeg"});
+  refused(out / "a.glb", {"--format=webp", "--quality=50", "--dither"}, {"--dither", "--quality"});
+  refused(out / "a.glb", {"--format=ktx2"}, {"Basis Universal", "webp"});
+  refused(out / "a.glb", {"--format=webp", "--quality=101"}, {"--quality", "100"});
+  refused(out / "a.glb", {"--mesh-compression=zip"}, {"--mesh-compression", "meshopt"});
+  refused(out, {"--mesh-compression=meshopt"}, {"--mesh-compression", "GLB"});
+  refused(out, {"--format=jpeg"}, {"--format jpeg", "GLB"});
+  refused(out, {"--format=png8", "--dither", "auto"}, {"--dither auto", "GLB"});
 }
 
 }  // namespace

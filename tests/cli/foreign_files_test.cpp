@@ -2,11 +2,13 @@
 // heights, transparency of MTL.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "cli/call.h"
@@ -288,7 +290,8 @@ TEST(ForeignFiles, CollisionHullsOfHighAreNotBaked) {
   EXPECT_EQ(errors.find("collision"), std::string::npos) << errors;
   const fs::path hulled = with_hulls(folder, "hulled.obj", {"UBX_body", "x-colonly"}, true);
   EXPECT_EQ(bake(hulled, {}, &errors), plain);
-  for (const char* word : {"HIGH", "2 collision hulls", "UBX_body", "x-colonly", "--keep-hulls"}) {
+  for (const char* word :
+       {"'hulled': 2 collision hulls", "UBX_body", "x-colonly", "--keep-hulls"}) {
     EXPECT_NE(errors.find(word), std::string::npos) << errors;
   }
   EXPECT_NE(bake(hulled, {"--keep-hulls"}, &errors), plain);
@@ -403,6 +406,156 @@ TEST(ForeignFiles, TheCaseOfNoData) {
   for (const float height : load_image(out / "nodata_low_height.exr").pixels) {
     EXPECT_GT(height, -9000);
   }
+}
+
+/// A ball of a red material inside a hull of a blue one, which comes first.
+fs::path ball_in_hull(const fs::path& folder) {
+  std::ofstream(folder / "two.mtl") << "newmtl hull\nKd 0 0 1\nnewmtl body\nKd 1 0 0\n";
+  std::ofstream file(folder / "two.obj");
+  file << "mtllib two.mtl\n";
+  std::size_t first = 1;
+  for (const auto& [name, material, radius] :
+       {std::tuple("UCX_ball", "hull", 1.2), std::tuple("ball", "body", 1.0)}) {
+    const Mesh ball = test::icosphere(3, radius);
+    file << "o " << name << "\nusemtl " << material << "\n";
+    for (const Vec3& p : ball.positions) file << "v " << p.x << " " << p.y << " " << p.z << "\n";
+    for (const auto& [a, b, c] : ball.triangles) {
+      file << "f " << first + a << " " << first + b << " " << first + c << "\n";
+    }
+    first += ball.positions.size();
+  }
+  return folder / "two.obj";
+}
+
+double farthest(const Mesh& mesh) {
+  double most = 0;
+  for (const Vec3& p : mesh.positions) {
+    most = std::max(most, std::sqrt(double{p.x} * p.x + double{p.y} * p.y + double{p.z} * p.z));
+  }
+  return most;
+}
+
+TEST(ForeignFiles, HullsOfHighGoFromEveryCommandWithTheirMaterials) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder(), high = ball_in_hull(folder);
+  expect_exit(call_kiln({"bake", high, "--faces=300", "--size=64", "--out", folder / "out.glb"}), 0,
+              {"1 collision hull", "UCX_ball"});
+  const Asset asset = load_asset(folder / "out.glb");
+  EXPECT_LT(farthest(asset.mesh), 1.1);
+  ASSERT_EQ(asset.materials.size(), 1U);
+  ASSERT_FALSE(asset.materials[0].color_map.empty());
+  expect_color(load_image(*asset.materials[0].color_map.bytes), 0.5, 0.5, kRed);
+  EXPECT_EQ(std::count(asset.mesh.object_names.begin(), asset.mesh.object_names.end(), "UCX_ball"),
+            0);
+  expect_exit(call_kiln({"simplify", high, "--faces=300", "--size=64", "--out", folder / "s.obj"}),
+              0, {"1 collision hull"});
+  EXPECT_LT(farthest(load_mesh(folder / "s.obj")), 1.1);
+  expect_exit(call_kiln({"simplify", high, "--faces=300", "--size=64", "--keep-hulls", "--force",
+                         "--out", folder / "s.obj"}),
+              0, {});
+  EXPECT_GT(farthest(load_mesh(folder / "s.obj")), 1.1);
+  expect_exit(call_kiln({"render", folder / "out.glb", "--reference", high, "--size=64", "--out",
+                         folder / "r.png"}),
+              0, {"1 collision hull"});
+}
+
+// An OBJ may name several files of materials. Blender reads those that are there.
+TEST(ForeignFiles, AMissingFileOfMaterialsLeavesTheOthers) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  std::ofstream(folder / "there.mtl") << "newmtl m\nKd 0 1 0\n";
+  std::ofstream(folder / "low.obj") << kSquare;
+  for (const char* lines : {"mtllib gone.mtl\nmtllib there.mtl\n", "mtllib there.mtl gone.mtl\n"}) {
+    SCOPED_TRACE(lines);
+    std::ofstream(folder / "high.obj") << lines << "usemtl m\n" << kSquare;
+    std::string errors;
+    expect_color(baked(folder / "high.obj", folder / "low.obj", "color", {}, &errors), 0.5, 0.5,
+                 kGreen);
+    for (const char* word : {"'gone.mtl'", "which is not there", "'there.mtl'"}) {
+      EXPECT_NE(errors.find(word), std::string::npos) << errors;
+    }
+    expect_exit(call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--size=64", "--force",
+                           "--out", folder / "out.glb"}),
+                0, {"gone.mtl"});
+    const Asset asset = load_asset(folder / "out.glb");
+    ASSERT_EQ(asset.materials.size(), 1U);
+    ASSERT_FALSE(asset.materials[0].color_map.empty());
+    expect_color(load_image(*asset.materials[0].color_map.bytes), 0.5, 0.5, kGreen);
+  }
+  std::ofstream(folder / "high.obj") << "mtllib gone.mtl\nusemtl m\n" << kSquare;
+  expect_exit(call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--maps=color",
+                         "--size=64", "--out", folder}),
+              3, {"gone.mtl"});
+}
+
+// MeshLab writes white for all vertices of a mesh whose faces have materials.
+TEST(ForeignFiles, WhiteVertexColoursDoNotHideMaterials) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  std::ofstream(folder / "m.mtl") << "newmtl m\nKd 0 1 0\n";
+  std::ofstream(folder / "low.obj") << kSquare;
+  const auto color_of = [&](const std::string& colors) {
+    std::ofstream(folder / "high.obj")
+        << "mtllib m.mtl\nv 0 0 0 " << colors << "\nv 1 0 0 " << colors << "\nv 1 1 0 " << colors
+        << "\nv 0 1 0 " << colors << "\nusemtl m\nf 1 2 3 4\n";
+    return baked(folder / "high.obj", folder / "low.obj", "color");
+  };
+  expect_color(color_of("1 1 1"), 0.5, 0.5, kGreen);
+  expect_color(color_of("1 0 0"), 0.5, 0.5, kRed);
+}
+
+TEST(ForeignFiles, PartsOfLowWithoutUvsStayInAGlb) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  std::ofstream(folder / "high.obj") << kSquare;
+  std::ofstream(folder / "low.obj")
+      << "o painted\n" + kSquare + "o plain\nv 2 0 0\nv 3 0 0\nv 2 1 0\nf 5 6 7\n";
+  expect_exit(call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--size=64",
+                         "--max-distance=0.1", "--out", folder / "out.glb"}),
+              0, {});
+  const Asset asset = load_asset(folder / "out.glb");
+  EXPECT_EQ(asset.mesh.object_names, (std::vector<std::string>{"painted", "plain"}));
+  ASSERT_EQ(asset.mesh.triangles.size(), 3U);
+  EXPECT_EQ(asset.mesh.objects, (std::vector<std::uint32_t>{0, 0, 1}));
+  ASSERT_EQ(asset.materials.size(), 2U);
+  EXPECT_FALSE(asset.materials[asset.mesh.materials[0]].normal_map.empty());
+  EXPECT_TRUE(asset.materials[asset.mesh.materials[2]].normal_map.empty());
+}
+
+TEST(ForeignFiles, AMapOfAnotherHighIsTold) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(20000), folder / "high.obj");
+  save_obj(test::BumpySphere::light(), folder / "low.obj");
+  save_obj(test::icosphere(5), folder / "smooth.obj");
+  expect_exit(
+      call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--size=256", "--out", folder}),
+      0, {});
+  const auto told = [&](const char* reference) {
+    const test::ProcessResult result =
+        call_kiln({"render", folder / "low.obj", "--normal", folder / "low_normal.png",
+                   "--reference", folder / reference, "--size=64", "--out", folder / "r.png"});
+    expect_exit(result, 0, {});
+    return result.errors;
+  };
+  EXPECT_NE(told("smooth.obj").find("does not fit HIGH's normals"), std::string::npos);
+  EXPECT_EQ(told("high.obj"), "");
+}
+
+// The bake that judges the split makes no map but its own, whatever ranges the maps asked for have.
+TEST(ForeignFiles, SplitSeamsAndRangesGoTogether) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::dense(6000), folder / "high.obj");
+  Mesh low = test::BumpySphere::light();
+  low.normals.clear();
+  low.normal_triangles.clear();
+  save_obj(low, folder / "low.obj");
+  expect_exit(
+      call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--split-at-seams",
+                 "--maps=height", "--range", "height=-0.5,0.5", "--size=64", "--out", folder}),
+      0, {});
+  EXPECT_TRUE(fs::exists(folder / "low_split_height.png"));
 }
 
 }  // namespace

@@ -160,7 +160,7 @@ TEST(Friction, NamesTheValueThatWasMeant) {
            {{"--maps", "cavity"}, {"'cavity'", "did you mean curvature?", "convexity"}},
            {{"--maps", "ambient-occlusion"}, {"did you mean ao?"}},
            {{"--maps", "world_normal"}, {"did you mean normal_object?"}},
-           {{"--format", "png"}, {"did you mean png16?", "png8"}},
+           {{"--format", "pgn16"}, {"did you mean png16?", "png8"}},
            {{"--fallback", "none"}, {"did you mean mark?"}},
            {{"--maps", "shadow", "--light", "sun"}, {"--light 'sun'", "X,Y,Z"}},
            {{"--maps", ""}, {"--maps", "was given nothing", "curvature"}},
@@ -174,6 +174,8 @@ TEST(Friction, NamesTheValueThatWasMeant) {
     expect_exit(call_kiln(all), 2, words);
   }
   expect_refused(call_kiln({"bake", "a", "b", "c"}), {"'c' is one word too many", "--out"});
+  expect_refused(call_kiln({"bake", "--out", "c", "--", "-a", "b", "--quiet"}),
+                 {"'--quiet' is one word too many", "behind '--' all words are files"});
 }
 
 TEST(Friction, KnowsFlagsOfEveryCommandByOtherNames) {

@@ -16,7 +16,9 @@
 #include <vector>
 
 #include "detail/curvature_check.h"
+#include "kiln/kiln.h"
 #include "mesh/vector.h"
+#include "support/environment.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -633,6 +635,33 @@ TEST(Curvature, OfAThinWallIsThatOfItsOwnSide) {
     const MeanCurvature all(mesh.positions, mesh.triangles, 0.25);
     MeanCurvature::Scratch scratch;
     EXPECT_LT(std::abs(all.at({0, 0, 1}, scratch)), 0.1) << "of both walls";
+  }
+}
+
+TEST(Curvature, AndConvexityAreMapsOfAThinWallsOwnSide) {
+  KILN_REQUIRE_DEVICE();
+  constexpr double kFacets = 0.06;  // what facets of the two balls may differ by
+  for (const double wall : {0.05, 0.01, 0.001}) {
+    SCOPED_TRACE(wall);
+    BakeOptions options;
+    options.width = options.height = 48;
+    options.maps = {MapKind{"curvature"}, MapKind{"convexity"}};
+    options.curvature_radius = Length::absolute(0.25);
+    options.match.max_distance = Length::absolute(0.2);
+    options.encoding.raw = true;
+    const BakeResult baked = bake(Source(*test::device(), hollow_ball(5, wall)),
+                                  test::BumpySphere::light(32, 16), options);
+    const std::vector<float>& bend = baked.map(MapKind{"curvature"}).image.pixels;
+    const std::vector<float>& apart = baked.map(MapKind{"convexity"}).image.pixels;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < bend.size(); ++i) {
+      if (TexelState{baked.coverage[i]} != TexelState::baked) continue;
+      ASSERT_NEAR(bend[i], 1, kFacets) << i;
+      ASSERT_NEAR(apart[3 * i], 1, kFacets) << i;
+      ASSERT_EQ(apart[3 * i + 1], 0) << i;
+      ++count;
+    }
+    EXPECT_GT(count, 1000U);
   }
 }
 

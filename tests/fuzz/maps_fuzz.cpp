@@ -20,14 +20,14 @@ namespace {
 using kiln::Job;
 
 void take(const std::vector<std::string>& words, const std::string& source) {
-  const kiln::OptionRow* const row = kiln::cli::find_row(kiln::bake_rows(), "--maps");
+  const kiln::OptionRow* const row = kiln::find_row(kiln::bake_rows(), "--maps");
   Job job;
   row->value.set(&job, "--maps", words);
   const std::size_t count = job.own_maps.size() + job.variants.size();
   kiln::BakeOptions options = job.bake;
   for (const std::string& word : job.variants) {
     const kiln::MapVariant& map = options.variants.emplace_back(parse_variant(job, word));
-    if (map.kind.name != kiln::cli::variant_kind(word).name) std::abort();
+    if (map.kind.name != kiln::variant_kind(word).name) std::abort();
     if (map.occlusion && map.occlusion->rays == 0) std::abort();
   }
   for (const std::string& word : job.own_maps) {
@@ -51,9 +51,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     words.push_back(line.c_str());  // as the system gives them: without zeros
   }
   std::getline(text, source, '\0');
+  if (words.empty()) return 0;  // The flag is never given without a word.
   try {
     take(words, source);
-  } catch (const kiln::cli::UsageError&) {
   } catch (const kiln::Error& error) {
     if (error.code() != kiln::ErrorCode::usage && error.code() != kiln::ErrorCode::input)
       std::abort();

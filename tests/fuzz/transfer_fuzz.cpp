@@ -21,8 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const kiln::TransferArgument transfer = kiln::parse_transfer(text);
     if (!may_name_a_map(transfer.name) || !text.starts_with(transfer.file)) std::abort();
-    if (transfer.materials() &&
-        !kiln::cli::Words(kiln::cli::kMaterialSlots).contains(transfer.name)) {
+    if (transfer.materials() && !kiln::Words(kiln::kMaterialSlots).contains(transfer.name)) {
       std::abort();
     }
   } catch (const kiln::Error& error) {

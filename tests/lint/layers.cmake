@@ -17,6 +17,7 @@ set(floors
   "plan"
   "options"
   "job"
+  "batch"
   "c")
 set(level 0)
 foreach(floor IN LISTS floors)

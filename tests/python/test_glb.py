@@ -588,6 +588,48 @@ def test_the_command_makes_the_same_low_poly_and_maps(tmp_path, command):
     assert binary_of(its) == binary_of(ours.data)  # all but the names in the document
 
 
+def head_of(data):
+    return json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+
+
+def pictures_of(data):
+    head = head_of(data)
+    start = 28 + int.from_bytes(data[12:16], "little")
+    views = [head["bufferViews"][image["bufferView"]] for image in head["images"]]
+    return {
+        image["name"]: (image["mimeType"], data[start + view["byteOffset"] :][: view["byteLength"]])
+        for image, view in zip(head["images"], views, strict=True)
+    }
+
+
+def test_encodings_reach_a_glb():
+    """Pictures by another decoder, and arrays of packed triangles."""
+    image = pytest.importorskip("PIL.Image")
+    import io
+
+    vertices, faces = ball(16)
+    how = {"faces_target": 300, "texture_size": 64, "maps": ["normal", "ao"], "ao_rays": 8}
+    plain = kiln.to_glb(vertices, faces, **how)
+    exact = {name: np.array(image.open(io.BytesIO(data))) for name, (_, data) in pictures_of(plain.data).items()}
+    webp = kiln.to_glb(vertices, faces, format="webp", quality=60, normal_error=2, mesh_compression="meshopt", **how)
+    assert head_of(webp.data)["extensionsRequired"] == [
+        "EXT_texture_webp",
+        "EXT_meshopt_compression",
+        "KHR_mesh_quantization",
+    ]
+    assert len(webp.data) < 0.7 * len(plain.data)
+    for name, (mime, data) in pictures_of(webp.data).items():
+        assert mime == "image/webp"
+        shown = np.array(image.open(io.BytesIO(data)).convert("RGB"))
+        assert np.abs(shown.astype(int) - exact[name]).mean() < 6
+    assert len(webp.faces) == len(plain.faces)
+    assert webp.vertices.shape == plain.vertices.shape
+    both = kiln.to_glb(vertices, faces, format="webp", fallback_textures=True, dither=False, **how)
+    assert "extensionsRequired" not in head_of(both.data)
+    with pytest.raises(kiln.Error, match="quality"):
+        kiln.to_glb(vertices, faces, quality=60, **how)
+
+
 def test_simplify_and_unwrap_take_arrays():
     low = kiln.simplify(*ball(16), target=200)
     assert isinstance(low, kiln.Mesh) and len(low.faces) == 200 == low.report["faces"]

@@ -19,6 +19,7 @@
 #include "mesh/normals.h"
 #include "mesh/vector.h"
 #include "simplify/grid_cube.h"
+#include "simplify/normal_fans.h"
 #include "simplify/prism_tube.h"
 #include "simplify/simplify_levels.h"
 #include "support/shapes.h"
@@ -317,6 +318,45 @@ TEST(NormalFit, SmoothShapesHaveNoCreases) {
       low, high, {.crease_degrees = kShadingCreaseDegrees, .purpose = NormalPurpose::shading});
   EXPECT_EQ(creased.normals, usual.normals);
   EXPECT_EQ(creased.normal_triangles, usual.normal_triangles);
+}
+
+// Two triangles that are one chart at one end of their common edge, and part at the other, as a dart does.
+TEST(NormalFans, AnEdgeWhoseUvsDifferAtOneEndIsASeam) {
+  Mesh low;
+  low.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  low.triangles = {{0, 1, 2}, {0, 2, 3}};
+  low.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.9F, 1}};
+  const Normals same = Normals::Constant(6, 3, 1.0).rowwise().normalized();
+  const auto fans_of = [&](const std::vector<Triangle>& uvs) {
+    low.uv_triangles = uvs;
+    return NormalFans(low, {});
+  };
+  EXPECT_EQ(fans_of({{0, 1, 2}, {0, 2, 3}}).hard(), 0U);
+  for (const bool at_second : {true, false}) {
+    SCOPED_TRACE(at_second);
+    const std::vector<Triangle> uvs = at_second ? std::vector<Triangle>{{0, 1, 2}, {0, 4, 3}}
+                                                : std::vector<Triangle>{{0, 1, 2}, {4, 2, 3}};
+    NormalFans fans = fans_of(uvs);
+    const std::vector<std::uint32_t> slots = fans.slots();
+    EXPECT_EQ(fans.hard(), 1U);
+    EXPECT_EQ(fans.count(), 5U) << "they share the normal of the other end";
+    EXPECT_EQ(slots[0] == slots[3], at_second);
+    EXPECT_EQ(slots[2] == slots[4], !at_second);
+    // It is a seam of UVs and no crease: creases' angle does not join it, that of seams does.
+    constexpr double kNever = 2, kAlways = -2;
+    fans.soften(same, slots, kNever, kAlways);
+    EXPECT_EQ(fans.hard(), 1U);
+    fans.soften(same, slots, kAlways, kNever);
+    EXPECT_EQ(fans.hard(), 0U);
+    fans.slots();
+    EXPECT_EQ(fans.count(), 4U);
+    // Normals that part at the open end alone keep it.
+    NormalFans open = fans_of(uvs);
+    Normals parted = same;
+    parted.row(slots[at_second ? 4 : 3]) *= -1;
+    open.soften(parted, open.slots(), 0.5, 0.5);
+    EXPECT_EQ(open.hard(), 1U);
+  }
 }
 
 }  // namespace

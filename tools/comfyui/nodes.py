@@ -302,7 +302,15 @@ class KilnToGLB:
                 "mesh": ("MESH",),
                 "target_face_count": FACES,
                 "texture_size": SIZE,
-            }
+            },
+            "optional": {
+                "format": (["png", "webp", "jpeg"], {"tooltip": "Pictures in the GLB"}),
+                "quality": (
+                    "INT",
+                    {"default": 100, "min": 1, "max": 100, "tooltip": "webp and jpeg: 100 is the best; normals stay exact"},
+                ),
+                "mesh_compression": (["none", "meshopt", "draco"], {"tooltip": "Readers need the extension"}),
+            },
         }
 
     RETURN_TYPES = ("MESH", "IMAGE", "IMAGE", "IMAGE", "FILE_3D_GLB")
@@ -310,15 +318,22 @@ class KilnToGLB:
     FUNCTION = "run"
     CATEGORY = "3d"
 
-    def run(self, mesh, target_face_count, texture_size):
+    def run(self, mesh, target_face_count, texture_size, format="png", quality=100, mesh_compression="none"):
         baked = []
+        lossy = quality if format == "jpeg" or (format == "webp" and quality < 100) else None
+        packing = {"format": format, "quality": lossy, "mesh_compression": mesh_compression}
         for high, texture in items(mesh):
             names = maps_of(["normal", "ao", "color"], high, texture)
             if "color" in names and texture is not None and high.uvs is not None:
                 high = kiln.pack_glb(high, {"color": texture[:, :, :3]}).data
             baked.append(
                 kiln.to_glb(
-                    high, faces_target=target_face_count, texture_size=texture_size, maps=names, progress=progress()
+                    high,
+                    faces_target=target_face_count,
+                    texture_size=texture_size,
+                    maps=names,
+                    progress=progress(),
+                    **packing,
                 )
             )
         return (*textured(mesh, baked, [glb.maps for glb in baked], texture_size), file_of(baked[0].data))

@@ -42,6 +42,7 @@ int run_lab(const char* command, char** argv);
 Command* name_lab_command(Command& app, std::string_view name);
 
 Run add_bake(Command& app);
+Run add_run(Command& app);
 Run add_simplify(Command& app);
 Run add_render(Command& app);
 Run add_measure(Command& app);

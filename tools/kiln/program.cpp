@@ -14,10 +14,9 @@
 #include "options/parse.h"
 
 namespace kiln::cli {
-namespace {
+namespace {}  // namespace
 
-/// "500M", "4G", "2T" (binary: 1024 of each make one of the next) or bytes, from 64M up. \throws Error(usage)
-std::uint64_t parse_memory(const std::string& text) {
+std::uint64_t parse_memory(const char* flag, const std::string& text) {
   constexpr const char* kUnits = "KMGT";
   double value = 0;
   const char* const end = text.data() + text.size();
@@ -27,10 +26,12 @@ std::uint64_t parse_memory(const std::string& text) {
     ++rest;
   }
   refuse_if(error != std::errc() || rest != end || !(value >= 0x1p26 && value <= 0x1p60),
-            "--memory-limit: '" + text +
-                "' is no memory limit: give a size from 64M up, such as 500M, 4G or 2T.");
+            std::string(flag) + ": '" + text +
+                "' is no size: give one from 64M up, such as 500M, 4G or 2T.");
   return static_cast<std::uint64_t>(value);
 }
+
+namespace {
 
 /// Adds --memory-limit to all commands of the program; it counts as soon as it is read.
 void add_memory_option(Command& app) {
@@ -38,7 +39,9 @@ void add_memory_option(Command& app) {
     command
         ->add_option(
             "--memory-limit",
-            [](const Option::Words& words) { set_memory_limit(parse_memory(words.back())); },
+            [](const Option::Words& words) {
+              set_memory_limit(parse_memory("--memory-limit", words.back()));
+            },
             "The most memory to take, such as 4G (default: three quarters of what is free)")
         ->type_name("SIZE")
         ->group("The run");
@@ -118,6 +121,11 @@ Run Program::parse(std::vector<std::string> words) {
 std::string Program::explain(const UsageError& error) const {
   const Command* const chosen = app_.chosen();
   const std::vector<std::string> words = app_.not_understood();
+  if (const auto mark = std::find(words.begin(), words.end(), "--");
+      mark != words.end() && mark + 1 != words.end()) {
+    return "'" + *(mark + 1) +
+           "' is one word too many: behind '--' all words are files. Put options before it";
+  }
   for (const std::string& word : words) {
     if (!word.starts_with("-")) continue;
     return answer_to_unknown(chosen == nullptr ? app_ : *chosen, word);

@@ -1,6 +1,7 @@
 // A program of commands: what a command line asks for, and the main function.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <span>
@@ -11,6 +12,9 @@
 #include "commands.h"
 
 namespace kiln::cli {
+
+/// "500M", "4G", "2T" (binary: 1024 of each make one of the next) or bytes, from 64M up. \throws Error(usage)
+std::uint64_t parse_memory(const char* flag, const std::string& text);
 
 class Program {
  public:

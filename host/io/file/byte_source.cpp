@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/file.h"
+#include "base/input_log.h"
 #include "base/memory.h"
 #include "io/file/bounds.h"
 #include "io/file/output_set.h"
@@ -21,6 +22,7 @@ class FileSource final : public ByteSource {
  public:
   /// Opened before it is looked at, so that what is checked is what is read.
   FileSource(const std::filesystem::path& path, FailWith fail) : fail_(std::move(fail)) {
+    note_whether_file(path);
     file_ = os::open_to_read(path);
     if (file_ < 0) {
       const int error = errno;

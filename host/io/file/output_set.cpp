@@ -1,28 +1,66 @@
 #include "io/file/output_set.h"
 
 #include <algorithm>
+#include <iterator>
 #include <mutex>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "base/input_log.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 
 namespace kiln {
 namespace {
 
+/// Files that are held open without a name, which leave nothing behind where the process is killed. Further ones get a
+/// hidden name and are closed, since a process may have 1,024 files open by default.
+constexpr std::size_t kMostUnnamed = 256;
+
+struct PathHash {
+  std::size_t operator()(const std::filesystem::path& path) const noexcept {
+    return std::filesystem::hash_value(path);
+  }
+};
+using Index = std::unordered_map<std::filesystem::path, std::size_t, PathHash>;
+
 struct State {
   std::mutex mutex;
   bool is_open = false;
   std::vector<HeldFile> files;
+  Index by_target;       ///< The first in `files` of each target
+  Index by_destination;  ///< The last of each destination
   std::set<os::FileId> read;
+
+  /// After files went.
+  void index() {
+    by_target.clear();
+    by_destination.clear();
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      by_target.emplace(files[i].target, i);
+      by_destination[files[i].destination] = i;
+    }
+  }
+  /// Hands over the files that are held, and forgets them.
+  std::vector<HeldFile> release() {
+    std::vector<HeldFile> all = std::exchange(files, {});
+    index();
+    return all;
+  }
 };
 
 State& state() {
   static State the_state;
   return the_state;
+}
+
+/// Where the bytes of a file can be read.
+std::filesystem::path bytes_of(const HeldFile& file) {
+  return file.temporary.empty() ? std::filesystem::path(os::name_of_open(file.descriptor))
+                                : file.temporary.path();
 }
 
 /// A file's name before links are followed.
@@ -45,15 +83,12 @@ OutputSet::~OutputSet() {
   const std::lock_guard lock(state().mutex);
   state().is_open = false;
   state().read.clear();
-  dropped.swap(state().files);
+  dropped = state().release();
 }
 
-void OutputSet::commit() {
-  std::vector<HeldFile> files;
-  {
-    const std::lock_guard lock(state().mutex);
-    files.swap(state().files);
-  }
+namespace {
+
+void place_held(std::vector<HeldFile>& files) {
   // Refuses inputs, too, that were read after a file of that name was written.
   for (const HeldFile& file : files) {
     if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
@@ -61,18 +96,72 @@ void OutputSet::commit() {
   place_files(files);
 }
 
+}  // namespace
+
+void OutputSet::commit() {
+  std::vector<HeldFile> files;
+  {
+    const std::lock_guard lock(state().mutex);
+    files = state().release();
+  }
+  place_held(files);
+}
+
+namespace {
+
+/// Takes the files of a run out of the set. The caller has the lock.
+std::vector<HeldFile> take_files_of(const InputLog& run) {
+  std::vector<HeldFile>& files = state().files;
+  const auto first = std::stable_partition(files.begin(), files.end(),
+                                           [&](const HeldFile& file) { return file.run != &run; });
+  std::vector<HeldFile> some(std::make_move_iterator(first), std::make_move_iterator(files.end()));
+  files.erase(first, files.end());
+  state().index();
+  return some;
+}
+
+}  // namespace
+
+void commit_outputs(const InputLog& run) {
+  std::vector<HeldFile> files;
+  {
+    const std::lock_guard lock(state().mutex);
+    files = take_files_of(run);
+  }
+  place_held(files);
+}
+
+void discard_outputs(const InputLog& run) {
+  std::vector<HeldFile> dropped;
+  const std::lock_guard lock(state().mutex);
+  dropped = take_files_of(run);
+}
+
+std::vector<HeldOutput> outputs_of(const InputLog& run) {
+  const std::lock_guard lock(state().mutex);
+  std::vector<HeldOutput> outputs;
+  for (const HeldFile& file : state().files) {
+    if (file.run != &run) continue;
+    std::erase_if(outputs, [&](const HeldOutput& o) { return o.destination == file.destination; });
+    outputs.push_back({file.destination, bytes_of(file)});
+  }
+  return outputs;
+}
+
+std::size_t held_outputs() {
+  const std::lock_guard lock(state().mutex);
+  return state().files.size();
+}
+
 std::filesystem::path OutputSet::held(const std::filesystem::path& destination) {
   const std::lock_guard lock(state().mutex);
-  const std::vector<HeldFile>& files = state().files;
-  const auto found = std::find_if(files.rbegin(), files.rend(), [&](const HeldFile& file) {
-    return file.destination == destination;
-  });
-  if (found == files.rend()) return {};
-  if (!found->temporary.empty()) return found->temporary.path();
-  return os::name_of_open(found->descriptor);
+  const auto found = state().by_destination.find(destination);
+  return found == state().by_destination.end() ? std::filesystem::path()
+                                               : bytes_of(state().files[found->second]);
 }
 
 void OutputSet::protect(const std::filesystem::path& input) {
+  note_whether_file(input);
   if (const auto found = os::facts_of(input)) note_read(found->id);
 }
 
@@ -83,13 +172,26 @@ void OutputSet::check(const std::filesystem::path& destination) {
 bool hold_output(HeldFile& file) {
   const std::lock_guard lock(state().mutex);
   if (!state().is_open) return false;
-  for (const HeldFile& other : state().files) {
-    if (other.target != file.target || whole_name(other) == whole_name(file)) continue;
-    throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
-                                      other.destination.string() +
-                                      "' would be one file, by a link: remove the link, or choose "
-                                      "another folder for the output.");
+  file.run = current_input_log();
+  // Files of one target that were let in have one whole name and one run, so the first of them stands for all.
+  const std::size_t number = state().files.size();
+  if (number >= kMostUnnamed) file.name();
+  const auto [first, is_new] = state().by_target.emplace(file.target, number);
+  if (!is_new) {
+    const HeldFile& other = state().files[first->second];
+    if (other.run != file.run) {
+      throw Error(ErrorCode::usage, "'" + file.destination.string() +
+                                        "' is written by another bake of this run, too: give each "
+                                        "a folder of its own.");
+    }
+    if (whole_name(other) != whole_name(file)) {
+      throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
+                                        other.destination.string() +
+                                        "' would be one file, by a link: remove the link, or "
+                                        "choose another folder for the output.");
+    }
   }
+  state().by_destination[file.destination] = number;
   state().files.push_back(std::move(file));
   return true;
 }

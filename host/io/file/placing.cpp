@@ -278,7 +278,8 @@ HeldFile::HeldFile(HeldFile&& other) noexcept
     : destination(std::move(other.destination)),
       target(std::move(other.target)),
       temporary(std::move(other.temporary)),
-      descriptor(std::exchange(other.descriptor, -1)) {}
+      descriptor(std::exchange(other.descriptor, -1)),
+      run(other.run) {}
 
 HeldFile& HeldFile::operator=(HeldFile&& other) noexcept {
   if (this != &other) {
@@ -287,6 +288,7 @@ HeldFile& HeldFile::operator=(HeldFile&& other) noexcept {
     target = std::move(other.target);
     temporary = std::move(other.temporary);
     descriptor = std::exchange(other.descriptor, -1);
+    run = other.run;
   }
   return *this;
 }

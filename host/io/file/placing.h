@@ -20,6 +20,7 @@ struct HeldFile {
   std::filesystem::path target;       ///< Absolute, links followed
   TemporaryName temporary;            ///< Empty while it has no name
   int descriptor = -1;                ///< Open while it has no name
+  const void* run = nullptr;          ///< That wrote it: see commit_outputs()
 
   /// Waits until its bytes are on the medium. \throws Error(output)
   void sync() const;

@@ -134,7 +134,7 @@ Bytes texels_of(const Image& image, const TextureFormat& format) {
         encode_blocks(image, format, y, to);
         continue;
       }
-      quantise_row(image, 8, false, y, values.data());
+      quantise_row(image, 8, DitherBlocks(), y, values.data());
       const bool is_grey = image.channels < 3 && format.channels == 4;
       for (std::size_t x = 0; x < image.width; ++x) {
         const std::uint8_t* const from = &values[x * image.channels];

@@ -104,7 +104,7 @@ FailWith image_failure(std::string file, std::string kind) {
 namespace {
 
 /// A kind of picture. `parse` is null where its library was not built in.
-struct PictureFormat {
+struct ReadableFormat {
   std::string name;
   const char* library;
   const char* option;  ///< CMake's option
@@ -126,7 +126,7 @@ Image parse_tga(const ByteSource& source, const std::string& file, const ImageLi
 #endif
 
 /// In the order of PictureKind.
-const PictureFormat kPictures[] = {
+const ReadableFormat kPictures[] = {
     {"PNG", "", "", parse_png},          {"OpenEXR", "", "", parse_exr},
 #ifdef KILN_HAS_JPEG
     {"JPEG", "", "", parse_jpeg},
@@ -187,7 +187,7 @@ bool looks_like_tga(const std::string& head) {
 
 std::vector<std::string> picture_formats() {
   std::vector<std::string> names;
-  for (const PictureFormat& format : kPictures) {
+  for (const ReadableFormat& format : kPictures) {
     if (format.parse != nullptr) names.push_back(format.name);
   }
   return names;
@@ -221,7 +221,7 @@ Image parse_image(const ByteSource& source, const std::string& file, const Image
   const FailWith fail = image_failure(file, "an image");
   if (head.empty()) fail("", "it is empty", "Export it again.");
   if (kind) {
-    const PictureFormat& format = kPictures[*kind];
+    const ReadableFormat& format = kPictures[*kind];
     fail("", "it is " + format.name + ", and this build of Kiln was made without " + format.library,
          std::string("Convert it to PNG, or build Kiln with ") + format.option + "=ON where " +
              format.library + " is installed.");
@@ -285,7 +285,8 @@ std::vector<std::byte> tiff_of(const Image& image, int bits) {
 
 std::vector<std::byte> webp_of(const Image& image, bool dither) {
 #ifdef KILN_HAS_WEBP
-  return encode_webp(image, dither);
+  return encode_webp(image,
+                     {.format = PictureFormat::webp, .dither = dither ? Dither::on : Dither::off});
 #else
   static_cast<void>(image);
   static_cast<void>(dither);
@@ -293,14 +294,17 @@ std::vector<std::byte> webp_of(const Image& image, bool dither) {
 #endif
 }
 
+PngOptions png_options(int bits, const SaveImageOptions& options) {
+  const bool dithers = bits == 8 && options.dither;
+  return {bits, dithers ? Dither::on : Dither::off, options.threads, png_texts(options)};
+}
+
 std::vector<std::byte> png_of(const Image& image, int bits, const SaveImageOptions& options) {
   std::vector<std::byte> bytes;
-  const bool dither = bits == 8 && options.dither;
-  write_png(image, {bits, dither, options.threads, png_texts(options)}, "memory",
-            [&](std::string_view piece) {
-              const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
-              bytes.insert(bytes.end(), data, data + piece.size());
-            });
+  write_png(image, png_options(bits, options), "memory", [&](std::string_view piece) {
+    const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
+    bytes.insert(bytes.end(), data, data + piece.size());
+  });
   return bytes;
 }
 
@@ -317,9 +321,8 @@ void save_image(const Image& image, const std::filesystem::path& path,
   check_extension(path, options.format);
   if (is_exr(options.format)) return save_exr(image, path, options);
   if (options.format == ImageFormat::png16 || options.format == ImageFormat::png8) {
-    const bool is_8 = options.format == ImageFormat::png8;
     return save_png(image, path,
-                    {is_8 ? 8 : 16, is_8 && options.dither, options.threads, png_texts(options)});
+                    png_options(options.format == ImageFormat::png8 ? 8 : 16, options));
   }
   save_bytes(encode(image, options), path);
 }
@@ -352,6 +355,36 @@ std::vector<std::byte> encode(const Image& image, const SaveImageOptions& option
       return encode_dds(level, options.use);
   }
   throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
+}
+
+std::vector<std::byte> encode_picture(const Image& image, const PictureEncoding& encoding) {
+  check_image(image);
+  PictureEncoding rounded = encoding;
+  if (encoding.is_lossy()) rounded.dither = Dither::off;
+  switch (encoding.format) {
+    case PictureFormat::webp:
+#ifdef KILN_HAS_WEBP
+      return encode_webp(image, rounded);
+#else
+      fail_without("WebP", "libwebp", "KILN_WEBP");
+#endif
+    case PictureFormat::jpeg:
+#ifdef KILN_HAS_JPEG
+      return encode_jpeg(image, rounded);
+#else
+      fail_without("JPEG", "libjpeg", "KILN_JPEG");
+#endif
+    case PictureFormat::png:
+      break;
+  }
+  PngOptions options{.bits = 8, .dither = rounded.dither, .use = rounded.use};
+  options.deflate = rounded.smallest ? Deflate::smallest : Deflate::small;
+  std::vector<std::byte> bytes;
+  write_png(image, options, "memory", [&](std::string_view piece) {
+    const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
+    bytes.insert(bytes.end(), data, data + piece.size());
+  });
+  return bytes;
 }
 
 StoredError stored_error(const Image& image, const SaveImageOptions& options,

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/image/image_reader.h"
+#include "kiln/asset.h"
 
 namespace kiln {
 
@@ -24,13 +25,37 @@ Image parse_jpeg(const ByteSource& source, const std::string& file, const ImageL
 /// Lossy or lossless, RGB or RGBA; no animations. \throws Error(input)
 Image parse_webp(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
-/// Lossless, RGB or RGBA; two channels get 0 as the third. \throws Error(usage) beyond 16383 pixels a side
-std::vector<std::byte> encode_webp(const Image& image, bool dither);
+/// How a picture of an asset is stored.
+struct PictureEncoding {
+  PictureFormat format = PictureFormat::png;
+  std::uint32_t quality = 0;  ///< EncodeMapsOptions::quality
+  Dither dither = Dither::off;
+  TextureUse use = TextureUse::
+      values;  ///< Colours may have half the resolution; z of normals is not dithered as needed
+  bool smallest = false;  ///< Of PNGs
+
+  bool is_lossy() const {
+    return format == PictureFormat::jpeg || (format == PictureFormat::webp && quality != 0);
+  }
+};
+
+/// A picture's file, PNGs packed for bytes. \throws Error(usage) for what the format cannot hold
+std::vector<std::byte> encode_picture(const Image& image, const PictureEncoding& encoding);
+/// stored_error() of it.
+StoredError picture_error(const Image& image, const PictureEncoding& encoding,
+                          std::span<const std::uint8_t> coverage);
+
+/// RGB or RGBA, lossless, or lossy; two channels get 0 as the third.
+/// \throws Error(usage) beyond 16383 pixels a side
+std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& encoding);
+/// Grey or RGB, progressive; two channels get 0 as the third.
+/// \throws Error(usage) for four channels, and beyond 65500 pixels a side
+std::vector<std::byte> encode_jpeg(const Image& image, const PictureEncoding& encoding);
 /// 8 bits, not packed: grey, RGB or RGBA; two channels get 0 as the third.
 std::vector<std::byte> encode_tga(const Image& image, bool dither);
 
 /// All rows in 8 bits; two channels become three, the last one 0.
-std::vector<std::uint8_t> bytes_of(const Image& image, bool dither);
+std::vector<std::uint8_t> bytes_of(const Image& image, Dither dither, TextureUse use);
 /// stored_error() of a format of 8 bits, its arguments checked.
 StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
                             std::span<const std::uint8_t> coverage);

@@ -23,13 +23,14 @@ float third_of(float x, float y) {
 /// A few rows as a file gives them back. Of `channels` channels, the image's or fewer.
 class StoredRows {
  public:
-  StoredRows(const Image& image, const SaveImageOptions& options)
+  StoredRows(const Image& image, const SaveImageOptions& options, const DitherBlocks& dither,
+             const Image& lossy)
       : image_(image),
-        dither_(options.dither),
+        dither_(dither),
+        lossy_(lossy),
         bytes_(std::size_t{image.width} * kBandRows * image.channels) {
     const bool texture = is_texture(options.format);
     if (texture) format_ = TextureFormat::of(image, options.use);
-    dither_ = dither_ && !texture && options.format != ImageFormat::tiff8;
     channels_ = texture && format_.in_blocks ? format_.channels : image.channels;
     values_.resize(std::size_t{image.width} * kBandRows * channels_);
   }
@@ -40,6 +41,7 @@ class StoredRows {
   }
 
   void read(std::size_t band) {
+    if (!lossy_.pixels.empty()) return read_lossy(band);
     if (!format_.in_blocks) return read_bytes(band);
     encode_blocks(image_, format_, band, bytes_.data());
     const std::uint8_t* from = bytes_.data();
@@ -64,8 +66,20 @@ class StoredRows {
     }
   }
 
+  void read_lossy(std::size_t band) {
+    for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image_.height; ++k) {
+      for (std::size_t x = 0; x < image_.width; ++x) {
+        const float* const from = lossy_.at(x, kBandRows * band + k);
+        for (std::size_t c = 0; c < channels_; ++c) {  // no alpha where all of it is opaque
+          values_[(k * image_.width + x) * channels_ + c] = c < lossy_.channels ? from[c] : 1;
+        }
+      }
+    }
+  }
+
   const Image& image_;
-  bool dither_;
+  const DitherBlocks& dither_;
+  const Image& lossy_;
   TextureFormat format_{};
   std::size_t channels_ = 0;
   std::vector<std::uint8_t> bytes_;
@@ -95,8 +109,12 @@ double error_of(const float* value, std::size_t channels, const float* stored,
 
 }  // namespace
 
-StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
-                            std::span<const std::uint8_t> coverage) {
+namespace {
+
+/// \param lossy  what a lossy format gives back; else empty
+StoredError error_over(const Image& image, const SaveImageOptions& options,
+                       const DitherBlocks& dither, const Image& lossy,
+                       std::span<const std::uint8_t> coverage) {
   constexpr std::uint8_t kBaked = 1;  // TexelState::baked
   struct Sum {
     double sum = 0, max = 0;
@@ -104,7 +122,7 @@ StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
   };
   std::vector<Sum> sums((image.height + kBandRows - 1) / kBandRows);
   parallel_for(sums.size(), 4, [&](std::size_t begin, std::size_t end) {
-    StoredRows rows(image, options);
+    StoredRows rows(image, options, dither, lossy);
     for (std::size_t band = begin; band < end; ++band) {
       rows.read(band);
       for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image.height; ++k) {
@@ -127,6 +145,27 @@ StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
     all.texels += sum.texels;
   }
   return {all.texels == 0 ? 0 : all.sum / static_cast<double>(all.texels), all.max};
+}
+
+}  // namespace
+
+StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
+                            std::span<const std::uint8_t> coverage) {
+  const bool dithers =
+      options.dither && !is_texture(options.format) && options.format != ImageFormat::tiff8;
+  const DitherBlocks dither(image, dithers ? Dither::on : Dither::off);
+  return error_over(image, options, dither, Image(), coverage);
+}
+
+StoredError picture_error(const Image& image, const PictureEncoding& encoding,
+                          std::span<const std::uint8_t> coverage) {
+  SaveImageOptions options;
+  options.format = ImageFormat::png8;
+  options.use = encoding.use;
+  const bool lossy = encoding.is_lossy();
+  return error_over(image, options,
+                    lossy ? DitherBlocks() : DitherBlocks(image, encoding.dither, encoding.use),
+                    lossy ? load_image(encode_picture(image, encoding)) : Image(), coverage);
 }
 
 }  // namespace kiln

@@ -9,7 +9,8 @@
 
 namespace kiln {
 
-std::vector<std::uint8_t> bytes_of(const Image& image, bool dither) {
+std::vector<std::uint8_t> bytes_of(const Image& image, Dither by, TextureUse use) {
+  const DitherBlocks dither(image, by, use);
   const std::uint32_t channels = image.channels == 2 ? 3 : image.channels;
   std::vector<std::uint8_t> bytes(std::size_t{image.width} * image.height * channels);
   std::vector<std::uint8_t> row(std::size_t{image.width} * image.channels);
@@ -26,7 +27,8 @@ std::vector<std::uint8_t> bytes_of(const Image& image, bool dither) {
 }
 
 std::vector<std::byte> encode_tga(const Image& image, bool dither) {
-  const std::vector<std::uint8_t> bytes = bytes_of(image, dither);
+  const std::vector<std::uint8_t> bytes =
+      bytes_of(image, dither ? Dither::on : Dither::off, TextureUse::values);
   const std::size_t texels = std::size_t{image.width} * image.height;
   const std::size_t channels = bytes.size() / texels, row = image.width * channels;
   const auto byte = [](std::size_t value) { return static_cast<std::byte>(value & 0xFFU); };

@@ -1,4 +1,4 @@
-// Lossless WebP by libwebp.
+// WebP by libwebp.
 #include <webp/encode.h>
 
 #include <cstring>
@@ -11,14 +11,16 @@
 
 namespace kiln {
 
-std::vector<std::byte> encode_webp(const Image& image, bool dither) {
+std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& encoding) {
   if (image.width > WEBP_MAX_DIMENSION || image.height > WEBP_MAX_DIMENSION) {
     throw Error(ErrorCode::usage, "WebP holds at most " + std::to_string(WEBP_MAX_DIMENSION) +
                                       " pixels a side, not " + std::to_string(image.width) + " x " +
                                       std::to_string(image.height) + ": choose PNG.");
   }
   constexpr int kEffort = 2;  // of 9
-  std::vector<std::uint8_t> bytes = bytes_of(image, dither);
+  constexpr int kMethod = 4;  // of 6
+  const bool lossy = encoding.quality != 0;
+  std::vector<std::uint8_t> bytes = bytes_of(image, encoding.dither, encoding.use);
   const std::size_t texels = std::size_t{image.width} * image.height;
   if (image.channels == 1) {
     std::vector<std::uint8_t> grey = std::move(bytes);
@@ -27,11 +29,17 @@ std::vector<std::byte> encode_webp(const Image& image, bool dither) {
   }
   WebPConfig config;
   WebPPicture picture;
-  if (WebPConfigInit(&config) == 0 || WebPConfigLosslessPreset(&config, kEffort) == 0 ||
+  if (WebPConfigPreset(&config, WEBP_PRESET_DEFAULT, static_cast<float>(encoding.quality)) == 0 ||
+      (!lossy && WebPConfigLosslessPreset(&config, kEffort) == 0) ||
       WebPPictureInit(&picture) == 0) {
     throw Error(ErrorCode::internal, "libwebp is of another version than it was built with.");
   }
   config.exact = 1;  // colours under no opacity stay
+  if (lossy) {
+    config.method = kMethod;
+    config.alpha_quality = 100;  // lossless: opacity decides what is cut out
+    config.use_sharp_yuv = encoding.use == TextureUse::color ? 0 : 1;
+  }
   picture.use_argb = 1;
   picture.width = static_cast<int>(image.width);
   picture.height = static_cast<int>(image.height);

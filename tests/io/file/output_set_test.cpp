@@ -1,5 +1,6 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -96,6 +97,32 @@ TEST_F(OutputSetTest, TheLaterFileOfOneNameWins) {
   set.commit();
   EXPECT_EQ(contents(folder_ / "a"), "second");
   EXPECT_EQ(names(folder_), std::set<std::string>{"a"});
+}
+
+TEST_F(OutputSetTest, MoreFilesThanAProcessMayHaveOpenAreHeld) {
+  constexpr rlim_t kMost = 400;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit few = before;
+  few.rlim_cur = kMost;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  constexpr std::size_t kFiles = 3 * kMost;
+  const auto name = [](std::size_t i) { return "f" + std::to_string(i); };
+  {
+    OutputSet dropped;
+    for (std::size_t i = 0; i < kFiles; ++i) save_text(folder_ / name(i), "dropped");
+  }
+  EXPECT_TRUE(names(folder_).empty());
+  OutputSet set;
+  for (std::size_t i = 0; i < kFiles; ++i) save_text(folder_ / name(i), name(i));
+  for (std::size_t i = 0; i < kFiles; i += 7) {
+    EXPECT_FALSE(fs::exists(folder_ / name(i)));
+    EXPECT_EQ(contents(OutputSet::held(folder_ / name(i))), name(i));
+  }
+  set.commit();
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(names(folder_).size(), kFiles);
+  for (std::size_t i = 0; i < kFiles; ++i) EXPECT_EQ(contents(folder_ / name(i)), name(i));
 }
 
 // A folder that takes a file's name in between makes its rename fail.

@@ -170,8 +170,27 @@ std::string Command::what_is_missing() const {
   return {};
 }
 
+/// A flag that stands alone or with one of its choices behind it takes that word, as with = between them.
+void Command::join_choices(std::vector<std::string>& words) const {
+  const auto named = [&](const auto& command) {
+    return !words.empty() && command->get_name() == words.front();
+  };
+  const auto command = std::find_if(commands_.begin(), commands_.end(), named);
+  if (command == commands_.end()) return;
+  for (std::size_t i = 1; i + 1 < words.size(); ++i) {
+    const Option* const option =
+        words[i].starts_with("--") ? (*command)->find_option(words[i]) : nullptr;
+    if (option == nullptr || !option->is_flag()) continue;
+    const std::vector<std::string>& choices = option->choices_;
+    if (std::find(choices.begin(), choices.end(), words[i + 1]) == choices.end()) continue;
+    words[i] += "=" + words[i + 1];
+    words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+  }
+}
+
 bool Command::parse(std::vector<std::string> words) {
   const std::string last = words.empty() ? "" : words.back();
+  join_choices(words);
   std::reverse(words.begin(), words.end());  // as CLI11 wants them
   try {
     app_->parse(words);

@@ -114,6 +114,7 @@ class Command {
   explicit Command(CLI::App* app);
   Option* add(std::string_view name, Option::Take take, std::string_view help);
   std::string what_is_missing() const;
+  void join_choices(std::vector<std::string>& words) const;
 
   std::unique_ptr<CLI::App> owned_;  ///< Of the program
   CLI::App* app_;

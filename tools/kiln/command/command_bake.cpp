@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "arguments/command_options.h"
+#include "batch/job_file.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "job/run.h"
@@ -109,8 +110,18 @@ Run add_bake(Command& app) {
   add_options(*command, bake_rows(), job.get());
   command->add_text_flag("--help-json", options_json,
                          "All options as JSON, for programs: types, units, ranges, defaults");
-  return [command, job] {
+  auto prints = std::make_shared<bool>(false);
+  command->add_flag(
+      "--print-job", [prints](const Option::Words&) { *prints = true; },
+      "Print the command as a job file of kiln run, and bake nothing");
+  return [command, job, prints] {
     job->given = given_flags(*command);
+    if (*prints) {
+      job->given.erase("--print-job");
+      check(*job);
+      print_line(stdout, job_file_of(to_json(*job)));
+      return 0;
+    }
     return run_bake(*job);
   };
 }

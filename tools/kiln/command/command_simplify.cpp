@@ -6,6 +6,7 @@
 #include <string>
 
 #include "arguments/command_options.h"
+#include "clean/high_hulls.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "job/describe.h"
@@ -38,7 +39,7 @@ struct SimplifyArguments {
   double hard_angle = FitNormalsOptions{}.hard_degrees;
   bool hull = false, keep_parts = false;
   CleanHigh clean = CleanHigh::automatic;
-  bool keep_inner = false;
+  bool keep_inner = false, keep_hulls = false;
   bool keep_uvs = false, laid_out = false;  // laid_out: --size, --unwrap or --density was given.
   bool by_density = false;                  // --density was given.
   bool quiet = false, force = false;
@@ -88,6 +89,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   LoadMeshOptions load = load_options(arguments.frame, MeshSide::high);
   load.triangulation = arguments.load.triangulation;
   Mesh high = load_mesh(arguments.high, load, &warnings);
+  if (!arguments.keep_hulls) drop_hidden_hulls(high, warnings);
   const CleanReport cleaned =
       clean_high(high,
                  clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner,
@@ -227,6 +229,10 @@ Run add_simplify(Command& app) {
       triangulate_row<Job>("", "HIGH"),
       clean_row<Job>(""),
       keep_inner_row<Job>(""),
+      {.flag = "--keep-hulls",
+       .value = toggle(AT(keep_hulls)),
+       .help = "Keep HIGH's collision hulls: objects or groups named UCX_, UBX_, USP_, UCP_, or "
+               "ending in -colonly, -convcolonly, which are left out else"},
       json_row<Job>(""),
       quiet_row<Job>(""),
       {.flag = "--keep-uvs",

@@ -26,6 +26,10 @@ SLOTS = {"normal": 3, "ao": 1, "color": 3, "opacity": 1, "roughness": 1, "metall
 OF_MATERIALS = ("roughness", "metallic", "emission")
 
 
+#: Extensions of packed triangles, which the arrays of a Glb are not read from; they stand in its JSON.
+_PACKED = (b"EXT_meshopt_compression", b"KHR_draco_mesh_compression")
+
+
 class Glb:
     """A light mesh with its maps.
 
@@ -58,7 +62,9 @@ class Glb:
 
     def _part(self, name: str) -> np.ndarray:
         if not self._parts:
-            self._parts = arrays_of(self.data)
+            packed = any(name in self.data[: 20 + int.from_bytes(self.data[12:16], "little")] for name in _PACKED)
+            plain = _core.encode_glb(self.mesh, {}, "mask", False) if packed else self.data
+            self._parts = arrays_of(plain)
         return self._parts[name]
 
     @property
@@ -312,6 +318,12 @@ def to_glb(
     maps: Sequence[str] | None = None,
     sample: Callable[[np.ndarray], Any] | None = None,
     path: str | os.PathLike[str] | None = None,
+    format: str | None = None,
+    quality: int | None = None,
+    normal_error: float | None = None,
+    dither: str | bool | None = None,
+    fallback_textures: bool = False,
+    mesh_compression: str | None = None,
     double_sided: bool | None = None,
     alpha: str | None = None,
     weld: float = 1e-5,
@@ -340,6 +352,13 @@ def to_glb(
                      colours, (N, 4) with opacity, or a dict: color, emission (N, 3), opacity, roughness, metallic
                      (N,), all in [0, 1], colours sRGB-encoded
     path             where to write it, too: NAME.glb
+    format           of the pictures: png, webp or jpeg (what has alpha, and normals: png); without: png
+    quality          1 to 100: colours, emission, occlusion, roughness and metalness lose something, in webp or jpeg
+    normal_error     normals lose something, too: degrees that they may be off in the mean
+    dither           on, off or auto: where rounding to 8 bits would leave bands; without: auto
+    fallback_textures
+                     PNGs stand beside WebPs, so that readers need no extension
+    mesh_compression of the triangles: meshopt, draco or none, which is the default
     double_sided     back faces are shown; without: where the dense mesh's materials show them
     alpha            with opacity: mask or blend; without: as the dense mesh's materials have it, with their cutoffs;
                      mask where none is transparent
@@ -366,6 +385,8 @@ def to_glb(
     options |= {"sets": "one", "device": device_of(device) or None, "alpha": alpha, "double_sided": sides}
     options |= {"screen": screen_of(screen), "max_outline": max_outline, "high_normals": str(high_normals)}
     options |= {"max_error": error_bound(max_error)} if max_error is not None else {"faces": count}
+    options |= {"format": format, "quality": quality, "normal_error": normal_error, "dither": dither}
+    options |= {"fallback_textures": fallback_textures or None, "mesh_compression": mesh_compression}
     wanted, left_out = _maps_of(maps, sample is not None)
     if wanted is not None:
         _check_slots("maps", wanted)

@@ -1,4 +1,4 @@
-#include "asset/ears.h"
+#include "mesh/ears.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +12,13 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr std::uint32_t kNoCorner = 0xFFFFFFFFU;
 constexpr std::uint64_t kMostTests = std::uint64_t{1} << 26;
 constexpr std::size_t kFan = 64;
 // Below this many corners a grid costs more than it saves.
 constexpr std::size_t kFewCorners = 64;
 // Coordinates are about 1 and rounded to 2^-53, and so are their products.
-constexpr double kRounding = 1e-12;
+constexpr double kSignRounding = 1e-12;
 
 using Point = std::array<double, 2>;
 
@@ -110,7 +110,7 @@ class Ears {
         grid_(flat),
         left_(static_cast<std::uint32_t>(flat.size())),
         version_(flat.size()),
-        blocks_(flat.size(), kNone) {
+        blocks_(flat.size(), kNoCorner) {
     for (std::uint32_t i = 0; i < left_; ++i) {
       next_.push_back((i + 1) % left_);
       before_.push_back((i + left_ - 1) % left_);
@@ -135,7 +135,7 @@ class Ears {
     }
     std::vector<std::uint32_t> rest;
     for (std::uint32_t i = 0; i < flat_.size(); ++i) {
-      if (version_[i] != kNone) rest.push_back(i);
+      if (version_[i] != kNoCorner) rest.push_back(i);
     }
     split_as_convex(rest, triangles);
     return clean;
@@ -177,10 +177,10 @@ class Ears {
     if (has_no_sides(tip)) return true;
     const std::uint32_t before = before_[tip], next = next_[tip];
     const Point &a = flat_[before], &b = flat_[tip], &c = flat_[next];
-    std::uint32_t blocks = kNone;
+    std::uint32_t blocks = kNoCorner;
     const auto lies_in = [&](std::uint32_t i) {
       const Point& p = flat_[i];
-      if (version_[i] == kNone || p == a || p == b || p == c) return false;
+      if (version_[i] == kNoCorner || p == a || p == b || p == c) return false;
       if (twice_area(a, b, p) < 0 || twice_area(b, c, p) < 0 || twice_area(c, a, p) < 0) {
         return false;
       }
@@ -194,7 +194,7 @@ class Ears {
     } else {
       grid_.visit({a, b, c}, tests_, lies_in);
     }
-    if (blocks == kNone) return tests_ != 0;
+    if (blocks == kNoCorner) return tests_ != 0;
     waiting_.push_back({tip, version_[tip], blocks_[blocks]});
     blocks_[blocks] = static_cast<std::uint32_t>(waiting_.size() - 1);
     return false;
@@ -205,28 +205,28 @@ class Ears {
     triangles.push_back({before, tip, next});
     next_[before] = next;
     before_[next] = before;
-    version_[tip] = kNone;
+    version_[tip] = kNoCorner;
     --left_;
     for (const std::uint32_t beside : {before, next}) {
       ++version_[beside];
       consider(beside);
     }
-    for (std::uint32_t w = blocks_[tip]; w != kNone; w = waiting_[w].next) {
+    for (std::uint32_t w = blocks_[tip]; w != kNoCorner; w = waiting_[w].next) {
       if (waiting_[w].version == version_[waiting_[w].tip]) consider(waiting_[w].tip);
     }
   }
 
   /// \returns whether it was a corner on a straight line, which rounding alone keeps from being an ear
   bool force(CornerTriangles& triangles) {
-    std::uint32_t first = 0, best = kNone;
-    while (version_[first] == kNone) ++first;
+    std::uint32_t first = 0, best = kNoCorner;
+    while (version_[first] == kNoCorner) ++first;
     std::tuple<bool, double, std::uint32_t> least;
     for (std::uint32_t k = 0, tip = first; k < left_; ++k, tip = next_[tip]) {
       const std::tuple rank(!(turn(tip) > 0), length(tip), tip);
-      if (best == kNone || rank < least) std::tie(best, least) = std::pair(tip, rank);
+      if (best == kNoCorner || rank < least) std::tie(best, least) = std::pair(tip, rank);
     }
     tests_ -= std::min<std::uint64_t>(tests_, first + left_);
-    const bool straight = std::abs(turn(best)) < kRounding;
+    const bool straight = std::abs(turn(best)) < kSignRounding;
     take(best, triangles);
     return straight;
   }
@@ -237,7 +237,8 @@ class Ears {
   std::uint32_t left_;
   std::uint64_t tests_ = kMostTests;
   std::vector<std::uint32_t> next_, before_;
-  std::vector<std::uint32_t> version_;  ///< How often a corner's neighbours changed; kNone: cut off
+  std::vector<std::uint32_t>
+      version_;  ///< How often a corner's neighbours changed; kNoCorner: cut off
   std::priority_queue<Cut> cuts_;
   std::vector<Waiting> waiting_;
   std::vector<std::uint32_t>
@@ -327,7 +328,8 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
     }
   }
   std::sort(sides.begin(), sides.end());
-  std::vector<std::uint32_t> across(3 * triangles.size(), kNone);  // the side of the other triangle
+  std::vector<std::uint32_t> across(3 * triangles.size(),
+                                    kNoCorner);  // the side of the other triangle
   for (std::size_t i = 1; i < sides.size(); ++i) {
     const auto& [a, b, one] = sides[i - 1];
     const auto& [c, d, other] = sides[i];
@@ -337,7 +339,7 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
   }
   const auto join = [&](std::uint32_t side, std::uint32_t other) {
     across[side] = other;
-    if (other != kNone) across[other] = side;
+    if (other != kNoCorner) across[other] = side;
   };
   std::vector<double> angles;
   for (const auto& t : triangles) angles.push_back(smallest_angle(flat, t));
@@ -347,7 +349,7 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
   std::uint64_t flips = 64 * std::uint64_t{triangles.size()};
   for (; !open.empty() && flips != 0; open.pop()) {
     const std::uint32_t side = open.front(), other = across[side];
-    if (other == kNone) continue;
+    if (other == kNoCorner) continue;
     const std::uint32_t t = side / 3, u = other / 3;
     const auto after = [](std::uint32_t s, std::uint32_t by) {
       return s / 3 * 3 + (s % 3 + by) % 3;
@@ -356,7 +358,7 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
     const std::uint32_t c = triangles[t][after(side, 2) % 3], d = triangles[u][after(other, 2) % 3];
     const std::array<std::uint32_t, 3> one = {c, a, d}, two = {d, b, c};
     const double first = smallest_angle(flat, one), second = smallest_angle(flat, two);
-    if (!(std::min(first, second) > std::min(angles[t], angles[u]) + kRounding)) continue;
+    if (!(std::min(first, second) > std::min(angles[t], angles[u]) + kSignRounding)) continue;
     --flips;
     const std::uint32_t ca = across[after(side, 2)], bc = across[after(side, 1)];
     const std::uint32_t ad = across[after(other, 1)], db = across[after(other, 2)];

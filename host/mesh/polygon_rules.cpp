@@ -2,8 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "asset/ears.h"
-#include "asset/polygon.h"
+#include "kiln/polygon.h"
+#include "mesh/ears.h"
+#include "mesh/polygon.h"
 
 namespace kiln {
 namespace {
@@ -159,6 +160,13 @@ bool triangulate(std::span<const std::array<double, 3>> corners, Triangulation r
   }
   if (rule == Triangulation::blender) return Polyfill(flat).run(triangles);
   return shortest_ears(corners, flat, triangles);
+}
+
+std::vector<Triangle> triangulate_polygon(std::span<const std::array<double, 3>> corners,
+                                          Triangulation rule) {
+  std::vector<Triangle> triangles;
+  if (corners.size() >= 3) triangulate(corners, rule, triangles);
+  return triangles;
 }
 
 }  // namespace kiln

@@ -1,9 +1,9 @@
-#include "asset/polygon.h"
+#include "mesh/polygon.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "asset/ears.h"
+#include "mesh/ears.h"
 #include "mesh/vector.h"
 
 namespace kiln {

@@ -15,7 +15,7 @@ namespace kiln {
 /// The corners are seen along the polygon's Newell normal, in double precision. A quad is cut along corners 0
 /// and 2, as nearly all programs cut it; along 1 and 3 where that alone spares a triangle that turns over or
 /// has less than 1/10000 of the area. More corners: ears, the shortest cut first, then flips to the
-/// constrained Delaunay triangulation (asset/ears.h). Its triangles, their order and corners are
+/// constrained Delaunay triangulation (mesh/ears.h). Its triangles, their order and corners are
 /// the same wherever the polygon begins; of equal choices, the one nearest after the least position decides.
 /// Every corner is one of a triangle with area, if the polygon has area and does not touch itself.
 /// \param triangles  out: replaced

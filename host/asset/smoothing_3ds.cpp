@@ -1,0 +1,142 @@
+#include "asset/smoothing_3ds.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/lower_case.h"
+
+namespace kiln {
+namespace {
+
+// Chunks of 3DS, each within the one before.
+constexpr std::uint32_t kMain = 0x4D4D, kEditor = 0x3D3D, kObject = 0x4000, kMesh = 0x4100,
+                        kFaces = 0x4120, kFaceMaterial = 0x4130, kSmoothing = 0x4150;
+constexpr std::size_t kHeaderBytes = 6, kFaceBytes = 8;
+
+/// MeshLab's mask of every face.
+constexpr std::uint32_t kMeshLabMask = 10;
+
+/// A number at the beginning of bytes, which are cut off there; 0 where they end.
+std::uint32_t take_number(std::string_view& bytes, std::size_t size) {
+  if (bytes.size() < size) {
+    bytes = {};
+    return 0;
+  }
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    value |= std::uint32_t{static_cast<unsigned char>(bytes[i])} << (8 * i);
+  }
+  bytes.remove_prefix(size);
+  return value;
+}
+
+/// Text that ends with a zero.
+std::string_view take_text(std::string_view& bytes) {
+  const std::size_t end = std::min(bytes.find('\0'), bytes.size());
+  const std::string_view text = bytes.substr(0, end);
+  bytes.remove_prefix(std::min(end + 1, bytes.size()));
+  return text;
+}
+
+/// Calls use(id, content) for chunks that follow each other.
+template <typename Use>
+void for_each_chunk(std::string_view bytes, const Use& use) {
+  while (bytes.size() >= kHeaderBytes) {
+    const std::uint32_t id = take_number(bytes, 2);
+    const std::size_t size = take_number(bytes, 4);
+    if (size <= kHeaderBytes) continue;
+    const std::string_view content = bytes.substr(0, size - kHeaderBytes);
+    use(id, content);
+    bytes.remove_prefix(content.size());
+  }
+}
+
+void read_faces(std::string_view bytes, Smoothing3ds& mesh) {
+  const std::size_t count = std::min<std::size_t>(take_number(bytes, 2), bytes.size() / kFaceBytes);
+  mesh.masks.resize(mesh.masks.size() + count, 0);
+  mesh.materials.resize(mesh.masks.size(), 0);
+  bytes.remove_prefix(count * kFaceBytes);
+  for_each_chunk(bytes, [&](std::uint32_t id, std::string_view content) {
+    if (id == kSmoothing) {
+      for (std::size_t f = 0; f < mesh.masks.size() && content.size() >= 4; ++f) {
+        mesh.masks[f] = take_number(content, 4);
+      }
+    }
+    if (id != kFaceMaterial) return;
+    const std::string name = lower_case(take_text(content));
+    std::vector<std::string>& names = mesh.material_names;
+    const auto known = std::find(names.begin() + 1, names.end(), name);
+    const auto number = static_cast<std::uint32_t>(known - names.begin());
+    if (known == names.end()) names.push_back(name);
+    for (std::uint32_t left = take_number(content, 2); left != 0 && content.size() >= 2; --left) {
+      const std::uint32_t face = take_number(content, 2);
+      if (face < mesh.materials.size()) mesh.materials[face] = number;
+    }
+  });
+}
+
+}  // namespace
+
+std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
+  std::vector<Smoothing3ds> meshes;
+  const auto read_object = [&](std::uint32_t id, std::string_view content) {
+    if (id != kMesh) return;
+    Smoothing3ds& mesh = meshes.emplace_back();
+    mesh.material_names.emplace_back();
+    for_each_chunk(content, [&](std::uint32_t kind, std::string_view faces) {
+      if (kind == kFaces) read_faces(faces, mesh);
+    });
+  };
+  for_each_chunk(bytes, [&](std::uint32_t main, std::string_view editors) {
+    if (main != kMain) return;
+    for_each_chunk(editors, [&](std::uint32_t editor, std::string_view objects) {
+      if (editor != kEditor) return;
+      for_each_chunk(objects, [&](std::uint32_t object, std::string_view content) {
+        if (object != kObject) return;
+        take_text(content);  // its name
+        for_each_chunk(content, read_object);
+      });
+    });
+  });
+  const bool is_meshlabs = std::all_of(meshes.begin(), meshes.end(), [](const Smoothing3ds& mesh) {
+    return std::all_of(mesh.masks.begin(), mesh.masks.end(),
+                       [](std::uint32_t mask) { return mask == kMeshLabMask; });
+  });
+  if (is_meshlabs) {
+    for (Smoothing3ds& mesh : meshes) std::fill(mesh.masks.begin(), mesh.masks.end(), 0U);
+  }
+  return meshes;
+}
+
+std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
+    const Smoothing3ds& mesh, std::span<const Part3ds> parts) {
+  constexpr std::size_t kNone = ~std::size_t{0};
+  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);  // of a material
+  for (std::size_t i = 1; i < part_of.size(); ++i) {
+    for (std::size_t p = parts.size(); p-- > 0;) {
+      if (lower_case(parts[p].material) == mesh.material_names[i]) part_of[i] = p;
+    }
+  }
+  std::vector<std::size_t> counts(parts.size());
+  std::size_t left = 0;
+  for (const std::uint32_t material : mesh.materials) {
+    const std::size_t part = part_of[material];
+    ++(part == kNone ? left : counts[part]);
+  }
+  // The part that the faces without a material of their own are in.
+  std::size_t rest = kNone;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (counts[p] == parts[p].faces) continue;
+    if (rest != kNone || left == 0 || counts[p] + left != parts[p].faces) return std::nullopt;
+    rest = p;
+  }
+  if ((rest == kNone) != (left == 0)) return std::nullopt;
+  std::vector<std::vector<std::uint32_t>> masks(parts.size());
+  for (std::size_t f = 0; f < mesh.masks.size(); ++f) {
+    const std::size_t part = part_of[mesh.materials[f]];
+    masks[part == kNone ? rest : part].push_back(mesh.masks[f]);
+  }
+  return masks;
+}
+
+}  // namespace kiln

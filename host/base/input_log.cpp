@@ -1,0 +1,99 @@
+#include "base/input_log.h"
+
+#include <algorithm>
+#include <atomic>
+#include <system_error>
+#include <vector>
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::mutex all_mutex;
+std::vector<InputLog*> all_logs;
+std::atomic<int> log_count{0};
+thread_local InputLog* own_log = nullptr;
+
+std::string whole_path(const fs::path& path) {
+  std::error_code error;
+  const fs::path whole = fs::absolute(path, error);
+  return (error ? path : whole).lexically_normal().string();
+}
+
+/// Calls a function of the thread's log, or of all.
+template <typename Function>
+void to_logs(const Function& function) {
+  if (own_log != nullptr) {
+    function(*own_log);
+    return;
+  }
+  const std::lock_guard lock(all_mutex);
+  for (InputLog* const log : all_logs) function(*log);
+}
+
+}  // namespace
+
+InputLog::InputLog(std::function<std::string(const fs::path&)> identify)
+    : identify_(std::move(identify)) {
+  const std::lock_guard lock(all_mutex);
+  all_logs.push_back(this);
+  ++log_count;
+}
+
+InputLog::~InputLog() {
+  const std::lock_guard lock(all_mutex);
+  std::erase(all_logs, this);
+  --log_count;
+}
+
+InputLog::Inputs InputLog::inputs() const {
+  const std::lock_guard lock(mutex_);
+  return inputs_;
+}
+
+void InputLog::add(const fs::path& path) {
+  const std::string whole = whole_path(path);
+  {
+    const std::lock_guard lock(mutex_);
+    if (inputs_.files.count(whole) != 0) return;
+  }
+  // Before the caller reads: what is read later has another identity where it changed meanwhile.
+  std::string identity = identify_(whole);
+  const std::lock_guard lock(mutex_);
+  inputs_.files.try_emplace(whole, std::move(identity));
+}
+
+InputLogScope::InputLogScope(InputLog* log) noexcept : before_(own_log) { own_log = log; }
+InputLogScope::~InputLogScope() { own_log = before_; }
+InputLog* current_input_log() noexcept { return own_log; }
+
+void note_input(const fs::path& path) {
+  if (log_count == 0) return;
+  to_logs([&](InputLog& log) { log.add(path); });
+}
+
+void note_absent(const fs::path& path) {
+  if (log_count == 0) return;
+  to_logs([&](InputLog& log) {
+    const std::lock_guard lock(log.mutex_);
+    log.inputs_.absent.insert(whole_path(path));
+  });
+}
+
+void note_answer(const fs::path& path, const std::string& question, const std::string& answer) {
+  if (log_count == 0) return;
+  to_logs([&](InputLog& log) {
+    const std::lock_guard lock(log.mutex_);
+    log.inputs_.answers[{whole_path(path), question}] = answer;
+  });
+}
+
+bool note_whether_file(const fs::path& path) {
+  std::error_code error;
+  const bool there = fs::is_regular_file(path, error);
+  there ? note_input(path) : note_absent(path);
+  return there;
+}
+
+}  // namespace kiln

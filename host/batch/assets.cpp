@@ -1,0 +1,700 @@
+#include "batch/assets.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+#include <unordered_map>
+
+#include "asset/file_finder.h"
+#include "base/file.h"
+#include "base/lower_case.h"
+#include "batch/path_pattern.h"
+#include "job/job_options.h"
+#include "job/map_words.h"
+#include "job/run.h"
+#include "kiln/error.h"
+#include "kiln/options.h"
+#include "options/near_words.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail_in(const Setting& setting, const std::string& problem) {
+  throw Error(ErrorCode::usage, setting.origin.place() + ": " + setting.key + ": " + problem);
+}
+
+/// Endings of files that an open ending, "crate_low.*", may stand for.
+bool is_mesh_ending(const std::string& path) {
+  constexpr std::array kEndings = {".ply", ".obj", ".stl", ".off", ".gltf",
+                                   ".glb", ".fbx", ".dae", ".3ds", ".x"};
+  const std::string ending = lower_case(fs::path(path).extension().string());
+  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+bool has_wildcards(const PathPattern& pattern) { return !pattern.is_plain(); }
+
+std::string joined(const std::string& folder, const std::string& path) {
+  if (folder.empty() || fs::path(path).is_absolute()) return path;
+  return folder.ends_with('/') ? folder + path : folder + "/" + path;
+}
+
+/// A pattern's value in a folder whose name is no pattern.
+std::string in_folder(const Setting& setting, const std::string& word) {
+  return joined(escape_pattern(setting.folder), word);
+}
+
+class Expander {
+ public:
+  Expander(const JobFile& file, const ExpandOptions& options)
+      : file_(file), options_(options), lister_(file.folder) {}
+
+  Batch expand() {
+    for (const std::string& only : options_.only) only_.emplace_back(only);
+    for (std::size_t rule = 0; rule < file_.bakes.size(); ++rule) expand_rule(rule);
+    name_apart();
+    check_outputs();
+    check_sidecars();
+    check_next_inputs();
+    if (!only_.empty()) keep_only();
+    return std::move(batch_);
+  }
+
+ private:
+  struct Group {
+    Captures captures;
+    std::vector<std::string> files;  ///< Of the first pattern
+  };
+
+  std::vector<FileLister::Found> find(const Setting& setting, const PathPattern& pattern,
+                                      const Captures& known) {
+    std::vector<FileLister::Found> found;
+    try {
+      found = lister_.find(pattern, known);
+    } catch (const Error& error) {
+      throw Error(error.code(), setting.origin.place() + ": " + setting.key + ": " + error.what());
+    }
+    if (pattern.has_open_ending()) {
+      std::erase_if(found,
+                    [](const FileLister::Found& file) { return !is_mesh_ending(file.path); });
+    }
+    return found;
+  }
+
+  static PathPattern pattern_of(const Setting& setting, const std::string& word) {
+    try {
+      const PathPattern pattern(in_folder(setting, word));
+      // What is captured would be climbed out of again.
+      const std::string& text = pattern.text();
+      const std::size_t open = std::min({text.find('{'), text.find('*'), text.size()});
+      if (!pattern.captures().empty() && text.find("/..", open) != std::string::npos) {
+        fail_in(setting,
+                "'" + word + "' climbs out of what it captures by '..': name the folder instead.");
+      }
+      return pattern;
+    } catch (const Error& error) {
+      if (std::string_view(error.what()).starts_with(setting.origin.place())) throw;
+      fail_in(setting, error.what());
+    }
+  }
+
+  /// Files of one stem in several formats are one mesh twice, not two.
+  static void check_formats(const Setting& setting, const std::vector<std::string>& files) {
+    std::map<std::string, std::string> stems;
+    for (const std::string& file : files) {
+      const auto [entry, added] =
+          stems.try_emplace(fs::path(file).replace_extension().string(), file);
+      if (!added) {
+        fail_in(setting, "'" + entry->second + "' and '" + file +
+                             "' are one name in two formats, and would be baked as one mesh: name "
+                             "the ending that is meant.");
+      }
+    }
+  }
+
+  static bool is_skipped(const std::vector<PathPattern>& skip, const std::string& path) {
+    return std::any_of(skip.begin(), skip.end(),
+                       [&](const PathPattern& pattern) { return pattern.covers(path); });
+  }
+
+  void expand_rule(std::size_t rule) {
+    const OptionLayer& bake = file_.bakes[rule];
+    const Setting* const high = bake.find("high");
+    const Setting* const low = bake.find("low");
+    std::vector<PathPattern> skip;
+    if (const Setting* const setting = bake.find("skip")) {
+      for (const std::string& word : setting->words) skip.push_back(pattern_of(*setting, word));
+    }
+    const Setting& first = low != nullptr ? *low : *high;
+    const PathPattern primary = pattern_of(first, first.words[0]);
+    if (has_wildcards(primary)) primaries_.push_back({primary, skip, rule, &first});
+    // The order of assets is that of their first files.
+    std::vector<Group> groups;
+    std::map<Captures, std::size_t> places;
+    std::size_t matched = 0;
+    for (FileLister::Found& file : find(first, primary, {})) {
+      ++matched;
+      if (is_skipped(skip, file.path)) continue;
+      const auto [place, added] = places.try_emplace(file.captures, groups.size());
+      if (added) groups.push_back({file.captures, {}});
+      groups[place->second].files.push_back(std::move(file.path));
+    }
+    if (matched == 0) {
+      fail_in(first,
+              has_wildcards(primary)
+                  ? "no file matches '" + primary.text() + "'" + where() + ": check the path."
+                  : "there is no file '" + primary.path({}) + "'" + where() + ": check the path.");
+    }
+    std::set<std::string> used;
+    for (const Group& group : groups) {
+      check_formats(first, group.files);
+      expand_asset(rule, group, used);
+    }
+    if (low != nullptr) check_unpaired(*high, skip, used);
+  }
+
+  std::string where() const {
+    return file_.folder.empty() ? "" : " below '" + file_.folder.string() + "'";
+  }
+
+  /// A HIGH whose LOW is missing, or has another name, would be left out in silence.
+  void check_unpaired(const Setting& high, const std::vector<PathPattern>& skip,
+                      const std::set<std::string>& used) {
+    std::vector<std::string> unpaired;
+    for (const std::string& word : high.words) {
+      const PathPattern pattern = pattern_of(high, word);
+      if (pattern.captures().empty()) continue;
+      for (const FileLister::Found& file : find(high, pattern, {})) {
+        if (used.count(file.path) == 0 && !is_skipped(skip, file.path))
+          unpaired.push_back(file.path);
+      }
+    }
+    if (unpaired.empty()) return;
+    batch_.warnings.push_back({"unpaired-high",
+                               high.origin.place() + ": " + std::to_string(unpaired.size()) +
+                                   (unpaired.size() == 1 ? " file matches" : " files match") +
+                                   " high and no low, for example '" + unpaired.front() +
+                                   "', and is not baked: check names, or add to skip.",
+                               unpaired.size()});
+  }
+
+  /// All files of a side, or none where nothing matches. \param problem  out: why there is none
+  std::vector<std::string> files_of(const Setting& setting, const Captures& captures,
+                                    std::string& problem) {
+    std::vector<std::string> files;
+    for (const std::string& word : setting.words) {
+      const PathPattern pattern = pattern_of(setting, word).with(captures);
+      for (const std::string& name : pattern.captures()) {
+        fail_in(setting, "{" + name + "} is captured by nothing" + captures_in_words(captures));
+      }
+      std::vector<std::string> some;
+      for (FileLister::Found& file : find(setting, pattern, {}))
+        some.push_back(std::move(file.path));
+      if (some.empty() && problem.empty()) {
+        problem = "there is no " + setting.key + " '" +
+                  (pattern.is_plain() ? pattern.path({}) : pattern.text()) + "' (" +
+                  setting.origin.place() + ")";
+      }
+      files.insert(files.end(), some.begin(), some.end());
+    }
+    check_formats(setting, files);
+    return files;
+  }
+
+  static std::string captures_in_words(const Captures& captures) {
+    std::string list;
+    for (const auto& [name, value] : captures)
+      list += (list.empty() ? "; there are {" : ", {") + name + "}";
+    return list.empty() ? ": the first pattern of this [[bake]] captures nothing." : list + ".";
+  }
+
+  /// Layers in order: later ones go before.
+  void add_layer(std::map<std::string, Setting>& in_force, const OptionLayer& layer) const {
+    for (const Setting& setting : layer.settings) {
+      // --cage and --cage-mesh exclude each other: the later one counts.
+      const OptionRow* const row = find_option_row(setting.key);
+      for (auto other = in_force.begin(); row != nullptr && other != in_force.end();) {
+        const OptionRow* const their = find_option_row(other->first);
+        const bool excluded =
+            their != nullptr && layer.find(other->first) == nullptr &&
+            ((" " + row->excludes + " ").find(" " + their->flag + " ") != std::string::npos ||
+             (" " + their->excludes + " ").find(" " + row->flag + " ") != std::string::npos);
+        other = excluded ? in_force.erase(other) : std::next(other);
+      }
+      in_force[setting.key] = setting;
+    }
+  }
+
+  /// NAME.kiln.toml beside a mesh, or of the capture {name}; none.
+  std::string sidecar_of(const std::vector<std::string>& meshes, const Captures& captures) {
+    std::set<std::string> found;
+    const auto look = [&](const std::string& folder, const std::string& stem) {
+      const std::string name = stem + std::string(kSidecarEnding);
+      const std::vector<std::string>& files = lister_.files_of(folder);
+      if (std::binary_search(files.begin(), files.end(), name)) found.insert(joined(folder, name));
+    };
+    for (const std::string& mesh : meshes) {
+      const std::string folder = fs::path(mesh).parent_path().string();
+      sidecar_folders_.insert(folder);
+      look(folder, fs::path(mesh).stem().string());
+      if (const auto name = captures.find("name"); name != captures.end())
+        look(folder, name->second);
+    }
+    if (found.size() > 1) {
+      throw Error(ErrorCode::usage, "'" + *found.begin() + "' and '" + *found.rbegin() +
+                                        "' are sidecars of one asset: keep one.");
+    }
+    sidecars_.insert(found.begin(), found.end());
+    return found.empty() ? "" : *found.begin();
+  }
+
+  void expand_asset(std::size_t rule, const Group& group, std::set<std::string>& used) {
+    const OptionLayer& bake = file_.bakes[rule];
+    const Setting* const high = bake.find("high");
+    const Setting* const low = bake.find("low");
+    BatchAsset asset;
+    asset.rule = rule;
+    std::vector<std::string> highs, lows;
+    (low != nullptr ? lows : highs) = group.files;
+    const Setting& first = low != nullptr ? *low : *high;
+    if (first.words.size() > 1) {
+      Setting rest = first;
+      rest.words.erase(rest.words.begin());
+      std::vector<std::string>& files = low != nullptr ? lows : highs;
+      for (std::string& file : files_of(rest, group.captures, asset.problem))
+        files.push_back(std::move(file));
+    }
+    if (low != nullptr) highs = files_of(*high, group.captures, asset.problem);
+    used.insert(highs.begin(), highs.end());
+    used.insert(lows.begin(), lows.end());
+    std::vector<std::string> meshes = lows;
+    meshes.insert(meshes.end(), highs.begin(), highs.end());
+    std::map<std::string, Setting> in_force;
+    add_layer(in_force, file_.defaults);
+    if (file_.profile) add_layer(in_force, *file_.profile);
+    add_layer(in_force, bake);
+    if (const std::string sidecar = sidecar_of(meshes, group.captures); !sidecar.empty()) {
+      const OptionLayer layer =
+          read_sidecar(file_.folder / sidecar, fs::path(sidecar).parent_path().string());
+      if (const Setting* const skip = layer.find("skip")) {
+        if (skip->words != std::vector<std::string>{"true"} &&
+            skip->words != std::vector<std::string>{"false"}) {
+          fail_in(*skip, "a sidecar is of one asset: give true or false.");
+        }
+        if (skip->words[0] == "true") return;
+      }
+      add_layer(in_force, layer);
+    }
+    add_layer(in_force, options_.command_line);
+    in_force.erase("skip");
+    std::string name;
+    for (const std::string& capture : capture_order(first)) {
+      const auto value = group.captures.find(capture);
+      if (value != group.captures.end() && !value->second.empty())
+        name += (name.empty() ? "" : "/") + value->second;
+    }
+    if (name.empty()) name = fs::path(group.files.front()).stem().string();
+    if (const auto setting = in_force.find("name"); setting != in_force.end()) {
+      name = plain_path(setting->second, setting->second.words[0], group.captures);
+    }
+    asset.name = name;
+    run_settings(asset, in_force);
+    const auto faces = in_force.find("faces");
+    const std::vector<std::string> levels =
+        faces == in_force.end() ? std::vector<std::string>() : faces->second.words;
+    for (std::size_t level = 0; level < std::max<std::size_t>(1, levels.size()); ++level) {
+      BatchAsset one = asset;
+      if (levels.size() > 1) {
+        in_force["faces"].words = {levels[level]};
+        if (level > 0) one.name += "_lod" + std::to_string(level);
+      }
+      make_job(one, in_force, highs, lows, group.captures, level);
+      batch_.assets.push_back(std::move(one));
+    }
+  }
+
+  static std::vector<std::string> capture_order(const Setting& first) {
+    return pattern_of(first, first.words[0]).captures();
+  }
+
+  void run_settings(BatchAsset& asset, std::map<std::string, Setting>& in_force) const {
+    double number = 0;
+    if (const auto s = in_force.find("retries");
+        s != in_force.end() && read_number(s->second.words[0], number)) {
+      asset.retries = static_cast<unsigned>(number);
+    }
+    if (const auto s = in_force.find("timeout"); s != in_force.end())
+      read_number(s->second.words[0], asset.timeout);
+    for (const auto& [key, member] :
+         {std::pair{"before", &BatchAsset::before}, std::pair{"after", &BatchAsset::after}}) {
+      const auto s = in_force.find(key);
+      if (s == in_force.end()) continue;
+      if (!options_.allow_hooks) {
+        fail_in(s->second,
+                "the file names a command, which would run with your rights: read it, and add "
+                "--allow-hooks.");
+      }
+      asset.*member = s->second.words[0];
+    }
+  }
+
+  /// A path without wildcards, with captures filled in.
+  std::string plain_path(const Setting& setting, const std::string& word,
+                         const Captures& captures) const {
+    try {
+      const PathPattern pattern = PathPattern(word).with(captures);
+      for (const std::string& name : pattern.captures()) {
+        std::vector<std::string> known;
+        for (const auto& [known_name, value] : captures) known.push_back(known_name);
+        const std::string near = nearest_word(name, known);
+        fail_in(setting, "{" + name + "} is captured by nothing" +
+                             (near.empty() ? captures_in_words(captures)
+                                           : "; did you mean {" + near + "}?"));
+      }
+      return pattern.path({});
+    } catch (const Error& error) {
+      if (std::string_view(error.what()).starts_with(setting.origin.place())) throw;
+      fail_in(setting, error.what());
+    }
+  }
+
+  /// Words of an option with paths as they are opened. \returns false where an optional file is not there
+  bool place_words(const OptionRow& row, Setting& setting, const Captures& captures) {
+    const PathOption kind = path_option(row);
+    if (kind == PathOption::none) return true;
+    OptionWords words;
+    for (const std::string& word : setting.words) {
+      bool there = true;
+      OptionWords several;
+      const std::string placed = with_path(row, word, [&](const std::string& path) {
+        const std::string whole = in_folder(setting, path);
+        const PathPattern pattern =
+            kind == PathOption::input ? pattern_of(setting, path).with(captures) : PathPattern();
+        if (kind == PathOption::input && pattern.captures().empty() && has_wildcards(pattern)) {
+          // Of pictures and sources, the ending is part of the word.
+          for (const FileLister::Found& file : lister_.find(pattern))
+            several.push_back(base_path(file.path));
+          there = !several.empty();
+          if (!there && !setting.optional)
+            fail_in(setting, "no file matches '" + pattern.text() + "'" + where() + ".");
+          if (several.size() > 1 && !row.value.repeats) {
+            fail_in(setting, "'" + several[0] + "' and '" + several[1] + "' match '" +
+                                 pattern.text() + "': one file is wanted.");
+          }
+          return there ? several[0] : path;
+        }
+        const std::string file = base_path(plain_path(setting, whole, captures));
+        std::error_code error;
+        if (setting.optional) there = fs::is_regular_file(file, error);
+        return file;
+      });
+      if (!there) continue;
+      if (several.size() > 1 && row.flag == "--ao-occluders") {
+        words.insert(words.end(), several.begin(), several.end());
+      } else if (several.size() > 1) {
+        fail_in(setting, "'" + word + "' matches several files: name one.");
+      } else {
+        words.push_back(placed);
+      }
+    }
+    setting.words = words;
+    return !words.empty();
+  }
+
+  /// As it is opened: the job file's folder before it.
+  std::string base_path(const std::string& path) const {
+    if (path.empty() || fs::path(path).is_absolute()) return path;
+    return (file_.folder / path).lexically_normal().string();
+  }
+
+  /// True for settings that are for bakes of all kinds, and so may serve some of them alone.
+  bool is_general(const Setting& setting) const {
+    const std::string& layer = setting.origin.layer;
+    return layer == file_.defaults.name || (file_.profile && layer == file_.profile->name) ||
+           layer == options_.command_line.name;
+  }
+
+  /// True if maps or matches of a bake obey an option: `ao_rays` of [defaults] is not for bakes without occlusion.
+  static bool is_served_by(const std::map<std::string, Setting>& in_force, const OptionRow& row) {
+    if (!row.is_of_maps() && !row.is_of_matches()) return true;
+    Job job;
+    job.high = {"high.obj"};
+    try {
+      if (in_force.count("low") != 0) job.low = JobLow("low.obj");
+      for (const char* const key :
+           {"maps", "match", "fallback", "out", "pack", "load_match", "cage", "transfer"}) {
+        const auto setting = in_force.find(key);
+        if (setting != in_force.end()) set_option(job, key, setting->second.words);
+      }
+      return is_served(row, settled(job));
+    } catch (const Error&) {
+      return true;  // what is wrong is said where the job is checked
+    }
+  }
+
+  void make_job(BatchAsset& asset, const std::map<std::string, Setting>& in_force,
+                const std::vector<std::string>& highs, const std::vector<std::string>& lows,
+                const Captures& captures, std::size_t level) {
+    for (const std::string& file : highs) asset.job.high.emplace_back(base_path(file));
+    for (const std::string& file : lows) asset.job.low.given.emplace_back(base_path(file));
+    for (const auto& [key, given] : in_force) {
+      Setting setting = given;
+      const OptionRow* const row = find_option_row(key);
+      if (row == nullptr) {
+        asset.settings.push_back(setting);
+        continue;
+      }
+      if (is_general(setting) && !is_served_by(in_force, *row)) continue;
+      if (key == "high" || key == "low") {
+        setting.words = key == "high" ? highs : lows;
+        asset.settings.push_back(setting);
+        continue;
+      }
+      if (setting.origin.file.empty()) {
+        // Of the command line: paths begin where it was given.
+        for (std::string& word : setting.words) {
+          word = with_path(*row, word, [&](const std::string& path) {
+            return path_option(*row) == PathOption::output ? plain_path(setting, path, captures)
+                                                           : path;
+          });
+        }
+      } else if (!place_words(*row, setting, captures)) {
+        continue;
+      }
+      if (key == "out" && level > 0) {
+        fs::path out = setting.words[0];
+        const std::string more = "_lod" + std::to_string(level);
+        const bool file = out.has_extension();
+        out = out.parent_path() / (file ? out.stem().string() + more + out.extension().string()
+                                        : out.filename().string() + more);
+        setting.words[0] = out.string();
+      }
+      try {
+        set_option(asset.job, key, setting.words);
+      } catch (const Error& error) {
+        fail_in(setting, error.what());
+      }
+      const bool own = key == "maps" && !asset.job.own_maps.empty() && !setting.origin.file.empty();
+      if (own && !options_.allow_own_maps) {
+        fail_in(setting, "the file names a map of your own ('" + asset.job.own_maps[0] +
+                             "'), a program that would run with your rights: read it, and add "
+                             "--allow-own-maps.");
+      }
+      if (path_option(*row) == PathOption::output && !setting.origin.file.empty() &&
+          !options_.allow_outside &&
+          !lies_within(fs::absolute(file_.folder.empty() ? fs::path(".") : file_.folder),
+                       fs::absolute(setting.words[0]))) {
+        fail_in(
+            setting,
+            "'" + setting.words[0] +
+                "' lies outside of the job file's folder: write below it, or add --allow-outside.");
+      }
+      asset.settings.push_back(setting);
+    }
+    if (asset.job.out.empty()) {
+      throw Error(ErrorCode::usage,
+                  file_.bakes[asset.rule].find("high")->origin.place() + ": out: '" + asset.name +
+                      "' has no output: give out in this [[bake]] or in [defaults].");
+    }
+    asset.job.quiet = true;
+    if (!asset.problem.empty()) return;
+    try {
+      check(asset.job);
+    } catch (const Error& error) {
+      throw Error(ErrorCode::usage, file_.bakes[asset.rule].find("high")->origin.place() + ": '" +
+                                        asset.name + "': " + error.what());
+    }
+    asset.expected_seconds = expected_seconds(asset.job);
+  }
+
+  /// Two rules may capture one name.
+  void name_apart() {
+    std::map<std::string, std::size_t> counts;
+    for (const BatchAsset& asset : batch_.assets) ++counts[asset.name];
+    for (BatchAsset& asset : batch_.assets) {
+      if (counts[asset.name] > 1) asset.name = output_name(asset.job);
+    }
+  }
+
+  static std::string identity(const fs::path& path) {
+    std::error_code error;
+    // Of a relative path whose first folder is not there yet, the canonical one is relative, too.
+    const fs::path found = fs::weakly_canonical(fs::absolute(path), error);
+    return (error ? fs::absolute(path).lexically_normal() : found).string();
+  }
+
+  /// Paths and stems that an asset writes to.
+  static std::vector<std::string> outputs_of(const Job& job) {
+    std::vector<std::string> outputs;
+    const std::string file = asset_file(job);
+    if (!file.empty()) outputs.push_back(identity(file));
+    if (file.empty() || lower_extension(file) == ".obj") {
+      outputs.push_back(identity(fs::path(out_folder(job)) / (low_stem(job) + ".obj")));
+    }
+    if (lower_extension(file) == ".gltf")
+      outputs.push_back(identity(fs::path(file).replace_extension(".bin")));
+    for (const std::string* const one : {&job.json, &job.save_cage, &job.save_match}) {
+      if (!one->empty()) outputs.push_back(identity(*one));
+    }
+    return outputs;
+  }
+
+  void check_outputs() {
+    std::unordered_map<std::string, const BatchAsset*> writers;
+    for (const BatchAsset& asset : batch_.assets) {
+      for (const std::string& output : outputs_of(asset.job)) {
+        const auto [entry, added] = writers.try_emplace(output, &asset);
+        if (added || entry->second == &asset) continue;
+        const Setting* const out = setting_of(asset, "out");
+        throw Error(ErrorCode::usage,
+                    (out == nullptr ? file_.path.string() : out->origin.place()) + ": out: '" +
+                        entry->second->name + "' and '" + asset.name + "' would both write '" +
+                        output + "': give each a place of its own, such as out/{dir}/{name}.");
+      }
+    }
+    // What one bake writes and another reads depends on which comes first.
+    for (const BatchAsset& asset : batch_.assets) {
+      std::vector<std::string> inputs = high_files(asset.job);
+      const std::vector<std::string> low = low_files(asset.job);
+      inputs.insert(inputs.end(), low.begin(), low.end());
+      inputs.push_back(asset.job.cage_mesh);
+      inputs.push_back(asset.job.load_match);
+      for (const std::string& input : inputs) {
+        if (input.empty()) continue;
+        const auto writer = writers.find(identity(input));
+        if (writer == writers.end()) continue;
+        throw Error(ErrorCode::usage, file_.path.string() + ": '" + input + "' is written by '" +
+                                          writer->second->name + "' and read by '" + asset.name +
+                                          "': write to another folder, or add it to skip.");
+      }
+    }
+  }
+
+  static const Setting* setting_of(const BatchAsset& asset, std::string_view key) {
+    for (const Setting& setting : asset.settings) {
+      if (setting.key == key) return &setting;
+    }
+    return nullptr;
+  }
+
+  /// An output that a pattern of inputs matches would be baked itself by the next run.
+  void check_next_inputs() {
+    const std::string base = identity(file_.folder.empty() ? fs::path(".") : file_.folder) + "/";
+    for (const BatchAsset& asset : batch_.assets) {
+      if (!asset.problem.empty()) continue;
+      std::vector<std::string> outputs = outputs_of(asset.job);
+      if (asset_file(asset.job).empty()) {
+        for (const std::string& map : all_maps(settled(asset.job))) {
+          outputs.push_back(identity(fs::path(out_folder(asset.job)) /
+                                     (low_stem(asset.job) + "_" + map + "." +
+                                      std::string(extension_of(asset.job.image.format)))));
+        }
+      }
+      for (const std::string& output : outputs) {
+        if (!output.starts_with(base)) continue;
+        const std::string path = output.substr(base.size());
+        for (const auto& [pattern, skip, rule, setting] : primaries_) {
+          Captures captures;
+          if (!pattern.matches(path, {}, captures) || is_skipped(skip, path)) continue;
+          if (pattern.has_open_ending() && !is_mesh_ending(path)) continue;
+          fail_in(
+              *setting,
+              "'" + path + "', which '" + asset.name +
+                  "' writes, matches it, too, and would be baked by the next run: write to another "
+                  "folder, or add it to skip.");
+        }
+      }
+    }
+  }
+
+  /// A sidecar whose mesh has another name would change nothing, in silence.
+  void check_sidecars() {
+    for (const std::string& folder : sidecar_folders_) {
+      for (const std::string& file : lister_.files_of(folder)) {
+        if (!file.ends_with(kSidecarEnding) || file.starts_with('.')) continue;
+        const std::string path = joined(folder, file);
+        if (sidecars_.count(path) != 0) continue;
+        batch_.warnings.push_back({"unused-sidecar",
+                                   "'" + path +
+                                       "' belongs to no mesh that is baked: name it as the mesh, "
+                                       "NAME.kiln.toml, or remove it.",
+                                   1});
+      }
+    }
+  }
+
+  void keep_only() {
+    std::vector<std::string> names;
+    for (const BatchAsset& asset : batch_.assets) names.push_back(asset.name);
+    std::vector<bool> kept(names.size(), false);
+    for (const PathPattern& only : only_) {
+      bool any = false;
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        if (!only.covers(names[i])) continue;
+        any = kept[i] = true;
+      }
+      if (any) continue;
+      const std::string near = nearest_word(only.text(), names);
+      throw Error(ErrorCode::usage,
+                  "--only '" + only.text() + "' is the name of no asset" +
+                      (near.empty() ? ": --list shows them." : "; did you mean " + near + "?"));
+    }
+    std::vector<BatchAsset> some;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (kept[i]) some.push_back(std::move(batch_.assets[i]));
+    }
+    batch_.assets = std::move(some);
+  }
+
+  struct Primary {
+    PathPattern pattern;
+    std::vector<PathPattern> skip;
+    std::size_t rule;
+    const Setting* setting;
+  };
+  static constexpr std::string_view kSidecarEnding = ".kiln.toml";
+
+  const JobFile& file_;
+  const ExpandOptions& options_;
+  FileLister lister_;
+  std::vector<PathPattern> only_;
+  std::vector<Primary> primaries_;
+  std::set<std::string> sidecars_, sidecar_folders_;
+  Batch batch_;
+};
+
+}  // namespace
+
+Batch expand_job_file(const JobFile& file, const ExpandOptions& options) {
+  return Expander(file, options).expand();
+}
+
+std::string output_name(const Job& job) {
+  const std::string file = asset_file(job);
+  return file.empty() ? (fs::path(out_folder(job)) / low_stem(job)).string() : file;
+}
+
+double expected_seconds(const Job& job) {
+  // Two cores of 2026: a job's own cost, bytes that are parsed, and samples of each map. Occlusion casts rays.
+  constexpr double kOwn = 0.05, kBytes = 4e7, kSamples = 6e6, kRays = 1e7;
+  double bytes = 0;
+  for (const auto* const side : {&job.high, &job.low.given}) {
+    for (const JobInput& input : *side) {
+      if (const auto facts = os::facts_of(fs::path(input.name)))
+        bytes += static_cast<double>(facts->bytes);
+    }
+  }
+  const double samples =
+      static_cast<double>(job.bake.width) * job.bake.height * job.bake.samples * job.bake.samples;
+  double seconds = kOwn + bytes / kBytes;
+  for (const MapKind map : job.bake.maps) {
+    const MapInfo& info = find_map(map.name);
+    seconds += samples / kSamples +
+               (obeys(info, "occlusion.rays") ? samples * job.bake.occlusion.rays / kRays : 0);
+  }
+  return seconds + samples / kSamples;
+}
+
+}  // namespace kiln

@@ -1,0 +1,546 @@
+#include "batch/bake_cache.h"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include "asset/file_finder.h"
+#include "asset/udim_files.h"
+#include "base/file.h"
+#include "batch/content_hash.h"
+#include "io/file/atomic_file.h"
+#include "job/files.h"
+#include "job/job_options.h"
+#include "job/run.h"
+#include "kiln/error.h"
+#include "kiln/files.h"
+#include "kiln/options.h"
+#include "kiln/version.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFormat =
+    "1";  // of keys, records and entries: a change makes all of them new
+constexpr std::int64_t kCoarsest =
+    2000000000;  // nanoseconds between two times of the coarsest file system (FAT)
+constexpr std::size_t kMostLists = 64;  // of inputs below one key
+constexpr const char* kGone = "none";   // identity of a file that cannot be read
+
+/// Size, times and number of a file; empty: it is not there.
+std::string state_of(const fs::path& path, bool& proves) {
+  const std::optional<os::FileFacts> facts = os::facts_of(path);
+  if (!facts || !facts->is_regular) return {};
+  const auto now = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                       std::chrono::system_clock::now().time_since_epoch())
+                       .count();
+  // A file of the future, or of just now, may be changed without another time.
+  const std::int64_t last = std::max(facts->modified_ns, facts->changed_ns);
+  proves = facts->changed_ns != 0 && now - last > kCoarsest;
+  return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
+         std::to_string(facts->changed_ns) + ":" + std::to_string(facts->id.device) + ":" +
+         std::to_string(facts->id.file);
+}
+
+/// Own maps may include files by the compiler, which nobody sees being read.
+bool includes_files(const Job& job) {
+  for (const std::string& map : job.own_maps) {
+    std::ifstream in(map.substr(map.find('=') + 1), std::ios::binary);
+    const std::string source(std::istreambuf_iterator<char>(in), {});
+    if (source.find("include") != std::string::npos) return true;
+  }
+  return false;
+}
+
+std::string answer_now(const fs::path& path, const std::string& question) {
+  if (question == kTilesQuestion) {
+    const auto name = TileName::by_token(path);
+    std::string answer;
+    if (name) {
+      for (const std::uint32_t tile : name->files()) answer += std::to_string(tile) + " ";
+    }
+    return answer;
+  }
+  return FileFinder(path).named(question.substr(std::string_view(kNamedQuestion).size()));
+}
+
+}  // namespace
+
+BakeCache::BakeCache(fs::path folder, fs::path records, std::unique_ptr<CacheStore> store)
+    : folder_(fs::absolute(folder.empty() ? fs::path(".") : folder).lexically_normal()),
+      records_(std::move(records)),
+      store_(std::move(store)) {
+  if (!folder_.has_filename()) folder_ = folder_.parent_path();
+  // Two builds of one version may differ.
+  program_ = std::string(version()) + " " + file_hash("/proc/self/exe").value_or("");
+}
+
+void BakeCache::set_device(const DeviceInfo& info) {
+  device_class_ = info.platform + "|" + info.driver + "|" + (info.is_gpu ? info.name : "CPU") +
+                  "|" + (info.has_correct_division ? "d" : "") + (info.has_denormals ? "n" : "") +
+                  (info.has_atomics_64 ? "a" : "");
+}
+
+std::string BakeCache::relative(const fs::path& path) const {
+  const std::string file = fs::absolute(path).lexically_normal().string();
+  const std::string base = folder_.string() + (folder_ == folder_.root_path() ? "" : "/");
+  return file.starts_with(base) ? file.substr(base.size()) : file;
+}
+
+fs::path BakeCache::whole(const std::string& path) const { return folder_ / path; }
+
+std::string BakeCache::identify(const fs::path& path) { return file_hash(path).value_or(kGone); }
+
+/// All that is said of an asset, with paths as they are below the folder.
+Json BakeCache::options_of(const BatchAsset& asset) const {
+  const Json json = Json::parse(to_json(asset.job));
+  Json options = Json::object();
+  const auto placed = [&](const OptionRow* row, const std::string& word) {
+    if (row == nullptr) return word;
+    return with_path(*row, word, [&](const std::string& path) { return relative(path); });
+  };
+  for (const std::string& key : json.keys()) {
+    if (key == "quiet" || key == "device") continue;  // nothing of the result
+    const OptionRow* const row = find_option_row(key);
+    const Json& value = json.at(key);
+    if (value.is_array()) {
+      Json list = Json::array();
+      for (const Json& element : value.elements()) {
+        list.push_back(element.is_string() ? Json(placed(row, element.text())) : element);
+      }
+      options[key] = list;
+    } else {
+      options[key] = value.is_string() ? Json(placed(row, value.text())) : value;
+    }
+  }
+  if (!asset.after.empty()) options["after"] = asset.after;
+  return options.with_texts(escape_bytes);
+}
+
+std::string BakeCache::key_of(const Json& options) const {
+  ContentHash hash;
+  for (const std::string& part : {std::string(kFormat), program_, device_class_, options.dump()}) {
+    hash.add(std::string_view(part));
+  }
+  return hash.text();
+}
+
+fs::path BakeCache::record_path(const BatchAsset& asset) const {
+  return records_ / (content_hash(asset.name) + ".json");
+}
+
+namespace {
+
+Json pairs_json(const std::map<std::string, std::string>& pairs) {
+  Json json = Json::array();
+  for (const auto& [name, value] : pairs) json.push_back(Json::array({name, value}));
+  return json;
+}
+
+bool is_texts(const Json& list, std::size_t count) {
+  return list.is_array() && list.size() == count &&
+         std::all_of(list.elements().begin(), list.elements().end(),
+                     [](const Json& e) { return e.is_string(); });
+}
+
+}  // namespace
+
+std::optional<BakeCache::Record> BakeCache::load(const BatchAsset& asset) const {
+  std::ifstream in(record_path(asset), std::ios::binary);
+  if (!in) return std::nullopt;
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  // The hash of the rest stands first: what was cut off or changed is no record.
+  if (text.size() < 33 || content_hash(std::string_view(text).substr(33)) != text.substr(0, 32))
+    return std::nullopt;
+  Json json = Json::parse(std::string_view(text).substr(33));
+  if (!json.is_object() || !json.at("asset").is_string() ||
+      unescape_bytes(json.at("asset").text()) != asset.name) {
+    return std::nullopt;
+  }
+  Record record;
+  record.key = json.at("key").text();
+  record.options = json.at("options");
+  record.entry = json.at("entry").text();
+  record.warnings = json.at("warnings");
+  record.missed = json.at("missed").number();
+  for (const auto& [name, files] :
+       {std::pair{"inputs", &record.inputs}, std::pair{"outputs", &record.outputs}}) {
+    for (const Json& file : json.at(name).elements()) {
+      if (!is_texts(file, 3)) return std::nullopt;
+      (*files)[unescape_bytes(file[0].text())] = {file[1].text(), file[2].text()};
+    }
+  }
+  for (const Json& path : json.at("absent").elements())
+    record.absent.push_back(unescape_bytes(path.text()));
+  for (const Json& path : json.at("files").elements())
+    record.files.push_back(unescape_bytes(path.text()));
+  for (const Json& answer : json.at("answers").elements()) {
+    if (!is_texts(answer, 3)) return std::nullopt;
+    record.answers[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
+        unescape_bytes(answer[2].text());
+  }
+  return record;
+}
+
+void BakeCache::save(const BatchAsset& asset, const Record& record) const {
+  Json json = {
+      {"asset", asset.name},      {"key", record.key},           {"options", record.options},
+      {"entry", record.entry},    {"warnings", record.warnings}, {"inputs", Json::array()},
+      {"outputs", Json::array()}, {"absent", record.absent},     {"files", record.files},
+      {"answers", Json::array()}, {"missed", record.missed}};
+  for (const auto& [path, file] : record.inputs)
+    json["inputs"].push_back(Json::array({path, file.hash, file.state}));
+  for (const auto& [path, file] : record.outputs)
+    json["outputs"].push_back(Json::array({path, file.hash, file.state}));
+  for (const auto& [of, answer] : record.answers) {
+    json["answers"].push_back(Json::array({of.first, of.second, answer}));
+  }
+  const std::string text = json.with_texts(escape_bytes).dump();
+  const fs::path path = record_path(asset);
+  std::error_code error;
+  fs::create_directories(path.parent_path(), error);
+  const fs::path written = path.string() + ".tmp-" + std::to_string(os::process_id());
+  std::ofstream out(written, std::ios::binary | std::ios::trunc);
+  out << content_hash(text) << "\n" << text;
+  out.close();
+  if (!out || !os::replace(written, path)) fs::remove(written, error);
+}
+
+std::string BakeCache::hash_now(const std::string& path) {
+  bool proves = false;
+  const std::string state = state_of(path, proves);
+  if (state.empty()) return kGone;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = hashes_.find(path);
+    if (proves && known != hashes_.end() && known->second.first == state)
+      return known->second.second;
+  }
+  const std::string hash = identify(path);
+  const std::lock_guard lock(mutex_);
+  if (proves) hashes_[path] = {state, hash};
+  return hash;
+}
+
+bool BakeCache::is_same(const std::string& path, File& file, bool& renewed, bool output) {
+  bool proves = false;
+  const std::string name = whole(path).string();
+  const std::string state = state_of(name, proves);
+  if (state.empty()) return file.hash == kGone;
+  if (!file.state.empty() && file.state == state) return true;
+  if ((output ? identify(name) : hash_now(name)) != file.hash) return false;
+  // Touched, not changed.
+  const std::string now = proves ? state : "";
+  renewed = renewed || now != file.state;
+  file.state = now;
+  return true;
+}
+
+std::string BakeCache::why_changed(Record& record, bool& renewed) {
+  for (auto& [path, file] : record.inputs) {
+    if (is_same(path, file, renewed, false)) continue;
+    std::error_code error;
+    return path + (fs::exists(whole(path), error) ? " changed" : " is gone");
+  }
+  for (const std::string& path : record.absent) {
+    std::error_code error;
+    if (fs::is_regular_file(whole(path), error)) return path + " is new";
+  }
+  for (const auto& [of, answer] : record.answers) {
+    if (answer_now(whole(of.first), of.second) != answer) {
+      return of.first + " has other files (" + of.second + ")";
+    }
+  }
+  return {};
+}
+
+std::string BakeCache::why_outputs_changed(Record& record, bool& renewed) {
+  for (auto& [path, file] : record.outputs) {
+    std::error_code error;
+    if (!fs::exists(whole(path), error)) return path + " is gone";
+    if (!is_same(path, file, renewed, true)) return path + " is not as it was written";
+  }
+  return {};
+}
+
+std::string BakeCache::list_text(const Record& record) {
+  Json json = Json::array();
+  std::map<std::string, std::string> files;
+  for (const auto& [path, file] : record.inputs) files[path] = file.hash;
+  json.push_back(pairs_json(files));
+  json.push_back(record.absent);
+  for (const auto& [of, answer] : record.answers)
+    json.push_back(Json::array({of.first, of.second, answer}));
+  return json.with_texts(escape_bytes).dump();
+}
+
+namespace {
+
+/// What of the options is not as it was.
+std::string changed_options(const Json& before, const Json& now) {
+  std::string list;
+  const auto add = [&](const std::string& text) { list += (list.empty() ? "" : ", ") + text; };
+  for (const std::string& key : now.keys()) {
+    const Json& was = before.at(key);
+    if (was.dump() == now.at(key).dump()) continue;
+    add(was.is_null() ? key + " is new"
+                      : key + " changed from " + written(was) + " to " + written(now.at(key)));
+  }
+  for (const std::string& key : before.keys()) {
+    if (now.at(key).is_null()) add(key + " is gone");
+  }
+  return list.empty() ? "Kiln or the device is another one" : list;
+}
+
+}  // namespace
+
+bool BakeCache::find_entry(const std::string& key, CacheDecision& decision) {
+  if (store_ == nullptr) return false;
+  const std::optional<std::string> text = store_->get("lists/" + key);
+  if (!text) return false;
+  const Json lists = Json::parse(*text);
+  for (const Json& list : lists.elements()) {
+    Record record;
+    const Json& inputs = list.at("inputs");
+    bool good = inputs.is_array() && list.at("entry").is_string();
+    for (const Json& file : inputs.elements()) {
+      good = good && is_texts(file, 2);
+      if (good) record.inputs[unescape_bytes(file[0].text())] = {file[1].text(), ""};
+    }
+    for (const Json& path : list.at("absent").elements())
+      record.absent.push_back(unescape_bytes(path.text()));
+    for (const Json& answer : list.at("answers").elements()) {
+      good = good && is_texts(answer, 3);
+      if (good) {
+        record.answers[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
+            unescape_bytes(answer[2].text());
+      }
+    }
+    bool renewed = false;
+    if (!good || !why_changed(record, renewed).empty()) continue;
+    decision.entry = list.at("entry").text();
+    decision.kind = CacheDecision::Kind::restored;
+    return true;
+  }
+  return false;
+}
+
+CacheDecision BakeCache::decide(const BatchAsset& asset) {
+  CacheDecision decision;
+  if (includes_files(asset.job)) {
+    decision.reason = "a map of its own includes files, which are not known";
+    return decision;
+  }
+  const Json options = options_of(asset);
+  const std::string key = key_of(options);
+  std::optional<Record> record = load(asset);
+  bool renewed = false;
+  if (!record) {
+    decision.reason = "it was not baked before";
+  } else if (record->key != key) {
+    decision.reason = changed_options(record->options, options);
+  } else {
+    decision.reason = why_changed(*record, renewed);
+    if (decision.reason.empty()) {
+      decision.reason = why_outputs_changed(*record, renewed);
+      if (decision.reason.empty()) {
+        decision.kind = CacheDecision::Kind::unchanged;
+        decision.warnings = record->warnings;
+        decision.missed = record->missed;
+        for (const std::string& file : record->files)
+          decision.files.push_back(whole(file).string());
+        if (renewed) save(asset, *record);
+        return decision;
+      }
+    }
+  }
+  find_entry(key, decision);
+  return decision;
+}
+
+std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inputs,
+                            const std::vector<HeldOutput>& outputs,
+                            const std::vector<std::string>& files, const Json& warnings,
+                            double missed) {
+  if (includes_files(asset.job)) return {};
+  Record record;
+  record.options = options_of(asset);
+  record.key = key_of(record.options);
+  record.warnings = warnings;
+  record.missed = missed;
+  for (const std::string& file : files) record.files.push_back(relative(file));
+  std::map<std::string, std::string> written;
+  for (const HeldOutput& output : outputs)
+    written[relative(output.destination)] = output.bytes.string();
+  for (const auto& [path, hash] : inputs.files) {
+    // What it wrote itself, and read to see whether it may, is no input.
+    if (written.count(relative(path)) != 0) continue;
+    if (identify(path) != hash) return relative(path) + " changed while it was baked";
+    record.inputs[relative(path)] = {hash, ""};
+  }
+  for (const std::string& path : inputs.absent) {
+    std::error_code error;
+    if (written.count(relative(path)) != 0 || record.inputs.count(relative(path)) != 0) continue;
+    if (fs::is_regular_file(path, error)) return relative(path) + " appeared while it was baked";
+    record.absent.push_back(relative(path));
+  }
+  for (const auto& [of, answer] : inputs.answers) {
+    if (answer_now(of.first, of.second) != answer) return of.first + " changed while it was baked";
+    record.answers[{relative(of.first), of.second}] = answer;
+  }
+  // The entry: what is in it, then the bytes, one file after the other.
+  Json head = {{"files", Json::array()},
+               {"outputs", record.files},
+               {"warnings", warnings},
+               {"missed", missed}};
+  std::string bytes;
+  for (const auto& [path, from] : written) {
+    std::ifstream in(from, std::ios::binary);
+    const std::string content(std::istreambuf_iterator<char>(in), {});
+    if (!in) return path + " could not be read again";
+    head["files"].push_back({{"path", path}, {"bytes", content.size()}});
+    record.outputs[path] = {content_hash(content), ""};
+    if (store_ != nullptr) bytes += content;
+  }
+  record.entry = content_hash(record.key + list_text(record));
+  if (store_ != nullptr) {
+    const std::string text = head.with_texts(escape_bytes).dump();
+    if (store_->put("entries/" + record.entry, std::to_string(text.size()) + "\n" + text + bytes)) {
+      Json lists = Json::array();
+      Json list = {{"entry", record.entry},
+                   {"inputs", Json::array()},
+                   {"absent", record.absent},
+                   {"answers", Json::array()}};
+      for (const auto& [path, file] : record.inputs)
+        list["inputs"].push_back(Json::array({path, file.hash}));
+      for (const auto& [of, answer] : record.answers)
+        list["answers"].push_back(Json::array({of.first, of.second, answer}));
+      lists.push_back(list.with_texts(escape_bytes));
+      if (const auto before = store_->get("lists/" + record.key)) {
+        const Json others = Json::parse(*before);
+        for (const Json& other : others.elements()) {
+          if (lists.size() < kMostLists && other.at("entry").text() != record.entry)
+            lists.push_back(other);
+        }
+      }
+      store_->put("lists/" + record.key, lists.dump());
+    }
+  }
+  const std::lock_guard lock(mutex_);
+  kept_[asset.name] = std::move(record);
+  return {};
+}
+
+void BakeCache::note_outputs(const BatchAsset& asset, bool read) {
+  Record record;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto kept = kept_.find(asset.name);
+    if (kept == kept_.end()) {
+      // Nothing is known of what is there now.
+      std::error_code error;
+      fs::remove(record_path(asset), error);
+      return;
+    }
+    record = std::move(kept->second);
+    kept_.erase(kept);
+  }
+  for (auto& [path, file] : record.outputs) {
+    if (read) file.hash = identify(whole(path));
+  }
+  save(asset, record);
+}
+
+bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
+  const std::optional<std::string> entry = store_->get("entries/" + decision.entry);
+  if (!entry) return false;
+  const std::size_t line = entry->find('\n');
+  std::size_t size = 0;
+  double number = 0;
+  if (line == std::string::npos || !read_number(std::string_view(*entry).substr(0, line), number))
+    return false;
+  size = static_cast<std::size_t>(number);
+  const Json head = Json::parse(std::string_view(*entry).substr(line + 1, size));
+  if (!head.is_object() || line + 1 + size > entry->size()) return false;
+  const fs::path out = fs::absolute(out_folder(asset.job)).lexically_normal();
+  const auto is_ours = [&](const fs::path& file) {
+    const fs::path folder = file.parent_path();
+    if (folder == out || folder / "" == out) return true;
+    for (const std::string* const one :
+         {&asset.job.json, &asset.job.save_match, &asset.job.save_cage}) {
+      if (!one->empty() && folder == fs::absolute(*one).lexically_normal().parent_path())
+        return true;
+    }
+    return false;
+  };
+  std::size_t at = line + 1 + size;
+  std::vector<std::pair<fs::path, std::string_view>> files;
+  Record record;
+  for (const Json& file : head.at("files").elements()) {
+    const std::string path = unescape_bytes(file.at("path").text());
+    const auto bytes = static_cast<std::size_t>(file.at("bytes").number());
+    const fs::path name = whole(path).lexically_normal();
+    // A shared cache is others' writing: nothing goes elsewhere.
+    if (!is_ours(name) || bytes > entry->size() - at) return false;
+    files.emplace_back(name, std::string_view(*entry).substr(at, bytes));
+    record.outputs[path] = {content_hash(files.back().second), ""};
+    at += bytes;
+  }
+  const bool checks_record = asset_file(asset.job).empty() && !asset.job.force;
+  if (checks_record) check_low_record(out, low_stem(asset.job), low_source(asset.job));
+  for (const auto& [path, bytes] : files) {
+    if (lower_extension(path) == ".obj" || lower_extension(path) == ".mtl")
+      check_not_foreign(path, asset.job.force);
+    prepare_output_folder(path.parent_path());
+  }
+  for (const auto& [path, bytes] : files) {
+    AtomicFile file(path);
+    file.write(bytes);
+    file.commit();
+  }
+  decision.warnings = head.at("warnings");
+  decision.missed = head.at("missed").number();
+  for (const Json& path : head.at("outputs").elements()) {
+    record.files.push_back(unescape_bytes(path.text()));
+    decision.files.push_back(whole(record.files.back()).string());
+  }
+  // Its list of inputs is that by which it was found.
+  record.options = options_of(asset);
+  record.key = key_of(record.options);
+  record.entry = decision.entry;
+  record.warnings = decision.warnings;
+  record.missed = decision.missed;
+  const auto text = store_->get("lists/" + record.key);
+  if (!text) return true;
+  const Json lists = Json::parse(*text);
+  for (const Json& list : lists.elements()) {
+    if (list.at("entry").text() != decision.entry) continue;
+    for (const Json& file : list.at("inputs").elements()) {
+      record.inputs[unescape_bytes(file[0].text())] = {file[1].text(), ""};
+    }
+    for (const Json& path : list.at("absent").elements())
+      record.absent.push_back(unescape_bytes(path.text()));
+    for (const Json& answer : list.at("answers").elements()) {
+      record.answers[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
+          unescape_bytes(answer[2].text());
+    }
+    const std::lock_guard lock(mutex_);
+    kept_[asset.name] = std::move(record);
+    break;
+  }
+  return true;
+}
+
+std::vector<std::string> BakeCache::inputs_of(const BatchAsset& asset) {
+  std::vector<std::string> inputs;
+  if (const std::optional<Record> record = load(asset)) {
+    for (const auto& [path, file] : record->inputs) inputs.push_back(whole(path).string());
+  }
+  return inputs;
+}
+
+}  // namespace kiln

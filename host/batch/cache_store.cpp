@@ -1,0 +1,96 @@
+#include "batch/cache_store.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <system_error>
+#include <tuple>
+#include <vector>
+
+#include "base/file.h"
+#include "batch/content_hash.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kSealBytes = 32;
+constexpr std::chrono::hours kLeftoverAge(
+    24);  // after which a file that was not renamed has no writer any more
+
+}  // namespace
+
+std::optional<std::string> CacheStore::get(const std::string& name) {
+  std::optional<std::string> bytes = load(name);
+  if (!bytes || bytes->size() < kSealBytes) return std::nullopt;
+  const std::string_view whole = *bytes;
+  const std::string_view content = whole.substr(0, whole.size() - kSealBytes);
+  // The name is part of the seal: an entry that was moved to another name is none.
+  if (content_hash(name + "\n" + content_hash(content)) != whole.substr(content.size()))
+    return std::nullopt;
+  bytes->resize(content.size());
+  return bytes;
+}
+
+bool CacheStore::put(const std::string& name, std::string_view bytes) {
+  return store(name, std::string(bytes) + content_hash(name + "\n" + content_hash(bytes)));
+}
+
+std::optional<std::string> FolderStore::load(const std::string& name) {
+  const fs::path path = folder_ / name;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return std::nullopt;
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error) return std::nullopt;
+  std::string bytes(size, '\0');
+  in.read(bytes.data(), static_cast<std::streamsize>(size));
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  fs::last_write_time(path, fs::file_time_type::clock::now(),
+                      error);  // it was used; a read-only cache keeps its times
+  return bytes;
+}
+
+bool FolderStore::store(const std::string& name, std::string_view bytes) {
+  static std::atomic<unsigned> number{0};
+  const fs::path path = folder_ / name;
+  std::error_code error;
+  fs::create_directories(path.parent_path(), error);
+  const fs::path written = path.string() + ".tmp-" + os::process_mark() + "-" +
+                           std::to_string(os::process_id()) + "-" + std::to_string(number++);
+  std::ofstream out(written, std::ios::binary | std::ios::trunc);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (out && os::replace(written, path)) return true;
+  fs::remove(written, error);
+  return false;
+}
+
+void FolderStore::prune(std::uint64_t most_bytes) {
+  std::vector<std::tuple<fs::file_time_type, std::uintmax_t, fs::path>> entries;
+  std::uint64_t bytes = 0;
+  std::error_code error;
+  const auto now = fs::file_time_type::clock::now();
+  fs::recursive_directory_iterator at(folder_ / "entries", error);
+  for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
+    std::error_code gone;
+    if (!at->is_regular_file(gone)) continue;
+    const auto time = at->last_write_time(gone);
+    const std::uintmax_t size = at->file_size(gone);
+    if (gone) continue;
+    const bool unfinished = at->path().filename().string().find(".tmp-") != std::string::npos;
+    if (unfinished && now - time < kLeftoverAge) continue;
+    entries.emplace_back(unfinished ? fs::file_time_type::min() : time, size, at->path());
+    bytes += size;
+  }
+  std::sort(entries.begin(), entries.end());
+  for (const auto& [time, size, path] : entries) {
+    if (bytes <= most_bytes && time != fs::file_time_type::min()) break;
+    fs::remove(path, error);
+    bytes -= size;
+  }
+}
+
+}  // namespace kiln

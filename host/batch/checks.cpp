@@ -1,0 +1,336 @@
+#include "batch/checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <set>
+#include <sstream>
+#include <system_error>
+
+#include "base/lower_case.h"
+#include "batch/content_hash.h"
+#include "io/file/atomic_file.h"
+#include "kiln/error.h"
+#include "kiln/files.h"
+#include "kiln/image.h"
+#include "kiln/map.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_picture(const fs::path& path) {
+  constexpr std::array kEndings = {".png", ".exr", ".tif", ".tiff", ".tga", ".webp"};
+  const std::string ending = lower_case(path.extension().string());
+  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The map that a file's name ends in: the longest name that fits. Null: none is known.
+const MapInfo* map_of(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const MapInfo* found = nullptr;
+  for (const MapInfo& map : maps()) {
+    const std::string name(map.kind.name);
+    // A UDIM tile's number stands after the map's name: "low_normal.1001".
+    const std::size_t at = stem.rfind("_" + name);
+    if (at == std::string::npos) continue;
+    const std::size_t end = at + 1 + name.size();
+    if (end != stem.size() && stem[end] != '.') continue;
+    if (found == nullptr || name.size() > found->kind.name.size()) found = &map;
+  }
+  return found;
+}
+
+/// The limit of a map; where it has none of its own, the one of all maps.
+const CheckLimit* limit_of(const CheckRules& rules, const std::string& map,
+                           const std::string& measure) {
+  const CheckLimit* general = nullptr;
+  for (const CheckLimit& limit : rules.limits) {
+    if (limit.measure != measure) continue;
+    if (!limit.map.empty() && limit.map == map) return &limit;
+    if (limit.map.empty()) general = &limit;
+  }
+  return general;
+}
+
+/// Compares an output with its golden map. \returns what is wrong; empty: nothing
+std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
+                                const fs::path& golden, const Image* mask) {
+  if (bytes_of(output) == bytes_of(golden)) return {};
+  if (!is_picture(output)) return "its bytes are not those of '" + golden.string() + "'";
+  const Image ours = load_image(output), theirs = load_image(golden);
+  if (ours.width != theirs.width || ours.height != theirs.height ||
+      ours.channels != theirs.channels) {
+    return formatted("it has %u x %u texels of %u channels, '", ours.width, ours.height,
+                     ours.channels) +
+           golden.string() +
+           formatted("' %u x %u of %u", theirs.width, theirs.height, theirs.channels);
+  }
+  const MapInfo* const info = map_of(output);
+  const bool angles = info != nullptr && info->type == MapType::unit_vector && ours.channels >= 3;
+  const std::string map = info == nullptr ? "" : std::string(info->kind.name);
+  const Image* const counted =
+      mask != nullptr && mask->width == ours.width && mask->height == ours.height ? mask : nullptr;
+  const Image differences = image_differences(ours, theirs, counted, !angles);
+  const CheckLimit* const max = limit_of(rules, map, "max");
+  const CheckLimit* const mean = limit_of(rules, map, "mean");
+  const CheckLimit* const outliers = limit_of(rules, map, "outliers");
+  // Without a limit, all must be equal; a mean alone bounds no single texel.
+  const double most = max != nullptr                           ? max->value
+                      : mean != nullptr && outliers == nullptr ? HUGE_VAL
+                                                               : 0;
+  double sum = 0, greatest = 0;
+  std::uint64_t count = 0, beyond = 0;
+  for (const float value : differences.pixels) {
+    if (value < 0) continue;
+    ++count;
+    sum += double{value};
+    greatest = std::max(greatest, double{value});
+    // Limits are written in decimals, differences kept in single precision.
+    beyond += double{value} > most * (1 + 1e-6) ? 1 : 0;
+  }
+  if (count == 0) return {};
+  const char* const unit = angles ? " degrees" : "";
+  const double share = static_cast<double>(beyond) / static_cast<double>(count);
+  if (share > (outliers != nullptr ? outliers->value : 0)) {
+    return formatted("%.4g%% of its texels differ from '", 100 * share) + golden.string() +
+           formatted("' by more than %.4g%s, the most by %.4g (allowed: %.4g%%)", most, unit,
+                     greatest, 100 * (outliers != nullptr ? outliers->value : 0));
+  }
+  const double average = sum / static_cast<double>(count);
+  if (mean != nullptr && average > mean->value) {
+    return formatted("it differs by %.4g%s on average from '", average, unit) + golden.string() +
+           formatted("' (allowed: %.4g)", mean->value);
+  }
+  return {};
+}
+
+/// The coverage beside an output, where it was baked, too.
+std::optional<Image> mask_of(const AssetResult& result, const fs::path& output) {
+  const MapInfo* const info = map_of(output);
+  if (info == nullptr) return std::nullopt;
+  for (const std::string& file : result.files) {
+    const MapInfo* const other = map_of(file);
+    if (other == nullptr || other->type != MapType::coverage || other->kind.name != "mask")
+      continue;
+    std::string name = fs::path(output).stem().string();
+    const std::size_t at = name.rfind("_" + std::string(info->kind.name));
+    name.replace(at + 1, info->kind.name.size(), "mask");
+    if (fs::path(file).stem().string() == name) return load_image(file);
+  }
+  return std::nullopt;
+}
+
+fs::path whole(const fs::path& path) {
+  return fs::absolute(path.empty() ? fs::path(".") : path).lexically_normal();
+}
+
+}  // namespace
+
+fs::path golden_of(const JobFile& file, const std::string& output) {
+  const fs::path below = whole(output).lexically_relative(whole(file.folder / "x").parent_path());
+  return file.folder / file.check.golden / below;
+}
+
+std::vector<std::string> check_asset(const JobFile& file, const AssetResult& result) {
+  std::vector<std::string> problems;
+  if (const CheckLimit* const missed = limit_of(file.check, "", "missed");
+      missed != nullptr && result.missed > missed->value) {
+    problems.push_back(formatted("%.4g%% of the samples were missed (allowed: %.4g%%)",
+                                 100 * result.missed, 100 * missed->value));
+  }
+  if (file.check.golden.empty()) return problems;
+  for (const std::string& output : result.files) {
+    const fs::path golden = golden_of(file, output);
+    std::error_code error;
+    if (!fs::exists(golden, error)) {
+      problems.push_back("'" + output + "': there is no '" + golden.string() +
+                         "': look at the map, and take it by --accept '" + result.name + "'");
+      continue;
+    }
+    const std::optional<Image> mask = is_picture(output) ? mask_of(result, output) : std::nullopt;
+    const std::string problem =
+        compare_with_golden(file.check, output, golden, mask ? &*mask : nullptr);
+    if (!problem.empty()) problems.push_back("'" + output + "': " + problem);
+  }
+  return problems;
+}
+
+std::vector<std::string> accept_asset(const JobFile& file, const AssetResult& result) {
+  std::vector<std::string> changed;
+  for (const std::string& output : result.files) {
+    const fs::path golden = golden_of(file, output);
+    const std::string bytes = bytes_of(output);
+    std::error_code error;
+    if (fs::exists(golden, error) && bytes_of(golden) == bytes) continue;
+    prepare_output_folder(golden.parent_path());
+    AtomicFile out(golden);
+    out.write(bytes);
+    out.commit();
+    changed.push_back(golden.string());
+  }
+  return changed;
+}
+
+std::vector<std::string> golden_without_outputs(const JobFile& file,
+                                                const std::vector<AssetResult>& results) {
+  std::set<fs::path> expected, folders;
+  for (const AssetResult& result : results) {
+    for (const std::string& output : result.files) {
+      const fs::path golden = whole(golden_of(file, output));
+      expected.insert(golden);
+      folders.insert(golden.parent_path());
+    }
+  }
+  std::vector<std::string> missing;
+  for (const fs::path& folder : folders) {
+    std::error_code error;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+      const fs::path path = whole(at->path());
+      const bool hidden = path.filename().string().starts_with('.');
+      std::error_code gone;
+      if (!hidden && at->is_regular_file(gone) && expected.count(path) == 0)
+        missing.push_back(path.string());
+    }
+  }
+  return missing;
+}
+
+std::string pixel_hash(const fs::path& path) {
+  if (!is_picture(path)) return file_hash(path).value_or("");
+  const Image image = load_image(path);
+  ContentHash hash;
+  const std::array<std::uint32_t, 3> sizes = {image.width, image.height, image.channels};
+  hash.add(std::as_bytes(std::span(sizes)));
+  hash.add_array(image.pixels);
+  return hash.text();
+}
+
+std::string hashes_text(const std::map<std::string, std::string>& hashes) {
+  std::string text;
+  for (const auto& [path, hash] : hashes) text += hash + "  " + escape_bytes(path) + "\n";
+  return text;
+}
+
+std::map<std::string, std::string> parse_hashes(const std::string& text, const std::string& file) {
+  constexpr std::size_t kHash = 32;
+  std::map<std::string, std::string> hashes;
+  std::istringstream in(text);
+  std::size_t number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.empty()) continue;
+    const bool good = line.size() > kHash + 2 && line.substr(kHash, 2) == "  " &&
+                      line.find_first_not_of("0123456789abcdef") == kHash;
+    if (!good) {
+      throw Error(ErrorCode::input, "'" + file + "':" + std::to_string(number) +
+                                        ": this is no line of --hashes: write the file anew.");
+    }
+    hashes[unescape_bytes(line.substr(kHash + 2))] = line.substr(0, kHash);
+  }
+  return hashes;
+}
+
+std::vector<std::string> compare_hashes(const std::map<std::string, std::string>& wanted,
+                                        const std::map<std::string, std::string>& found) {
+  std::vector<std::string> differences;
+  for (const auto& [path, hash] : wanted) {
+    const auto ours = found.find(path);
+    if (ours == found.end()) {
+      differences.push_back("'" + path + "' was not written");
+    } else if (ours->second != hash) {
+      differences.push_back("'" + path + "' has other pixels: " + ours->second + ", not " + hash);
+    }
+  }
+  for (const auto& [path, hash] : found) {
+    if (wanted.count(path) == 0) differences.push_back("'" + path + "' is not in the list");
+  }
+  return differences;
+}
+
+namespace {
+
+/// Text within XML, without what XML cannot hold.
+std::string xml_text(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return escaped;
+}
+
+}  // namespace
+
+std::string junit_text(const std::string& name, const Json& assets) {
+  std::size_t failures = 0;
+  double seconds = 0;
+  std::string cases;
+  for (const Json& asset : assets.elements()) {
+    const Json& error = asset.at("error");
+    const double took = asset.at("seconds").number();
+    seconds += took;
+    cases += "  <testcase classname=\"" + xml_text(name) + "\" name=\"" +
+             xml_text(escape_bytes(asset.at("asset").text())) + formatted("\" time=\"%.3f\"", took);
+    if (error.is_null() && asset.at("state").text() != "not run" &&
+        asset.at("state").text() != "cancelled") {
+      cases += "/>\n";
+      continue;
+    }
+    ++failures;
+    const std::string message =
+        error.is_null() ? asset.at("state").text() : escape_bytes(error.at("message").text());
+    const std::string type = error.is_null() ? "cancelled" : error.at("id").text();
+    cases += ">\n    <failure type=\"" + xml_text(type) + "\" message=\"" +
+             xml_text(message.substr(0, message.find('\n'))) + "\">" + xml_text(message) +
+             "</failure>\n  </testcase>\n";
+  }
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"" + xml_text(name) +
+         formatted("\" tests=\"%zu\" failures=\"%zu\" errors=\"0\" time=\"%.3f\">\n", assets.size(),
+                   failures, seconds) +
+         cases + "</testsuite>\n";
+}
+
+std::vector<std::size_t> shards_of(const std::vector<BatchAsset>& assets, std::size_t count) {
+  // The longest first, each to the part that has least; names decide among equals.
+  std::vector<std::size_t> order(assets.size()), shards(assets.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (assets[a].expected_seconds != assets[b].expected_seconds) {
+      return assets[a].expected_seconds > assets[b].expected_seconds;
+    }
+    return assets[a].name < assets[b].name;
+  });
+  std::vector<double> seconds(count);
+  for (const std::size_t i : order) {
+    const auto least = std::min_element(seconds.begin(), seconds.end());
+    shards[i] = static_cast<std::size_t>(least - seconds.begin());
+    *least += std::max(1e-9, assets[i].expected_seconds);
+  }
+  return shards;
+}
+
+}  // namespace kiln

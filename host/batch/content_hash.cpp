@@ -1,0 +1,77 @@
+#include "batch/content_hash.h"
+
+#include <xxhash.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <new>
+#include <vector>
+
+#include "base/file.h"
+
+namespace kiln {
+
+struct ContentHash::State {
+  // The library's own allocation: the state is aligned to 64 bytes, which a program's operator new may not know of.
+  State() : state(XXH3_createState()) {
+    if (state == nullptr) throw std::bad_alloc();
+  }
+  ~State() { XXH3_freeState(state); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  XXH3_state_t* state;
+};
+
+ContentHash::ContentHash() : state_(std::make_unique<State>()) {
+  XXH3_128bits_reset(state_->state);
+}
+ContentHash::~ContentHash() = default;
+ContentHash::ContentHash(ContentHash&&) noexcept = default;
+ContentHash& ContentHash::operator=(ContentHash&&) noexcept = default;
+
+void ContentHash::add(std::span<const std::byte> bytes) {
+  XXH3_128bits_update(state_->state, bytes.data(), bytes.size());
+}
+
+void ContentHash::add(std::string_view text) {
+  const std::uint64_t size = text.size();
+  add(std::as_bytes(std::span(&size, 1)));
+  add(std::as_bytes(std::span(text)));
+}
+
+std::string ContentHash::text() const {
+  constexpr const char* kDigits = "0123456789abcdef";
+  const XXH128_hash_t hash = XXH3_128bits_digest(state_->state);
+  std::string text;
+  for (const std::uint64_t half : {std::uint64_t{hash.high64}, std::uint64_t{hash.low64}}) {
+    for (int shift = 60; shift >= 0; shift -= 4) text += kDigits[(half >> shift) & 15U];
+  }
+  return text;
+}
+
+std::string content_hash(std::string_view text) {
+  ContentHash hash;
+  hash.add(std::as_bytes(std::span(text)));
+  return hash.text();
+}
+
+std::optional<std::string> file_hash(const std::filesystem::path& path) {
+  const int file = os::open_to_read(path);
+  if (file < 0) return std::nullopt;
+  const std::optional<os::FileFacts> facts = os::facts_of(file);
+  bool good = facts && facts->is_regular;
+  ContentHash hash;
+  std::vector<std::byte> buffer(std::size_t{1} << 18);
+  for (std::uint64_t at = 0; good;) {
+    const std::ptrdiff_t got = os::read_at(file, at, buffer.data(), buffer.size());
+    if (got < 0 && errno == EINTR) continue;
+    good = got >= 0;
+    if (got <= 0) break;
+    hash.add(std::span(buffer).first(static_cast<std::size_t>(got)));
+    at += static_cast<std::uint64_t>(got);
+  }
+  os::close(file);
+  return good ? std::optional(hash.text()) : std::nullopt;
+}
+
+}  // namespace kiln

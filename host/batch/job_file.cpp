@@ -1,0 +1,608 @@
+#include "batch/job_file.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "base/lower_case.h"
+#include "batch/path_pattern.h"
+#include "job/files.h"
+#include "job/job_options.h"
+#include "job/map_words.h"
+#include "kiln/error.h"
+#include "kiln/job.h"
+#include "kiln/options.h"
+#include "kiln/version.h"
+#include "options/near_words.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostSidecarBytes = std::size_t{1} << 20;
+constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before", "after"};
+/// Options of a run as a whole, which the command line has.
+constexpr std::array kWholeRun = {"device", "quiet"};
+
+[[noreturn]] void fail_in(const Origin& origin, const std::string& key,
+                          const std::string& problem) {
+  throw Error(ErrorCode::usage, origin.place() + ": " + key + ": " + problem);
+}
+
+/// Option names that a table of a job file may have.
+std::vector<std::string> known_keys() {
+  std::vector<std::string> keys(kRunKeys.begin(), kRunKeys.end());
+  for (const OptionRow& row : bake_rows()) keys.push_back(option_key(row));
+  return keys;
+}
+
+std::string without_dashes(std::string key) {
+  std::replace(key.begin(), key.end(), '-', '_');
+  return key;
+}
+
+/// "; did you mean size?", or what there is.
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
+  const std::string near = nearest_word(word, known);
+  if (!near.empty()) return "; did you mean " + near + "?";
+  std::string list;
+  for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+  return known.size() > 12 ? ": kiln bake --help lists options." : "; there are " + list + ".";
+}
+
+void check_keys(const TomlValue& table, const std::string& file, const std::string& where,
+                const std::vector<std::string>& known) {
+  for (std::size_t i = 0; i < table.keys.size(); ++i) {
+    if (std::find(known.begin(), known.end(), table.keys[i]) != known.end()) continue;
+    throw Error(ErrorCode::usage, file + ":" + std::to_string(table.elements[i].line) + ": " +
+                                      where + " has no key '" + table.keys[i] + "'" +
+                                      did_you_mean(table.keys[i], known));
+  }
+}
+
+class Reader {
+ public:
+  Reader(std::string file, std::string layer, std::string folder)
+      : file_(std::move(file)), layer_(std::move(layer)), folder_(std::move(folder)) {}
+
+  OptionLayer layer_of(const TomlValue& table) const {
+    OptionLayer layer{layer_, {}};
+    for (std::size_t i = 0; i < table.keys.size(); ++i) {
+      Setting setting = setting_of(table.keys[i], table.elements[i]);
+      if (const Setting* const other = layer.find(setting.key)) {
+        fail_in(setting.origin, table.keys[i],
+                "line " + std::to_string(other->origin.line) + " says it, too: leave one out.");
+      }
+      layer.settings.push_back(std::move(setting));
+    }
+    return layer;
+  }
+
+  Origin origin(const TomlValue& value) const { return {layer_, file_, value.line}; }
+
+ private:
+  Setting setting_of(const std::string& name, const TomlValue& value) const {
+    Setting setting{without_dashes(name), {}, false, origin(value), folder_};
+    if (is_run_key(setting.key)) {
+      read_run_key(setting, value);
+      return setting;
+    }
+    const OptionRow* row = find_option_row(setting.key);
+    if (row == nullptr) {
+      fail_in(setting.origin, name,
+              "there is no such option" + did_you_mean(setting.key, known_keys()));
+    }
+    setting.key = option_key(*row);
+    if (std::find(kWholeRun.begin(), kWholeRun.end(), setting.key) != kWholeRun.end()) {
+      fail_in(setting.origin, name,
+              "this is of the whole run: give kiln run --" + setting.key + ".");
+    }
+    const TomlValue* words = &value;
+    if (value.is_table() && value.find("file") != nullptr) {
+      check_keys(value, file_, name, {"file", "optional"});
+      // A cage is a distance; its file has an option of its own.
+      if (setting.key == "cage") setting.key = "cage_mesh";
+      row = find_option_row(setting.key);
+      words = value.find("file");
+      if (path_option(*row) != PathOption::input) {
+        fail_in(setting.origin, name, "it names no file that is read: give the value alone.");
+      }
+      if (const TomlValue* const optional = value.find("optional")) {
+        if (optional->kind != TomlValue::Kind::truth) {
+          fail_in(origin(*optional), "optional",
+                  std::string("it is ") + optional->kind_name() + ": give true or false.");
+        }
+        setting.optional = optional->text == "true";
+      }
+      if (setting.optional && (setting.key == "high" || setting.key == "low")) {
+        fail_in(setting.origin, name,
+                "what is baked cannot be optional: use a pattern that matches what is there.");
+      }
+    }
+    setting.words = words_of(*row, name, *words);
+    check_option(*row, setting, words->is_list());
+    return setting;
+  }
+
+  OptionWords words_of(const OptionRow& row, const std::string& name,
+                       const TomlValue& value) const {
+    OptionWords words;
+    if (value.is_list()) {
+      if (value.elements.empty())
+        fail_in(origin(value), name, "the list is empty: leave it out, or give a value.");
+      for (const TomlValue& element : value.elements)
+        words.push_back(word_of(name, element, false));
+    } else if (value.is_table()) {
+      if (!row.value.repeats) fail_in(origin(value), name, "it is a table: give one value.");
+      for (std::size_t i = 0; i < value.keys.size(); ++i) {
+        words.push_back(value.keys[i] + "=" + word_of(name, value.elements[i], true));
+      }
+    } else {
+      words.push_back(word_of(name, value, false));
+    }
+    return words;
+  }
+
+  std::string word_of(const std::string& name, const TomlValue& value, bool lists) const {
+    if (value.is_list() && lists) {
+      std::string text;
+      for (const TomlValue& element : value.elements) {
+        text += (text.empty() ? "" : ",") + word_of(name, element, false);
+      }
+      return text;
+    }
+    if (value.is_list() || value.is_table() || value.kind == TomlValue::Kind::date) {
+      fail_in(origin(value), name,
+              std::string("it is ") + value.kind_name() + ": give a text or a number.");
+    }
+    if (!value.is_text() && value.text == "nan") {
+      fail_in(origin(value), name, "nan is no value of an option: give a number.");
+    }
+    if (value.text.empty())
+      fail_in(origin(value), name, "it is given nothing: leave it out, or give a value.");
+    if (value.text.find('\0') != std::string::npos || value.text.find('\n') != std::string::npos) {
+      fail_in(origin(value), name, "it has a line's end or a byte of 0, which no value has.");
+    }
+    return value.text;
+  }
+
+  /// Sets it in a job of its own, so that what is wrong is said with its line.
+  void check_option(const OptionRow& row, Setting& setting, bool list) const {
+    Job job;
+    try {
+      if (setting.key == "faces" && list) {
+        for (const std::string& word : setting.words)
+          set_option(job, setting.key, std::vector{word});
+        return;
+      }
+      if (path_option(row) != PathOption::none) {
+        for (std::string& word : setting.words) {
+          word = with_path(row, word,
+                           [](const std::string& path) { return PathPattern(path).text(); });
+        }
+      }
+      if (list) {
+        set_option(job, setting.key, setting.words);
+      } else if (setting.words.size() == 1) {
+        // As the flag takes it: "normal,ao".
+        if (row.value.delimiter != 0) setting.words = split(setting.words[0], row.value.delimiter);
+        set_option(job, setting.key, setting.words);
+      } else {
+        set_option(job, setting.key, setting.words);
+      }
+    } catch (const Error& error) {
+      fail_in(setting.origin, setting.key, error.what());
+    }
+  }
+
+  static OptionWords split(const std::string& text, char between) {
+    OptionWords words;
+    std::size_t begin = 0;
+    for (;;) {
+      const std::size_t end = std::min(text.find(between, begin), text.size());
+      words.push_back(text.substr(begin, end - begin));
+      if (end == text.size()) return words;
+      begin = end + 1;
+    }
+  }
+
+  void read_run_key(Setting& setting, const TomlValue& value) const {
+    const std::string& key = setting.key;
+    const auto give = [&](const char* what) {
+      fail_in(setting.origin, key,
+              std::string("it is ") + value.kind_name() + ": give " + what + ".");
+    };
+    if (key == "skip") {
+      if (value.kind == TomlValue::Kind::truth) {  // of a sidecar
+        setting.words = {value.text};
+        return;
+      }
+      if (!value.is_list() && !value.is_text()) give("a list of patterns");
+      const std::vector<TomlValue> patterns = value.is_list() ? value.elements : std::vector{value};
+      for (const TomlValue& pattern : patterns) {
+        if (!pattern.is_text()) fail_in(origin(pattern), key, "a pattern is a text.");
+        try {
+          setting.words.push_back(PathPattern(pattern.text).text());
+        } catch (const Error& error) {
+          fail_in(origin(pattern), key, error.what());
+        }
+      }
+      return;
+    }
+    double number = 0;
+    if (key == "retries") {
+      if (value.kind != TomlValue::Kind::whole || !read_number(value.text, number) || number < 0 ||
+          number > 100) {
+        give("a whole number, 0 to 100");
+      }
+    } else if (key == "timeout") {
+      const bool is_number =
+          value.kind == TomlValue::Kind::whole || value.kind == TomlValue::Kind::number;
+      if (!is_number || !read_number(value.text, number) || !(number > 0 && number <= 1e6)) {
+        fail_in(setting.origin, key, "it is " + value.text + ": give seconds, above 0 to 1000000.");
+      }
+    } else if (!value.is_text() || value.text.empty()) {
+      give("a text");
+    }
+    setting.words = {value.text};
+  }
+
+  std::string file_, layer_, folder_;
+};
+
+/// Compares the running version with ">=0.4", "==0.3.1" or "<1". \throws Error(usage)
+void check_version(const Origin& origin, const TomlValue& value) {
+  if (!value.is_text()) fail_in(origin, "kiln", "give a text, such as \">=0.3\".");
+  const std::string& text = value.text;
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    std::string one = text.substr(at, end - at);
+    one.erase(std::remove(one.begin(), one.end(), ' '), one.end());
+    at = end + 1;
+    const std::size_t digits = std::min(one.find_first_of("0123456789"), one.size());
+    const std::string sign = one.substr(0, digits);
+    std::array<int, 3> wanted{},
+        have = {KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH};
+    std::size_t parts = 0;
+    const char* from = one.data() + digits;
+    const char* const last = one.data() + one.size();
+    bool good = from != last;
+    while (good && from != last) {
+      if (parts == 3) good = false;
+      if (!good) break;
+      const auto [next, error] = std::from_chars(from, last, wanted[parts++]);
+      good = error == std::errc() && (next == last || (*next == '.' && next + 1 != last));
+      from = next == last ? next : next + 1;
+    }
+    const bool known =
+        sign == ">=" || sign == ">" || sign == "<=" || sign == "<" || sign == "==" || sign == "=";
+    if (!good || !known)
+      fail_in(origin, "kiln", "'" + text + "' is no version: give \">=0.3\", or \">=0.3, <1\".");
+    // "==0.3" is any 0.3.
+    if (sign.find('=') == 0)
+      std::fill(have.begin() + static_cast<std::ptrdiff_t>(parts), have.end(), 0);
+    const bool fits = sign == ">="   ? have >= wanted
+                      : sign == ">"  ? have > wanted
+                      : sign == "<=" ? have <= wanted
+                      : sign == "<"  ? have < wanted
+                                     : have == wanted;
+    if (!fits) {
+      fail_in(origin, "kiln",
+              "this is Kiln " + std::string(version()) + ", and the file is for " + text +
+                  ": install another version, or change the line.");
+    }
+  }
+}
+
+/// "5%" is a share; a number stays.
+double limit_value(const Reader& reader, const std::string& key, const TomlValue& value) {
+  std::string text = value.text;
+  const bool percent = value.is_text() && text.ends_with('%');
+  if (percent) text.pop_back();
+  double number = 0;
+  const bool is_number =
+      value.kind == TomlValue::Kind::whole || value.kind == TomlValue::Kind::number;
+  if ((!is_number && !percent) || !read_number(text, number) || !std::isfinite(number) ||
+      number < 0) {
+    fail_in(
+        reader.origin(value), key,
+        "'" + value.text + "' is no limit: give a number from 0 on, or a share such as \"5%\".");
+  }
+  return percent ? number / 100 : number;
+}
+
+CheckRules read_check(const TomlValue& table, const std::string& file) {
+  const Reader reader(file, "check", "");
+  CheckRules rules;
+  rules.origin = reader.origin(table);
+  if (!table.is_table()) fail_in(rules.origin, "check", "write it as a table: [check].");
+  check_keys(table, file, "[check]", {"golden", "limits"});
+  if (const TomlValue* const golden = table.find("golden")) {
+    if (!golden->is_text() || golden->text.empty())
+      fail_in(reader.origin(*golden), "golden", "give a folder.");
+    rules.golden = PathPattern(golden->text).text();
+  }
+  const TomlValue* const limits = table.find("limits");
+  if (limits == nullptr) return rules;
+  if (!limits->is_table())
+    fail_in(reader.origin(*limits), "limits",
+            "give a table, such as { missed = \"5%\", normal.mean = 0.5 }.");
+  const std::vector<std::string> measures = {"mean", "max", "outliers"};
+  for (std::size_t i = 0; i < limits->keys.size(); ++i) {
+    const std::string& key = limits->keys[i];
+    const TomlValue& value = limits->elements[i];
+    if (!value.is_table()) {
+      const std::vector<std::string> known = {"missed", "mean", "max", "outliers"};
+      if (std::find(known.begin(), known.end(), key) == known.end()) {
+        fail_in(reader.origin(value), key, "there is no such limit" + did_you_mean(key, known));
+      }
+      rules.limits.push_back({"", key, limit_value(reader, key, value), reader.origin(value)});
+      continue;
+    }
+    for (std::size_t k = 0; k < value.keys.size(); ++k) {
+      const TomlValue& limit = value.elements[k];
+      if (std::find(measures.begin(), measures.end(), value.keys[k]) == measures.end()) {
+        fail_in(reader.origin(limit), key + "." + value.keys[k],
+                "there is no such limit of a map" + did_you_mean(value.keys[k], measures));
+      }
+      rules.limits.push_back({key, value.keys[k],
+                              limit_value(reader, key + "." + value.keys[k], limit),
+                              reader.origin(limit)});
+    }
+  }
+  return rules;
+}
+
+}  // namespace
+
+std::string Origin::place() const {
+  return file.empty() ? layer : file + ":" + std::to_string(line);
+}
+
+const Setting* OptionLayer::find(std::string_view key) const {
+  const auto found = std::find_if(settings.begin(), settings.end(),
+                                  [&](const Setting& s) { return s.key == key; });
+  return found == settings.end() ? nullptr : &*found;
+}
+
+bool is_run_key(std::string_view key) {
+  return std::find(kRunKeys.begin(), kRunKeys.end(), key) != kRunKeys.end();
+}
+
+std::string option_key(const OptionRow& row) {
+  return without_dashes(lower_case(row.flag.substr(row.flag.find_first_not_of('-'))));
+}
+
+const OptionRow* find_option_row(std::string_view key) {
+  for (const OptionRow& row : bake_rows()) {
+    // More files of a side stand in one list with the first.
+    if (row.flag != "--high" && row.flag != "--low" && option_key(row) == key) return &row;
+  }
+  return nullptr;
+}
+
+PathOption path_option(const OptionRow& row) {
+  constexpr std::array kOutputs = {"--out", "--save-cage", "--save-match", "--json"};
+  constexpr std::array kInputs = {"HIGH",           "LOW",          "--cage-mesh",
+                                  "--load-match",   "--match-list", "--view-weight",
+                                  "--ao-occluders", "--maps",       "--transfer"};
+  const auto is = [&](const char* flag) { return row.flag == flag; };
+  if (std::any_of(kOutputs.begin(), kOutputs.end(), is)) return PathOption::output;
+  return std::any_of(kInputs.begin(), kInputs.end(), is) ? PathOption::input : PathOption::none;
+}
+
+std::string with_path(const OptionRow& row, const std::string& word,
+                      const std::function<std::string(const std::string&)>& change) {
+  if (path_option(row) == PathOption::none) return word;
+  if (row.flag == "--maps") {
+    const std::size_t equals = word.find('=');
+    if (equals == std::string::npos || is_variant(word)) return word;
+    return word.substr(0, equals + 1) + change(word.substr(equals + 1));
+  }
+  if (row.flag == "--transfer" && word.starts_with("mtl:")) return word;
+  if (row.flag == "--view-weight" || row.flag == "--ao-occluders") {
+    const auto& names = row.value.choices;
+    if (std::find(names.begin(), names.end(), word) != names.end()) return word;
+  }
+  return change(word);
+}
+
+OptionLayer read_sidecar(const fs::path& path, const std::string& folder) {
+  const std::string file = path.string();
+  const TomlValue table =
+      parse_toml(read_small_file(path, kMostSidecarBytes, "'" + file + "'"), file);
+  OptionLayer layer = Reader(file, "sidecar", folder).layer_of(table);
+  for (const char* const key : {"high", "low", "name", "before", "after"}) {
+    if (const Setting* const setting = layer.find(key)) {
+      fail_in(setting->origin, key, "a sidecar is of one asset: say it in the job file.");
+    }
+  }
+  return layer;
+}
+
+JobFile parse_job_file(std::string_view text, const fs::path& path, const std::string& profile) {
+  const std::string file = path.string();
+  const TomlValue root = parse_toml(text, file);
+  // A file for another version may have keys that this one does not know.
+  if (const TomlValue* const kiln = root.find("kiln"))
+    check_version({"file", file, kiln->line}, *kiln);
+  check_keys(root, file, "a job file", {"kiln", "defaults", "profile", "bake", "check"});
+  JobFile job;
+  job.path = path;
+  job.folder = path.parent_path();
+  const auto not_allowed = [&](const OptionLayer& layer, std::initializer_list<const char*> keys) {
+    for (const char* const key : keys) {
+      if (const Setting* const setting = layer.find(key)) {
+        fail_in(setting->origin, key, "it is of one bake: say it in [[bake]].");
+      }
+    }
+  };
+  if (const TomlValue* const defaults = root.find("defaults")) {
+    const Reader reader(file, "defaults", "");
+    if (!defaults->is_table())
+      fail_in(reader.origin(*defaults), "defaults", "write it as a table: [defaults].");
+    job.defaults = reader.layer_of(*defaults);
+    not_allowed(job.defaults, {"high", "low", "name", "skip"});
+  }
+  std::vector<std::string> profiles;
+  if (const TomlValue* const all = root.find("profile")) {
+    const Origin origin{"profile", file, all->line};
+    if (!all->is_table()) fail_in(origin, "profile", "write it as a table: [profile.NAME].");
+    for (std::size_t i = 0; i < all->keys.size(); ++i) {
+      const std::string name = "profile." + all->keys[i];
+      const Reader reader(file, name, "");
+      if (!all->elements[i].is_table()) {
+        fail_in(reader.origin(all->elements[i]), name, "write it as a table: [" + name + "].");
+      }
+      // Those that are not asked for are checked, too.
+      OptionLayer layer = reader.layer_of(all->elements[i]);
+      not_allowed(layer, {"high", "low", "name", "skip"});
+      profiles.push_back(all->keys[i]);
+      if (all->keys[i] == profile) job.profile = std::move(layer);
+    }
+  }
+  if (!profile.empty() && !job.profile) {
+    throw Error(ErrorCode::usage,
+                file + ": there is no [profile." + profile + "]" +
+                    (profiles.empty() ? ", nor any other." : did_you_mean(profile, profiles)));
+  }
+  const TomlValue* const bakes = root.find("bake");
+  if (bakes == nullptr) {
+    throw Error(ErrorCode::usage, file + ": there is no [[bake]]: add one with high and out.");
+  }
+  if (!bakes->is_list() || bakes->elements.empty()) {
+    fail_in({"bake", file, bakes->line}, "bake", "write each as [[bake]].");
+  }
+  for (const TomlValue& bake : bakes->elements) {
+    const Reader reader(
+        file, bakes->elements.size() == 1 ? "bake" : "bake " + std::to_string(job.bakes.size() + 1),
+        "");
+    if (!bake.is_table()) fail_in(reader.origin(bake), "bake", "write each as [[bake]].");
+    OptionLayer layer = reader.layer_of(bake);
+    if (layer.find("high") == nullptr)
+      fail_in(reader.origin(bake), "bake", "it has no high: give the dense mesh.");
+    job.bakes.push_back(std::move(layer));
+  }
+  if (const TomlValue* const check = root.find("check")) job.check = read_check(*check, file);
+  return job;
+}
+
+JobFile read_job_file(const fs::path& path, const std::string& profile) {
+  return parse_job_file(
+      read_small_file(path, kMostJobFileBytes, "The job file '" + path.string() + "'"), path,
+      profile);
+}
+
+std::string job_file_schema() {
+  const Json job = Json::parse(job_schema());
+  const Json text = {{"type", "string"}};
+  const Json texts = {{"anyOf", Json::array({text, Json{{"type", "array"}, {"items", text}}})}};
+  Json properties = Json::object();
+  const Json options = job.at("properties");
+  for (const std::string& key : options.keys()) {
+    if (std::find(kWholeRun.begin(), kWholeRun.end(), key) != kWholeRun.end()) continue;
+    Json property = options.at(key);
+    const OptionRow* const row = find_option_row(key);
+    const bool takes_file = row != nullptr && path_option(*row) == PathOption::input;
+    if (takes_file || key == "cage") {
+      property["anyOf"].push_back(
+          {{"type", "object"},
+           {"properties", {{"file", texts}, {"optional", {{"type", "boolean"}}}}},
+           {"required", Json::array({"file"})},
+           {"additionalProperties", false}});
+    }
+    if (key == "faces") {
+      property["anyOf"].push_back(
+          {{"type", "array"}, {"items", {{"type", "integer"}, {"minimum", 1}}}});
+    }
+    properties[key] = property;
+  }
+  properties["retries"] = {{"type", "integer"},
+                           {"minimum", 0},
+                           {"maximum", 100},
+                           {"description", "Times that a failed bake is tried again"}};
+  properties["timeout"] = {
+      {"type", "number"}, {"exclusiveMinimum", 0}, {"description", "Seconds that a bake may take"}};
+  properties["before"] = {
+      {"type", "string"},
+      {"description",
+       "A command that is run before each bake, with the asset's JSON on standard input"}};
+  properties["after"] = {{"type", "string"},
+                         {"description", "A command that is run after each bake"}};
+  const auto table = [&](Json more, Json required) {
+    Json all = properties;
+    if (more.is_object()) all.update(more);
+    Json schema = {{"type", "object"}, {"properties", all}, {"additionalProperties", false}};
+    if (!required.empty()) schema["required"] = required;
+    return schema;
+  };
+  const Json of_bake = {{"skip", texts}, {"name", text}};
+  const Json limit = {{"type", Json::array({"number", "string"})}};
+  const Json of_map = {{"type", "object"},
+                       {"properties", {{"mean", limit}, {"max", limit}, {"outliers", limit}}},
+                       {"additionalProperties", false}};
+  const Json limits = {
+      {"type", "object"},
+      {"properties", {{"missed", limit}, {"mean", limit}, {"max", limit}, {"outliers", limit}}},
+      {"additionalProperties", of_map}};
+  const Json schema = {
+      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+      {"title", "A job file of Kiln"},
+      {"type", "object"},
+      {"properties",
+       {{"kiln",
+         {{"type", "string"}, {"description", "Versions that the file is for, such as >=0.3"}}},
+        {"defaults", table(Json(), Json::array())},
+        {"profile", {{"type", "object"}, {"additionalProperties", table(Json(), Json::array())}}},
+        {"bake",
+         {{"type", "array"}, {"minItems", 1}, {"items", table(of_bake, Json::array({"high"}))}}},
+        {"check",
+         {{"type", "object"},
+          {"properties", {{"golden", text}, {"limits", limits}}},
+          {"additionalProperties", false}}}}},
+      {"required", Json::array({"bake"})},
+      {"additionalProperties", false}};
+  return schema.dump(1);
+}
+
+namespace {
+
+std::string toml_of(const Json& value) {
+  if (value.is_string()) return toml_quoted(value.text());
+  if (!value.is_array()) return value.dump();
+  std::string list;
+  for (const Json& element : value.elements())
+    list += (list.empty() ? "" : ", ") + toml_of(element);
+  return "[" + list + "]";
+}
+
+/// The same with patterns' own characters escaped.
+Json with_escaped_paths(const OptionRow& row, const Json& value) {
+  if (value.is_array()) {
+    Json list = Json::array();
+    for (const Json& element : value.elements()) list.push_back(with_escaped_paths(row, element));
+    return list;
+  }
+  if (!value.is_string()) return value;
+  return with_path(row, value.text(), escape_pattern);
+}
+
+}  // namespace
+
+std::string job_file_of(std::string_view text) {
+  const Json json = Json::parse(text);
+  std::string file = "kiln = \">=" + std::to_string(KILN_VERSION_MAJOR) + "." +
+                     std::to_string(KILN_VERSION_MINOR) + "\"\n\n[[bake]]\n";
+  for (const std::string& key : json.keys()) {
+    if (std::find(kWholeRun.begin(), kWholeRun.end(), key) != kWholeRun.end()) continue;
+    const OptionRow* const row = find_option_row(key);
+    const Json& value = json.at(key);
+    file += key + " = " + toml_of(row == nullptr ? value : with_escaped_paths(*row, value)) + "\n";
+  }
+  return file;
+}
+
+}  // namespace kiln

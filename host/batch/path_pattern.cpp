@@ -1,0 +1,382 @@
+#include "batch/path_pattern.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include "base/file.h"
+#include "kiln/error.h"
+#include "options/values.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostWays = 256;         // of alternatives in braces
+constexpr std::size_t kMostSteps = 200000;     // of one match, which backtracks
+constexpr std::size_t kMostEntries = 2000000;  // that are looked at
+constexpr std::size_t kMostFiles = 200000;     // that match
+constexpr std::size_t kMostDepth = 64;         // of folders
+
+/// Number of the bytes of `[*]` and the like at a place; 0: there is none.
+std::size_t literal_at(std::string_view text, std::size_t at) {
+  if (text.size() < at + 3 || text[at] != '[' || text[at + 2] != ']') return 0;
+  return std::string_view("*?{}").find(text[at + 1]) == std::string_view::npos ? 0 : 3;
+}
+
+std::size_t end_of_braces(std::string_view text, std::size_t at) {
+  const std::size_t end = text.find('}', at);
+  refuse_if(end == std::string_view::npos, "The pattern '" + std::string(text) +
+                                               "' has { without }: write [{] for the character.");
+  const std::size_t inner = text.find('{', at + 1);
+  refuse_if(inner < end,
+            "The pattern '" + std::string(text) + "' has braces within braces: that is not known.");
+  return end;
+}
+
+/// One pattern for each choice of alternatives.
+void expand(std::string_view text, std::size_t from, std::vector<std::string>& all) {
+  for (std::size_t at = from; at < text.size(); ++at) {
+    if (const std::size_t literal = literal_at(text, at)) {
+      at += literal - 1;
+      continue;
+    }
+    if (text[at] != '{') continue;
+    const std::size_t end = end_of_braces(text, at);
+    const std::string_view inside = text.substr(at + 1, end - at - 1);
+    if (inside.find(',') == std::string_view::npos) {
+      at = end;
+      continue;
+    }
+    std::size_t begin = 0;
+    for (;;) {
+      const std::size_t comma = std::min(inside.find(',', begin), inside.size());
+      std::string one(text.substr(0, at));
+      one += inside.substr(begin, comma - begin);
+      const std::size_t next = one.size();
+      one += text.substr(end + 1);
+      expand(one, next, all);
+      if (comma == inside.size()) return;
+      begin = comma + 1;
+    }
+  }
+  refuse_if(all.size() >= kMostWays, "The pattern '" + std::string(text) + "' has more than " +
+                                         std::to_string(kMostWays) + " alternatives: use *.");
+  all.emplace_back(text);
+}
+
+bool is_capture_name(std::string_view name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  });
+}
+
+std::string with_slashes(std::string_view text) {
+  std::string path(text);
+  std::replace(path.begin(), path.end(), '\\', '/');
+  while (path.starts_with("./")) path.erase(0, 2);
+  return path;
+}
+
+}  // namespace
+
+PathPattern::Tokens PathPattern::tokens_of(std::string_view text) {
+  Tokens tokens;
+  const auto add_text = [&](std::string_view more) {
+    if (tokens.empty() || tokens.back().kind != Kind::text) tokens.push_back({Kind::text, {}});
+    tokens.back().text += more;
+  };
+  for (std::size_t at = 0; at < text.size();) {
+    if (const std::size_t literal = literal_at(text, at)) {
+      add_text(text.substr(at + 1, 1));
+      at += literal;
+    } else if (text[at] == '{') {
+      const std::size_t end = end_of_braces(text, at);
+      const std::string name(text.substr(at + 1, end - at - 1));
+      refuse_if(!is_capture_name(name), "The pattern '" + std::string(text) + "' has {" + name +
+                                            "}: a capture is a name of letters, digits and _.");
+      const bool folders = name == "dir" && (end + 1 == text.size() || text[end + 1] == '/') &&
+                           (at == 0 || text[at - 1] == '/');
+      tokens.push_back({folders ? Kind::folder_capture : Kind::capture, name});
+      at = end + 1;
+      // The slash is its own, so that no folders are no slash.
+      if (folders && at < text.size()) ++at;
+    } else if (text.substr(at, 3) == "**/" && (at == 0 || text[at - 1] == '/')) {
+      tokens.push_back({Kind::folders, {}});
+      at += 3;
+    } else if (text[at] == '*') {
+      while (at < text.size() && text[at] == '*') ++at;
+      tokens.push_back({Kind::any, {}});
+    } else if (text[at] == '?') {
+      tokens.push_back({Kind::one, {}});
+      ++at;
+    } else {
+      add_text(text.substr(at, 1));
+      ++at;
+    }
+  }
+  return tokens;
+}
+
+PathPattern::PathPattern(std::string_view text) : text_(with_slashes(text)) {
+  refuse_if(text_.find('\0') != std::string::npos, "A pattern has a byte of 0, which no path has.");
+  std::vector<std::string> all;
+  expand(text_, 0, all);
+  for (const std::string& way : all) {
+    ways_.push_back(tokens_of(way));
+    for (const Token& token : ways_.back()) {
+      const bool capture = token.kind == Kind::capture || token.kind == Kind::folder_capture;
+      if (capture && std::find(captures_.begin(), captures_.end(), token.text) == captures_.end()) {
+        captures_.push_back(token.text);
+      }
+    }
+  }
+}
+
+bool PathPattern::is_plain() const {
+  return ways_.size() == 1 && std::all_of(ways_[0].begin(), ways_[0].end(), [](const Token& token) {
+           return token.kind == Kind::text;
+         });
+}
+
+/// One match, by trying the longest text first.
+struct PathPattern::Matching {
+  const Tokens& tokens;
+  std::string_view path;
+  Captures captures;
+  std::size_t steps = 0;
+
+  bool from(std::size_t token, std::size_t at) {
+    refuse_if(++steps > kMostSteps,
+              "A pattern matches '" + std::string(path) + "' in too many ways: use fewer * in it.");
+    if (token == tokens.size()) return at == path.size();
+    const Token& one = tokens[token];
+    switch (one.kind) {
+      case Kind::text:
+        return path.substr(at, one.text.size()) == one.text &&
+               from(token + 1, at + one.text.size());
+      case Kind::one:
+        return at < path.size() && path[at] != '/' && from(token + 1, at + 1);
+      case Kind::folders:
+        return try_folders(token, at, nullptr);
+      case Kind::folder_capture:
+        return try_folders(token, at, &one.text);
+      case Kind::any:
+      case Kind::capture:
+        break;
+    }
+    const bool capture = one.kind == Kind::capture;
+    if (capture && captures.count(one.text) != 0) {
+      const std::string known = captures[one.text];
+      return path.substr(at, known.size()) == known && from(token + 1, at + known.size());
+    }
+    const std::size_t end = std::min(path.find('/', at), path.size());
+    // Neither a wildcard nor a capture matches what begins a hidden name.
+    if (at < path.size() && path[at] == '.' && (at == 0 || path[at - 1] == '/')) return false;
+    for (std::size_t to = end + 1; to-- > at + (capture ? 1 : 0);) {
+      if (capture) captures[one.text] = std::string(path.substr(at, to - at));
+      if (from(token + 1, to)) return true;
+    }
+    if (capture) captures.erase(one.text);
+    return false;
+  }
+
+  /// Folders with the slash after them, as many as can be, or none. The last token of a pattern has none.
+  bool try_folders(std::size_t token, std::size_t at, const std::string* name) {
+    const bool last = token + 1 == tokens.size();
+    const auto with = [&](std::string_view folders, std::size_t next) {
+      if (name == nullptr) return from(token + 1, next);
+      const auto known = captures.find(*name);
+      if (known != captures.end()) return known->second == folders && from(token + 1, next);
+      captures[*name] = std::string(folders);
+      if (from(token + 1, next)) return true;
+      captures.erase(*name);
+      return false;
+    };
+    if (last) return name == nullptr ? at == path.size() : with(path.substr(at), path.size());
+    for (std::size_t slash = path.rfind('/'); slash != std::string_view::npos && slash > at;
+         slash = slash == 0 ? std::string_view::npos : path.rfind('/', slash - 1)) {
+      if (with(path.substr(at, slash - at), slash + 1)) return true;
+    }
+    return with({}, at);
+  }
+};
+
+bool PathPattern::matches(std::string_view path, const Captures& known, Captures& captured) const {
+  for (const Tokens& tokens : ways_) {
+    Matching match{tokens, path, known};
+    if (match.from(0, 0)) {
+      captured = std::move(match.captures);
+      return true;
+    }
+  }
+  return false;
+}
+
+bool PathPattern::covers(std::string_view path) const {
+  Captures none;
+  for (std::size_t end = path.size(); end != std::string_view::npos;
+       end = end == 0 ? std::string_view::npos : path.rfind('/', end - 1)) {
+    if (matches(path.substr(0, end), {}, none)) return true;
+  }
+  return false;
+}
+
+std::string PathPattern::path(const Captures& captures) const {
+  const PathPattern filled = with(captures);
+  if (!filled.is_plain()) {
+    for (const std::string& name : filled.captures_) {
+      fail_usage("'" + text_ + "' has {" + name + "}, which nothing captures.");
+    }
+    fail_usage("'" + text_ + "' has * or ?, but one path is wanted.");
+  }
+  return filled.ways_[0].empty() ? std::string() : filled.ways_[0][0].text;
+}
+
+PathPattern PathPattern::with(const Captures& captures) const {
+  if (captures.empty()) return *this;
+  std::string text;
+  for (std::size_t at = 0; at < text_.size();) {
+    if (const std::size_t literal = literal_at(text_, at)) {
+      text += text_.substr(at, literal);
+      at += literal;
+      continue;
+    }
+    const std::size_t end = text_[at] == '{' ? text_.find('}', at) : std::string::npos;
+    const auto known = end == std::string::npos ? captures.end()
+                                                : captures.find(text_.substr(at + 1, end - at - 1));
+    if (known == captures.end()) {
+      text += text_[at++];
+      continue;
+    }
+    text += escape_pattern(known->second);
+    at = end + 1;
+    // No folders are no slash.
+    if (known->second.empty() && at < text_.size() && text_[at] == '/') ++at;
+  }
+  return PathPattern(text);
+}
+
+bool PathPattern::has_open_ending() const {
+  return std::any_of(ways_.begin(), ways_.end(), [](const Tokens& tokens) {
+    return !tokens.empty() && tokens.back().kind != Kind::text;
+  });
+}
+
+std::string escape_pattern(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    const bool own = std::string_view("*?{}").find(c) != std::string_view::npos;
+    escaped += own ? std::string{'[', c, ']'} : std::string(1, c);
+  }
+  return escaped;
+}
+
+const FileLister::Folder& FileLister::folder_at(const std::string& path) {
+  const auto [entry, added] = folders_.try_emplace(path);
+  if (!added) return entry->second;
+  const fs::path folder = path.empty() ? base_ : base_ / path;
+  std::error_code error;
+  if (!fs::exists(folder, error)) return entry->second;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    refuse_if(++entries_ > kMostEntries, "'" + folder.string() + "': more than " +
+                                             std::to_string(kMostEntries) +
+                                             " files and folders lie below the patterns: begin "
+                                             "patterns with the folder that is meant.");
+    std::error_code gone;
+    const std::string name = at->path().filename().string();
+    if (at->is_directory(gone)) {
+      entry->second.folders.push_back(name);
+    } else if (at->is_regular_file(gone)) {
+      entry->second.files.push_back(name);
+    }
+  }
+  if (error) {
+    // What lies in it would be left out in silence.
+    throw Error(ErrorCode::input, "The folder '" + folder.string() + "' cannot be read (" +
+                                      error.message() + "): check its permissions.");
+  }
+  std::sort(entry->second.files.begin(), entry->second.files.end());
+  std::sort(entry->second.folders.begin(), entry->second.folders.end());
+  return entry->second;
+}
+
+const std::vector<std::string>& FileLister::files_of(const std::string& folder) {
+  std::error_code error;
+  static const std::vector<std::string> none;
+  if (!fs::is_directory(base_ / folder, error)) return none;
+  return folder_at(folder).files;
+}
+
+void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t deepest,
+                      const PathPattern& pattern, const Captures& known,
+                      std::vector<Found>& found) {
+  // A link to a folder above would lead in circles.
+  refuse_if(depth > kMostDepth, "'" + (base_ / folder).string() + "' lies more than " +
+                                    std::to_string(kMostDepth) +
+                                    " folders deep: is there a link to a folder above?");
+  const Folder& here = folder_at(folder);
+  for (const std::string& name : here.files) {
+    const std::string path =
+        folder.empty() || folder.ends_with('/') ? folder + name : folder + "/" + name;
+    Captures captures;
+    if (!pattern.matches(path, known, captures)) continue;
+    refuse_if(found.size() >= kMostFiles, "The pattern '" + pattern.text() +
+                                              "' matches more than " + std::to_string(kMostFiles) +
+                                              " files: one job file is not for so many.");
+    found.push_back({path, std::move(captures)});
+  }
+  if (depth >= deepest) return;
+  for (const std::string& name : here.folders) {
+    if (name.starts_with('.')) continue;
+    walk(folder.empty() || folder.ends_with('/') ? folder + name : folder + "/" + name, depth + 1,
+         deepest, pattern, known, found);
+  }
+}
+
+std::vector<FileLister::Found> FileLister::find(const PathPattern& given, const Captures& known) {
+  const PathPattern pattern = given.with(known);
+  std::vector<Found> found;
+  for (const PathPattern::Tokens& tokens : pattern.ways_) {
+    // The folders before the first wildcard, and how many may follow.
+    std::string fixed;
+    std::size_t at = 0;
+    for (; at < tokens.size() && tokens[at].kind == PathPattern::Kind::text; ++at)
+      fixed += tokens[at].text;
+    if (at == tokens.size()) {
+      std::error_code error;
+      if (fs::is_regular_file(base_ / fixed, error)) found.push_back({fixed, known});
+      continue;
+    }
+    const std::size_t slash = fixed.rfind('/');
+    const std::string folder =
+        slash == std::string::npos ? "" : fixed.substr(0, std::max<std::size_t>(slash, 1));
+    std::size_t deepest = 0;
+    for (std::size_t i = 0; i < tokens.size(); ++i) {
+      if (tokens[i].kind == PathPattern::Kind::folders ||
+          tokens[i].kind == PathPattern::Kind::folder_capture) {
+        deepest = kMostDepth + 1;
+        break;
+      }
+      if (tokens[i].kind != PathPattern::Kind::text) continue;
+      const std::string& text = tokens[i].text;
+      const std::size_t from = i == 0 && slash != std::string::npos ? slash + 1 : 0;
+      deepest += static_cast<std::size_t>(
+          std::count(text.begin() + static_cast<std::ptrdiff_t>(std::min(from, text.size())),
+                     text.end(), '/'));
+    }
+    PathPattern one = pattern;
+    one.ways_ = {tokens};
+    std::error_code error;
+    if (!fs::is_directory(base_ / folder, error)) continue;
+    walk(folder, 0, deepest, one, known, found);
+  }
+  std::sort(found.begin(), found.end(),
+            [](const Found& a, const Found& b) { return a.path < b.path; });
+  found.erase(std::unique(found.begin(), found.end(),
+                          [](const Found& a, const Found& b) { return a.path == b.path; }),
+              found.end());
+  return found;
+}
+
+}  // namespace kiln

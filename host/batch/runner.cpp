@@ -1,0 +1,424 @@
+#include "batch/runner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <thread>
+
+#include "base/file.h"
+#include "base/memory.h"
+#include "base/parallel.h"
+#include "base/stopwatch.h"
+#include "batch/source_cache.h"
+#include "io/file/output_set.h"
+#include "job/flags.h"
+#include "job/run.h"
+#include "kiln/error.h"
+#include "kiln/files.h"
+#include "kiln/limits.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Memory that a bake takes, from sizes of files and maps: for deciding how many run at once, so that it errs upwards.
+std::uint64_t expected_bytes(const Job& job) {
+  constexpr std::uint64_t kOwn = std::uint64_t{32} << 20, kOfMesh = 8, kOfSample = 96, kOfMap = 24;
+  std::uint64_t bytes = kOwn;
+  for (const auto* const side : {&job.high, &job.low.given}) {
+    for (const JobInput& input : *side) {
+      if (const auto facts = os::facts_of(fs::path(input.name))) bytes += kOfMesh * facts->bytes;
+    }
+  }
+  const std::uint64_t texels = std::uint64_t{job.bake.width} * job.bake.height;
+  const std::uint64_t maps =
+      job.bake.maps.size() + job.own_maps.size() + job.variants.size() + job.transfers.size();
+  return bytes + texels * (kOfSample * job.bake.samples * job.bake.samples +
+                           kOfMap * std::max<std::uint64_t>(1, maps));
+}
+
+class BatchRun {
+ public:
+  BatchRun(const std::vector<BatchAsset>& assets, const RunBatchOptions& options)
+      : assets_(assets), options_(options), results_(assets.size()), shares_(assets.size(), 0) {
+    at_once_ = options.at_once != 0 ? options.at_once : thread_count() > 1 ? 2 : 1;
+    sources_.emplace(at_once_);
+    for (std::size_t i = 0; i < assets.size(); ++i) {
+      results_[i].name = assets[i].name;
+      total_ += weight(i);
+    }
+  }
+
+  std::vector<AssetResult> run() {
+    if (at_once_ <= 1 || assets_.size() <= 1) {
+      work();
+    } else {
+      std::vector<std::jthread> threads;
+      for (unsigned i = 1; i < std::min<std::size_t>(at_once_, assets_.size()); ++i) {
+        threads.emplace_back([this] {
+          obey_memory_limit();
+          work();
+        });
+      }
+      work();
+    }
+    if (error_) std::rethrow_exception(error_);
+    return std::move(results_);
+  }
+
+ private:
+  double weight(std::size_t i) const { return std::max(1e-3, assets_[i].expected_seconds); }
+
+  bool interrupted() const { return options_.interrupted && options_.interrupted(); }
+
+  void work() {
+    std::size_t i = 0;
+    std::uint64_t bytes = 0;
+    while (take(i, bytes)) {
+      results_[i] = run_asset(i);
+      give_back(bytes);
+      try {
+        tell(i);
+      } catch (...) {
+        // Results have nowhere to go any more.
+        const std::lock_guard lock(mutex_);
+        if (!error_) error_ = std::current_exception();
+        next_ = assets_.size();
+      }
+    }
+  }
+
+  /// The next asset, once there is memory for it beside what runs.
+  bool take(std::size_t& i, std::uint64_t& bytes) {
+    std::unique_lock lock(mutex_);
+    if (next_ == assets_.size() || interrupted()) return false;
+    i = next_++;
+    bytes = expected_bytes(assets_[i].job);
+    // What runs has taken some of it already, so that its share is counted twice: fewer at once, not more.
+    while (running_ > 0 && running_bytes_ + bytes > memory_left()) {
+      done_.wait_for(lock, std::chrono::milliseconds(50));
+      if (interrupted()) return false;
+    }
+    ++running_;
+    running_bytes_ += bytes;
+    return true;
+  }
+
+  void give_back(std::uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    --running_;
+    running_bytes_ -= bytes;
+    done_.notify_all();
+  }
+
+  void tell(std::size_t i) {
+    const std::lock_guard lock(told_);
+    shares_[i] = 1;
+    if (options_.on_result) options_.on_result(assets_[i], results_[i]);
+    show({});
+  }
+
+  void show(std::string_view stage) {
+    if (!options_.on_progress) return;
+    double done = 0;
+    for (std::size_t i = 0; i < shares_.size(); ++i) done += shares_[i] * weight(i);
+    options_.on_progress(done / total_, stage);
+  }
+
+  Device device() {
+    const std::lock_guard lock(opening_);
+    if (!device_) {
+      device_ = Device::open(options_.device);
+      if (options_.cache != nullptr) options_.cache->set_device(device_->info());
+    }
+    return *device_;
+  }
+
+  AssetResult run_asset(std::size_t i) {
+    const BatchAsset& asset = assets_[i];
+    const Stopwatch watch;
+    AssetResult result;
+    for (unsigned attempt = 0; attempt <= asset.retries; ++attempt) {
+      result = {};
+      result.name = asset.name;
+      result.attempts = attempt + 1;
+      try_asset(i, result);
+      // What is wrong with options stays wrong.
+      const bool again = result.state == AssetState::failed &&
+                         result.error_code != static_cast<int>(ErrorCode::usage);
+      if (!again || interrupted()) break;
+    }
+    const bool is_there = result.state == AssetState::baked ||
+                          result.state == AssetState::unchanged ||
+                          result.state == AssetState::restored;
+    if (is_there && options_.check) hold(assets_[i], result);
+    result.seconds = watch.total();
+    return result;
+  }
+
+  /// Holds an asset to what is wanted of it.
+  void hold(const BatchAsset& asset, AssetResult& result) const {
+    // What is read here is no input of the bakes beside it.
+    InputLog none([](const fs::path&) { return std::string(); });
+    const InputLogScope scope(&none);
+    std::vector<std::string> problems;
+    try {
+      problems = options_.check(asset, result);
+    } catch (const std::exception& error) {
+      problems = {with_flags(error.what())};
+    }
+    if (problems.empty()) return;
+    result.state = AssetState::failed;
+    result.error_id = "check";
+    result.error_code = 1;
+    for (const std::string& problem : problems)
+      result.error += (result.error.empty() ? "" : "; ") + problem;
+    result.error += ".";
+  }
+
+  /// Share of missed samples by a report, of all texture sets.
+  static double missed_share(const Json& report) {
+    double missed = 0, samples = 0;
+    const auto add = [&](const Json& texels) {
+      if (!texels.is_object()) return;
+      missed += texels.at("missed").number();
+      samples += texels.at("samples").number();
+    };
+    const Json& sets = report.at("sets");
+    if (sets.is_array() && !sets.empty()) {
+      for (const Json& set : sets.elements()) add(set.at("texels"));
+    } else {
+      add(report.at("texels"));
+    }
+    return samples > 0 ? missed / samples : 0;
+  }
+
+  void try_asset(std::size_t i, AssetResult& result) {
+    const BatchAsset& asset = assets_[i];
+    const auto fail = [&](int code, const char* id, const std::string& message) {
+      result.state = AssetState::failed;
+      result.error_code = code;
+      result.error_id = id;
+      result.error = with_flags(message);
+    };
+    if (!asset.problem.empty()) {
+      fail(static_cast<int>(ErrorCode::input), "input", asset.problem + ".");
+      return;
+    }
+    try {
+      bake(i, result);
+    } catch (const Error& error) {
+      fail(static_cast<int>(error.code()), error.id(), error.what());
+    } catch (const std::bad_alloc&) {
+      fail(static_cast<int>(ErrorCode::internal), "memory",
+           "memory ran out, or --memory-limit was reached.");
+    } catch (const std::exception& error) {
+      fail(static_cast<int>(ErrorCode::internal), "internal", error.what());
+    }
+    if (result.state == AssetState::failed && interrupted()) result.state = AssetState::cancelled;
+  }
+
+  void bake(std::size_t i, AssetResult& result) {
+    using Clock = std::chrono::steady_clock;
+    const BatchAsset& asset = assets_[i];
+    if (!asset.before.empty()) run_hook(asset, asset.before, "before", result);
+    InputLog log([this](const fs::path& path) {
+      return options_.cache == nullptr ? std::string() : BakeCache::identify(path);
+    });
+    const InputLogScope scope(&log);
+    // What was written and not placed goes, however this ends.
+    struct Discard {
+      const InputLog& log;
+      ~Discard() { discard_outputs(log); }
+    } const discard{log};
+    if (options_.cache != nullptr && take_from_cache(asset, log, result)) return;
+    const Clock::time_point start = Clock::now();
+    bool late = false;
+    const auto progress = [&](double share, std::string_view stage) {
+      {
+        const std::lock_guard lock(told_);
+        shares_[i] = share;
+        show(asset.name + ": " + std::string(stage));
+      }
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      late = late || (asset.timeout > 0 && seconds > asset.timeout);
+      return !late && !interrupted();
+    };
+    RunHooks hooks;
+    hooks.make_source = [this](const Device& device, const Mesh& mesh, RayTraversal traversal) {
+      return sources_->get(device, mesh, traversal);
+    };
+    JobResult made = run_job([this] { return device(); }, asset.job, progress, hooks);
+    if (made.cancelled) {
+      if (!late) {
+        result.state = AssetState::cancelled;
+        return;
+      }
+      throw Error(ErrorCode::internal,
+                  formatted("it took more than its timeout of %g seconds.", asset.timeout),
+                  "timeout");
+    }
+    result.missed = missed_share(Json::parse(made.report));
+    std::string changed;
+    if (options_.cache != nullptr && made.failure.empty()) {
+      changed = options_.cache->keep(asset, log.inputs(), outputs_of(log), made.files,
+                                     describe(made.warnings), result.missed);
+    }
+    if (!changed.empty()) {
+      const Warning warning{"input-changed", changed + ": the next run bakes it again.", 1};
+      made.warnings.push_back(warning);
+      made.causes.push_back(warning);
+    }
+    place(asset.job, log);
+    result.files = std::move(made.files);
+    result.warnings = describe(made.warnings);
+    result.causes = std::move(made.causes);
+    result.report = std::move(made.report);
+    result.state = AssetState::baked;
+    if (!made.failure.empty()) {
+      result.state = AssetState::failed;
+      result.error = made.failure;
+      result.error_id = "limit";
+      result.error_code = 1;
+    }
+    finish(asset, result);
+  }
+
+  /// \returns true if nothing is left to bake
+  bool take_from_cache(const BatchAsset& asset, const InputLog& log, AssetResult& result) {
+    device();  // keys have its class
+    if (options_.rebake) {
+      result.reason = "all were asked for";
+      return false;
+    }
+    CacheDecision decision = options_.cache->decide(asset);
+    result.reason = decision.reason;
+    if (decision.kind == CacheDecision::Kind::bake) return false;
+    if (decision.kind == CacheDecision::Kind::restored) {
+      if (!options_.cache->restore(asset, decision)) return false;
+      place(asset.job, log);
+    }
+    result.files = decision.files;
+    result.warnings = decision.warnings;
+    result.missed = decision.missed;
+    const bool unchanged = decision.kind == CacheDecision::Kind::unchanged;
+    result.state = unchanged ? AssetState::unchanged : AssetState::restored;
+    if (!unchanged) finish(asset, result);
+    return true;
+  }
+
+  /// After outputs are placed.
+  void finish(const BatchAsset& asset, const AssetResult& result) {
+    if (!asset.after.empty()) run_hook(asset, asset.after, "after", result);
+    if (options_.cache != nullptr) options_.cache->note_outputs(asset, !asset.after.empty());
+  }
+
+  /// Puts the files of a bake in place: all of them, or none.
+  void place(const Job& job, const InputLog& log) {
+    const std::lock_guard lock(placing_);
+    for (const HeldOutput& output : outputs_of(log)) {
+      // Two assets may write a map of one name after all, "a" of "b_normal" and "a_b" of "normal".
+      const std::string whole = fs::absolute(output.destination).lexically_normal().string();
+      const auto [writer, added] = written_.try_emplace(whole, &job);
+      if (!added && writer->second != &job) {
+        throw Error(
+            ErrorCode::usage,
+            "'" + output.destination.string() +
+                "' was written by another bake of this run: give each a folder of its own.");
+      }
+    }
+    commit_outputs(log);
+  }
+
+  void run_hook(const BatchAsset& asset, const std::string& command, const char* name,
+                const AssetResult& result) {
+    std::string said;
+    const int status =
+        options_.run_command
+            ? options_.run_command(command, to_json(asset, result).dump() + "\n", said)
+            : -1;
+    if (status == 0) return;
+    throw Error(ErrorCode::input,
+                std::string("the command of ") + name + " ended with " + std::to_string(status) +
+                    ": " + command + (said.empty() ? "" : "\n" + said),
+                "hook");
+  }
+
+  const std::vector<BatchAsset>& assets_;
+  const RunBatchOptions& options_;
+  std::vector<AssetResult> results_;
+  std::mutex mutex_, told_, opening_, placing_;
+  std::condition_variable done_;
+  std::size_t next_ = 0;
+  unsigned at_once_ = 1, running_ = 0;
+  std::uint64_t running_bytes_ = 0;
+  std::vector<double> shares_;
+  double total_ = 0;
+  std::optional<Device> device_;
+  std::optional<SourceCache> sources_;
+  std::map<std::string, const Job*> written_;
+  std::exception_ptr error_;
+};
+
+}  // namespace
+
+const char* name_of(AssetState state) {
+  switch (state) {
+    case AssetState::not_run:
+      return "not run";
+    case AssetState::baked:
+      return "baked";
+    case AssetState::unchanged:
+      return "unchanged";
+    case AssetState::restored:
+      return "restored";
+    case AssetState::failed:
+      return "failed";
+    case AssetState::cancelled:
+      break;
+  }
+  return "cancelled";
+}
+
+std::vector<CacheDecision> plan_batch(const std::vector<BatchAsset>& assets, BakeCache& cache,
+                                      const std::string& device) {
+  cache.set_device(Device::open(device).info());
+  std::vector<CacheDecision> decisions;
+  for (const BatchAsset& asset : assets) decisions.push_back(cache.decide(asset));
+  return decisions;
+}
+
+std::vector<AssetResult> run_batch(const std::vector<BatchAsset>& assets,
+                                   const RunBatchOptions& options) {
+  return BatchRun(assets, options).run();
+}
+
+Json to_json(const BatchAsset& asset, const AssetResult& result) {
+  Json json = {{"asset", asset.name},
+               {"state", name_of(result.state)},
+               {"seconds", result.seconds},
+               {"attempts", result.attempts},
+               {"high", high_files(asset.job)},
+               {"low", low_files(asset.job)},
+               {"out", asset.job.out},
+               {"files", result.files},
+               {"warnings", result.warnings},
+               {"missed", result.missed},
+               {"reason", result.reason.empty() ? Json() : Json(result.reason)},
+               {"error", Json()}};
+  if (!result.error.empty()) {
+    json["error"] = {
+        {"message", result.error}, {"id", result.error_id}, {"code", result.error_code}};
+  }
+  return json;
+}
+
+}  // namespace kiln

@@ -1,0 +1,87 @@
+#include "batch/source_cache.h"
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include "batch/content_hash.h"
+
+namespace kiln {
+namespace {
+
+/// Hash of all that a mesh says: two that differ in anything are two.
+std::string key_of(const Mesh& mesh, RayTraversal traversal) {
+  // All members of Mesh, each of which may change what a bake reads. A new one must be added below.
+  [[maybe_unused]] const auto& [name, origin, positions, triangles, uvs, uv_triangles, normals,
+                                normal_triangles, tangents, colors, groups, group_names, objects,
+                                object_names, materials, material_names, material_files, polygons,
+                                metres, uv_set, other_uvs] = mesh;
+  ContentHash hash;
+  hash.add(std::as_bytes(std::span(&traversal, 1)));
+  hash.add(name);
+  hash.add_array(origin);
+  hash.add_array(positions);
+  hash.add_array(triangles);
+  hash.add_array(uvs);
+  hash.add_array(uv_triangles);
+  hash.add_array(normals);
+  hash.add_array(normal_triangles);
+  hash.add_array(tangents);
+  hash.add_array(colors);
+  hash.add_array(groups);
+  hash.add_array(objects);
+  hash.add_array(materials);
+  hash.add_array(polygons);
+  for (const auto* const names : {&group_names, &object_names, &material_names, &material_files}) {
+    hash.add(std::to_string(names->size()));
+    for (const std::string& one : *names) hash.add(one);
+  }
+  hash.add(std::as_bytes(std::span(&metres, 1)));
+  hash.add(std::as_bytes(std::span(&uv_set, 1)));
+  for (const UvSet& set : other_uvs) {
+    hash.add(std::as_bytes(std::span(&set.set, 1)));
+    hash.add_array(set.uvs);
+  }
+  return hash.text();
+}
+
+}  // namespace
+
+Source SourceCache::get(const Device& device, const Mesh& mesh, RayTraversal traversal) {
+  const std::string key = key_of(mesh, traversal);
+  std::promise<Source> promise;
+  std::shared_future<Source> source;
+  bool mine = false;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = std::find_if(entries_.begin(), entries_.end(),
+                                    [&](const Entry& entry) { return entry.key == key; });
+    if (known != entries_.end()) {
+      entries_.splice(entries_.begin(), entries_, known);
+      source = known->source;
+    } else {
+      mine = true;
+      ++made_;
+      source = promise.get_future().share();
+      entries_.push_front({key, source});
+      if (entries_.size() > kept_) entries_.pop_back();
+    }
+  }
+  if (!mine) return source.get();
+  try {
+    promise.set_value(Source(device, mesh, traversal));
+  } catch (...) {
+    promise.set_exception(std::current_exception());
+    // What failed for want of memory may do later.
+    const std::lock_guard lock(mutex_);
+    entries_.remove_if([&](const Entry& entry) { return entry.key == key; });
+  }
+  return source.get();
+}
+
+std::size_t SourceCache::made() const {
+  const std::lock_guard lock(mutex_);
+  return made_;
+}
+
+}  // namespace kiln

@@ -1,0 +1,98 @@
+// JPEG by libjpeg(-turbo).
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+#include <string>
+#include <vector>
+// It needs <cstdio> before it.
+#include <jpeglib.h>
+
+#include "io/image/picture.h"
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+constexpr int kUsualQuality = 90;
+
+// As in jpeg_read.cpp: all that is owned lives outside the function that calls setjmp.
+struct Writer {
+  jpeg_error_mgr errors{};  // first, so that it is the whole
+  jpeg_compress_struct info{};
+  std::jmp_buf back{};
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+
+  Writer() = default;
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+  ~Writer() {
+    jpeg_destroy_compress(&info);
+    std::free(bytes);
+  }
+};
+
+[[noreturn]] void stop(j_common_ptr info) {
+  std::longjmp(reinterpret_cast<Writer*>(info->err)->back, 1);
+}
+
+void ignore_message(j_common_ptr /*info*/) {}
+
+bool write(Writer& jpeg, const std::uint8_t* rows, std::uint32_t width, std::uint32_t height,
+           int channels, int quality, bool halves_colours) {
+  if (setjmp(jpeg.back)) return false;
+  jpeg_create_compress(&jpeg.info);
+  jpeg_mem_dest(&jpeg.info, &jpeg.bytes, &jpeg.size);
+  jpeg.info.image_width = width;
+  jpeg.info.image_height = height;
+  jpeg.info.input_components = channels;
+  jpeg.info.in_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
+  jpeg_set_defaults(&jpeg.info);
+  jpeg_set_quality(&jpeg.info, quality, TRUE);
+  jpeg.info.dct_method = JDCT_ISLOW;  // the same numbers on every processor
+  jpeg.info.optimize_coding = TRUE;
+  jpeg_simple_progression(&jpeg.info);
+  const int halves = halves_colours ? 2 : 1;
+  jpeg.info.comp_info[0].h_samp_factor = jpeg.info.comp_info[0].v_samp_factor =
+      channels == 1 ? 1 : halves;
+  jpeg_start_compress(&jpeg.info, TRUE);
+  while (jpeg.info.next_scanline < height) {
+    JSAMPROW row = const_cast<std::uint8_t*>(rows) + std::size_t{jpeg.info.next_scanline} * width *
+                                                         static_cast<std::size_t>(channels);
+    jpeg_write_scanlines(&jpeg.info, &row, 1);
+  }
+  jpeg_finish_compress(&jpeg.info);
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_jpeg(const Image& image, const PictureEncoding& encoding) {
+  if (image.channels == 4) {
+    throw Error(ErrorCode::usage,
+                "JPEG has no alpha, and the image has four channels: choose PNG or WebP.");
+  }
+  if (image.width > JPEG_MAX_DIMENSION || image.height > JPEG_MAX_DIMENSION) {
+    throw Error(ErrorCode::usage, "JPEG holds at most " + std::to_string(JPEG_MAX_DIMENSION) +
+                                      " pixels a side, not " + std::to_string(image.width) + " x " +
+                                      std::to_string(image.height) + ": choose PNG.");
+  }
+  const std::vector<std::uint8_t> rows = bytes_of(image, encoding.dither, encoding.use);
+  const int quality = encoding.quality == 0 ? kUsualQuality : static_cast<int>(encoding.quality);
+  // Colours of half the resolution are for pictures of colours: channels of other maps have nothing in common.
+  const bool halves_colours = encoding.use == TextureUse::color && quality < kUsualQuality;
+  Writer jpeg;
+  jpeg_std_error(&jpeg.errors);
+  jpeg.errors.error_exit = stop;
+  jpeg.errors.output_message = ignore_message;
+  jpeg.info.err = &jpeg.errors;
+  if (!write(jpeg, rows.data(), image.width, image.height, image.channels == 1 ? 1 : 3, quality,
+             halves_colours)) {
+    throw std::bad_alloc();
+  }
+  const auto* const first = reinterpret_cast<const std::byte*>(jpeg.bytes);
+  return {first, first + jpeg.size};
+}
+
+}  // namespace kiln

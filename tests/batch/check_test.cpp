@@ -1,0 +1,180 @@
+// Golden maps, limits, hashes, JUnit and shards.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "batch/batch_scene.h"
+#include "batch/checks.h"
+#include "cli/call.h"
+
+namespace kiln::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+ProcessResult run(const fs::path& folder, std::vector<std::string> more = {}) {
+  more.insert(more.begin(), {"run", (folder / "job.toml").string()});
+  return call_kiln(more);
+}
+
+/// Adds a step of 8 bits to so many texels of a picture of 16 bits, from the first on.
+void disturb(const fs::path& path, std::size_t texels, float step) {
+  Image image = load_image(path);
+  for (std::size_t i = 0; i < texels; ++i) {
+    float& value = image.pixels[i * image.channels];
+    value = value > 0.5F ? value - step : value + step;
+  }
+  save_image(image, path, {ImageFormat::png16});
+}
+
+const std::string kMask =
+    "[[bake]]\nlow = \"assets/{name}_low.obj\"\nhigh = \"assets/{name}_high.obj\"\nsize = 16\nout "
+    "= \"out\"\n";
+
+TEST(Checks, GoldenMapsHoldWithinLimits) {
+  const fs::path folder = make_studio({"a", "b"});
+  const auto job = [&](const std::string& limits) {
+    write(folder / "job.toml",
+          kMask + "maps = [\"height\"]\n[check]\ngolden = \"golden\"\n" + limits);
+  };
+  job("");
+  ProcessResult result = run(folder);
+  expect_exit(result, 1, {"kiln: a: ", "there is no '", "--accept"});
+  result = run(folder, {"--accept", "*"});
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.output.find("accepted: "), std::string::npos);
+  const fs::path golden = folder / "golden/out/a_low_height.png";
+  ASSERT_TRUE(fs::exists(golden));
+  EXPECT_EQ(run(folder).exit_code, 0);
+  // Of 256 texels 4 differ by 0.25.
+  disturb(golden, 4, 0.25F);
+  expect_exit(run(folder), 1, {"kiln: a: ", "a_low_height.png", "1.562% of its texels"});
+  job("limits = { max = 0.2 }\n");
+  EXPECT_EQ(run(folder).exit_code, 1);
+  job("limits = { max = 0.26 }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+  // A limit of the map goes before that of all.
+  job("limits = { max = 0.26, height.max = 0.1 }\n");
+  EXPECT_EQ(run(folder).exit_code, 1);
+  job("limits = { height.max = 0.26, max = 0.1 }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+  job("limits = { max = 0.1, outliers = \"1.6%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+  job("limits = { max = 0.1, outliers = \"1.5%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 1);
+  // The mean is 4 * 0.25 / 256 = 0.0039.
+  job("limits = { mean = 0.0040 }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+  job("limits = { mean = 0.0038 }\n");
+  EXPECT_EQ(run(folder).exit_code, 1);
+  // What came from the cache, or was left alone, is held, too.
+  job("");
+  expect_exit(run(folder), 1, {"kiln: a: "});
+  EXPECT_EQ(run(folder, {"--only", "b"}).exit_code, 0);
+  EXPECT_EQ(run(folder, {"--accept", "b"}).exit_code, 1);
+  EXPECT_EQ(run(folder, {"--accept", "a"}).exit_code, 0);
+  EXPECT_EQ(run(folder).exit_code, 0);
+  // A map that is not written any more.
+  write(folder / "golden/out/a_low_normal.png", "x");
+  expect_exit(run(folder), 1, {"a_low_normal.png", "no map of its name"});
+}
+
+TEST(Checks, MissedSamplesAreHeldEachTime) {
+  const fs::path folder = make_studio({"a"});
+  write(folder / "job.toml", kMask +
+                                 "maps = \"normal\"\nmax_distance = \"0.05%\"\n[check]\nlimits = { "
+                                 "missed = \"0.001%\" }\n");
+  for (int i = 0; i < 2; ++i) expect_exit(run(folder), 1, {"of the samples were missed"});
+  write(
+      folder / "job.toml",
+      kMask +
+          "maps = \"normal\"\nmax_distance = \"0.05%\"\n[check]\nlimits = { missed = \"100%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+}
+
+TEST(Checks, HashesAreOfPixels) {
+  const fs::path folder = make_studio({"a", "b"});
+  write(folder / "job.toml", kMask + "maps = \"height\"\n");
+  const std::string list = (folder / "hashes.txt").string();
+  ASSERT_EQ(run(folder, {"--hashes", list}).exit_code, 0);
+  EXPECT_EQ(run(folder, {"--check-hashes", list}).exit_code, 0);
+  EXPECT_EQ(run(folder, {"--check-hashes", list, "--only", "a"}).exit_code, 0);
+  const std::string text = read(list);
+  EXPECT_NE(text.find("  out/a_low_height.png\n"), std::string::npos) << text;
+  // The same pixels in another file.
+  const fs::path map = folder / "out/a_low_height.png";
+  const std::string hash = pixel_hash(map);
+  const std::string bytes = read(map);
+  save_image(load_image(map), folder / "again.png", {ImageFormat::png16});
+  EXPECT_EQ(pixel_hash(folder / "again.png"), hash);
+  disturb(folder / "again.png", 1, 1.0F / 65535);
+  EXPECT_NE(pixel_hash(folder / "again.png"), hash);
+  ProcessResult result = run(folder, {"--check-hashes", list, "--size", "8"});
+  expect_exit(result, 1, {"a_low_height.png", "other pixels"});
+  write(list, text + std::string(32, '0') + "  out/c_low_height.png\n");
+  expect_exit(run(folder, {"--check-hashes", list}), 1, {"c_low_height.png", "was not written"});
+  write(list, text.substr(0, text.find('\n') + 1));
+  expect_exit(run(folder, {"--check-hashes", list}), 1, {"is not in the list"});
+  write(list, "no hash\n");
+  expect_exit(run(folder, {"--check-hashes", list}), 3, {"hashes.txt':1"});
+}
+
+TEST(Checks, JUnitHasACaseAnAsset) {
+  const fs::path folder = make_studio({"a", "b"});
+  write(folder / "assets/b_high.obj", "v 0 0 <nonsense>&\n");
+  write(folder / "job.toml", kMask);
+  EXPECT_EQ(run(folder, {"--junit", (folder / "junit.xml").string()}).exit_code, 1);
+  const std::string xml = read(folder / "junit.xml");
+  EXPECT_NE(xml.find("tests=\"2\" failures=\"1\""), std::string::npos) << xml;
+  EXPECT_NE(xml.find("name=\"a\""), std::string::npos) << xml;
+  EXPECT_NE(xml.find("<failure type=\"input\""), std::string::npos) << xml;
+  EXPECT_EQ(xml.find("<nonsense>"), std::string::npos) << xml;
+}
+
+TEST(Checks, ShardsShareSecondsAndAssets) {
+  std::vector<BatchAsset> assets;
+  double all = 0, most = 0;
+  for (int i = 0; i < 100; ++i) {
+    BatchAsset& asset = assets.emplace_back();
+    asset.name = "asset" + std::to_string(i);
+    asset.expected_seconds = 1.0 + (i * 37) % 11;
+    all += assets.back().expected_seconds;
+    most = std::max(most, assets.back().expected_seconds);
+  }
+  for (const std::size_t count :
+       {std::size_t{1}, std::size_t{3}, std::size_t{8}, std::size_t{200}}) {
+    const std::vector<std::size_t> shards = shards_of(assets, count);
+    std::vector<double> seconds(count);
+    for (std::size_t i = 0; i < assets.size(); ++i)
+      seconds.at(shards[i]) += assets[i].expected_seconds;
+    // Graham's bound of the longest first: the mean, and one more.
+    for (const double part : seconds) EXPECT_LE(part, all / static_cast<double>(count) + most);
+    // Whatever the order of the list.
+    std::vector<BatchAsset> turned(assets.rbegin(), assets.rend());
+    const std::vector<std::size_t> again = shards_of(turned, count);
+    for (std::size_t i = 0; i < assets.size(); ++i)
+      EXPECT_EQ(shards[i], again[assets.size() - 1 - i]);
+  }
+  const fs::path folder = make_studio({"a", "b", "c"});
+  write(folder / "job.toml", kMask);
+  std::set<std::string> made;
+  for (const char* const shard : {"1/2", "2/2"}) {
+    const ProcessResult result = run(folder, {"--shard", shard, "--json", "-"});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    std::istringstream in(result.output);
+    for (std::string line; std::getline(in, line);)
+      EXPECT_TRUE(made.insert(json::parse(line)["asset"]).second);
+  }
+  EXPECT_EQ(made.size(), 3U);
+  for (const char* const shard : {"0/2", "3/2", "1", "a/b", "1.5/2"})
+    expect_exit(run(folder, {"--shard", shard}), 2, {"--shard"});
+}
+
+}  // namespace
+}  // namespace kiln::test

@@ -1,0 +1,505 @@
+// kiln run: a job file to bakes, and what came of them to words.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "arguments/command_options.h"
+#include "base/counted.h"
+#include "base/stopwatch.h"
+#include "batch/assets.h"
+#include "batch/bake_cache.h"
+#include "batch/checks.h"
+#include "batch/job_file.h"
+#include "batch/path_pattern.h"
+#include "batch/runner.h"
+#include "commands.h"
+#include "interrupt.h"
+#include "job/files.h"
+#include "kiln/files.h"
+#include "kiln/version.h"
+#include "options/near_words.h"
+#include "picture/plot.h"
+#include "program.h"
+#include "report/console.h"
+
+namespace kiln::cli {
+namespace {
+
+struct RunArguments {
+  std::string file, profile, explain, device, json, cache, cache_limit = "10G", depfile, junit,
+                                                           hashes, check_hashes, shard;
+  std::vector<std::string> accept;
+  std::vector<std::string> only;
+  std::uint32_t at_once = 0;
+  bool check = false, list = false, quiet = false, plan = false, no_cache = false, rebake = false;
+  bool allow_outside = false, allow_own_maps = false, allow_hooks = false;
+  OptionLayer options{"command line", {}};  ///< Of kiln bake
+};
+
+std::string words_text(const OptionWords& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+int explain(const Batch& batch, const std::string& name) {
+  std::vector<std::string> names;
+  bool found = false;
+  for (const BatchAsset& asset : batch.assets) {
+    names.push_back(asset.name);
+    if (asset.name != name) continue;
+    found = true;
+    print_line(stdout, asset.name);
+    std::size_t widest = 0;
+    for (const Setting& setting : asset.settings) widest = std::max(widest, setting.key.size());
+    for (const Setting& setting : asset.settings) {
+      const bool has_place = !setting.origin.file.empty();
+      print_line(stdout, "  " + setting.key + std::string(widest - setting.key.size(), ' ') +
+                             " = " + words_text(setting.words) + "  (" + setting.origin.layer +
+                             (has_place ? ", " + setting.origin.place() : "") + ")");
+    }
+    if (!asset.problem.empty()) print_line(stdout, "  cannot be baked: " + asset.problem);
+  }
+  if (found) return 0;
+  const std::string near = nearest_word(name, names);
+  fail_usage("--explain '" + name + "' is the name of no asset" +
+             (near.empty() ? ": --list shows them." : "; did you mean " + near + "?"));
+}
+
+int list(const Batch& batch) {
+  std::size_t widest = 0;
+  double seconds = 0;
+  for (const BatchAsset& asset : batch.assets) widest = std::max(widest, asset.name.size());
+  for (const BatchAsset& asset : batch.assets) {
+    seconds += asset.expected_seconds;
+    print_line(stdout, asset.name + std::string(widest - asset.name.size(), ' ') +
+                           (asset.problem.empty()
+                                ? formatted("  %7.2f s  ", asset.expected_seconds) + asset.job.out
+                                : "  cannot be baked: " + asset.problem));
+  }
+  print_line(stdout, formatted("%s, about %.3g s in all",
+                               counted(batch.assets.size(), "asset").c_str(), seconds));
+  return 0;
+}
+
+Json report_json(const RunArguments& arguments, const Batch& batch,
+                 const std::vector<AssetResult>& results, double seconds) {
+  Json assets = Json::array();
+  std::map<std::string, std::size_t> counts;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    ++counts[name_of(results[i].state)];
+    Json asset = to_json(batch.assets[i], results[i]);
+    asset["report"] = results[i].report.empty() ? Json() : Json::parse(results[i].report);
+    assets.push_back(std::move(asset));
+  }
+  Json states = Json::object();
+  for (const auto& [state, count] : counts) states[state] = count;
+  return {{"version", version()},
+          {"job", arguments.file},
+          {"profile", arguments.profile.empty() ? Json() : Json(arguments.profile)},
+          {"seconds", seconds},
+          {"states", states},
+          {"warnings", describe(batch.warnings)},
+          {"assets", assets}};
+}
+
+/// Runs a command by the shell, in the job file's folder. \returns its exit code
+int run_shell(const JobFile& file, const std::string& command, const std::string& input,
+              std::string& said) {
+  constexpr double kLimitSeconds = 3600;
+  std::optional<RunningProgram> shell =
+      RunningProgram::start({"/bin/sh", "-c", command}, file.folder.empty() ? "." : file.folder);
+  if (!shell) {
+    said = "there is no /bin/sh";
+    return -1;
+  }
+  shell->begin(input, kLimitSeconds);
+  const ProgramResult result = shell->finish();
+  said = result.output + result.errors;
+  return result.exit_code;
+}
+
+/// What was baked before; null: nothing is kept.
+std::unique_ptr<BakeCache> open_cache(const RunArguments& arguments, const JobFile& file) {
+  refuse_if(arguments.no_cache && !arguments.cache.empty(),
+            "--no-cache keeps nothing, so that --cache has no use: leave one out.");
+  if (arguments.no_cache) return nullptr;
+  const std::filesystem::path own = file.folder / ".kiln";
+  const std::filesystem::path folder =
+      arguments.cache.empty() ? own : std::filesystem::path(arguments.cache);
+  return std::make_unique<BakeCache>(file.folder, own / "records",
+                                     std::make_unique<FolderStore>(folder));
+}
+
+int plan(const Batch& batch, BakeCache& cache, const std::string& device) {
+  const std::vector<CacheDecision> decisions = plan_batch(batch.assets, cache, device);
+  std::map<CacheDecision::Kind, std::size_t> counts;
+  for (std::size_t i = 0; i < decisions.size(); ++i) {
+    const CacheDecision& decision = decisions[i];
+    ++counts[decision.kind];
+    const char* const what = decision.kind == CacheDecision::Kind::unchanged  ? "unchanged"
+                             : decision.kind == CacheDecision::Kind::restored ? "from the cache"
+                                                                              : "bake";
+    print_line(stdout, batch.assets[i].name + ": " + what +
+                           (decision.reason.empty() ? "" : ": " + decision.reason));
+  }
+  print_line(
+      stdout,
+      formatted("%zu to bake, %zu from the cache, %zu unchanged", counts[CacheDecision::Kind::bake],
+                counts[CacheDecision::Kind::restored], counts[CacheDecision::Kind::unchanged]));
+  return 0;
+}
+
+/// A path as makefiles have it.
+std::string make_path(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    if (c == ' ' || c == '#' || c == '\\' || c == ':') text += '\\';
+    if (c == '$') text += '$';
+    text += c;
+  }
+  return text;
+}
+
+/// All outputs, and all files that they depend on, as makefiles and Ninja read them.
+void save_depfile(const RunArguments& arguments, const Batch& batch,
+                  const std::vector<AssetResult>& results, BakeCache& cache) {
+  std::set<std::string> inputs = {
+      std::filesystem::absolute(arguments.file).lexically_normal().string()};
+  std::string text;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    for (const std::string& file : results[i].files) {
+      text += (text.empty() ? "" : " \\\n  ") +
+              make_path(std::filesystem::absolute(file).lexically_normal().string());
+    }
+    for (const std::string& input : cache.inputs_of(batch.assets[i])) inputs.insert(input);
+    for (const Setting& setting : batch.assets[i].settings) {
+      if (setting.origin.layer == "sidecar")
+        inputs.insert(std::filesystem::absolute(setting.origin.file).lexically_normal().string());
+    }
+  }
+  text += ":";
+  for (const std::string& input : inputs) text += " \\\n  " + make_path(input);
+  save_text(arguments.depfile, text + "\n");
+}
+
+/// "2/8": which part of how many. \throws Error(usage)
+void keep_shard(const std::string& shard, Batch& batch) {
+  const std::size_t slash = shard.find('/');
+  double part = 0, count = 0;
+  const bool good = slash != std::string::npos && read_number(shard.substr(0, slash), part) &&
+                    read_number(shard.substr(slash + 1), count) && part >= 1 && part <= count &&
+                    count <= 10000 && part == std::floor(part) && count == std::floor(count);
+  refuse_if(!good, "--shard '" + shard + "' is no part: give the first of 8 as 1/8.");
+  const std::vector<std::size_t> shards = shards_of(batch.assets, static_cast<std::size_t>(count));
+  std::vector<BatchAsset> some;
+  for (std::size_t i = 0; i < shards.size(); ++i) {
+    if (shards[i] + 1 == static_cast<std::size_t>(part)) some.push_back(std::move(batch.assets[i]));
+  }
+  batch.assets = std::move(some);
+}
+
+/// What is held of results beside their bakes.
+class Holder {
+ public:
+  Holder(const RunArguments& arguments, const JobFile& file) : arguments_(arguments), file_(file) {
+    for (const std::string& accept : arguments.accept) accept_.emplace_back(accept);
+    refuse_if(!accept_.empty() && file.check.golden.empty(),
+              "--accept is of golden maps, but the job file has no [check] with golden.");
+    if (!arguments.check_hashes.empty()) {
+      constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+      wanted_ = parse_hashes(read_small_file(arguments.check_hashes, kMostBytes,
+                                             "--check-hashes '" + arguments.check_hashes + "'"),
+                             arguments.check_hashes);
+    }
+  }
+
+  /// Of several assets at once.
+  std::vector<std::string> check(const BatchAsset& asset, const AssetResult& result) {
+    if (!arguments_.hashes.empty() || !arguments_.check_hashes.empty()) {
+      std::map<std::string, std::string> hashes;
+      const std::filesystem::path base =
+          std::filesystem::absolute(file_.folder.empty() ? "." : file_.folder).lexically_normal();
+      for (const std::string& output : result.files) {
+        hashes[std::filesystem::absolute(output)
+                   .lexically_normal()
+                   .lexically_proximate(base)
+                   .string()] = pixel_hash(output);
+      }
+      const std::lock_guard lock(mutex_);
+      hashes_.merge(hashes);
+    }
+    const bool accepted =
+        std::any_of(accept_.begin(), accept_.end(),
+                    [&](const PathPattern& pattern) { return pattern.covers(asset.name); });
+    if (!accepted) return check_asset(file_, result);
+    const std::lock_guard lock(mutex_);
+    for (std::string& golden : accept_asset(file_, result)) golden_.push_back(std::move(golden));
+    return {};
+  }
+
+  /// After all assets. \param whole  no asset was left out \returns what is wrong
+  std::vector<std::string> finish(Console& console, const std::vector<AssetResult>& results,
+                                  bool whole) {
+    for (const std::string& golden : golden_) console.line("accepted: " + golden);
+    if (!arguments_.hashes.empty()) save_text(arguments_.hashes, hashes_text(hashes_));
+    std::vector<std::string> problems;
+    if (!arguments_.check_hashes.empty()) {
+      // Where assets were left out, theirs were not made.
+      if (!whole)
+        std::erase_if(wanted_, [&](const auto& entry) { return hashes_.count(entry.first) == 0; });
+      problems = compare_hashes(wanted_, hashes_);
+    }
+    if (whole && accept_.empty() && !file_.check.golden.empty()) {
+      for (const std::string& golden : golden_without_outputs(file_, results)) {
+        problems.push_back("'" + golden + "' is golden, and no map of its name was written");
+      }
+    }
+    return problems;
+  }
+
+ private:
+  const RunArguments& arguments_;
+  const JobFile& file_;
+  std::vector<PathPattern> accept_;
+  std::mutex mutex_;
+  std::map<std::string, std::string> hashes_, wanted_;
+  std::vector<std::string> golden_;
+};
+
+int run_job_file(const RunArguments& arguments) {
+  Console console(arguments.quiet, arguments.json);
+  const Stopwatch watch;
+  const JobFile file = read_job_file(arguments.file, arguments.profile);
+  ExpandOptions expand;
+  expand.allow_outside = arguments.allow_outside;
+  expand.allow_own_maps = arguments.allow_own_maps;
+  expand.allow_hooks = arguments.allow_hooks;
+  expand.only = arguments.only;
+  expand.command_line = arguments.options;
+  Batch batch = expand_job_file(file, expand);
+  if (!arguments.shard.empty()) keep_shard(arguments.shard, batch);
+  for (const Warning& warning : batch.warnings) console.warning(warning.message);
+  if (!arguments.explain.empty()) return explain(batch, arguments.explain);
+  if (arguments.list) return list(batch);
+  if (arguments.check) {
+    std::size_t problems = 0;
+    for (const BatchAsset& asset : batch.assets) {
+      if (asset.problem.empty()) continue;
+      ++problems;
+      print_line(stderr, "kiln: " + asset.name + ": " + asset.problem + ".");
+    }
+    console.line(problems == 0 ? counted(batch.assets.size(), "asset") + ": the job file is good"
+                               : std::to_string(problems) + " of " +
+                                     counted(batch.assets.size(), "asset") + " cannot be baked");
+    return problems == 0 ? 0 : static_cast<int>(ErrorCode::input);
+  }
+  const std::unique_ptr<BakeCache> cache = open_cache(arguments, file);
+  refuse_if(cache == nullptr && (arguments.plan || arguments.rebake || !arguments.depfile.empty()),
+            "--plan, --rebake and --depfile go by what was kept: leave --no-cache out.");
+  const std::uint64_t limit = parse_memory("--cache-limit", arguments.cache_limit);
+  if (arguments.plan) return plan(batch, *cache, arguments.device);
+  if (!arguments.json.empty() && arguments.json != "-") {
+    check_paths({arguments.file}, {arguments.json});
+    prepare_parent(arguments.json);
+  }
+  RunBatchOptions options;
+  options.device = arguments.device;
+  options.cache = cache.get();
+  options.rebake = arguments.rebake;
+  Holder holder(arguments, file);
+  options.check = [&](const BatchAsset& asset, const AssetResult& result) {
+    return holder.check(asset, result);
+  };
+  options.at_once = arguments.at_once;
+  options.interrupted = interrupted;
+  options.run_command = [&file](const std::string& hook, const std::string& input,
+                                std::string& said) { return run_shell(file, hook, input, said); };
+  options.on_progress = [&](double share, std::string_view stage) {
+    console.progress(share, stage);
+  };
+  std::size_t done = 0;
+  options.on_result = [&](const BatchAsset& asset, const AssetResult& result) {
+    ++done;
+    for (const Warning& warning : result.causes)
+      console.warning(asset.name + ": " + warning.message);
+    const std::string state = result.state == AssetState::failed ? "FAILED" : name_of(result.state);
+    // Of what was left as it is, the last line tells.
+    if (result.state != AssetState::unchanged)
+      console.line(formatted("[%zu/%zu] ", done, batch.assets.size()) + asset.name + ": " + state +
+                   formatted(" in %.2f s", result.seconds) +
+                   (!result.error.empty()   ? ": " + result.error
+                    : result.reason.empty() ? ""
+                                            : " (" + result.reason + ")"));
+    if (arguments.json == "-") {
+      print_line(stdout, to_json(asset, result).with_texts(escape_bytes).dump());
+    }
+  };
+  const std::vector<AssetResult> results = run_batch(batch.assets, options);
+  if (interrupted()) {
+    const auto ready = std::count_if(results.begin(), results.end(), [](const AssetResult& result) {
+      return result.state == AssetState::baked;
+    });
+    print_line(stderr, std::to_string(ready) + " of " + counted(results.size(), "asset") +
+                           " were baked before the interrupt.");
+    return kExitCancelled;
+  }
+  const double seconds = watch.total();
+  if (cache != nullptr) {
+    const bool wrote = std::any_of(results.begin(), results.end(), [](const AssetResult& result) {
+      return result.state == AssetState::baked;
+    });
+    if (wrote)
+      FolderStore(arguments.cache.empty() ? file.folder / ".kiln"
+                                          : std::filesystem::path(arguments.cache))
+          .prune(limit);
+    if (!arguments.depfile.empty()) save_depfile(arguments, batch, results, *cache);
+  }
+  if (!arguments.json.empty() && arguments.json != "-") {
+    save_report(arguments.json, report_json(arguments, batch, results, seconds));
+  }
+  const bool whole = arguments.only.empty() && arguments.shard.empty() &&
+                     std::none_of(results.begin(), results.end(), [](const AssetResult& result) {
+                       return result.state == AssetState::failed && result.files.empty();
+                     });
+  const std::vector<std::string> problems = holder.finish(console, results, whole);
+  if (!arguments.junit.empty()) {
+    save_text(arguments.junit,
+              junit_text(std::filesystem::path(arguments.file).stem().string(),
+                         report_json(arguments, batch, results, seconds).at("assets")));
+  }
+  std::vector<const AssetResult*> failed;
+  for (const AssetResult& result : results) {
+    if (result.state == AssetState::failed) failed.push_back(&result);
+  }
+  std::map<AssetState, std::size_t> counts;
+  for (const AssetResult& result : results) ++counts[result.state];
+  console.line(formatted("%s in %.2f s: %zu baked, %zu from the cache, %zu unchanged, %zu failed",
+                         counted(results.size(), "asset").c_str(), seconds,
+                         counts[AssetState::baked], counts[AssetState::restored],
+                         counts[AssetState::unchanged], counts[AssetState::failed]));
+  for (const AssetResult* result : failed) {
+    print_line(stderr, "kiln: " + result->name + ": " + result->error);
+  }
+  for (const std::string& problem : problems) print_line(stderr, "kiln: " + problem + ".");
+  return failed.empty() && problems.empty() ? 0 : 1;
+}
+
+/// Options of kiln bake, which go before those of the file.
+void add_bake_options(Command& command, RunArguments& arguments) {
+  static const std::set<std::string> own = {"HIGH",   "LOW",     "--high",   "--low",
+                                            "--json", "--quiet", "--device", "--allow-outside"};
+  for (const OptionRow& row : bake_rows()) {
+    if (own.count(row.flag) != 0) continue;
+    const OptionValue& value = row.value;
+    const Option::Take take = [&row, layer = &arguments.options](const OptionWords& words) {
+      Job job;  // what is wrong is said as kiln bake says it
+      row.value.set(&job, row.flag, words);
+      layer->settings.push_back({option_key(row), words, false, {"command line", "", 0}, ""});
+    };
+    Option* const option = value.type.starts_with("flag")
+                               ? command.add_flag(row.flag, take, row.help)
+                               : command.add_option(row.flag, Option::Take(take), row.help);
+    option->type_name(value.words)
+        ->group("Options of kiln bake, before those of the file")
+        ->choices(value.choices);
+    if (value.repeats) option->repeats();
+    if (value.delimiter != 0) option->delimiter(value.delimiter);
+  }
+}
+
+}  // namespace
+
+Run add_run(Command& app) {
+  Command* command = app.add_command("run", "Bake all that a job file says, in one process");
+  auto arguments = std::make_shared<RunArguments>();
+#define AT(member) KILN_MEMBER(RunArguments, member)
+  const OptionRow rows[] = {
+      {.flag = "JOB",
+       .value = text(AT(file), "JOB.toml"),
+       .help = "The job file (TOML)",
+       .required = true},
+      {.flag = "--profile",
+       .value = text(AT(profile), "NAME"),
+       .help = "Also take the options of [profile.NAME], which go before [defaults]"},
+      {.flag = "--only",
+       .value = texts(AT(only)),
+       .help = "Bake the assets alone whose names match, such as 'props/*'. May be given again"},
+      {.flag = "--check",
+       .value = toggle(AT(check)),
+       .help = "Check the file and what it names, and bake nothing"},
+      {.flag = "--list",
+       .value = toggle(AT(list)),
+       .help = "Print the assets with the seconds that each is expected to take, and bake nothing"},
+      {.flag = "--explain",
+       .value = text(AT(explain), "NAME"),
+       .help = "Print the options of an asset, and where each comes from"},
+      {.flag = "--plan",
+       .value = toggle(AT(plan)),
+       .help = "Print what would be baked and why, and bake nothing"},
+      {.flag = "--cache",
+       .value = text(AT(cache), "DIR"),
+       .help =
+           "Keep results in this folder, which may be shared (default: .kiln beside the job file)"},
+      {.flag = "--no-cache", .value = toggle(AT(no_cache)), .help = "Bake all, and keep nothing"},
+      {.flag = "--rebake", .value = toggle(AT(rebake)), .help = "Bake all, and keep the results"},
+      {.flag = "--cache-limit",
+       .value = text(AT(cache_limit), "SIZE"),
+       .help =
+           "The most that the cache may take, such as 4G; what was used least lately goes first"},
+      {.flag = "--depfile",
+       .value = text(AT(depfile), "FILE"),
+       .help = "Write the outputs and all files that they depend on, as Make and Ninja read them"},
+      {.flag = "--accept",
+       .value = texts(AT(accept)),
+       .help = "Make the files of assets whose names match the golden ones of [check]. May be "
+               "given again"},
+      {.flag = "--junit",
+       .value = text(AT(junit), "FILE"),
+       .help = "Write the results as JUnit's XML"},
+      {.flag = "--hashes",
+       .value = text(AT(hashes), "FILE"),
+       .help = "Write a hash of every map's pixels, by which two machines can be compared"},
+      {.flag = "--check-hashes",
+       .value = text(AT(check_hashes), "FILE"),
+       .help = "Compare with a file of --hashes: exit with 1 where a map has other pixels"},
+      {.flag = "--shard",
+       .value = text(AT(shard), "I/N"),
+       .help =
+           "Bake the I-th of N parts of about equal seconds, 1/N to N/N, the same on all machines"},
+      {.flag = "--at-once",
+       .value = whole(AT(at_once), 1, 64).or_none(),
+       .help = "Bakes that run at once (default: 2, fewer where memory is short)"},
+      {.flag = "--allow-outside",
+       .value = toggle(AT(allow_outside)),
+       .help = "The file may name outputs outside of its folder"},
+      {.flag = "--allow-own-maps",
+       .value = toggle(AT(allow_own_maps)),
+       .help = "The file may name maps of OpenCL C, programs with your rights"},
+      {.flag = "--allow-hooks",
+       .value = toggle(AT(allow_hooks)),
+       .help = "The file may name commands (before, after), which run with your rights"},
+      device_row<RunArguments>(""),
+      {.flag = "--json",
+       .value = text(AT(json)),
+       .help = "Write a report to this file; or - for a line of JSON an asset on standard output"},
+      {.flag = "--quiet",
+       .value = toggle(AT(quiet)),
+       .help = "Leave out progress and lines of what was done; warnings and errors stay"},
+  };
+#undef AT
+  add_options(*command, rows, arguments.get());
+  add_bake_options(*command, *arguments);
+  command->add_text_flag("--print-schema", job_file_schema,
+                         "A JSON Schema of job files, for editors");
+  return [arguments] { return run_job_file(*arguments); };
+}
+
+}  // namespace kiln::cli
