@@ -585,7 +585,7 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
 
 /// Assimp crashes on damaged files, or takes all there is: a child of this process reads each first, and what ends
 /// it is an error. Costs the time of reading again. Where no child can be made, there is no such care.
-void try_in_child(const MeshInput& input, const std::string& remedy) {
+void try_in_child(const MeshInput& input, const Message& remedy) {
   const std::uint64_t bytes = input.bytes.size();
   // Ten times what real files take.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),

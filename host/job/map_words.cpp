@@ -108,7 +108,7 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     try {
       row->value.set(&own, option_of(flag), {has_value ? part.substr(part.find('=') + 1) : "true"});
     } catch (const Error& error) {
-      fail_usage(option("maps") + " '" + word + "': " + message_of(error));
+      fail_usage(option("maps") + " '" + word + "': " + error.message());
     }
     if (is_of("bake.occlusion")) map.occlusion = own.bake.occlusion;
     if (is_of("bake.light")) map.light = own.bake.light;

@@ -106,8 +106,7 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
     std::copy_if(told.begin(), told.end(), std::back_inserter(warnings),
                  [](const Warning& warning) { return warning.code == "mtl-missing"; });
   } catch (const Error& error) {
-    warnings.push_back(
-        {"materials-unread", std::string(error.what()) + " It counts for nothing.", 1});
+    warnings.push_back({"materials-unread", error.message() + " It counts for nothing.", 1});
   }
   return asset;
 }
@@ -254,8 +253,8 @@ void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings)
                   shared.u, shared.v);
     warnings.push_back({"files-overlap",
                         "UVs of '" + files.first + "' and '" + files.second + "'" + text +
-                            "for one, and all LOW share one map: lay them out side by side, add "
-                            "--unwrap, or bake them apart.",
+                            "for one, and all LOW share one map: lay them out side by side, add " +
+                            option("unwrap") + ", or bake them apart.",
                         shared.cells});
   }
 }

@@ -51,13 +51,13 @@ void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name)
   if (holds_floats(run.save_options) || excess.texels == 0) return;
   const std::string example =
       formatted("%.6g at texel column %u, row %u", double{excess.value}, excess.x, excess.y);
-  run.warnings.push_back(
-      {"beyond-range",
-       with_commas(excess.texels) + " texels of the map " + name +
-           " lie beyond its range and are clamped, for example " + example + ": give --range " +
-           std::string(map.kind.name) +
-           "=LO,HI that holds them, or --format exr, which holds values as they are.",
-       excess.texels});
+  run.warnings.push_back({"beyond-range",
+                          with_commas(excess.texels) + " texels of the map " + name +
+                              " lie beyond its range and are clamped, for example " + example +
+                              ": give " + option("range", std::string(map.kind.name) + "=LO,HI") +
+                              " that holds them, or " + option("format", "exr") +
+                              ", which holds values as they are.",
+                          excess.texels});
 }
 
 Json range_json(const std::vector<ValueRange>& ranges) {
@@ -131,8 +131,8 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
         {code,
          "The map " + name + " " + what +
              (format == ImageFormat::exr_float || format == ImageFormat::tiff_float
-                  ? "Give a nearer --origin, or none."
-                  : "Use --format exr32."),
+                  ? "Give a nearer " + option("origin") + ", or none."
+                  : "Use " + option("format", "exr32") + "."),
          1});
   };
   const auto number = [](double value) { return formatted("%.3g", value); };

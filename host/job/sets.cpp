@@ -127,7 +127,7 @@ class SetWarnings {
  public:
   void add(const std::string& set, const Warning& warning) {
     const auto [same, is_new] =
-        index_.emplace(std::pair(warning.code, warning.message), list_.size());
+        index_.emplace(std::pair(warning.code, warning.message.text()), list_.size());
     if (is_new) {
       list_.push_back({set, warning, 0});
     } else if (Entry& entry = list_[same->second]; entry.set != set) {
@@ -255,7 +255,7 @@ void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   if (!chosen) {
     run.console.line(std::to_string(run.sets.size()) + " texture sets, a " +
                      (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSets), arguments.sets)) +
-                     " each: their UVs overlap (--sets none bakes one map)");
+                     " each: their UVs overlap (" + option("sets", "none") + " bakes one map)");
   }
 }
 
@@ -370,7 +370,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
     } catch (const OptionError& error) {
       throw OptionError(set_in_words(set.set) + ": " + error.message(), error.code(), error.id());
     } catch (const Error& error) {
-      throw Error(error.code(), set_in_words(set.set) + ": " + error.what());
+      throw Error(error.code(), set_in_words(set.set) + ": " + error.message());
     }
     set.planned = std::exchange(run.planned, std::nullopt);
     if (set.planned) {

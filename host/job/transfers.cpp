@@ -169,7 +169,8 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
     warnings.push_back(
         {"opacity-left-out",
          "HIGH's vertex colours have alpha, which is left out, since no material says "
-         "that it counts: add opacity to --maps where it does.",
+         "that it counts: add opacity to " +
+             option("maps") + " where it does.",
          clear});
   }
   return found;
@@ -242,7 +243,8 @@ void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& hi
   high = cut_out(high, *options.opacity, arguments.alpha_test, &report);
   if (report.cut + report.gone != 0) return;
   warnings.push_back({"alpha-test-idle",
-                      "--alpha-test found nothing of " + in_words(high_files(arguments)) +
+                      option("alpha_test") + " found nothing of " +
+                          in_words(high_files(arguments)) +
                           " that is transparent: see whether its pictures have an alpha channel.",
                       1});
 }

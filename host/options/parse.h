@@ -11,19 +11,17 @@
 #include <vector>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "kiln/bake.h"
 #include "kiln/height_field.h"
 #include "kiln/message.h"
+#include "kiln/option_error.h"
 #include "kiln/unwrap.h"
 #include "options/json.h"
 #include "options/values.h"
 
 namespace kiln {
 
-/// An option in a message: see Message::option().
-inline Message option(std::string_view name, std::string_view value = {}) {
-  return Message::option(name, value);
-}
 /// The option of a flag, "--max-distance".
 Message option_of(std::string_view flag, std::string_view value = {});
 

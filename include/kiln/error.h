@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "kiln/export.h"
+#include "kiln/message.h"
 
 namespace KILN_PUBLIC kiln {
 
@@ -24,14 +26,14 @@ enum class ErrorCode {
 /// id() is for programs: it stays the same from version to version, where
 /// messages get better. The message is one or two sentences, ready to show
 /// to a person. They name the file or option, the problem and the remedy.
-/// Options stand between backticks, as the member's path below BakeOptions or
-/// the struct that has it: `match.cage`, `keep_uvs`; so do they in warnings.
+/// what() has options as the member's path below BakeOptions or the struct
+/// that has it, between backticks: `match.cage`, `keep_uvs`; message() has
+/// them as data, for programs whose users know them by other names.
 class Error : public std::runtime_error {
  public:
   /// \param message  for a person: the file or parameter, the problem, the remedy
   /// \param id       as id() returns it: a string that lives as long as the program; null: the kind's
-  Error(ErrorCode code, const std::string& message, const char* id = nullptr)
-      : std::runtime_error(message), code_(code), id_(id != nullptr ? id : name_of(code)) {}
+  Error(ErrorCode code, const Message& message, const char* id = nullptr);
   Error(const Error&) = default;             ///< Does not throw
   Error& operator=(const Error&) = default;  ///< Does not throw
   ~Error() override;                         ///< In the library, and with it what catching asks for
@@ -40,36 +42,25 @@ class Error : public std::runtime_error {
   /// Name of the problem, words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
   /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`. Never null.
   const char* id() const noexcept { return id_; }
+  /// What it says.
+  Message message() const;
   /// The option that the message names first: "match.cage"; empty: none. Lives as long as the error.
   std::string_view option() const noexcept;
 
- private:
-  static constexpr const char* name_of(ErrorCode code) noexcept {
-    switch (code) {
-      case ErrorCode::usage:
-        return "usage";
-      case ErrorCode::input:
-        return "input";
-      case ErrorCode::device:
-        return "device";
-      case ErrorCode::output:
-        return "output";
-      case ErrorCode::cancelled:
-        return "cancelled";
-      case ErrorCode::internal:
-        break;
-    }
-    return "internal";
-  }
+ protected:
+  /// \param what  the message as what() returns it
+  Error(ErrorCode code, const Message& message, const std::string& what, const char* id);
 
+ private:
   ErrorCode code_;
   const char* id_;
+  std::shared_ptr<const Message> message_;  ///< Null: it names no options, and what() is all
 };
 
 /// Something imperfect in the data that was handled by a documented rule.
 struct Warning {
-  std::string code;     ///< Stable identifier for scripts, such as "degenerate-triangles".
-  std::string message;  ///< One sentence for a person: what, how many, one example, what was done.
+  std::string code = {};  ///< Stable identifier for scripts, such as "degenerate-triangles".
+  Message message = {};  ///< One sentence for a person: what, how many, one example, what was done.
   std::uint64_t count = 0;  ///< Number of elements that it concerns.
 };
 

@@ -54,10 +54,10 @@ struct JobInput {
   /// A mesh in the caller's memory, which is copied.
   JobInput(const MeshView& view) : JobInput(to_mesh(view), std::string(view.name)) {}
 
-  std::string name;                    ///< A file's path; else what the mesh is called
-  std::shared_ptr<const Asset> asset;  ///< Null: the file is read
+  std::string name = {};                    ///< A file's path; else what the mesh is called
+  std::shared_ptr<const Asset> asset = {};  ///< Null: the file is read
   /// Of a low poly that simplify() made of the high poly: the search reaches as far as it deviates. Null: not known.
-  std::shared_ptr<const SimplifyReport> simplified;
+  std::shared_ptr<const SimplifyReport> simplified = {};
 };
 
 /// How Kiln makes the low poly: with a number of faces; by a bound on its error; or planned with its maps.
@@ -93,8 +93,8 @@ struct JobLow {
   /// Given, and joined.
   JobLow(std::initializer_list<JobInput> inputs) : given(inputs) {}
 
-  std::vector<JobInput> given;  ///< Joined where there are several; none: the low poly is made
-  MakeLow make;                 ///< Where none is given
+  std::vector<JobInput> given = {};  ///< Joined where there are several; none: the low poly is made
+  MakeLow make = {};                 ///< Where none is given
 };
 
 /// Repairs of the high poly, before all else: see clean().
@@ -106,18 +106,18 @@ enum class CleanHigh {
 
 /// Size of the maps of one texture set, texels.
 struct SetSize {
-  std::string set;           ///< Its name
+  std::string set = {};      ///< Its name
   std::uint32_t width = 0;   ///< Texels
   std::uint32_t height = 0;  ///< Texels
 };
 
 /// How files are read that do not say it themselves. As written on the command line: VALUE, high=VALUE or low=VALUE.
 struct MeshFrameArguments {
-  std::vector<std::string> up;      ///< The axis that is up: x, y, z, -x, -y, -z
-  std::vector<std::string> unit;    ///< mm, cm, m, in, ft, or metres as a number
-  std::vector<std::string> uv_set;  ///< Of several: a number from 0 on, or a name
-  bool allow_outside = false;       ///< Files that a file names may lie outside its folder
-  ShadingOptions shading;           ///< Normals of the high poly
+  std::vector<std::string> up = {};      ///< The axis that is up: x, y, z, -x, -y, -z
+  std::vector<std::string> unit = {};    ///< mm, cm, m, in, ft, or metres as a number
+  std::vector<std::string> uv_set = {};  ///< Of several: a number from 0 on, or a name
+  bool allow_outside = false;            ///< Files that a file names may lie outside its folder
+  ShadingOptions shading = {};           ///< Normals of the high poly
 
   /// True if it says something of files.
   bool given() const { return !up.empty() || !unit.empty() || !uv_set.empty() || allow_outside; }
@@ -196,30 +196,31 @@ struct Job {
 
 /// A map of a job in memory.
 struct JobMap {
-  std::string name;  ///< As in files' names: "normal"
-  std::string set;   ///< The texture set; empty: there is but one
-  std::string tile;  ///< The UDIM tile; empty: none
-  BakedMap
-      map;  ///< With values as files hold them: colours sRGB-encoded, values in their range moved to [0, 1]
+  std::string name = {};  ///< As in files' names: "normal"
+  std::string set = {};   ///< The texture set; empty: there is but one
+  std::string tile = {};  ///< The UDIM tile; empty: none
+  BakedMap map =
+      {};  ///< With values as files hold them: colours sRGB-encoded, values in their range moved to [0, 1]
 };
 
 /// What a job came to.
 struct JobResult {
-  std::vector<std::string> files;    ///< Written, in order
-  std::vector<std::byte> glb;        ///< With Job::in_memory and NAME.glb: the file
-  std::vector<JobMap> maps;          ///< With Job::in_memory, and no NAME.glb
-  Mesh low;                          ///< The low poly that the maps are of, in its whole layout
-  std::string report;                ///< JSON, as --json writes it
-  std::vector<Warning> warnings;     ///< All, in order
-  std::vector<Warning> causes;       ///< Of these, those that follow from no other one
-  std::vector<std::string> summary;  ///< What was done, a line a topic
-  std::string failure;  ///< Empty; or which limit was missed (max_missed_percent, faces, max_error)
+  std::vector<std::string> files = {};  ///< Written, in order
+  std::vector<std::byte> glb = {};      ///< With Job::in_memory and NAME.glb: the file
+  std::vector<JobMap> maps = {};        ///< With Job::in_memory, and no NAME.glb
+  Mesh low = {};                        ///< The low poly that the maps are of, in its whole layout
+  std::string report = {};              ///< JSON, as --json writes it
+  std::vector<Warning> warnings = {};   ///< All, in order
+  std::vector<Warning> causes = {};     ///< Of these, those that follow from no other one
+  std::vector<Message> summary = {};    ///< What was done, a line a topic
+  Message failure =
+      {};  ///< Empty; or which limit was missed (max_missed_percent, faces, max_error)
   bool cancelled = false;  ///< The callback returned false: nothing more was written
 };
 
 /// Runs a job: reads, repairs, makes or reads the low poly, finds texture sets, bakes and writes.
 /// \param progress  called with the share done and the stage; returning false cancels
-/// \throws OptionError (kiln/message.h) for options that contradict each other, before any work; Error(input), Error(output),
+/// \throws OptionError (kiln/option_error.h) for options that contradict each other, before any work; Error(input), Error(output),
 ///         Error(device). Files that were written before an error stay.
 /// Thread safety: jobs may run in several threads at once, each with files of its own.
 JobResult run(const Device& device, const Job& job, const Progress& progress = {});

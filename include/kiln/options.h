@@ -18,7 +18,7 @@ namespace KILN_PUBLIC kiln {
 ///               ("match.max_distance", "bake.match.max_distance")
 /// \param value  as the flag takes it; of lists, several with commas between them where the flag takes them so; of a
 ///               flag without a value "true" or "false"
-/// \throws Error(usage) for a name that no option has; OptionError (kiln/message.h) for what is no value of it: with the
+/// \throws Error(usage) for a name that no option has; OptionError (kiln/option_error.h) for what is no value of it: with the
 ///         range, or the choices
 /// Thread safety: may be called from several threads, on jobs of their own.
 void set_option(Job& job, std::string_view name, std::string_view value);

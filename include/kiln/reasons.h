@@ -7,6 +7,7 @@
 
 #include "kiln/bake.h"
 #include "kiln/export.h"
+#include "kiln/message.h"
 
 namespace KILN_PUBLIC kiln {
 
@@ -25,12 +26,12 @@ enum class Reason : std::uint8_t {
 /// Name, words and colour of a reason, as maps and legends show it.
 struct ReasonInfo {
   Reason reason = Reason::empty;        ///< Which
-  std::string_view name;                ///< One word
-  std::string_view words;               ///< For people: what it means, and what helps
+  std::string_view name = {};           ///< One word
+  Message words = {};                   ///< For people: what it means, and what helps
   std::array<std::uint8_t, 3> color{};  ///< sRGB
 };
 
-/// All of them, in the order of their values. The texts live as long as the program.
+/// All of them, in the order of their values. The names live as long as the program.
 std::array<ReasonInfo, 8> reason_infos();
 
 /// One reason's share of a bake.
@@ -47,10 +48,10 @@ struct ReasonCount {
 struct Reasons {
   std::uint32_t width = 0;   ///< Texels
   std::uint32_t height = 0;  ///< Texels
-  std::vector<Reason>
-      texels;  ///< Reason of each texel, rows from the top: the highest of its samples' values
-  std::vector<ReasonCount>
-      counts;  ///< Those there are but Reason::empty, in the order of their values
+  std::vector<Reason> texels =
+      {};  ///< Reason of each texel, rows from the top: the highest of its samples' values
+  std::vector<ReasonCount> counts =
+      {};  ///< Those there are but Reason::empty, in the order of their values
 };
 
 /// Looks for why: rays again, where a bake found nothing. Deterministic.

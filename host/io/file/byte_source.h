@@ -10,12 +10,14 @@
 #include <string>
 #include <string_view>
 
+#include "kiln/message.h"
+
 namespace kiln {
 
 /// A reader's error for what it cannot use: throws Error(input) "<file>: <place>: <problem>. <remedy>"
 /// with the file that it was made for. The place may be empty.
 using FailWith = std::function<void(const std::string& place, const std::string& problem,
-                                    const std::string& remedy)>;
+                                    const Message& remedy)>;
 
 /// Bytes at known places: the whole of a file.
 class ByteSource {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "kiln/error.h"
-#include "kiln/message.h"
+#include "kiln/option_error.h"
 #include "options/near_words.h"
 
 namespace kiln::cli {
@@ -73,7 +73,7 @@ void Option::take(const Words& words) const {
     take_(words);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::usage) throw;
-    throw UsageError(message_of(error).text(option_as_flag));
+    throw UsageError(error.message().text(option_as_flag));
   }
 }
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 import os
-import re
 import reprlib
 import warnings as _warnings
 from collections.abc import Iterator
@@ -60,26 +59,9 @@ class KilnWarning(UserWarning):
         self.count = count
 
 
-_FLAG = re.compile(r"--([a-z][a-z-]*[a-z])")
-
-
-#: Arguments that the core's messages begin with.
-_NAMED = ("bounds: ", "direction: ", "normals: ", "positions: ", "textures: ", "vertices: ")
-
-
-def from_core(message: str, code: str, kind: str) -> Error:
-    """The exception for an error of the library, whose messages name the command's flags."""
-    flag = _FLAG.search(message)
-    parameter = flag.group(1).replace("-", "_") if flag else None
-    if message.startswith(_NAMED):
-        parameter = message.partition(":")[0]
-    message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
-    return (Cancelled if kind == "cancelled" else Error)(message, code, kind, parameter)
-
-
-def of_option(message: str, code: str, kind: str, facts: dict[str, Any]) -> Error:
-    """The exception for an error about options."""
-    return Error(message, code, kind, **{**facts, "parameter": facts["parameter"] or None})
+def from_core(message: str, code: str, kind: str, facts: dict[str, Any]) -> Error:
+    """The exception for an error of the library. facts: parameter, remedies, value and allowed"""
+    return (Cancelled if kind == "cancelled" else Error)(message, code, kind, **facts)
 
 
 def count_of(value: Any, parameter: str, least: int, most: int) -> int:
@@ -142,7 +124,6 @@ def untold(code: str | None) -> Iterator[None]:
 def warn(code: str, message: str, count: int) -> None:
     if quiet.get() or code == _untold.get():
         return
-    message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
     if name := texture_set.get():
         if code == "uv-missing":
             return
