@@ -39,13 +39,13 @@ struct Uniformity {
 /// The same, texel by texel, for heat maps: one channel, rows from the top, width and height of the
 /// match. -1 where there is no value (not covered, missed, never visible), but for `stretch`.
 struct AssessmentFields {
-  Image object_space;            ///< World units: the mean over the rays that show the texel
-  Image image_space;             ///< World units: the same
-  Image normalised_image_space;  ///< 0 to 1: the same
-  Image uniformity;              ///< %: the mean over the texel's neighbours
-  Image match_distance;          ///< World units
-  Image
-      stretch;  ///< log2 of the high poly's area over the low poly's; -64 where there is no value, -63 where cells
+  Image object_space = {};            ///< World units: the mean over the rays that show the texel
+  Image image_space = {};             ///< World units: the same
+  Image normalised_image_space = {};  ///< 0 to 1: the same
+  Image uniformity = {};              ///< %: the mean over the texel's neighbours
+  Image match_distance = {};          ///< World units
+  Image stretch =
+      {};  ///< log2 of the high poly's area over the low poly's; -64 where there is no value, -63 where cells
   ///< are folded over
 };
 
@@ -53,9 +53,9 @@ struct AssessmentFields {
 struct AssessOptions {
   /// Test directions, 12 to 4096, spread evenly; none is one of `avoid`.
   std::uint32_t directions = 512;
-  std::vector<Vec3> avoid;  ///< Directions that the match was made from, unit
-  bool fields = false;      ///< Fill MatchAssessment::fields
-  Progress progress;        ///< Called between directions; may cancel. See Progress
+  std::vector<Vec3> avoid = {};  ///< Directions that the match was made from, unit
+  bool fields = false;           ///< Fill MatchAssessment::fields
+  Progress progress = {};        ///< Called between directions; may cancel. See Progress
 };
 
 /// Quality of a correspondence F from the low poly to the high poly, without looking at any map:
@@ -74,38 +74,38 @@ struct MatchAssessment {
 
   /// Section 4.1: from F(p) to where the same ray first meets the high poly, if it meets a front
   /// face there. World units.
-  RayMeasure object_space;
+  RayMeasure object_space = {};
   /// Section 4.2: the distance from F(p) to the ray, world units.
-  RayMeasure image_space;
+  RayMeasure image_space = {};
   /// Section 4.2.1: the same over |p - F(p)|, 0 to 1. Where F(p) is p, to a millionth of the diagonal,
   /// there is none.
-  RayMeasure normalised_image_space;
+  RayMeasure normalised_image_space = {};
   /// Section 4.3: over neighbours, above, below and beside each other, of one chart.
-  Uniformity uniformity;
+  Uniformity uniformity = {};
   /// The same over texels that are neighbours on the surface, across a seam of the layout. Pairs nearer
   /// than half a texel are left out: their steps say nothing.
-  Uniformity uniformity_across_seams;
+  Uniformity uniformity_across_seams = {};
 
   // Kiln's own measures.
 
   /// |F(p) - p| over the low poly.
-  Distribution match_distance;
+  Distribution match_distance = {};
   /// Each place's mean of image_space, over the low poly: here what is seen from few directions
   /// counts as much as what is seen from many.
-  Distribution image_space_by_place;
+  Distribution image_space_by_place = {};
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
   /// Evenness with which F samples the high poly: log2 of its area over the low poly's area. A cell lies
   /// between a texel and its neighbours to the right and below, in the same chart.
-  Distribution stretch;     ///< Distribution of |log2 - mean log2|: 0 is perfectly even
-  double mean_stretch = 0;  ///< Mean log2
-  std::uint64_t cells = 0;  ///< Cells that were rated
-  double folded = 0;        ///< Share of cells whose corners F puts in the opposite order
-  double largest_jump = 0;  ///< Between matches of neighbouring texels, world units
-  double largest_step = 0;  ///< Between neighbouring texels themselves, to compare with
+  Distribution stretch = {};  ///< Distribution of |log2 - mean log2|: 0 is perfectly even
+  double mean_stretch = 0;    ///< Mean log2
+  std::uint64_t cells = 0;    ///< Cells that were rated
+  double folded = 0;          ///< Share of cells whose corners F puts in the opposite order
+  double largest_jump = 0;    ///< Between matches of neighbouring texels, world units
+  double largest_step = 0;    ///< Between neighbouring texels themselves, to compare with
 
   std::uint32_t directions = 0;  ///< Test directions, as used
-  AssessmentFields fields;       ///< Set where AssessOptions::fields asks for them
+  AssessmentFields fields = {};  ///< Set where AssessOptions::fields asks for them
   double seconds = 0;            ///< Seconds that the rating took
 };
 

@@ -26,25 +26,26 @@ struct AssetNode {
   /// The parent of a root.
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  std::string name;              ///< As the file has it; need not be unique
+  std::string name = {};         ///< As the file has it; need not be unique
   std::uint32_t parent = kNone;  ///< Index into Asset::nodes, below the node's own; kNone: a root
   std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0,
                                    0, 0, 1, 0, 0, 0, 0, 1};  ///< To the parent, column-major
-  std::string extras;            ///< JSON of glTF's `extras`; empty: none
+  std::string extras = {};       ///< JSON of glTF's `extras`; empty: none
   std::string mesh_extras = {};  ///< ... of its mesh
 };
 
 /// A mesh with its materials and the hierarchy it came from: what a glTF or FBX holds. The mesh has all nodes'
 /// instances in world space, an object each (Mesh::objects) and its materials by name (Mesh::materials).
 struct Asset {
-  Mesh mesh;                        ///< In world space
-  std::vector<Material> materials;  ///< One for each of Mesh::material_names, in order
-  std::vector<AssetNode> nodes;     ///< Parents before children; empty: a format without hierarchy
-  std::vector<std::uint32_t>
-      object_nodes;       ///< Per object of the mesh, index into nodes; empty with `nodes`
-  std::string extras;     ///< JSON of glTF's `asset.extras`; empty: none
-  std::string copyright;  ///< glTF's `asset.copyright`
-  std::string scene;      ///< JSON of the glTF scene that was read; empty: none, or several
+  Mesh mesh = {};                        ///< In world space
+  std::vector<Material> materials = {};  ///< One for each of Mesh::material_names, in order
+  std::vector<AssetNode> nodes =
+      {};  ///< Parents before children; empty: a format without hierarchy
+  std::vector<std::uint32_t> object_nodes =
+      {};                      ///< Per object of the mesh, index into nodes; empty with `nodes`
+  std::string extras = {};     ///< JSON of glTF's `asset.extras`; empty: none
+  std::string copyright = {};  ///< glTF's `asset.copyright`
+  std::string scene = {};      ///< JSON of the glTF scene that was read; empty: none, or several
 };
 
 /// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb, .vrm; .gltf with its buffers beside it or in it). Of all
@@ -90,8 +91,8 @@ struct AssetMaps {
   const Image* color = nullptr;      ///< Three channels
   const Image* emission = nullptr;   ///< Three channels
   float emission_strength = 1;       ///< Linear light that 1 in `emission` stands for; at least 0
-  std::span<const std::uint8_t>
-      coverage;  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
+  std::span<const std::uint8_t> coverage =
+      {};  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
 };
 
 /// The place of a map in a material, by its name; null: it has none. Any thread may call it.
@@ -110,29 +111,30 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
 
 /// Error of a map as the asset's picture stores it: see stored_error().
 struct AssetError {
-  std::string_view map;    ///< "normal", "ao", "color"...: as maps() and transfers have it
-  bool is_normal = false;  ///< Degrees; else steps of 1/255
-  StoredError error;       ///< Error over the baked texels
+  std::string_view map = {};  ///< "normal", "ao", "color"...: as maps() and transfers have it
+  bool is_normal = false;     ///< Degrees; else steps of 1/255
+  StoredError error = {};     ///< Error over the baked texels
 };
 
 /// The same as pictures that glTF has, 8 bits. Made by encode_maps(). Each says by its first bytes what it is: PNG, WebP
 /// or JPEG.
 struct AssetPictures {
-  std::vector<AssetError> errors;  ///< Each map's error, where its texels are baked
+  std::vector<AssetError> errors = {};  ///< Each map's error, where its texels are baked
   /// PNGs beside WebPs, for programs that do not read these: EncodeMapsOptions::fallback. As the members below.
-  std::shared_ptr<const AssetPictures> fallback;
+  std::shared_ptr<const AssetPictures> fallback = {};
   std::uint32_t normal_quality =
-      0;                         ///< That EncodeMapsOptions::max_normal_error came to; 0: lossless
-  std::vector<std::byte> color;  ///< Base colour, with opacity as its alpha; empty, as all: none
-  std::vector<std::byte> surface;   ///< Occlusion, roughness and metalness: R, G, B
-  std::vector<std::byte> normal;    ///< In tangent space
-  std::vector<std::byte> emission;  ///< sRGB
-  bool has_color = false;           ///< Else `color` is white
-  bool has_opacity = false;         ///< `color` has an alpha channel
-  bool has_occlusion = false;       ///< Else it is 1 in `surface`
-  bool has_surface = false;         ///< Roughness, or metalness, is in `surface`
-  bool has_metallic = false;        ///< Else it is 0
-  float emission_strength = 1;      ///< As in AssetMaps
+      0;  ///< That EncodeMapsOptions::max_normal_error came to; 0: lossless
+  std::vector<std::byte> color =
+      {};  ///< Base colour, with opacity as its alpha; empty, as all: none
+  std::vector<std::byte> surface = {};   ///< Occlusion, roughness and metalness: R, G, B
+  std::vector<std::byte> normal = {};    ///< In tangent space
+  std::vector<std::byte> emission = {};  ///< sRGB
+  bool has_color = false;                ///< Else `color` is white
+  bool has_opacity = false;              ///< `color` has an alpha channel
+  bool has_occlusion = false;            ///< Else it is 1 in `surface`
+  bool has_surface = false;              ///< Roughness, or metalness, is in `surface`
+  bool has_metallic = false;             ///< Else it is 0
+  float emission_strength = 1;           ///< As in AssetMaps
 };
 
 /// Formats of a glTF's pictures.
@@ -178,14 +180,14 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format);
 
 /// A material of a file that is written.
 struct AssetMaterial {
-  std::string name;  ///< Need not be unique
-  std::shared_ptr<const AssetPictures>
-      pictures;                            ///< Null: none. What several share is in the file once
+  std::string name = {};  ///< Need not be unique
+  std::shared_ptr<const AssetPictures> pictures =
+      {};                                  ///< Null: none. What several share is in the file once
   AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied where its pictures have opacity; else opaque
   float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
   bool double_sided = false;               ///< Back faces are shown, too
-  std::string set;                         ///< Beginning of its pictures' names; may be empty
-  std::string extras;                      ///< JSON: glTF's `extras`; empty: none
+  std::string set = {};                    ///< Beginning of its pictures' names; may be empty
+  std::string extras = {};                 ///< JSON: glTF's `extras`; empty: none
 };
 
 /// How the triangles of a glTF are packed.
@@ -202,17 +204,17 @@ enum class MeshCompression {
 
 /// Settings of save_asset(), and content beside a mesh and its materials.
 struct SaveAssetOptions {
-  std::vector<AssetNode> nodes;  ///< As Asset::nodes; empty: a node an object
-  std::vector<std::uint32_t>
-      object_nodes;  ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
+  std::vector<AssetNode> nodes = {};  ///< As Asset::nodes; empty: a node an object
+  std::vector<std::uint32_t> object_nodes =
+      {};  ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
   /// Collision hulls beside the mesh: written as they are, without UVs, materials and colours; null: none. Not kept.
   const Mesh* hulls = nullptr;
-  std::vector<std::uint32_t> hull_nodes;  ///< As object_nodes, of the hulls' objects
-  double metres = 0;        ///< A unit of the mesh, which becomes the root's scale; 0: 1
-  std::string extras;       ///< JSON: `asset.extras`, an object; empty: none
-  std::string copyright;    ///< `asset.copyright`; empty: none
-  std::string scene;        ///< As Asset::scene, whose name and extras are written
-  std::string kiln_extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
+  std::vector<std::uint32_t> hull_nodes = {};  ///< As object_nodes, of the hulls' objects
+  double metres = 0;             ///< A unit of the mesh, which becomes the root's scale; 0: 1
+  std::string extras = {};       ///< JSON: `asset.extras`, an object; empty: none
+  std::string copyright = {};    ///< `asset.copyright`; empty: none
+  std::string scene = {};        ///< As Asset::scene, whose name and extras are written
+  std::string kiln_extras = {};  ///< JSON: becomes `asset.extras.kiln`; empty: none
   MeshCompression compression = MeshCompression::none;  ///< Of all meshes
 };
 
@@ -247,8 +249,8 @@ struct SaveGlbOptions {
   AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied where there is AssetMaps::opacity
   float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
   bool double_sided = false;               ///< Back faces are shown, too
-  double metres = 0;   ///< A unit of the mesh, which becomes the root's scale; 0: 1
-  std::string extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
+  double metres = 0;        ///< A unit of the mesh, which becomes the root's scale; 0: 1
+  std::string extras = {};  ///< JSON: becomes `asset.extras.kiln`; empty: none
 };
 
 /// save_asset() of one material, named as the mesh, and without a hierarchy.

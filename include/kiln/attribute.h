@@ -40,8 +40,8 @@ struct AttributeOptions {
 
 /// A map of the caller's own values.
 struct BakedAttribute {
-  Image image;                         ///< As they are: no encoding. 0 where empty or missed
-  std::vector<std::uint8_t> coverage;  ///< Per texel: values of TexelState
+  Image image = {};                         ///< As they are: no encoding. 0 where empty or missed
+  std::vector<std::uint8_t> coverage = {};  ///< Per texel: values of TexelState
 };
 
 /// Resolves the caller's own values at the high poly's vertices to texels: what bake() does for its maps.

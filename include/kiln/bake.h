@@ -144,43 +144,45 @@ struct BakeReport {
   std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
   double max_distance = 0;          ///< As used, world units
   double mean_abs_distance = 0;     ///< Mean |distance| of the samples that hit, world units
-  std::optional<ViewReport> views;  ///< Set where matched by views
-  std::optional<TransitionReport>
-      transitions;  ///< Set where a fallback was asked for; before blending
-  std::optional<TransitionReport> transitions_blended;  ///< After, where blending was asked for
+  std::optional<ViewReport> views = {};  ///< Set where matched by views
+  std::optional<TransitionReport> transitions =
+      {};  ///< Set where a fallback was asked for; before blending
+  std::optional<TransitionReport> transitions_blended =
+      {};  ///< After, where blending was asked for
   std::uint64_t blended_texels =
       0;  ///< Texels of the method that took some of the fallback's normals
-  std::optional<VisibilityReport> visibility;  ///< Set where matched by visibility
-  std::optional<UvReport> uv;                  ///< Set where matched by UVs
-  EdgeReport edges;                          ///< Set where rays turn at hard edges; else 0 of them
-  std::optional<CageReport> cage_mesh;       ///< Set where rays start from a mesh
-  std::optional<HighCoverageReport> recall;  ///< Set where it was asked for and can be told
-  double curvature_radius = 0;  ///< As used, world units; 0 where curvature was not baked
-  std::vector<IdEntry> ids;     ///< The legend of the map id, where it was baked
-  std::optional<OcclusionReport>
-      occlusion;                 ///< Set where ao or bent_normal was baked; of variants: BakedMap
-  double seconds_recall = 0;     ///< Telling it
-  double seconds_build = 0;      ///< Structures of the source, made for this bake
-  double seconds_texels = 0;     ///< Samples of the low poly
-  double seconds_match = 0;      ///< The match and its fallbacks
-  double seconds_detail = 0;     ///< Reading of the maps' values
-  double seconds_image = 0;      ///< Padding and encoding
-  double seconds_mips = 0;       ///< Charts, levels, their gutters and encoding
-  std::vector<MapError> errors;  ///< Set where ReportOptions::errors asks for them
-  double seconds_errors = 0;     ///< The finer evaluation
+  std::optional<VisibilityReport> visibility = {};  ///< Set where matched by visibility
+  std::optional<UvReport> uv = {};                  ///< Set where matched by UVs
+  EdgeReport edges = {};                     ///< Set where rays turn at hard edges; else 0 of them
+  std::optional<CageReport> cage_mesh = {};  ///< Set where rays start from a mesh
+  std::optional<HighCoverageReport> recall = {};  ///< Set where it was asked for and can be told
+  double curvature_radius = 0;    ///< As used, world units; 0 where curvature was not baked
+  std::vector<IdEntry> ids = {};  ///< The legend of the map id, where it was baked
+  std::optional<OcclusionReport> occlusion =
+      {};                     ///< Set where ao or bent_normal was baked; of variants: BakedMap
+  double seconds_recall = 0;  ///< Telling it
+  double seconds_build = 0;   ///< Structures of the source, made for this bake
+  double seconds_texels = 0;  ///< Samples of the low poly
+  double seconds_match = 0;   ///< The match and its fallbacks
+  double seconds_detail = 0;  ///< Reading of the maps' values
+  double seconds_image = 0;   ///< Padding and encoding
+  double seconds_mips = 0;    ///< Charts, levels, their gutters and encoding
+  std::vector<MapError> errors = {};    ///< Set where ReportOptions::errors asks for them
+  double seconds_errors = 0;            ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;  ///< The most memory on the device at once
-  std::vector<Warning> warnings;        ///< Warnings of all steps
+  std::vector<Warning> warnings = {};   ///< Warnings of all steps
 };
 
 /// The maps of a bake, and what there is to say of them.
 struct BakeResult {
-  std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, for each cluster
-  std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
-  std::optional<Match> match;          ///< Set where ReportOptions::keep_match asks for it
-  std::vector<VertexCoverage>
-      recalled;  ///< Per vertex of the high poly, where vertex_coverage asks for it
-  std::optional<VisibilityClusters> clusters;  ///< Set where more than one was asked for
-  BakeReport report;  ///< With several clusters of the first one, but for what all have in common
+  std::vector<BakedMap> maps = {};          ///< In the order of BakeOptions::maps, for each cluster
+  std::vector<std::uint8_t> coverage = {};  ///< Per texel, rows from the top: values of TexelState
+  std::optional<Match> match = {};          ///< Set where ReportOptions::keep_match asks for it
+  std::vector<VertexCoverage> recalled =
+      {};  ///< Per vertex of the high poly, where vertex_coverage asks for it
+  std::optional<VisibilityClusters> clusters = {};  ///< Set where more than one was asked for
+  BakeReport report =
+      {};  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
 
   /// A map by its name. \param cluster  as BakedMap::cluster. \returns null where it was not asked for; good
@@ -210,8 +212,8 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
 
 /// A correspondence, and what there is to say of it.
 struct MatchResult {
-  Match match;             ///< Empty where cancelled
-  BakeReport report;       ///< Without what concerns maps
+  Match match = {};        ///< Empty where cancelled
+  BakeReport report = {};  ///< Without what concerns maps
   bool cancelled = false;  ///< The progress callback said stop
 };
 

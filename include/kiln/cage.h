@@ -16,13 +16,13 @@ namespace KILN_PUBLIC kiln {
 struct FoundCage {
   /// Two shells of the low poly's triangles (CageKind::shells): group "outer" first, then "inner". For
   /// MatchOptions::cage_mesh; save_obj() and load_mesh() give it back to the bit.
-  Mesh mesh;
+  Mesh mesh = {};
   std::uint64_t samples = 0;  ///< Places of the low poly that were looked at
   /// Places among these over which the outer shell cannot stay below the next face: needs elsewhere
   /// on their triangles come first. Mostly they lie where parts touch, and nobody sees them.
   std::uint64_t conflicts = 0;
-  std::vector<Warning>
-      warnings;  ///< `cage-flat`: vertices that stay, since both sides of a card share them
+  std::vector<Warning> warnings =
+      {};  ///< `cage-flat`: vertices that stay, since both sides of a card share them
 };
 
 /// Finds a cage: per vertex, how far out rays start and how far in they end.

@@ -64,7 +64,7 @@ struct ContourReport {
   double seconds_hermite = 0;       ///< Crossings of edges and their normals
   double seconds_vertices = 0;      ///< Vertices by quadric error functions
   double seconds_quads = 0;         ///< Polygons around crossed edges
-  std::vector<Warning> warnings;    ///< All steps together
+  std::vector<Warning> warnings = {};  ///< All steps together
 };
 
 /// The full-resolution contour of a volume: dual contouring (Ju, Losasso, Schaefer, Warren 2002, "Dual
@@ -144,8 +144,8 @@ struct ExtractUsed {
 
 /// Report of an extraction.
 struct ExtractReport {
-  ContourReport contour;        ///< Report of the full-resolution surface
-  ExtractUsed used;             ///< The options as given or as chosen
+  ContourReport contour = {};   ///< Report of the full-resolution surface
+  ExtractUsed used = {};        ///< The options as given or as chosen
   std::uint64_t clusters = 0;   ///< Inner nodes of the tree of vertices
   std::uint64_t faces = 0;      ///< Triangles of the low poly
   std::uint64_t quads = 0;      ///< Polygons it was made of: quads, and triangles where cells of
@@ -162,19 +162,19 @@ struct ExtractReport {
   std::uint64_t charts = 0;        ///< Charts of the layout: by pairs, one for each polygon
   double texels_per_cell = 0;      ///< Side of a cell in texels of the map
   double coverage = 0;             ///< Share of the map that triangles cover, 0 to 1
-  std::uint64_t splatted_texels = 0;  ///< That fine vertices fell into; others are filled
-  double seconds_simplify = 0;        ///< Tree of vertices and choice among them
-  double seconds_atlas = 0;           ///< Layout of the charts
-  double seconds_map = 0;             ///< Splatting, filling and encoding of normals
-  double seconds_total = 0;           ///< All steps together
-  std::vector<Warning> warnings;      ///< All steps together
+  std::uint64_t splatted_texels = 0;   ///< That fine vertices fell into; others are filled
+  double seconds_simplify = 0;         ///< Tree of vertices and choice among them
+  double seconds_atlas = 0;            ///< Layout of the charts
+  double seconds_map = 0;              ///< Splatting, filling and encoding of normals
+  double seconds_total = 0;            ///< All steps together
+  std::vector<Warning> warnings = {};  ///< All steps together
 };
 
 /// A low poly with its normal map.
 struct ExtractResult {
-  Mesh mesh;             ///< The low poly, with UVs and smooth normals
-  Image normal_map;      ///< 3 channels; outside the charts (1/2, 1/2, 1)
-  ExtractReport report;  ///< Report of the extraction
+  Mesh mesh = {};             ///< The low poly, with UVs and smooth normals
+  Image normal_map = {};      ///< 3 channels; outside the charts (1/2, 1/2, 1)
+  ExtractReport report = {};  ///< Report of the extraction
 };
 
 /// Texels a cell from which on extract() warns ("map-too-fine").

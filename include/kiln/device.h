@@ -19,11 +19,11 @@ struct KILN_OPAQUE DeviceAccess;
 /// Properties of an OpenCL device that matter to a bake, as its driver gives them.
 struct DeviceInfo {
   int index = 0;                           ///< Position in list_devices()
-  std::string name;                        ///< As the driver gives it
-  std::string platform;                    ///< Name of the OpenCL platform
-  std::string vendor;                      ///< Vendor of the device
-  std::string driver;                      ///< Driver's version
-  std::string opencl_version;              ///< OpenCL version of the device, as its driver gives it
+  std::string name = {};                   ///< As the driver gives it
+  std::string platform = {};               ///< Name of the OpenCL platform
+  std::string vendor = {};                 ///< Vendor of the device
+  std::string driver = {};                 ///< Driver's version
+  std::string opencl_version = {};         ///< OpenCL version of the device, as its driver gives it
   bool is_gpu = false;                     ///< Its type is CL_DEVICE_TYPE_GPU
   std::uint32_t compute_units = 0;         ///< Cores, or what the driver counts as one
   std::uint64_t memory_bytes = 0;          ///< Global memory

@@ -26,10 +26,10 @@ struct HeightFieldOptions {
 
 /// Heights as a file holds them, and what it says of them.
 struct Heights {
-  Image image;         ///< The first channel counts
+  Image image = {};    ///< The first channel counts
   double largest = 1;  ///< What a value of 1 stands for in the file: of a PNG of 16 bits 65535
-  std::optional<double>
-      no_data;  ///< The file's own number for pixels without a height (GDAL_NODATA)
+  std::optional<double> no_data =
+      {};  ///< The file's own number for pixels without a height (GDAL_NODATA)
   std::array<double, 2>
       spacing{};  ///< From column to column and row to row, in the heights' unit; 0: not said
 };
@@ -44,10 +44,10 @@ Heights load_heights(const std::filesystem::path& path, std::vector<Warning>* wa
 /// Report of mark_no_data().
 struct NoData {
   std::uint64_t pixels = 0;  ///< Pixels without a height, NaN among them
-  std::vector<double>
-      values;  ///< Numbers that stood there, as the file holds them; NaN and infinite ones are none
-  std::optional<double>
-      doubtful;  ///< A number farther from all others than these from each other: perhaps none
+  std::vector<double> values =
+      {};  ///< Numbers that stood there, as the file holds them; NaN and infinite ones are none
+  std::optional<double> doubtful =
+      {};  ///< A number farther from all others than these from each other: perhaps none
 };
 
 /// Makes pixels without a height NaN: those that are not finite, that hold `value`, or the file's own number; or, where

@@ -47,8 +47,8 @@ struct LayoutRating {
   double used = 0;           ///< Their share of the unit square, 0 to 1
   double overlap =
       0;  ///< Share of them that several triangles cover, 0 to 1. Copies (UvCopies) are none
-  double seconds = 0;             ///< That the rating took
-  std::vector<Warning> warnings;  ///< "uv-outside" and the like, as of bake()
+  double seconds = 0;                  ///< That the rating took
+  std::vector<Warning> warnings = {};  ///< "uv-outside" and the like, as of bake()
 };
 
 /// Rates a mesh's UVs for maps of this size. The figures of stretch, uniformity, charts and seams hardly depend on

@@ -34,7 +34,7 @@ struct OwnMap {
 
 /// Which detail a map holds: the name of a map, so that maps can be added without a change here.
 struct MapKind {
-  std::string_view name;  ///< As in `--maps` and file names; lives as long as the program
+  std::string_view name = {};  ///< As in `--maps` and file names; lives as long as the program
   constexpr MapKind() = default;
   /// The map of a name, such as {"ao"}. It is copied, once a name, and kept as long as the program.
   constexpr MapKind(const char* text)
@@ -123,8 +123,8 @@ enum class IdBy {
 /// Another map of a kind, with settings of its own: a second ao of what is near beside the first. What is not given is
 /// as BakeOptions says for all maps.
 struct MapVariant {
-  std::string name;   ///< Name of this map alone: a letter, then letters, digits and _
-  MapKind kind = {};  ///< One of maps(), whose values it holds
+  std::string name = {};  ///< Name of this map alone: a letter, then letters, digits and _
+  MapKind kind = {};      ///< One of maps(), whose values it holds
   std::optional<OcclusionOptions> occlusion =
       {};                                       ///< In place of BakeOptions::occlusion, all of it
   std::optional<Length> curvature_radius = {};  ///< In place of BakeOptions::curvature_radius
@@ -134,7 +134,7 @@ struct MapVariant {
 
 /// One colour of the map id.
 struct IdEntry {
-  std::string name;              ///< Name of the material, group or object; "part 0" and so on
+  std::string name = {};         ///< Name of the material, group or object; "part 0" and so on
   std::array<float, 3> color{};  ///< As the map holds it
   std::uint64_t triangles = 0;   ///< Triangles of the high poly
 };
@@ -158,7 +158,7 @@ struct MapBound {
 /// reads the map (bilinear); the high poly's own value has 4096 rays and the finest footprint.
 struct MapReached {
   MapKind kind = {};                                ///< The map
-  std::string_view unit;                            ///< Unit of both errors: "degrees", "ΔE"...
+  std::string_view unit = {};                       ///< Unit of both errors: "degrees", "ΔE"...
   double wanted = 0;                                ///< MapBound::max_error
   double error = 0;                                 ///< Root mean square
   std::uint32_t points = 0;                         ///< Compared
@@ -168,13 +168,13 @@ struct MapReached {
 /// Error of a map against an independent, finer evaluation at some of its texels (ReportOptions::errors).
 struct MapError {
   MapKind kind = MapKind::normal;  ///< The map
-  std::string_view unit;     ///< Unit of the figures: "degrees", "world units", "1/255", "ΔE"...
-  double rms = 0;            ///< Root of the mean square
-  double mean = 0;           ///< Mean of the magnitudes
-  double p95 = 0;            ///< 95% of the texels are not above
-  double max = 0;            ///< The greatest
-  std::uint32_t texels = 0;  ///< Compared, spread evenly over the baked texels
-  std::string_view against;  ///< The finer evaluation, in words
+  std::string_view unit = {};  ///< Unit of the figures: "degrees", "world units", "1/255", "ΔE"...
+  double rms = 0;              ///< Root of the mean square
+  double mean = 0;             ///< Mean of the magnitudes
+  double p95 = 0;              ///< 95% of the texels are not above
+  double max = 0;              ///< The greatest
+  std::uint32_t texels = 0;    ///< Compared, spread evenly over the baked texels
+  std::string_view against = {};  ///< The finer evaluation, in words
 };
 
 /// Value of a sample for which no point of the high poly was found.
@@ -215,7 +215,7 @@ struct MapInfo {
   MapKind kind = {};                    ///< Its name, for BakeOptions::maps and for file names
   std::uint32_t channels = 3;           ///< 1 to 4
   MapType type = MapType::unit_vector;  ///< Meaning of its values
-  std::string_view holds;               ///< In words, with the unit
+  std::string_view holds = {};          ///< In words, with the unit
   /// Value that integer formats put at 0. Both 0: they depend on the high poly and the options; see
   /// BakedMap::ranges.
   float low = 0;
@@ -245,13 +245,13 @@ struct MapRange {
 /// One map of a bake.
 struct BakedMap {
   MapKind kind = MapKind::normal;  ///< Kind of the map
-  Image image;                     ///< The map, padded and encoded
+  Image image = {};                ///< The map, padded and encoded
   /// With EncodingOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel
   /// holds the mean over the covered texels of level 0 under it, made unit. Of `color` beside `opacity` they count by
   /// their opacity. Only the chart that
   /// covers most of it counts. Encoded like the image. The gutter has the image's width in UV
   /// units, but 2 texels at least (none where it has none).
-  std::vector<Image> mips;
+  std::vector<Image> mips = {};
   std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
   MapInfo info = {};          ///< Facts of the map, also where it is not one of maps()
   /// Maps of places, which obey EncodingOptions::origin: they are measured from here. See EncodingOptions::origin.

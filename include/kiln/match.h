@@ -42,11 +42,11 @@ struct Match {
   std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
   std::uint64_t source_hash = 0;  ///< Hash of the high poly's triangles and positions; 0: not known
   std::uint64_t low_hash = 0;     ///< Hash of the low poly's triangles, positions and UVs
-  std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
-  std::vector<float> u;                 ///< Weight of the triangle's corner 1
-  std::vector<float> v;                 ///< Weight of the triangle's corner 2
-  std::vector<float> distance;          ///< World units, outward positive
-  std::vector<std::uint8_t> status;     ///< Values of SampleStatus
+  std::vector<std::uint32_t> triangle = {};  ///< Source triangle, 0xFFFFFFFF: none
+  std::vector<float> u = {};                 ///< Weight of the triangle's corner 1
+  std::vector<float> v = {};                 ///< Weight of the triangle's corner 2
+  std::vector<float> distance = {};          ///< World units, outward positive
+  std::vector<std::uint8_t> status = {};     ///< Values of SampleStatus
 
   /// The status of a sample; \param i below width * height.
   SampleStatus status_of(std::size_t i) const { return static_cast<SampleStatus>(status[i]); }
@@ -138,8 +138,9 @@ enum class PartsBy {
 
 /// A pair of a list. Names are patterns, in which `*` is any text.
 struct PartPair {
-  std::string low;                ///< Pattern of names of the low poly's groups
-  std::vector<std::string> high;  ///< Patterns of names of the high poly's groups: any of these
+  std::string low = {};  ///< Pattern of names of the low poly's groups
+  std::vector<std::string> high =
+      {};  ///< Patterns of names of the high poly's groups: any of these
 };
 
 /// Which parts of two meshes belong together, by their names. A pattern is text with `*` for any
@@ -159,13 +160,13 @@ struct PartNames {
 /// Pairs of parts: samples on a part of the low poly find points of its part of the high poly alone.
 struct Parts {
   std::uint32_t count = 0;  ///< Parts are 0 to count - 1
-  std::vector<std::string>
-      names;  ///< Name of each part; the last one may be "": all that has no pair
-  std::vector<std::uint32_t> low;   ///< Part of each triangle of the low poly
-  std::vector<std::uint32_t> high;  ///< Part of each triangle of the high poly
+  std::vector<std::string> names =
+      {};  ///< Name of each part; the last one may be "": all that has no pair
+  std::vector<std::uint32_t> low = {};   ///< Part of each triangle of the low poly
+  std::vector<std::uint32_t> high = {};  ///< Part of each triangle of the high poly
   /// unmatched-parts: groups without a pair, and the nearest name; by PartsBy::name also the patterns by which
   /// most would have one
-  std::vector<Warning> warnings;
+  std::vector<Warning> warnings = {};
 };
 
 /// Pairs the parts of two meshes. By PartsBy::name `X_low` takes `X_high`, `X_high.001` and `X_high_...`, or
@@ -180,7 +181,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names = {})
 /// A match: a way to find the point of the high poly that a sample stands for. Its name alone, so that
 /// matches can be added without a change here.
 struct MatchMethod {
-  std::string_view name;  ///< As in `--match`; lives as long as the program
+  std::string_view name = {};  ///< As in `--match`; lives as long as the program
   constexpr MatchMethod() = default;
   /// The match of a name, such as {"ray"}. It is copied, once a name, and kept as long as the program.
   constexpr MatchMethod(const char* text)
@@ -346,10 +347,10 @@ struct VisibilityClusters {
   std::uint32_t height = 0;  ///< Side of the field, texels
   std::uint32_t count = 0;   ///< Maps
   /// Number of clusters of each texel; 0: not covered. 1: all maps are alike
-  std::vector<std::uint8_t> number;
+  std::vector<std::uint8_t> number = {};
   /// [width * height * count] of each texel's clusters, unit, from the mesh to the viewer; those beyond its
   /// number are as the first
-  std::vector<Vec3> directions;
+  std::vector<Vec3> directions = {};
 };
 
 /// Writes a float EXR with channels `count` (unsigned int: the number) and, for each map k from 0,
@@ -359,9 +360,9 @@ void save_clusters(const VisibilityClusters& clusters, const std::filesystem::pa
 
 /// Report of a match by depth views.
 struct ViewReport {
-  std::vector<Vec3> directions;  ///< Directions of the views, in order
-  std::vector<double>
-      coverage;  ///< For views chosen automatically: share of probed samples seen after each
+  std::vector<Vec3> directions = {};  ///< Directions of the views, in order
+  std::vector<double> coverage =
+      {};  ///< For views chosen automatically: share of probed samples seen after each
   std::uint32_t size = 0;     ///< Pixels a side
   double pixel = 0;           ///< Side of a pixel, world units
   double undersampled = 0;    ///< Share of the high poly with triangles smaller than a pixel
@@ -395,7 +396,8 @@ struct UvReport {
     std::uint32_t column = 0;  ///< Column of the texel
     std::uint32_t row = 0;     ///< Row of the texel, from the top
   };
-  Overlap overlap;  ///< An example, where `overlapping` is above 0: the first by rows, then columns
+  Overlap overlap =
+      {};  ///< An example, where `overlapping` is above 0: the first by rows, then columns
   std::uint64_t outside = 0;       ///< Triangles of the high poly that reach out of the unit square
   std::uint64_t without_area = 0;  ///< Without area in UV space, or not finite: they cover nothing
   double mean_distance = 0;        ///< Between the two surfaces at the same UV, world units
@@ -404,8 +406,8 @@ struct UvReport {
 
 /// A way to match that bake() knows.
 struct MatchInfo {
-  MatchMethod method;         ///< Its name, for MatchOptions::method
-  std::string_view searches;  ///< Its search, in words
+  MatchMethod method = {};         ///< Its name, for MatchOptions::method
+  std::string_view searches = {};  ///< Its search, in words
   /// Options that it obeys and not every match does: their paths in BakeOptions, separated by blanks. "match.ray" stands for
   /// all that begin with "match.ray.". Those of "match.uv" need UVs of the high poly.
   std::string_view options = {};

@@ -24,9 +24,9 @@ enum class MaterialNumber {
 
 /// A picture that a material names, and how it lies on the surface.
 struct MaterialPicture {
-  std::filesystem::path file;  ///< Path; of an embedded picture, its name in messages
+  std::filesystem::path file = {};  ///< Path; of an embedded picture, its name in messages
   /// The bytes of a picture that the mesh's file embeds, PNG, JPEG and so on; null: they are in `file`.
-  std::shared_ptr<const std::vector<std::byte>> bytes;
+  std::shared_ptr<const std::vector<std::byte>> bytes = {};
   /// The channel that counts where the slot is a number (opacity, roughness, metalness, occlusion), 0 to 3;
   /// -1: the slot's usual one, which is the first, of opacity the alpha of a colour.
   int channel = -1;
@@ -51,7 +51,7 @@ enum class AlphaMode {
 /// A material as an MTL file, a glTF or an FBX describes it. Pictures are empty where it names none. Numbers are
 /// multiplied with the pictures where the format says so (glTF); MTL's numbers stand where there is no picture.
 struct Material {
-  std::string name;                     ///< As Mesh::material_names has it
+  std::string name = {};                ///< As Mesh::material_names has it
   std::array<float, 3> color{1, 1, 1};  ///< `Kd`, linear light
   float opacity = 1;                    ///< `d`, or 1 - `Tr`; of `Tr 1` alone 1
   float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), as Blender writes it
@@ -63,21 +63,23 @@ struct Material {
   float alpha_cutoff = 0.5F;                ///< Threshold of AlphaMode::mask
   bool double_sided = false;                ///< glTF's
   bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
-  bool vertex_opacity = false;    ///< True if vertex colours that it multiplies have alpha
-  bool vertex_color = false;      ///< True if it has the vertices' colours (PLY, without a picture)
-  MaterialPicture color_map;      ///< `map_Kd`; alpha as well where opacity_map is the same picture
-  MaterialPicture opacity_map;    ///< `map_d`
-  MaterialPicture normal_map;     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
-  MaterialPicture roughness_map;  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
-  MaterialPicture metallic_map;   ///< `map_Pm`, or else, in Blender's files, `map_refl`
-  MaterialPicture emission_map;   ///< `map_Ke`
-  MaterialPicture occlusion_map;  ///< glTF's, FBX's
+  bool vertex_opacity = false;  ///< True if vertex colours that it multiplies have alpha
+  bool vertex_color = false;    ///< True if it has the vertices' colours (PLY, without a picture)
+  MaterialPicture color_map =
+      {};  ///< `map_Kd`; alpha as well where opacity_map is the same picture
+  MaterialPicture opacity_map = {};    ///< `map_d`
+  MaterialPicture normal_map = {};     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
+  MaterialPicture roughness_map = {};  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
+  MaterialPicture metallic_map = {};   ///< `map_Pm`, or else, in Blender's files, `map_refl`
+  MaterialPicture emission_map = {};   ///< `map_Ke`
+  MaterialPicture occlusion_map = {};  ///< glTF's, FBX's
   MaterialNumber color_from = MaterialNumber::none;      ///< Origin of `color`
   MaterialNumber roughness_from = MaterialNumber::none;  ///< Origin of `roughness`
   MaterialNumber metallic_from = MaterialNumber::none;   ///< Origin of `metallic`
   MaterialNumber emission_from = MaterialNumber::none;   ///< Origin of `emission`
-  std::string extras;                                    ///< JSON of glTF's `extras`; empty: none
-  std::string place;  ///< File and line of its `newmtl`, or its index; empty: no file describes it
+  std::string extras = {};                               ///< JSON of glTF's `extras`; empty: none
+  std::string place =
+      {};  ///< File and line of its `newmtl`, or its index; empty: no file describes it
 };
 
 /// Which of a material's pictures.

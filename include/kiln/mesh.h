@@ -18,14 +18,14 @@ namespace KILN_PUBLIC kiln {
 /// A corner's tangent: the frame of tangent space is (tangent, sign * cross(normal, tangent), normal). Where
 /// it has no direction, or is not finite, the one of MikkTSpace is taken.
 struct Tangent {
-  Vec3 direction;  ///< Along u, of any length above 0
-  float sign = 1;  ///< 1 or -1: -1 where the UVs are mirrored
+  Vec3 direction = {};  ///< Along u, of any length above 0
+  float sign = 1;       ///< 1 or -1: -1 where the UVs are mirrored
 };
 
 /// UVs of a mesh in another set of its file.
 struct UvSet {
-  std::uint32_t set = 0;  ///< As the file numbers it
-  std::vector<Vec2> uvs;  ///< One for each of Mesh::uvs: triangles share Mesh::uv_triangles
+  std::uint32_t set = 0;       ///< As the file numbers it
+  std::vector<Vec2> uvs = {};  ///< One for each of Mesh::uvs: triangles share Mesh::uv_triangles
   bool operator==(const UvSet&) const = default;
 };
 
@@ -43,37 +43,40 @@ struct UvSet {
 /// A value: copies share nothing. Threads may read one mesh at the same time; nobody may change it while a
 /// function of Kiln reads it. No function keeps a reference, but where it says so.
 struct Mesh {
-  std::string name;                 ///< Stem of the file, or any name; used in messages.
-  std::array<double, 3> origin{};   ///< World position of a vertex = origin + positions[i]. Readers
-                                    ///< set it where single precision would lose detail.
-  std::vector<Vec3> positions;      ///< One per vertex, in the file's units.
-  std::vector<Triangle> triangles;  ///< Indices into positions.
+  std::string name = {};           ///< Stem of the file, or any name; used in messages.
+  std::array<double, 3> origin{};  ///< World position of a vertex = origin + positions[i]. Readers
+                                   ///< set it where single precision would lose detail.
+  std::vector<Vec3> positions = {};      ///< One per vertex, in the file's units.
+  std::vector<Triangle> triangles = {};  ///< Indices into positions.
 
-  std::vector<Vec2> uvs;               ///< Pool of texture coordinates, origin at the lower left.
-  std::vector<Triangle> uv_triangles;  ///< Indices into uvs; empty where there are no UVs.
-  std::vector<Vec3> normals;  ///< Pool of unit normals; zero: none given, computed when needed.
-  std::vector<Triangle> normal_triangles;  ///< Indices into normals; empty: computed when needed.
+  std::vector<Vec2> uvs = {};  ///< Pool of texture coordinates, origin at the lower left.
+  std::vector<Triangle> uv_triangles = {};  ///< Indices into uvs; empty where there are no UVs.
+  std::vector<Vec3> normals =
+      {};  ///< Pool of unit normals; zero: none given, computed when needed.
+  std::vector<Triangle> normal_triangles =
+      {};  ///< Indices into normals; empty: computed when needed.
 
   /// The low poly's own tangents, three a triangle in the order of its corners; empty: MikkTSpace computes
   /// them (what bakers and renderers share, unless an engine has its own). See Tangent.
-  std::vector<Tangent> tangents;
+  std::vector<Tangent> tangents = {};
 
-  std::vector<std::array<std::uint8_t, 4>> colors;  ///< RGBA per vertex, or empty.
-  std::vector<std::uint32_t> groups;        ///< Per triangle, index into group_names, or empty.
-  std::vector<std::string> group_names;     ///< Names that `groups` counts from 0.
-  std::vector<std::uint32_t> objects;       ///< Per triangle, index into object_names, or empty.
-  std::vector<std::string> object_names;    ///< Names that `objects` counts from 0.
-  std::vector<std::uint32_t> materials;     ///< Per triangle, index into material_names, or empty.
-  std::vector<std::string> material_names;  ///< Names that `materials` counts from 0.
-  std::vector<std::string> material_files;  ///< Files of materials, as OBJ names them.
+  std::vector<std::array<std::uint8_t, 4>> colors = {};  ///< RGBA per vertex, or empty.
+  std::vector<std::uint32_t> groups = {};      ///< Per triangle, index into group_names, or empty.
+  std::vector<std::string> group_names = {};   ///< Names that `groups` counts from 0.
+  std::vector<std::uint32_t> objects = {};     ///< Per triangle, index into object_names, or empty.
+  std::vector<std::string> object_names = {};  ///< Names that `objects` counts from 0.
+  std::vector<std::uint32_t> materials =
+      {};  ///< Per triangle, index into material_names, or empty.
+  std::vector<std::string> material_names = {};  ///< Names that `materials` counts from 0.
+  std::vector<std::string> material_files = {};  ///< Files of materials, as OBJ names them.
   /// Per triangle, the polygon that it was cut from: numbers from 0 on, each as often as the polygon has
   /// triangles, in order. Empty: every triangle is a polygon. Computed normals weight the polygons' own
   /// corners and normals, as Blender does.
-  std::vector<std::uint32_t> polygons;
+  std::vector<std::uint32_t> polygons = {};
   double metres = 0;  ///< A unit's: 1 where the file or LoadMeshOptions says its unit; 0: unknown
   std::uint32_t uv_set = 0;  ///< Which of its file's sets of UVs it has
   /// Other sets that pictures of its file's materials lie on (glTF). Of a set that does not fit `uvs` nothing is read.
-  std::vector<UvSet> other_uvs;
+  std::vector<UvSet> other_uvs = {};
 };
 
 /// Which triangles are baked where several have the same UVs, on purpose: mirrored halves, repeated parts. UVs

@@ -50,7 +50,7 @@ class Strided {
 /// attributes, and indices into it. Vertices that are split at seams need no welding; see Mesh. It owns nothing:
 /// the memory must stay until to_mesh() returns.
 struct MeshView {
-  Strided<std::array<float, 3>> positions;  ///< One a vertex
+  Strided<std::array<float, 3>> positions = {};  ///< One a vertex
   /// Three a triangle, counter-clockwise seen from outside; 32 bits each, or
   std::span<const std::uint32_t> indices = {};
   std::span<const std::uint16_t> indices_16 = {};  ///< ... 16. Neither: vertices in their order

@@ -162,7 +162,8 @@ struct ShadingReport {
   /// Share of the area, 0 to 1, where planes of several triangles or of a polygon are shaded as if they were bent: the
   /// normal in the middle of a triangle is more than 20 degrees off its plane's.
   double bent_planes = 0;
-  std::vector<Warning> warnings;  ///< "bent-planes": a tenth of the area or more, with a remedy
+  std::vector<Warning> warnings =
+      {};  ///< "bent-planes": a tenth of the area or more, with a remedy
 };
 
 /// Gives a high poly the normals that all which is baked from it shall see: matches, maps, simplification, pictures.

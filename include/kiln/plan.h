@@ -39,7 +39,7 @@ struct PlanOptions {
   /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
   bool choose_rays = true;
   /// Everything but the method. Its size is the largest that the map may have.
-  BakeOptions bake;
+  BakeOptions bake = {};
 };
 
 /// One bake that was tried and measured.
@@ -47,7 +47,7 @@ struct PlanTrial {
   MatchMethod method = MatchMethod::ray;  ///< That was tried
   std::uint32_t width = 0;                ///< Side of the map, texels
   std::uint32_t height = 0;               ///< Side of the map, texels
-  NormalError error;                      ///< Over kPlanViews pictures of kPlanPixels x kPlanPixels
+  NormalError error = {};                 ///< Over kPlanViews pictures of kPlanPixels x kPlanPixels
   double missed = 0;                      ///< Share of samples
   double lost =
       0;  ///< Share of the high poly that no sample stands for (HighCoverageReport::lost), or 0
@@ -58,24 +58,25 @@ struct PlanTrial {
 /// Error that a way to match would reach with a map of endless size: its matches of the points that pictures show.
 struct PlanLimit {
   MatchMethod method = MatchMethod::ray;  ///< That was looked at
-  NormalError error;                      ///< Over the same pixels
+  NormalError error = {};                 ///< Over the same pixels
   double missed = 0;                      ///< Share of them
   double seconds = 0;                     ///< That finding it took
 };
 
 /// The bake that a plan chose, and what it chose from.
 struct PlannedBake {
-  BakeResult result;              ///< The maps
-  std::vector<PlanTrial> trials;  ///< In order
-  std::vector<PlanLimit> limits;  ///< Limits of the ways to match that were looked at, in order
+  BakeResult result = {};              ///< The maps
+  std::vector<PlanTrial> trials = {};  ///< In order
+  std::vector<PlanLimit> limits =
+      {};  ///< Limits of the ways to match that were looked at, in order
   /// Least error that any map can reach, where nothing reaches the one asked for, since a place shows one normal to all sides.
   double least = 0;
-  PlanTrial chosen;         ///< The trial that `result` is of
-  NormalError without_map;  ///< The low poly's own normals, measured alike
-  double wanted = 0;        ///< Degrees; with max_error 0: what that came to
-  bool reached = false;     ///< `chosen` is within `wanted`, and each of `bounds` within its own
-  std::vector<MapReached> bounds;  ///< Errors that `result` reaches, for PlanOptions::bounds
-  double seconds_measure = 0;      ///< Time of measuring, beside the bakes
+  PlanTrial chosen = {};         ///< The trial that `result` is of
+  NormalError without_map = {};  ///< The low poly's own normals, measured alike
+  double wanted = 0;             ///< Degrees; with max_error 0: what that came to
+  bool reached = false;  ///< `chosen` is within `wanted`, and each of `bounds` within its own
+  std::vector<MapReached> bounds = {};  ///< Errors that `result` reaches, for PlanOptions::bounds
+  double seconds_measure = 0;           ///< Time of measuring, beside the bakes
 };
 
 /// Bakes with the match that costs least on a mesh of this size and reaches the error, and the smallest such map.
@@ -147,7 +148,7 @@ struct Candidate {
   std::uint32_t samples = 1;              ///< BakeOptions::samples
   std::uint32_t bits = 8;                 ///< A channel
   MatchMethod method = MatchMethod::ray;  ///< Way to find points of the high poly
-  LowPolyBytes bytes;                     ///< In memory
+  LowPolyBytes bytes = {};                ///< In memory
   double expected = 0;                    ///< Mean angle, degrees, by the model
   double measured = -1;            ///< Mean angle, degrees, of the map itself; below 0: not made
   double silhouette_mismatch = 0;  ///< NormalError::one_sided_share of the same pictures
@@ -164,26 +165,27 @@ struct PlanLevel {
 
 /// The lightest low poly and maps that reach an error, and what they were chosen from.
 struct LowPolyPlan {
-  Mesh low;                               ///< With UVs where there is a map
-  SimplifyReport simplified;              ///< Report of the mesh's simplification
-  std::optional<UnwrapReport> unwrapped;  ///< None without a map
-  std::optional<BakeResult> result;       ///< The maps; none where no map is needed
-  BakeOptions bake;                       ///< That `result` is baked with
-  Image drawn;       ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
-  Candidate chosen;  ///< The candidate that `low` and `result` are
-  std::vector<Candidate> candidates;  ///< That were made and measured, in order
-  std::vector<Candidate> trade;       ///< By rising size: the fewest faces expected to do with each
-  std::vector<Candidate> outlook;     ///< Expected, of `levels` with each size
-  std::vector<PlanLevel> levels;      ///< That were evaluated, by rising faces
-  double wanted = 0;                  ///< LowPolyPlanOptions::max_error
-  double max_outline = 0;             ///< LowPolyPlanOptions::max_outline
+  Mesh low = {};                               ///< With UVs where there is a map
+  SimplifyReport simplified = {};              ///< Report of the mesh's simplification
+  std::optional<UnwrapReport> unwrapped = {};  ///< None without a map
+  std::optional<BakeResult> result = {};       ///< The maps; none where no map is needed
+  BakeOptions bake = {};                       ///< That `result` is baked with
+  Image drawn = {};  ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
+  Candidate chosen = {};                   ///< The candidate that `low` and `result` are
+  std::vector<Candidate> candidates = {};  ///< That were made and measured, in order
+  std::vector<Candidate> trade = {};  ///< By rising size: the fewest faces expected to do with each
+  std::vector<Candidate> outlook = {};  ///< Expected, of `levels` with each size
+  std::vector<PlanLevel> levels = {};   ///< That were evaluated, by rising faces
+  double wanted = 0;                    ///< LowPolyPlanOptions::max_error
+  double max_outline = 0;               ///< LowPolyPlanOptions::max_outline
   /// `chosen` was measured within `wanted` and, where it was asked for, `max_outline`; each of `bounds` within its own.
   bool reached = false;
-  std::vector<MapReached> bounds;  ///< Errors that `result` reaches, for LowPolyPlanOptions::bounds
-  bool cancelled = false;          ///< By BakeOptions::progress
-  double seconds_simplify = 0;     ///< Making low polys
-  double seconds_unwrap = 0;       ///< Laying them out
-  double seconds_measure = 0;      ///< Evaluating them and maps
+  std::vector<MapReached> bounds =
+      {};                       ///< Errors that `result` reaches, for LowPolyPlanOptions::bounds
+  bool cancelled = false;       ///< By BakeOptions::progress
+  double seconds_simplify = 0;  ///< Making low polys
+  double seconds_unwrap = 0;    ///< Laying them out
+  double seconds_measure = 0;   ///< Evaluating them and maps
 };
 
 /// Bytes of a low poly with square maps.
@@ -231,15 +233,16 @@ struct LodLevel {
       true;  ///< It has maps of its own, or needs none; else the first level's serve it.
   /// `chosen.measured` is the error at `screen`, `wanted` its bound. Where the first level's maps serve it, there is no
   /// `result`, and `candidates` has the meshes that were measured.
-  LowPolyPlan plan;
+  LowPolyPlan plan = {};
 };
 
 /// Levels of detail that bake_lods() made.
 struct LodChain {
-  std::vector<LodLevel> levels;   ///< By falling `screen` and bytes; may be fewer than asked for
-  std::vector<Warning> warnings;  ///< "lod-left-out": a size for which none was made
-  bool reached = false;           ///< All levels are within their bounds.
-  bool cancelled = false;         ///< By BakeOptions::progress; then `levels` is not whole.
+  std::vector<LodLevel> levels =
+      {};  ///< By falling `screen` and bytes; may be fewer than asked for
+  std::vector<Warning> warnings = {};  ///< "lod-left-out": a size for which none was made
+  bool reached = false;                ///< All levels are within their bounds.
+  bool cancelled = false;              ///< By BakeOptions::progress; then `levels` is not whole.
 };
 
 /// Plans a chain of low polys: plan_low_poly() for `screen`, half of it, a quarter and so on. A level with more faces

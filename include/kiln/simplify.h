@@ -74,8 +74,8 @@ struct SimplifyReport {
   /// With keep_uvs: how far UVs lie outside of the high poly's charts at most, where the unit square's side is 1. A
   /// texture has to go on so far around its charts. Samples are those of back_error.
   double uv_strays = 0;
-  double seconds = 0;             ///< That it took
-  std::vector<Warning> warnings;  ///< Imperfect data that was handled
+  double seconds = 0;                  ///< That it took
+  std::vector<Warning> warnings = {};  ///< Imperfect data that was handled
 };
 
 /// Decimates by edge collapse with quadric errors (Garland and Heckbert 1997).

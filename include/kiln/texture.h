@@ -49,36 +49,36 @@ struct TextureTile {
 struct Texture {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();  ///< No picture
 
-  TextureKind kind = TextureKind::srgb;              ///< Kind of all pictures
-  std::vector<std::shared_ptr<const Image>> images;  ///< Any sizes
+  TextureKind kind = TextureKind::srgb;                   ///< Kind of all pictures
+  std::vector<std::shared_ptr<const Image>> images = {};  ///< Any sizes
   /// Per material of the high poly (Mesh::materials), index into images, or kNone. Empty: images[0] is for
   /// all of the mesh.
-  std::vector<std::uint32_t> image_of;
+  std::vector<std::uint32_t> image_of = {};
   /// Per material, what it holds where it has no picture, or the mesh no UVs, in linear light. Empty: 0.
-  std::vector<std::array<float, 4>> plain;
+  std::vector<std::array<float, 4>> plain = {};
   /// Per material, from the mesh's UVs to its picture's, as MaterialPicture::uv_transform. Empty: none is moved.
-  std::vector<std::array<float, 6>> uv_transforms;
-  std::vector<std::array<TextureWrap, 2>>
-      wraps;  ///< Per material, beyond [0, 1]^2. Empty: all repeat
+  std::vector<std::array<float, 6>> uv_transforms = {};
+  std::vector<std::array<TextureWrap, 2>> wraps =
+      {};  ///< Per material, beyond [0, 1]^2. Empty: all repeat
   /// Per material, the set of UVs that its picture lies on: Mesh::uv_set, or one of Mesh::other_uvs. Empty: all lie on
   /// Mesh::uvs.
-  std::vector<std::uint32_t> uv_sets;
+  std::vector<std::uint32_t> uv_sets = {};
   /// Turns what a picture's mean is, in linear light or of vectors: number * times + plus.
   struct Factor {
     std::array<float, 4> times{1, 1, 1, 1};  ///< Factor of each channel
     float plus = 0;                          ///< Added to all channels but the fourth
     bool operator==(const Factor&) const = default;
   };
-  std::vector<Factor> factors;  ///< Per material. Empty: means stay as they are
+  std::vector<Factor> factors = {};  ///< Per material. Empty: means stay as they are
   /// Per material, whether it is multiplied with the vertices' colours (srgb) or their alpha (linear), where the mesh
   /// has any. Empty: none is.
-  std::vector<bool> times_vertex_colors;
+  std::vector<bool> times_vertex_colors = {};
   /// The channel that counts where a map has one alone, 0 to 3; beyond the picture's own it is 1.
   std::uint32_t channel = 0;
   /// UDIM sets; squares without a picture are as a material without one ("tile-missing"). Empty: none.
-  std::vector<TextureTile> tiles;
-  std::vector<bool>
-      weighted_by_alpha;  ///< Per picture, whether alpha weighs its colours. Empty: none
+  std::vector<TextureTile> tiles = {};
+  std::vector<bool> weighted_by_alpha =
+      {};  ///< Per picture, whether alpha weighs its colours. Empty: none
   NormalTextureFormat normal_format =
       NormalTextureFormat::automatic;  ///< Of all pictures, where kind is normal
 };

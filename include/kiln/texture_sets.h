@@ -19,13 +19,13 @@ enum class SetsBy {
 
 /// Triangles of a low poly that share one set of maps.
 struct TextureSet {
-  std::string
-      name;  ///< Name of the material or object, "1001" and on for tiles; empty: the one set of all
-  std::string tile;          ///< "1001" and on where a material or object has several; else empty
+  std::string name =
+      {};  ///< Name of the material or object, "1001" and on for tiles; empty: the one set of all
+  std::string tile = {};     ///< "1001" and on where a material or object has several; else empty
   std::uint32_t tile_u = 0;  ///< Whole part of u of the tile that is moved to the unit square
   std::uint32_t tile_v = 0;  ///< Whole part of v
-  std::vector<std::uint32_t> members;  ///< Its triangles of Mesh::triangles, ascending
-  std::uint64_t triangles = 0;         ///< Number of them that have an area in UV space
+  std::vector<std::uint32_t> members = {};  ///< Its triangles of Mesh::triangles, ascending
+  std::uint64_t triangles = 0;              ///< Number of them that have an area in UV space
 };
 
 /// Parts a low poly into its texture sets, in the order of material_names, object_names or tiles. Those without a

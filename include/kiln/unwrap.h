@@ -47,7 +47,7 @@ struct UnwrapReport {
                               ///< surface: 0 is perfectly even.
   double border_texels = 0;   ///< The border that was kept: as asked, or less (see warnings).
   double seconds = 0;         ///< That it took
-  std::vector<Warning> warnings;  ///< Imperfect data that was handled
+  std::vector<Warning> warnings = {};  ///< Imperfect data that was handled
 };
 
 /// Gives a mesh UVs, by one of two methods.
