@@ -19,7 +19,7 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/kiln-config-version
   COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/kiln-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/kiln-config-version.cmake
-              cmake/FindDeflate.cmake cmake/FindStb.cmake cmake/FindVdb.cmake cmake/FindWebP.cmake cmake/FindZstd.cmake
+              cmake/KilnQuietly.cmake cmake/FindDeflate.cmake cmake/FindStb.cmake cmake/FindVdb.cmake cmake/FindWebP.cmake cmake/FindZstd.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 
 # Whoever links a static Kiln links what it was built with.

@@ -591,7 +591,7 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
 /// Reads the file in a child process first, since Assimp may crash on damaged files or exhaust memory: a child
 /// that fails becomes an error. This doubles the time of reading. If no child can be created, the check is
 /// skipped.
-void check_in_child(const MeshInput& input, const std::string& remedy) {
+void check_in_child(const MeshInput& input, const Message& remedy) {
   const std::uint64_t bytes = input.bytes.size();
   // Ten times the need of real files.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),

@@ -34,6 +34,7 @@ Asset read_fbx(const MeshInput& input) {
 #include "asset/mesh_builder.h"
 #include "asset/scene_parts.h"
 #include "base/counted.h"
+#include "base/option.h"
 #include "io/file/bounds.h"
 #include "io/file/text_scanner.h"
 #include "kiln/limits.h"
@@ -89,7 +90,7 @@ LoadedScene load(const MeshInput& input) {
   if (error.type == UFBX_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   if (error.type == UFBX_ERROR_MEMORY_LIMIT) {
     input.fail("", "it takes more than " + mebibytes(most) + " of memory to read it",
-               "Free some memory, raise the `memory_limit`, or split the file.");
+               "Free some memory, raise the " + option("memory_limit") + ", or split the file.");
   }
   if (error.type == UFBX_ERROR_UNKNOWN) {
     input.fail("",
@@ -150,7 +151,8 @@ class FbxReader {
     if (is_odd || axes[0] == axes[1] || axes[1] == axes[2] || axes[2] == axes[0]) {
       input_.warn("odd-axes",
                   "its axes are not three different ones, so that it was not turned. Say what is "
-                  "up, such as --up high=z.",
+                  "up, such as " +
+                      option("up", "high=z") + ".",
                   1);
       return kIdentityMap;
     }
@@ -238,9 +240,7 @@ class FbxReader {
       corners += placed.mesh->num_indices;
     }
     const FailWith fail = [this](const std::string& place, const std::string& problem,
-                                 const std::string& remedy) {
-      input_.fail(place, problem, remedy);
-    };
+                                 const Message& remedy) { input_.fail(place, problem, remedy); };
     require_memory(
         "its meshes, as often as nodes place them,",
         std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),

@@ -757,7 +757,7 @@ class GltfReader {
   MeshBuilder builder_;
   const std::vector<std::string> material_names_;
   const FailWith fail_ = [this](const std::string& place, const std::string& problem,
-                                const std::string& remedy) { input_.fail(place, problem, remedy); };
+                                const Message& remedy) { input_.fail(place, problem, remedy); };
   std::optional<GltfWorlds> worlds_;
   std::vector<std::optional<UvMap>> uv_maps_;  // UV transform per material
   std::vector<std::uint32_t> other_sets_;      // UV sets that materials use beside the chosen one

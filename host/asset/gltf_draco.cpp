@@ -77,7 +77,7 @@ class Limits {
  private:
   void require(std::uint64_t bytes) const {
     const FailWith fail_with = [this](const std::string& /*place*/, const std::string& problem,
-                                      const std::string& remedy) { place_.fail(problem, remedy); };
+                                      const Message& remedy) { place_.fail(problem, remedy); };
     require_memory("its unpacked mesh", bytes, memory_failure(fail_with, ""));
   }
 

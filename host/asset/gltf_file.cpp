@@ -14,6 +14,7 @@
 #include "asset/gltf_draco.h"
 #include "base/counted.h"
 #include "base/json_depth.h"
+#include "base/option.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
@@ -197,7 +198,7 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
     text = json;
   }
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
-                                 const std::string& remedy) { input.fail(place, problem, remedy); };
+                                 const Message& remedy) { input.fail(place, problem, remedy); };
   // Worst case: a list of empty lists takes 16 bytes and a vector for two characters.
   require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
   if (is_nested_too_deep(text)) {
@@ -259,7 +260,8 @@ std::filesystem::path GltfFile::path_of(const GltfValue& uri) const {
   const auto fail_outside = [&](const std::string& why) {
     uri.fail(shown + why + ", and was not read",
              "Put it beside the glTF file, and name it without folders above; or allow it "
-             "(--allow-outside).");
+             "(" +
+                 option("allow_outside") + ").");
   };
   if (text.empty() || has_scheme || text.find('\0') != text.npos) {
     uri.fail(shown + " is no file in the folder of the glTF file, and was not read",
@@ -313,7 +315,7 @@ std::shared_ptr<const std::string> GltfFile::read_buffer(const GltfValue& uri) c
   std::shared_ptr<const std::string>& known = files_[path.lexically_normal()];
   if (known != nullptr) return known;
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
-                            const std::string& remedy) {
+                            const Message& remedy) {
     uri.fail("'" + printable(uri.text()) + "': " + problem, remedy);
   };
   known = std::make_shared<const std::string>(read_whole(*open_file(path, fail), fail));
@@ -376,7 +378,7 @@ void GltfFile::check_packed() const {
                " bytes can that it lies in");
   }
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
-                            const std::string& remedy) { views.fail(problem, remedy); };
+                            const Message& remedy) { views.fail(problem, remedy); };
   require_memory("what is packed in it", unpacked, memory_failure(fail, ""));
   packed_fit_ = true;
 }
@@ -508,7 +510,7 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   const GltfValue sparse = accessor["sparse"];
   const Elements from = locate(accessor);
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
-                            const std::string& remedy) { accessor.fail(problem, remedy); };
+                            const Message& remedy) { accessor.fail(problem, remedy); };
   require_memory("its numbers", capped_product(count, given * sizeof(double)),
                  memory_failure(fail, ""));
   GltfNumbers result{given, std::vector<double>(count * given)};

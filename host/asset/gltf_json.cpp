@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-void GltfValue::fail(const std::string& problem, const std::string& remedy) const {
+void GltfValue::fail(const std::string& problem, const Message& remedy) const {
   input_->fail(place_, problem, remedy);
 }
 

@@ -52,7 +52,7 @@ class GltfValue {
   std::string dump() const;
 
   [[noreturn]] void fail(const std::string& problem,
-                         const std::string& remedy = "Export the file again.") const;
+                         const Message& remedy = "Export the file again.") const;
 
  private:
   const MeshInput* input_;

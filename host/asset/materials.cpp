@@ -127,7 +127,7 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   const SlotRow& words = row_of(slot);
   const std::string what = std::string(words.name) + " (" + words.statements + ")";
   if (without.count() == materials.size()) {
-    std::string ignored;  // may name the missing picture
+    Message ignored;  // may name the missing picture
     if (warnings != nullptr) {
       for (const Warning& warning : *warnings) {
         if (warning.code == "ignored-pictures") ignored += " (" + warning.message + ")";
@@ -344,7 +344,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   for (const fs::path& path : paths) {
     MeshInput input{path.string(), {}, warnings};
     const FailWith fail = [&](const std::string& place, const std::string& problem,
-                              const std::string& remedy) {
+                              const Message& remedy) {
       MeshInput named = input;
       named.file += " (materials of " + mesh_file.string() + ")";
       named.fail(place, problem, remedy);

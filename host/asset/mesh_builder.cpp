@@ -55,7 +55,7 @@ void MeshBuilder::check_growth() const {
                              materials_.bytes() + smoothing_.bytes() + bytes(positions) +
                              triangle_colors_.memory();
   const FailWith fail = [this](const std::string& place, const std::string& problem,
-                               const std::string& remedy) { input_.fail(place, problem, remedy); };
+                               const Message& remedy) { input_.fail(place, problem, remedy); };
   require_memory("its faces", 2 * held, memory_failure(fail, ""));
 }
 
@@ -463,7 +463,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     missing = 1;
     input_.warn("missing-uvs",
                 counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
-                    " corners without a UV; nothing is baked there.",
+                    " corners without a UV: no map is baked, and no texture is read, there.",
                 bare);
   }
   if (const std::uint64_t bare =

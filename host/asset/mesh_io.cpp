@@ -11,6 +11,7 @@
 #include "asset/gltf.h"
 #include "asset/mesh_reader.h"
 #include "base/lower_case.h"
+#include "base/option.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
@@ -84,7 +85,7 @@ Guess guess(std::string_view bytes) {
 /// The whole file.
 std::string read_file(const MeshInput& input, const std::filesystem::path& path) {
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
-                                 const std::string& remedy) { input.fail(place, problem, remedy); };
+                                 const Message& remedy) { input.fail(place, problem, remedy); };
   const std::unique_ptr<ByteSource> source = open_file(path, fail);
   // A GLB's lengths have 32 bits: larger files overflow them.
   constexpr std::uint64_t kMaxGlbBytes = 0xFFFFFFFF;
@@ -100,12 +101,12 @@ std::string read_file(const MeshInput& input, const std::filesystem::path& path)
 }  // namespace
 
 void MeshInput::fail(const std::string& place, const std::string& problem,
-                     const std::string& remedy) const {
+                     const Message& remedy) const {
   throw Error(ErrorCode::input,
               file + ": " + (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
 }
 
-void MeshInput::warn(std::string code, const std::string& message, std::uint64_t count) const {
+void MeshInput::warn(std::string code, const Message& message, std::uint64_t count) const {
   if (warnings != nullptr) warnings->push_back({std::move(code), file + ": " + message, count});
 }
 
@@ -221,8 +222,9 @@ Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& op
     }
     return mesh;
   } catch (const std::bad_alloc&) {
-    input.fail("", "memory ran out while it was read",
-               "Free some memory, raise the `memory_limit`, or use a lighter mesh.");
+    input.fail(
+        "", "memory ran out while it was read",
+        "Free some memory, raise the " + option("memory_limit") + ", or use a lighter mesh.");
   }
 }
 
@@ -242,8 +244,9 @@ Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
   try {
     return parse_named(input, std::filesystem::path(name));
   } catch (const std::bad_alloc&) {
-    input.fail("", "memory ran out while it was read",
-               "Free some memory, raise the `memory_limit`, or use a lighter mesh.");
+    input.fail(
+        "", "memory ran out while it was read",
+        "Free some memory, raise the " + option("memory_limit") + ", or use a lighter mesh.");
   }
 }
 

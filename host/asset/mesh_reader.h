@@ -29,8 +29,8 @@ struct MeshInput {
 
   /// Throws Error(input): "<file>: <place>: <problem>. <remedy>." The place may be empty.
   [[noreturn]] void fail(const std::string& place, const std::string& problem,
-                         const std::string& remedy) const;
-  void warn(std::string code, const std::string& message, std::uint64_t count) const;
+                         const Message& remedy) const;
+  void warn(std::string code, const Message& message, std::uint64_t count) const;
 };
 
 /// Reads a mesh from memory: calls a reader below after a check that the content matches `format`.

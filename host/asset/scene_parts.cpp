@@ -6,6 +6,7 @@
 #include "asset/mesh_builder.h"
 #include "base/counted.h"
 #include "base/input_log.h"
+#include "base/option.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
@@ -141,7 +142,8 @@ void ScenePictures::warn() const {
                 counted(outside_.count, "picture") + " of materials, such as '" +
                     printable(outside_.first) +
                     "', lie outside the folder of the file, and were not read: put them beside "
-                    "it, or allow it (--allow-outside).",
+                    "it, or allow it (" +
+                    option("allow_outside") + ").",
                 outside_.count);
   }
   if (placed_.count != 0) {

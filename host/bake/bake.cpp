@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bake/pipeline.h"
+#include "base/option.h"
 #include "base/progress_guard.h"
 #include "match/match_array.h"
 
@@ -73,7 +74,8 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
 BakeResult bake(const Match& match, const Source& source, const Mesh& low,
                 const BakeOptions& options) {
   if (options.match.saved != nullptr) {
-    throw Error(ErrorCode::usage, "Two matches were given: leave `match.saved` out.",
+    throw Error(ErrorCode::usage,
+                "Two matches were given: leave " + option("match.saved") + " out.",
                 "option-contradiction");
   }
   BakeOptions with = options;

@@ -4,6 +4,7 @@
 
 #include "bake/match_stage.h"
 #include "base/formatted.h"
+#include "base/option.h"
 #include "detail/registry.h"
 #include "kiln/validate.h"
 #include "match/uv.h"
@@ -18,7 +19,7 @@ constexpr std::uint32_t kMaxPlaces = 1U << 20;
 constexpr const char* kRange = "option-range";
 constexpr const char* kContradiction = "option-contradiction";
 
-[[noreturn]] void usage(const std::string& message, const char* id = kRange) {
+[[noreturn]] void usage(const Message& message, const char* id = kRange) {
   throw Error(ErrorCode::usage, message, id);
 }
 
@@ -54,7 +55,7 @@ void in_range(const Check& check) {
   try {
     check();
   } catch (const Error& error) {
-    usage(error.what());
+    usage(error.message());
   }
 }
 
@@ -64,13 +65,13 @@ void named(const Find& find) {
   try {
     find();
   } catch (const Error& error) {
-    usage(error.what(), "option-name");
+    usage(error.message(), "option-name");
   }
 }
 
-void check_length(const char* name, const Length& length, bool may_be_zero) {
+void check_length(const Message& name, const Length& length, bool may_be_zero) {
   if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
-    usage(std::string(name) + " is " + decimal(length.value) + ": it must be a finite length " +
+    usage(name + " is " + decimal(length.value) + ": it must be a finite length " +
           (may_be_zero ? "of 0 or more." : "above 0."));
   }
 }
@@ -138,7 +139,7 @@ void check_distances(const BakeOptions& options) {
     check_length("near_distance", *options.match.near_distance, false);
   if (options.match.cage) check_length("cage", *options.match.cage, true);
   if (options.match.ray.edge_width)
-    check_length("`match.ray.edge_width`", *options.match.ray.edge_width, false);
+    check_length(option("match.ray.edge_width"), *options.match.ray.edge_width, false);
   if (options.match.cage && options.match.cage_mesh != nullptr) {
     usage("Both a cage distance and a cage mesh were given: choose one.", kContradiction);
   }
@@ -182,52 +183,53 @@ void check_occlusion_views(const OcclusionOptions& occlusion) {
 /// Checks options of single maps.
 void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
-    usage("`occlusion.rays` is " + std::to_string(options.occlusion.rays) +
+    usage(option("occlusion.rays") + " is " + std::to_string(options.occlusion.rays) +
           ": it must be 1 to 4096.");
   }
   if (options.occlusion.views < 16 || options.occlusion.views > 4096) {
-    usage("`occlusion.views` is " + std::to_string(options.occlusion.views) +
+    usage(option("occlusion.views") + " is " + std::to_string(options.occlusion.views) +
           ": it must be 16 to 4096.");
   }
   check_occlusion_views(options.occlusion);
   if (options.occlusion.distance)
-    check_length("`occlusion.distance`", *options.occlusion.distance, false);
+    check_length(option("occlusion.distance"), *options.occlusion.distance, false);
   if (!options.occlusion.by_high && !options.occlusion.by_low &&
       options.occlusion.by_others.empty()) {
-    usage(
-        "`occlusion.by_high`, `by_low` and `by_others` leave nothing that occludes: give one of "
-        "them.");
+    usage(option("occlusion.by_high") + ", " + option("by_low") + " and " + option("by_others") +
+          " leave nothing that occludes: give one of "
+          "them.");
   }
   if (options.occlusion.own_part && options.match.parts == nullptr) {
-    usage("`occlusion.own_part` is set, but there are no parts: give `match.parts`, or leave it.",
+    usage(option("occlusion.own_part") + " is set, but there are no parts: give " +
+              option("match.parts") + ", or leave it.",
           kContradiction);
   }
   for (const Mesh* mesh : options.occlusion.by_others) {
     if (mesh == nullptr)
-      usage("`occlusion.by_others` has a null pointer: it must point to meshes.");
+      usage(option("occlusion.by_others") + " has a null pointer: it must point to meshes.");
     validate(*mesh);
   }
   const Vec3& light = options.light.direction;
   const double squared =
       double{light.x} * light.x + double{light.y} * light.y + double{light.z} * light.z;
   if (!std::isfinite(squared) || squared == 0) {
-    usage("`light.direction` must be a finite direction other than 0.");
+    usage(option("light.direction") + " must be a finite direction other than 0.");
   }
   if (!(options.light.angle_degrees >= 0 && options.light.angle_degrees <= 90)) {
-    usage("`light.angle_degrees` is " + decimal(options.light.angle_degrees) +
+    usage(option("light.angle_degrees") + " is " + decimal(options.light.angle_degrees) +
           ": it must be 0 to 90.");
   }
   if (!(options.occlusion.max_error >= 0 && options.occlusion.max_error <= 1)) {
-    usage("`occlusion.max_error` is " + decimal(options.occlusion.max_error) +
+    usage(option("occlusion.max_error") + " is " + decimal(options.occlusion.max_error) +
           ": it must be 0 to 1.");
   }
   if (options.encoding.origin &&
       !std::all_of(options.encoding.origin->begin(), options.encoding.origin->end(),
                    [](double x) { return std::isfinite(x); })) {
-    usage("`encoding.origin` must be finite.");
+    usage(option("encoding.origin") + " must be finite.");
   }
   if (options.curvature_radius)
-    check_length("`curvature_radius`", *options.curvature_radius, false);
+    check_length(option("curvature_radius"), *options.curvature_radius, false);
 }
 
 /// Rejects a variant's setting that its map ignores.
@@ -235,7 +237,7 @@ void check_variant(const MapVariant& map, const BakeOptions& options) {
   const MapInfo& info = map_row(map.kind).info;
   const auto check = [&](bool given, const char* setting) {
     if (!given || obeys(info, setting)) return;
-    usage("The map " + map.name + " has a setting `" + setting + "`, which " +
+    usage("The map " + map.name + " has a setting " + option(setting) + ", which " +
               std::string(map.kind.name) + " does not obey: leave it out.",
           kContradiction);
   };

@@ -8,6 +8,7 @@
 
 #include "bake/report.h"
 #include "base/formatted.h"
+#include "base/option.h"
 #include "detail/registry.h"
 #include "mesh/kernels_shared.h"
 
@@ -263,7 +264,8 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
            name_of(low, most->second.baked) +
            (pairs.size() > 1 ? ", and " + std::to_string(pairs.size() - 1) + " more pairs of names"
                              : std::string()) +
-           ". Give them places of their own in the layout (`unwrap()` lays all out anew), or bake "
+           ". Give them places of their own in the layout (" + option("unwrap()") +
+           " lays all out anew), or bake "
            "them apart.",
        copies.size()});
   return share;

@@ -6,6 +6,7 @@
 #include "bake/high_coverage.h"
 #include "base/disjoint_sets.h"
 #include "base/formatted.h"
+#include "base/option.h"
 
 namespace kiln {
 namespace {
@@ -36,18 +37,21 @@ std::string in_words(const std::array<double, 3>& p) {
   return formatted("%.4g, %.4g, %.4g", p[0], p[1], p[2]);
 }
 
-std::string advice(const BakeOptions& options) {
+Message advice(const BakeOptions& options) {
   const auto takes_cage = [](const MatchRow& row) { return obeys(row.info, "match.cage"); };
   if (!takes_cage(match_row(options.match.method))) {
-    return "other matches may find it: try `match.method` " + match_names(takes_cage) + ".";
+    return "other matches may find it: try " + option("match.method") + " " +
+           match_names(takes_cage) + ".";
   }
   if (options.match.cage || options.match.cage_mesh != nullptr) {
-    return "raise `match.cage`, so that rays start above it, or leave the cage out.";
+    return "raise " + option("match.cage") +
+           ", so that rays start above it, or leave the cage out.";
   }
   if (options.match.ray.rule == RayRule::nearest) {
-    return "rays stop at nearer faces: take `match.ray.rule` outermost.";
+    return "rays stop at nearer faces: take " + option("match.ray.rule", "outermost") + ".";
   }
-  return "raise `match.max_distance`, or give the low poly a part of its own there.";
+  return "raise " + option("match.max_distance") +
+         ", or give the low poly a part of its own there.";
 }
 
 }  // namespace
@@ -102,12 +106,11 @@ void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& option
       std::any_of(warnings.begin(), warnings.end(),
                   [](const Warning& warning) { return warning.code == CopyCheck::kWarning; });
   if (recall.lost - (is_reported ? recall.by_copies : 0) < kMinLossToWarn) return;
-  const std::string message = formatted(
-                                  "%.1f%% of the high poly's visible surface near the low poly is "
-                                  "on no texel, most of it (%.1f%%) around ",
-                                  100 * recall.lost, 100 * recall.largest) +
-                              in_words(recall.where) + ": " + advice(options);
-  warnings.push_back({"lost-surface", message, 1});
+  const std::string lost = formatted(
+      "%.1f%% of the high poly's visible surface near the low poly is on no texel, most of it "
+      "(%.1f%%) around ",
+      100 * recall.lost, 100 * recall.largest);
+  warnings.push_back({"lost-surface", lost + in_words(recall.where) + ": " + advice(options), 1});
 }
 
 }  // namespace kiln

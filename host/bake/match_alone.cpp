@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "bake/pipeline.h"
+#include "base/option.h"
 #include "base/progress_guard.h"
 
 namespace kiln {
@@ -14,8 +15,9 @@ void check_alone(const BakeOptions& options) {
     return;
   }
   throw Error(ErrorCode::usage,
-              "A match alone is made anew, of one cluster and without blending: leave "
-              "`match.saved`, `match.visibility.clusters` and `match.fallback_blend` out.",
+              "A match alone is made anew, of one cluster and without blending: leave " +
+                  option("match.saved") + ", " + option("match.visibility.clusters") + " and " +
+                  option("match.fallback_blend") + " out.",
               "option-contradiction");
 }
 

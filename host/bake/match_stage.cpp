@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "match/bevel.h"
 #include "match/fallback.h"
 #include "match/part_matcher.h"
@@ -26,16 +27,16 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
 }
 
 /// Warns about a length as large as the high poly: likely a wrong unit or a missing % sign.
-void warn_about_length(const char* name, const std::optional<Length>& length, const Frame& frame,
+void warn_about_length(const Message& name, const std::optional<Length>& length, const Frame& frame,
                        std::vector<Warning>& warnings) {
   if (!length) return;
   const double diagonals = to_frame(*length, frame) / (frame.diagonal * frame.scale);
   if (!(diagonals > 1)) return;
   const std::string text = formatted(
-      "%s is %.3g times as long as the high poly's diagonal of %.4g: rays of that length "
+      " is %.3g times as long as the high poly's diagonal of %.4g: rays of that length "
       "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
-      name, diagonals, frame.diagonal);
-  warnings.push_back({"far-rays", text, 1});
+      diagonals, frame.diagonal);
+  warnings.push_back({"far-rays", name + text, 1});
 }
 
 /// True if rays follow the offsets of a cage mesh.
@@ -171,14 +172,15 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   report.max_distance = options.match.saved == nullptr ? request.distance * unit : 0;
   if (options.match.saved == nullptr && request.cage && request.distance <= *request.cage) {
     report.warnings.push_back({"short-rays",
-                               "Rays start at the cage and end before they reach the low poly: "
-                               "`match.max_distance` should be about twice `match.cage`.",
+                               "Rays start at the cage and end before they reach the low poly: " +
+                                   option("match.max_distance") + " should be about twice " +
+                                   option("match.cage") + ".",
                                1});
   }
   if (options.match.saved == nullptr &&
       obeys(match_row(options.match.method).info, "match.max_distance")) {
-    warn_about_length("`match.cage`", options.match.cage, source.frame, report.warnings);
-    warn_about_length("`match.max_distance`", options.match.max_distance, source.frame,
+    warn_about_length(option("match.cage"), options.match.cage, source.frame, report.warnings);
+    warn_about_length(option("match.max_distance"), options.match.max_distance, source.frame,
                       report.warnings);
     if (report.cage_mesh) {
       warn_about_length("The way from the cage to the low poly",

@@ -7,6 +7,7 @@
 #include "bake/errors.h"
 #include "bake/report.h"
 #include "base/formatted.h"
+#include "base/option.h"
 #include "match/match_array.h"
 #include "match/view_plan.h"
 #include "mesh/charts.h"
@@ -295,7 +296,9 @@ void Pipeline::warn_about_pixels() {
                              "A pixel of the depth views is " +
                                  decimal(report.views->pixel / radius) +
                                  " times the low poly's radius, so they show next to nothing of "
-                                 "it: raise `match.views.size`, "
+                                 "it: raise " +
+                                 option("match.views.size") +
+                                 ", "
                                  "cut away what lies far from it in the high poly, or use rays.",
                              1});
 }

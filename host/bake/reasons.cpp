@@ -5,6 +5,7 @@
 #include <span>
 
 #include "bake/match_stage.h"
+#include "base/option.h"
 #include "match/cage_reach.h"
 #include "match/host_correspondence.h"
 #include "match/match_array.h"
@@ -166,11 +167,12 @@ std::array<ReasonInfo, 8> reason_infos() {
        {60, 120, 230}},
       {Reason::back_face,
        "back_face",
-       "missed: what lies there looks away; flip the faces of HIGH, or take `match.two_sided`",
+       "missed: what lies there looks away; flip the faces of HIGH, or take " +
+           option("match.two_sided"),
        {230, 140, 30}},
       {Reason::far,
        "far",
-       "missed: what lies there is too far; raise `match.max_distance`",
+       "missed: what lies there is too far; raise " + option("match.max_distance"),
        {250, 230, 60}},
       {Reason::folded,
        "folded",

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "base/parallel.h"
 #include "image/gutter.h"
 #include "match/registry.h"
@@ -22,24 +23,25 @@ std::string finders() {
 }
 
 /// Advice about missed samples.
-std::string miss_advice(const BakeReport& report) {
+Message miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
-           "nearest points decide the rest (`match.fallback` " +
-           finders() + ").";
+           "nearest points decide the rest (" +
+           option("match.fallback") + " " + finders() + ").";
   }
   if (!report.views) {
-    return "check that both meshes lie in the same place. Raise `match.max_distance`, or add "
-           "`match.two_sided` where the high poly's faces look inward.";
+    return "check that both meshes lie in the same place. Raise " + option("match.max_distance") +
+           ", or add " + option("match.two_sided") + " where the high poly's faces look inward.";
   }
-  std::string advice =
-      "let rays or nearest points decide them (`match.fallback` " + finders() + "), ";
+  Message advice = "let rays or nearest points decide them (" + option("match.fallback") + " " +
+                   finders() + "), ";
   advice += report.views->undersampled > 0.5
-                ? "raise `match.views.size`, since most triangles are smaller "
-                  "than a pixel of the views, "
-                : "look from more sides (`match.views.count`), ";
-  advice +=
-      "raise `match.max_distance`, or add `match.two_sided` where faces are turned inside out.";
+                ? "raise " + option("match.views.size") +
+                      ", since most triangles are smaller "
+                      "than a pixel of the views, "
+                : "look from more sides (" + option("match.views.count") + "), ";
+  advice += "raise " + option("match.max_distance") + ", or add " + option("match.two_sided") +
+            " where faces are turned inside out.";
   return advice;
 }
 
@@ -112,7 +114,8 @@ void flatten_below_surface(std::string_view map, Image& image,
       formatted("%.2g", 100 * static_cast<double>(below) / static_cast<double>(baked));
   report.warnings.push_back({"below-surface",
                              share + "% of the texels of the map " + std::string(map) +
-                                 " point below the surface. `encoding.two_component` has no sign "
+                                 " point below the surface. " + option("encoding.two_component") +
+                                 " has no sign "
                                  "for that: they lie on the horizon. "
                                  "Leave it out to keep them.",
                              below});

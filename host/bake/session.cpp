@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bake/session_impl.h"
+#include "base/option.h"
 #include "kiln/validate.h"
 
 namespace kiln {
@@ -32,9 +33,10 @@ const BakeOptions& checked(const BakeOptions& options) {
   }
   check_options(options);
   if (options.report.errors) {
-    throw Error(ErrorCode::usage,
-                "`report.errors`: a session measures no errors. bake() of its high poly does.",
-                "option-contradiction");
+    throw Error(
+        ErrorCode::usage,
+        option("report.errors") + ": a session measures no errors. bake() of its high poly does.",
+        "option-contradiction");
   }
   if (options.match.visibility.clusters > 1 || options.match.fallback_blend > 0) {
     throw Error(ErrorCode::usage,
@@ -180,7 +182,8 @@ void BakeSession::set_positions(std::uint32_t first, std::span<const Vec3> posit
       throw Error(ErrorCode::usage,
                   "The position of vertex " + std::to_string(first + i) +
                       " is not finite, or lies too far out of the session's bounds: make it with "
-                      "larger `bounds`.",
+                      "larger " +
+                      option("bounds") + ".",
                   "session-bounds");
     }
   }

@@ -15,6 +15,7 @@
 #include <limits>
 #include <string>
 
+#include "base/option.h"
 #include "kiln/error.h"
 
 #ifdef __GLIBC__
@@ -179,8 +180,9 @@ bool may_take(std::size_t bytes) {
 }
 
 void fail_for_stage(const std::string& problem) {
-  throw Error(ErrorCode::internal,
-              problem + ". Use smaller inputs or a smaller size, or raise the `memory_limit`.");
+  throw Error(ErrorCode::internal, problem +
+                                       ". Use smaller inputs or a smaller size, or raise the " +
+                                       option("memory_limit") + ".");
 }
 
 void require_memory(const std::string& what, std::uint64_t bytes, const MemoryFailure& fail) {

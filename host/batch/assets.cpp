@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail_in(const Setting& setting, const std::string& problem) {
+[[noreturn]] void fail_in(const Setting& setting, const Message& problem) {
   throw Error(ErrorCode::usage, setting.origin.place() + ": " + setting.key + ": " + problem);
 }
 
@@ -74,7 +74,8 @@ class Expander {
     try {
       found = lister_.find(pattern, known);
     } catch (const Error& error) {
-      throw Error(error.code(), setting.origin.place() + ": " + setting.key + ": " + error.what());
+      throw Error(error.code(),
+                  setting.origin.place() + ": " + setting.key + ": " + error.message());
     }
     if (pattern.has_open_ending()) {
       std::erase_if(found,
@@ -96,7 +97,7 @@ class Expander {
       return pattern;
     } catch (const Error& error) {
       if (std::string_view(error.what()).starts_with(setting.origin.place())) throw;
-      fail_in(setting, error.what());
+      fail_in(setting, error.message());
     }
   }
 
@@ -356,7 +357,7 @@ class Expander {
       return pattern.path({});
     } catch (const Error& error) {
       if (std::string_view(error.what()).starts_with(setting.origin.place())) throw;
-      fail_in(setting, error.what());
+      fail_in(setting, error.message());
     }
   }
 
@@ -474,7 +475,7 @@ class Expander {
       try {
         set_option(asset.job, key, setting.words);
       } catch (const Error& error) {
-        fail_in(setting, error.what());
+        fail_in(setting, error.message());
       }
       const bool own = key == "maps" && !asset.job.own_maps.empty() && !setting.origin.file.empty();
       if (own && !options_.allow_own_maps) {
@@ -504,7 +505,7 @@ class Expander {
       check(asset.job);
     } catch (const Error& error) {
       throw Error(ErrorCode::usage, file_.bakes[asset.rule].find("high")->origin.place() + ": '" +
-                                        asset.name + "': " + error.what());
+                                        asset.name + "': " + error.message());
     }
     asset.expected_seconds = expected_seconds(asset.job);
   }

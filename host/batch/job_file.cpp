@@ -26,8 +26,7 @@ constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before",
 /// Options of a run as a whole, which the command line has.
 constexpr std::array kWholeRun = {"device", "quiet"};
 
-[[noreturn]] void fail_in(const Origin& origin, const std::string& key,
-                          const std::string& problem) {
+[[noreturn]] void fail_in(const Origin& origin, const std::string& key, const Message& problem) {
   throw Error(ErrorCode::usage, origin.place() + ": " + key + ": " + problem);
 }
 
@@ -193,7 +192,7 @@ class Reader {
         set_option(job, setting.key, setting.words);
       }
     } catch (const Error& error) {
-      fail_in(setting.origin, setting.key, error.what());
+      fail_in(setting.origin, setting.key, error.message());
     }
   }
 
@@ -226,7 +225,7 @@ class Reader {
         try {
           setting.words.push_back(PathPattern(pattern.text).text());
         } catch (const Error& error) {
-          fail_in(origin(pattern), key, error.what());
+          fail_in(origin(pattern), key, error.message());
         }
       }
       return;

@@ -18,11 +18,11 @@
 #include "base/stopwatch.h"
 #include "batch/source_cache.h"
 #include "io/file/output_set.h"
-#include "job/flags.h"
 #include "job/run.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 #include "kiln/limits.h"
+#include "kiln/option_error.h"
 
 namespace kiln {
 namespace {
@@ -172,8 +172,10 @@ class BatchRun {
     std::vector<std::string> problems;
     try {
       problems = options_.check(asset, result);
+    } catch (const Error& error) {
+      problems = {error.message().text(option_as_flag)};
     } catch (const std::exception& error) {
-      problems = {with_flags(error.what())};
+      problems = {error.what()};
     }
     if (problems.empty()) return;
     result.state = AssetState::failed;
@@ -207,7 +209,7 @@ class BatchRun {
       result.state = AssetState::failed;
       result.error_code = code;
       result.error_id = id;
-      result.error = with_flags(message);
+      result.error = message;
     };
     if (!asset.problem.empty()) {
       fail(static_cast<int>(ErrorCode::input), "input", asset.problem + ".");
@@ -216,7 +218,7 @@ class BatchRun {
     try {
       bake(i, result);
     } catch (const Error& error) {
-      fail(static_cast<int>(error.code()), error.id(), error.what());
+      fail(static_cast<int>(error.code()), error.id(), error.message().text(option_as_flag));
     } catch (const std::bad_alloc&) {
       fail(static_cast<int>(ErrorCode::internal), "memory",
            "memory ran out, or --memory-limit was reached.");
@@ -285,7 +287,7 @@ class BatchRun {
     result.state = AssetState::baked;
     if (!made.failure.empty()) {
       result.state = AssetState::failed;
-      result.error = made.failure;
+      result.error = made.failure.text(option_as_flag);
       result.error_id = "limit";
       result.error_code = 1;
     }

@@ -7,13 +7,23 @@
 #include "c/objects.h"
 #include "kiln/job.h"
 #include "kiln/kiln.h"
+#include "kiln/option_error.h"
 #include "kiln/options.h"
 
 struct kiln_job {
   kiln::Job job;
 };
 struct kiln_job_result {
+  explicit kiln_job_result(kiln::JobResult made)
+      : result(std::move(made)), failure(result.failure.text(kiln::option_as_member)) {
+    for (const kiln::Warning& cause : result.causes) {
+      warnings.push_back(cause.message.text(kiln::option_as_member));
+    }
+  }
+
   kiln::JobResult result;
+  std::string failure;
+  std::vector<std::string> warnings;
 };
 
 namespace kiln {
@@ -109,7 +119,7 @@ kiln_status kiln_job_run(const kiln_job* job, const char* device, kiln_progress 
         kiln::run(kiln::Device::open(device == nullptr ? job->job.device : std::string(device)),
                   job->job, tell);
     kiln::check_cancelled(made.cancelled);
-    *result = new kiln_job_result{std::move(made)};
+    *result = new kiln_job_result(std::move(made));
   });
 }
 
@@ -120,14 +130,11 @@ const char* kiln_job_file(const kiln_job_result* result, size_t index) {
 }
 
 const char* kiln_job_warning(const kiln_job_result* result, size_t index) {
-  return result == nullptr || index >= result->result.causes.size()
-             ? nullptr
-             : result->result.causes[index].message.c_str();
+  return result == nullptr ? nullptr : kiln::text_at(result->warnings, index);
 }
 
 const char* kiln_job_failure(const kiln_job_result* result) {
-  return result == nullptr || result->result.failure.empty() ? nullptr
-                                                             : result->result.failure.c_str();
+  return result == nullptr || result->failure.empty() ? nullptr : result->failure.c_str();
 }
 
 const char* kiln_job_report(const kiln_job_result* result) {

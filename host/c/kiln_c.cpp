@@ -27,10 +27,14 @@ struct kiln_bake {
   kiln_bake(kiln::BakeResult baked, bool in_tangent_space, Files files)
       : result(std::move(baked)), tangent_space(in_tangent_space), read(std::move(files)) {
     for (const kiln::BakedMap& map : result.maps) names.emplace_back(map.kind.name);
+    for (const kiln::Warning& warning : result.report.warnings) {
+      warnings.push_back(warning.message.text());
+    }
   }
   kiln::BakeResult result;
   std::vector<std::string> names;  ///< Names of the maps, zero-terminated
-  bool tangent_space;              ///< True if normals are in tangent space with green up
+  std::vector<std::string> warnings;
+  bool tangent_space;  ///< True if normals are in tangent space with green up
   Files read;
 };
 
@@ -53,14 +57,20 @@ class ShadedHigh {
 };
 
 /// Warnings of the last call that made a mesh or a source.
-thread_local std::vector<Warning> last_warnings;
+thread_local std::vector<std::string> last_warnings;
+
+std::vector<std::string> texts_of(const std::vector<Warning>& warnings) {
+  std::vector<std::string> texts;
+  for (const Warning& warning : warnings) texts.push_back(warning.message.text());
+  return texts;
+}
 
 /// Refuses a map without any matched texel, as the command does. \throws Error(input) with the warning that names
 /// the cause
 void check_found(const BakeReport& report) {
   if (report.missed < report.samples) return;
   const char* const id = report.samples == 0 ? "no-texels" : "many-misses";
-  std::string message;
+  Message message;
   for (const Warning& warning : report.warnings) {
     if (warning.code == id) message = warning.message;
   }
@@ -222,7 +232,7 @@ extern "C" {
 const char* kiln_error_message(void) { return last_message().c_str(); }
 const char* kiln_error_code(void) { return last_code().c_str(); }
 const char* kiln_warning(size_t index) {
-  return index < last_warnings.size() ? last_warnings[index].message.c_str() : nullptr;
+  return index < last_warnings.size() ? last_warnings[index].c_str() : nullptr;
 }
 const char* kiln_c_version(void) { return version(); }
 
@@ -244,7 +254,7 @@ kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh) {
     const std::filesystem::path file = path_of(path);
     // An absolute path, since the working folder may change before a file is saved.
     *mesh = new kiln_mesh{load_mesh(file, {}, &warnings), {std::filesystem::absolute(file)}};
-    last_warnings = std::move(warnings);
+    last_warnings = texts_of(warnings);
   });
 }
 
@@ -313,7 +323,7 @@ kiln_status kiln_simplify(const kiln_mesh* high, const kiln_simplify_options* op
     SimplifyReport report;
     Mesh made = simplify(ShadedHigh(high->mesh).mesh(), simplify_options, &report);
     *low = new kiln_mesh{std::move(made), high->read, report};
-    last_warnings = std::move(report.warnings);
+    last_warnings = texts_of(report.warnings);
   });
 }
 
@@ -337,7 +347,7 @@ kiln_status kiln_unwrap(const kiln_mesh* mesh, const kiln_unwrap_options* option
     const ProgressScope scope(progress_of(o.progress, o.user));
     UnwrapReport report;
     *unwrapped = new kiln_mesh{unwrap(mesh->mesh, unwrap_options, &report), mesh->read, mesh->made};
-    last_warnings = std::move(report.warnings);
+    last_warnings = texts_of(report.warnings);
   });
 }
 
@@ -353,7 +363,7 @@ kiln_status kiln_source_new(const char* device, const kiln_mesh* high, kiln_prog
     std::vector<Warning> warnings = shaded.warnings();
     warnings.insert(warnings.end(), made->warnings().begin(), made->warnings().end());
     *source = new kiln_source{*made, high->read};
-    last_warnings = std::move(warnings);
+    last_warnings = texts_of(warnings);
   });
 }
 
@@ -440,8 +450,8 @@ kiln_status kiln_bake_report(const kiln_bake* bake, kiln_report* report) {
 }
 
 const char* kiln_bake_warning(const kiln_bake* bake, size_t index) {
-  if (bake == nullptr || index >= bake->result.report.warnings.size()) return nullptr;
-  return bake->result.report.warnings[index].message.c_str();
+  if (bake == nullptr || index >= bake->warnings.size()) return nullptr;
+  return bake->warnings[index].c_str();
 }
 
 void kiln_bake_free(kiln_bake* bake) { delete bake; }

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "base/memory.h"
+#include "base/option.h"
 #include "base/progress_guard.h"
 #include "cl/binary_cache.h"
 #include "cl/driver.h"
@@ -98,7 +99,8 @@ Buffer::Buffer(Context& context, std::size_t bytes, const void* data)
     throw Error(ErrorCode::internal, "A buffer of the device would take " + megabytes(bytes) +
                                          " of memory, but only " + megabytes(memory_left()) +
                                          " are left of the memory limit. Use smaller inputs or a "
-                                         "smaller size, or raise the `memory_limit`.");
+                                         "smaller size, or raise the " +
+                                         option("memory_limit") + ".");
   }
   cl_int status = CL_SUCCESS;
   driver([&] {

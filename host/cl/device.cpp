@@ -10,6 +10,7 @@
 
 #include "base/lower_case.h"
 #include "base/memory.h"
+#include "base/option.h"
 #include "cl/context.h"
 #include "cl/describe.h"
 #include "cl/device_order.h"
@@ -231,7 +232,7 @@ Device Device::open(std::string_view selector) {
                     "installed, it may lack a folder to write its kernels to: set HOME or "
                     "POCL_CACHE_DIR to one that can be written.");
   }
-  std::string origin = "`device`";
+  Message origin = option("device");
   if (selector.empty()) {
     if (const char* environment = std::getenv("KILN_DEVICE")) {
       selector = environment;
@@ -240,8 +241,8 @@ Device Device::open(std::string_view selector) {
   }
   const Found* chosen = select(found, selector);
   if (chosen == nullptr) {
-    std::string message = "No OpenCL device matches " + origin + " '" + std::string(selector) +
-                          "'. Use an index or part of a name:";
+    Message message = "No OpenCL device matches " + origin + " '" + std::string(selector) +
+                      "'. Use an index or part of a name:";
     for (const Found& entry : found) {
       message += "\n  " + std::to_string(entry.info.index) + "  " + entry.info.name + " (" +
                  entry.info.platform + ")";

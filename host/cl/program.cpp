@@ -9,6 +9,7 @@
 
 #include "base/formatted.h"
 #include "base/memory.h"
+#include "base/option.h"
 #include "base/progress_guard.h"
 #include "cl/binary_cache.h"
 #include "cl/driver.h"
@@ -36,7 +37,8 @@ bool is_watched() { return ProgressGuard::active() || OwnMapRun::current() != nu
   throw Error(ErrorCode::input, "The map " + own.label() + " is not compiled within " +
                                     formatted("%g s", own.seconds()) +
                                     ": what its macros and loops unfold to may be too large. "
-                                    "Shorten it, or raise `own_map_seconds`.");
+                                    "Shorten it, or raise " +
+                                    option("own_map_seconds") + ".");
 }
 
 }  // namespace

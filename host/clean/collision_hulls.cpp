@@ -10,6 +10,7 @@
 
 #include "base/counted.h"
 #include "base/lower_case.h"
+#include "base/option.h"
 #include "clean/high_hulls.h"
 #include "clean/triangle_list.h"
 
@@ -173,19 +174,21 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
   hulls.object_names = names;
   const std::string list = quote_names(names);
   if (found == is_hull.size()) {
-    throw Error(ErrorCode::input,
-                "LOW '" + low.name + "' is nothing but collision hulls, by their names (" + list +
-                    "): give the mesh that is drawn, or add --keep-hulls to bake onto these.");
+    throw Error(ErrorCode::input, "LOW '" + low.name +
+                                      "' is nothing but collision hulls, by their names (" + list +
+                                      "): give the mesh that is drawn, or add " +
+                                      option("keep_hulls") + " to bake onto these.");
   }
   if (warnings != nullptr) {
-    warnings->push_back(
-        {"collision-hulls",
-         "LOW '" + low.name + "': " + counted(names.size(), "collision hull") + " (" + list + "; " +
-             counted(found, "triangle") + ")" + (names.size() == 1 ? " was" : " were") +
-             " left out of the bake, and " +
-             (names.size() == 1 ? "stays as it is" : "stay as they are") +
-             " in a LOW that is written. Where one is drawn, rename it, or add --keep-hulls.",
-         names.size()});
+    warnings->push_back({"collision-hulls",
+                         "LOW '" + low.name + "': " + counted(names.size(), "collision hull") +
+                             " (" + list + "; " + counted(found, "triangle") + ")" +
+                             (names.size() == 1 ? " was" : " were") +
+                             " left out of the bake, and " +
+                             (names.size() == 1 ? "stays as it is" : "stay as they are") +
+                             " in a LOW that is written. Where one is drawn, rename it, or add " +
+                             option("keep_hulls") + ".",
+                         names.size()});
   }
   low = without(std::move(low), is_hull);
   return hulls;
@@ -207,7 +210,8 @@ void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
                           quote_names(names) + "; " + counted(found, "triangle") + ")" +
                           (names.size() == 1 ? " was" : " were") +
                           " left out: no map shows or meets them. Where one is drawn, rename it, "
-                          "or add --keep-hulls.",
+                          "or add " +
+                          option("keep_hulls") + ".",
                       names.size()});
   high = without(std::move(high), is_hull);
 }

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "base/parallel.h"
 #include "cl/driver.h"
 #include "image/gutter.h"
@@ -144,7 +145,8 @@ class OwnMapMaker : public MapMaker {
                   "The map " + label_ + " is not done with " +
                       std::to_string(params.end - params.first) + " samples in " + limit +
                       ", in which some drivers compile it once more: its function may never "
-                      "return, or unfold to too much. Mend it, or raise `own_map_seconds`.");
+                      "return, or unfold to too much. Mend it, or raise " +
+                      option("own_map_seconds") + ".");
     }
     std::vector<float> values(std::size_t{4} * band.capacity);
     values_.read(context_, values);

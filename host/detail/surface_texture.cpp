@@ -7,6 +7,7 @@
 
 #include "base/counted.h"
 #include "base/memory.h"
+#include "base/option.h"
 #include "base/parallel.h"
 #include "detail/empty_texels.h"
 #include "detail/vertex_colors.h"
@@ -71,8 +72,8 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
         "Filtering the " + std::to_string(image->width) + " x " + std::to_string(image->height) +
             " pixels of the texture of the map " + map_,
         FilteredTexture::most_bytes(*image, texture.kind, reading), [](const std::string& problem) {
-          throw Error(ErrorCode::input,
-                      problem + ". Scale the picture down, or raise the `memory_limit`.");
+          throw Error(ErrorCode::input, problem + ". Scale the picture down, or raise the " +
+                                            option("memory_limit") + ".");
         });
     pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind, reading));
     is_weighted_.push_back(reading.by_alpha && image->channels % 2 == 0);
@@ -403,7 +404,7 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
                             " numbers that are NaN or infinite; they count as 0.",
                         replaced});
   }
-  const auto warn = [&](const char* code, const auto& holds, const std::string& text) {
+  const auto warn = [&](const char* code, const auto& holds, const Message& text) {
     std::uint64_t count = 0;
     std::size_t first = 0;
     for (std::size_t i = 0; i < normals_.size(); ++i) {
@@ -422,20 +423,24 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
   warn(
       "two-channel-normals", [&](std::size_t i) { return is_detected(i) && !normals_[i].in_alpha; },
       "held x and y alone (blue is constant, or below 0 all over): z was computed. Where that is "
-      "wrong, say what it holds (--high-normal-map gl).");
+      "wrong, say what it holds (" +
+          option("high_normal_map", "gl") + ").");
   warn(
       "two-channel-normals", [&](std::size_t i) { return is_detected(i) && normals_[i].in_alpha; },
       "held x in alpha and y in green (DXT5nm): z was computed. Where that is wrong, say what it "
-      "holds (--high-normal-map gl).");
+      "holds (" +
+          option("high_normal_map", "gl") + ").");
   warn(
       "normal-map-channels", [&](std::size_t i) { return normals_[i].doubtful; },
       normal_format_ == NormalTextureFormat::two_channel ||
               normal_format_ == NormalTextureFormat::two_channel_directx
           ? "look as if x and y were elsewhere than where two-channel maps have them, but were "
             "read "
-            "as asked for: see --high-normal-map."
-          : "look as if they held x and y alone, but were read with z in blue, as asked for: see "
-            "--high-normal-map.");
+            "as asked for: see " +
+                option("high_normal_map") + "."
+          : "look as if they held x and y alone, but were read with z in blue, as asked for: "
+            "see " +
+                option("high_normal_map") + ".");
   warn(
       "normal-map-green",
       [&](std::size_t i) {
@@ -443,8 +448,8 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
                doubtful_green_.end();
       },
       "seem to have their green the other way: their slopes fit no surface, but do so with green "
-      "turned over. Bumps are baked as dents then; give the other direction by "
-      "--high-normal-map (dx: +Y down).");
+      "turned over. Bumps are baked as dents then; give the other direction by " +
+          option("high_normal_map") + " (dx: +Y down).");
   if (!missing_tiles_.empty()) {
     std::uint64_t triangles = 0;
     std::string list;

@@ -264,8 +264,10 @@ void encode_asset_maps(BakeRun& run) {
   run.pictures.push_back(std::make_shared<const AssetPictures>(encode_maps(maps, job.pictures)));
   if (job.pictures.format == PictureFormat::jpeg && maps.opacity != nullptr) {
     run.warnings.push_back({"jpeg-alpha",
-                            "JPEG has no alpha: colours with opacity are a PNG. --format webp "
-                            "packs them, too.",
+                            "JPEG has no alpha: colours with opacity are a PNG. " +
+                                option("format", "webp") +
+                                " "
+                                "packs them, too.",
                             1});
   }
   if (job.pictures.max_normal_error > 0 && maps.normal != nullptr &&
@@ -273,8 +275,9 @@ void encode_asset_maps(BakeRun& run) {
     run.warnings.push_back(
         {"normal-error",
          formatted("No lossy quality keeps normals within %.3g degrees in the mean: they are "
-                   "lossless. Allow more --normal-error.",
-                   job.pictures.max_normal_error),
+                   "lossless. Allow more ",
+                   job.pictures.max_normal_error) +
+             option("normal_error") + ".",
          1});
   }
   for (const AssetError& error : run.pictures.back()->errors) {

@@ -51,20 +51,21 @@ void settle_asset(Job& a) {
         ".tif",  ".tiff", ".usd",   ".usda", ".usdc", ".usdz", ".webp", ".x",   ".zip"};
     refuse_if(
         std::find(std::begin(kOthers), std::end(kOthers), ending) != std::end(kOthers),
-        "--out '" + a.out +
+        option("out") + " '" + a.out +
             "': a bake writes maps into a folder, or all into NAME.glb, NAME.gltf or NAME.obj: "
-            "name one of these. --format chooses the maps' format.");
+            "name one of these. " +
+            option("format") + " chooses the maps' format.");
     return;
   }
-  refuse_if(!out.has_extension(),
-            "--out '" + a.out + "' has no name before its ending: write NAME" + ending + ".");
+  refuse_if(!out.has_extension(), option("out") + " '" + a.out +
+                                      "' has no name before its ending: write NAME" + ending + ".");
   refuse_if(
       is_folder,
-      "--out '" + a.out +
+      option("out") + " '" + a.out +
           "' is a folder: name another file; or put a slash behind it, for maps in that folder.");
   const auto refuse = [&](bool is, const char* flag) {
-    refuse_if(is, std::string(flag) + " is not for a glTF, GLB or OBJ, --out '" + a.out +
-                      "': leave it out, or name a folder.");
+    refuse_if(is, option_of(flag) + " is not for a glTF, GLB or OBJ, " + option("out") + " '" +
+                      a.out + "': leave it out, or name a folder.");
   };
   refuse(a.layers, "--layers");
   refuse(a.bake.match.visibility.clusters > 1, "--visibility-clusters");
@@ -78,21 +79,26 @@ void settle_asset(Job& a) {
     const bool can_lose = pictures.format != PictureFormat::png;
     const bool is_jpeg = pictures.format == PictureFormat::jpeg;
     refuse_if(a.given.contains("--format") && format == ImageFormat::ktx2,
-              "KTX 2 in a glTF holds Basis Universal, which Kiln does not encode: give --format "
-              "webp, or convert the file (gltf-transform etc1s or uastc).");
-    refuse_if(a.given.contains("--format") && format != ImageFormat::png8 && !can_lose,
-              "The pictures in '" + a.out + "' can be --format png8, webp or jpeg.");
-    refuse_if(a.given.contains("--quality") && !can_lose,
-              "--quality is for --format webp and jpeg: add one of them.");
-    refuse_if(a.given.contains("--normal-error") && !can_lose,
-              "--normal-error is for --format webp and jpeg: add one of them.");
+              "KTX 2 in a glTF holds Basis Universal, which Kiln does not encode: give " +
+                  option("format", "webp") +
+                  ", or convert the file (gltf-transform etc1s or uastc).");
+    refuse_if(
+        a.given.contains("--format") && format != ImageFormat::png8 && !can_lose,
+        "The pictures in '" + a.out + "' can be " + option("format", "png8") + ", webp or jpeg.");
+    for (const char* const name : {"quality", "normal_error"}) {
+      refuse_if(
+          a.given.contains(option_as_flag(name, {})) && !can_lose,
+          option(name) + " is for " + option("format", "webp") + " and jpeg: add one of them.");
+    }
     refuse_if(pictures.dither == Dither::on && (is_jpeg || pictures.quality != 0),
-              "--dither is for pictures without loss, png8 and webp: leave it out, or " +
-                  std::string(is_jpeg ? "--format jpeg." : "--quality."));
+              option("dither") + " is for pictures without loss, png8 and webp: leave it out, or " +
+                  (is_jpeg ? option("format", "jpeg") : option("quality")) + ".");
     refuse_if(pictures.fallback && pictures.format != PictureFormat::webp,
-              "--fallback-textures is for --format webp: all programs read PNG and JPEG.");
+              option("fallback_textures") + " is for " + option("format", "webp") +
+                  ": all programs read PNG and JPEG.");
     refuse_if(a.mesh_compression == MeshCompression::draco && !can_pack_draco(),
-              "This build of Kiln was made without Draco: give --mesh-compression meshopt.");
+              "This build of Kiln was made without Draco: give " +
+                  option("mesh_compression", "meshopt") + ".");
     refuse(a.bake.encoding.space != NormalMapSpace::tangent, "--space");
     refuse(a.bake.encoding.flip_y, "--flip-y");
     refuse(a.bake.encoding.two_component, "--two-component");
@@ -112,10 +118,10 @@ void check_memory(const Job& a) {
   if (!a.in_memory) return;
   const std::string ending = lower_extension(asset_file(a));
   refuse_if(ending == ".gltf" || ending == ".obj",
-            "--out '" + a.out +
+            option("out") + " '" + a.out +
                 "' is several files, but nothing is to be written: name it .glb, or a folder.");
   const auto refuse = [](bool is, const char* flag) {
-    refuse_if(is, std::string(flag) + " is a file, but nothing is to be written: leave it out.");
+    refuse_if(is, option_of(flag) + " is a file, but nothing is to be written: leave it out.");
   };
   refuse(a.low.make.lods != 0, "--lod");
   refuse(!a.packs.empty(), "--pack");
@@ -171,25 +177,26 @@ bool serves_map(const OptionRow& row, const Job& a) {
                      [&](MapKind map) { return row.serves(find_map(map.name)); });
 }
 
-std::string not_this_match(const OptionRow& row, const Job& a) {
+Message not_this_match(const OptionRow& row, const Job& a) {
   std::vector<std::string> served, following;
   for (const MatchInfo& match : matches()) {
     if (!row.serves(match)) continue;
     served.emplace_back(match.method.name);
     if (!obeys(match, "match.uv") && row.in_fallback) following.emplace_back(match.method.name);
   }
-  return row.flag + " is for --match " + joined(served) +
-         (following.empty() ? ": leave it out."
-                            : ": with --match " + match_word(a) + " it needs --fallback " +
-                                  joined(following) + ".");
+  return option_of(row.flag) + " is for " + option("match") + " " + joined(served) +
+         (following.empty() ? Message(": leave it out.")
+                            : ": with " + option("match", match_word(a)) + " it needs " +
+                                  option("fallback") + " " + joined(following) + ".");
 }
 
-std::string not_these_maps(const OptionRow& row) {
+Message not_these_maps(const OptionRow& row) {
   std::vector<std::string> served;
   for (const MapInfo& map : maps()) {
     if (row.serves(map)) served.emplace_back(map.kind.name);
   }
-  return row.flag + " is for --maps " + joined(served) + ": add such a map, or leave it out.";
+  return option_of(row.flag) + " is for " + option("maps") + " " + joined(served) +
+         ": add such a map, or leave it out.";
 }
 
 // ---- Flags that contradict each other --------------------------------------------------------------
@@ -199,29 +206,33 @@ void check_fallback(const Job& a) {
   const MatchOptions& match = a.bake.match;
   refuse_if(!a.match_auto && std::find(match.fallback.begin(), match.fallback.end(),
                                        match.method) != match.fallback.end(),
-            "--fallback " + std::string(match.method.name) +
+            option("fallback", std::string(match.method.name)) +
                 " leaves the same samples undecided as before: name each match once.");
   refuse_if(a.given.contains("--fallback-blend") && match.fallback.empty(),
-            "--fallback-blend needs a --fallback that finds points: ray, closest or views.");
+            option("fallback_blend") + " needs a " + option("fallback") +
+                " that finds points: ray, closest or views.");
 }
 
 /// Flags of a chain of low polys.
 void check_lods(const Job& a) {
   for (const char* flag : {"--lod-uvs", "--lod-growth"}) {
     refuse_if(a.given.contains(flag) && a.low.make.lods == 0,
-              std::string(flag) + " is for several low polys: add --lod N, or leave it out.");
+              option_of(flag) + " is for several low polys: add " + option("lod", "N") +
+                  ", or leave it out.");
   }
   if (a.low.make.lods == 0) return;
   refuse_if(!plans_low_poly(a) || a.low.make.screen.empty(),
-            "--lod plans each low poly for a size on screen: give --max-error normal=DEGREES and "
-            "--screen, and neither LOW nor --faces.");
+            option("lod") + " plans each low poly for a size on screen: give " +
+                option("max_error", "normal=DEGREES") + " and " + option("screen") +
+                ", and neither LOW nor " + option("faces") + ".");
   const std::uint32_t least = 16U << (a.low.make.lods - 1);
-  refuse_if(parse_pixels("--screen", a.low.make.screen) < least,
-            "--lod " + std::to_string(a.low.make.lods) +
-                " halves the size on screen each time, down to 16 pixels at least: give --screen " +
-                std::to_string(least) + "px or more, or fewer levels.");
-  refuse_if(!a.save_match.empty() || a.reasons,
-            "--save-match and --reasons are of one low poly: leave them out, or --lod.");
+  refuse_if(parse_pixels(option("screen"), a.low.make.screen) < least,
+            option("lod", std::to_string(a.low.make.lods)) +
+                " halves the size on screen each time, down to 16 pixels at least: give " +
+                option("screen", std::to_string(least)) + "px or more, or fewer levels.");
+  refuse_if(!a.save_match.empty() || a.reasons, option("save_match") + " and " + option("reasons") +
+                                                    " are of one low poly: leave them out, or " +
+                                                    option("lod") + ".");
 }
 
 /// Flags of a plan of low poly, map and match together.
@@ -229,52 +240,60 @@ void check_low_poly_plan(const Job& a) {
   map_bounds(a);
   const bool plans = plans_low_poly(a);
   if (!a.low.make.screen.empty()) {
-    parse_pixels("--screen", a.low.make.screen);
-    refuse_if(!plans,
-              "--screen is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
-              "neither LOW nor --faces.");
+    parse_pixels(option("screen"), a.low.make.screen);
+    refuse_if(!plans, option("screen") + " is for a low poly that Kiln plans: give " +
+                          option("max_error", "normal=DEGREES") +
+                          ", and "
+                          "neither LOW nor " +
+                          option("faces") + ".");
   }
   if (!a.low.make.max_outline.empty()) {
     parse_outline_bound(a.low.make.max_outline);
-    refuse_if(
-        !plans,
-        "--max-outline is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
-        "neither LOW nor --faces.");
+    refuse_if(!plans, option("max_outline") + " is for a low poly that Kiln plans: give " +
+                          option("max_error", "normal=DEGREES") +
+                          ", and "
+                          "neither LOW nor " +
+                          option("faces") + ".");
   }
   if (!plans) {
-    refuse_if(!a.match_auto && bounds_maps(a),
-              "--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
+    refuse_if(!a.match_auto && bounds_maps(a), option("max_error", "normal=DEGREES") + " needs " +
+                                                   option("match", "auto") + " where LOW or " +
+                                                   option("faces") + " is given.");
     return;
   }
   refuse_if(std::min(a.bake.width, a.bake.height) < kSmallestMap,
-            "--size is that of the largest map to plan with: give " + std::to_string(kSmallestMap) +
-                " or more.");
+            option("size") + " is that of the largest map to plan with: give " +
+                std::to_string(kSmallestMap) + " or more.");
   refuse_if(!a.low.make.max_angle.empty() && !a.low.make.max_error.empty(),
-            "--max-angle and --max-error both say what is to be reached: leave one of them out.");
-  parse_degrees(a.low.make.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
-  refuse_if(
-      has_cage_mesh(a) || a.cage_auto || a.parts_by == PartsBy::name,
-      "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
-      "plans its own here.");
+            option("max_angle") + " and " + option("max_error") +
+                " both say what is to be reached: leave one of them out.");
+  parse_degrees(a.low.make.max_angle.empty() ? option("max_error") : option("max_angle"),
+                angle_bound(a));
+  refuse_if(has_cage_mesh(a) || a.cage_auto || a.parts_by == PartsBy::name,
+            option("cage_mesh") + ", " + option("cage", "auto") + " and " +
+                option("match_by", "name") + " need a LOW, yours or with " + option("faces", "N") +
+                ": Kiln "
+                "plans its own here.");
   const bool by_uvs = match_obeys(a, "match.uv") && !has_heights(a);
-  refuse_if(
-      by_uvs || (!a.match_auto && needs_direction(find_match(a.bake.match.method.name))),
-      "--match " + match_word(a) + " is for a LOW of yours: leave it out, or give LOW or --faces.");
-  refuse_if(!bakes_shading_map(a), "--max-error normal=DEGREES measures normal maps: add " +
-                                       std::string(shading_map().name) + " to --maps.");
+  refuse_if(by_uvs || (!a.match_auto && needs_direction(find_match(a.bake.match.method.name))),
+            option("match", match_word(a)) +
+                " is for a LOW of yours: leave it out, or give LOW or " + option("faces") + ".");
+  refuse_if(!bakes_shading_map(a),
+            option("max_error", "normal=DEGREES") + " measures normal maps: add " +
+                std::string(shading_map().name) + " to " + option("maps") + ".");
 }
 
 /// Checks --density, which is for charts that Kiln lays out.
 void check_texels(const Job& a) {
   const bool given = a.given.contains("--density");
   refuse_if(given && !a.low.given.empty() && !a.unwrap,
-            "--density is for charts that Kiln lays out, but LOW '" + low_name(a) +
-                "' has its own: add --unwrap, or leave it out.");
-  refuse_if(
-      given && a.low.given.empty() && has_heights(a),
-      "--density is not for a low poly of a height field, which lies over the image as it is.");
+            option("density") + " is for charts that Kiln lays out, but LOW '" + low_name(a) +
+                "' has its own: add " + option("unwrap") + ", or leave it out.");
+  refuse_if(given && a.low.given.empty() && has_heights(a),
+            option("density") +
+                " is not for a low poly of a height field, which lies over the image as it is.");
   refuse_if(given && a.low.given.empty() && match_obeys(a, "match.uv"),
-            "--density is for new charts, but --match " + match_word(a) +
+            option("density") + " is for new charts, but " + option("match", match_word(a)) +
                 " keeps those of HIGH: leave one out.");
   check_density(given, a.unwrap_method);
 }
@@ -282,34 +301,43 @@ void check_texels(const Job& a) {
 /// Flags that make a low poly, or belong to a given one.
 void check_low(const Job& a) {
   refuse_if(!a.match_auto && !a.low.make.max_angle.empty(),
-            "--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
+            option("max_angle") + " is for " + option("match", "auto") + ": leave it out, or " +
+                option("max_error") + " bounds the low poly.");
   check_low_poly_plan(a);
   check_lods(a);
   const bool bounded = !deviation_bound(a).empty();
   refuse_if(a.low.make.faces != 0 && bounded,
-            "--faces and --max-error both say how light the mesh is to be: leave one of them out.");
+            option("faces") + " and " + option("max_error") +
+                " both say how light the mesh is to be: leave one of them out.");
   refuse_if(!a.low.given.empty() && (a.low.make.faces != 0 || bounded),
-            "--faces and --max-error are for making a low poly, but LOW '" + low_name(a) +
+            option("faces") + " and " + option("max_error") +
+                " are for making a low poly, but LOW '" + low_name(a) +
                 "' was given: leave one of them out.");
-  refuse_if(
-      a.low.make.keep_parts && (!a.low.given.empty() || a.low.make.faces == 0),
-      "--keep-parts is for a low poly of a number of faces: add --faces N and leave LOW out, or "
-      "leave --keep-parts out.");
+  refuse_if(a.low.make.keep_parts && (!a.low.given.empty() || a.low.make.faces == 0),
+            option("keep_parts") + " is for a low poly of a number of faces: add " +
+                option("faces", "N") +
+                " and leave LOW out, or "
+                "leave " +
+                option("keep_parts") + " out.");
   refuse_if(a.low.make.keep_parts && (has_heights(a) || match_obeys(a, "match.uv")),
-            "--keep-parts is not for height fields or --match uv, which keep all parts.");
+            option("keep_parts") + " is not for height fields or " + option("match") +
+                " uv, which keep all parts.");
   const std::optional<CleanOptions> clean = clean_options(a);
   refuse_if(a.keep_inner && (!clean || clean->windings_alone),
-            "--keep-inner is for --clean all, or for a low poly that Kiln makes: leave it out.");
-  refuse_if(
-      a.low.given.empty() && a.unwrap && a.unwrap_method == "given",
-      "--unwrap alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "
-      "how, --unwrap=charts or --unwrap=pairs, or leave it out.");
-  refuse_if(
-      a.low.given.empty() && a.unwrap && has_heights(a),
-      "--unwrap is not for a low poly of a height field, which lies over the image as it is.");
+            option("keep_inner") + " is for " + option("clean", "all") +
+                ", or for a low poly that Kiln makes: leave it out.");
+  refuse_if(a.low.given.empty() && a.unwrap && a.unwrap_method == "given",
+            option("unwrap") +
+                " alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "
+                "how, " +
+                option("unwrap", "charts") + " or " + option("unwrap", "pairs") +
+                ", or leave it out.");
+  refuse_if(a.low.given.empty() && a.unwrap && has_heights(a),
+            option("unwrap") +
+                " is not for a low poly of a height field, which lies over the image as it is.");
   check_texels(a);
   refuse_if(a.low.given.empty() && has_cage_mesh(a),
-            "--cage-mesh needs the LOW that it belongs to.");
+            option("cage_mesh") + " needs the LOW that it belongs to.");
 }
 
 /// Flags of rays that serve some of their ways alone.
@@ -317,57 +345,65 @@ void check_rays(const Job& a) {
   const bool cage = a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
   refuse_if(
       cage && a.given.contains("--ray"),
-      "--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
+      option_of("--ray") +
+          " is for rays without a cage: from a cage they take the first face. Leave one out.");
   refuse_if(
       a.given.contains("--edge-width") && a.bake.match.ray.direction != RayDirection::automatic,
-      "--edge-width is for --direction auto.");
-  refuse_if(!a.save_cage.empty() && !a.cage_auto,
-            "--save-cage writes what --cage auto finds: add --cage auto.");
+      option("edge_width") + " is for " + option("direction", "auto") + ".");
+  refuse_if(!a.save_cage.empty() && !a.cage_auto, option("save_cage") + " writes what " +
+                                                      option("cage", "auto") + " finds: add " +
+                                                      option("cage", "auto") + ".");
 }
 
 /// Tangents of LOW's file fit its own UVs and normals.
 void check_tangents(const Job& a) {
   if (!a.given.contains("--tangents")) return;
-  refuse_if(a.low.given.empty(), "--tangents are of a LOW of yours: give it, or leave them out.");
+  refuse_if(a.low.given.empty(),
+            option("tangents") + " are of a LOW of yours: give it, or leave them out.");
   refuse_if(a.bake.encoding.space != NormalMapSpace::tangent,
-            "--tangents is for --space tangent: leave it out.");
+            option("tangents") + " is for " + option("space", "tangent") + ": leave it out.");
   refuse_if(a.file_tangents && (a.unwrap || a.split_at_seams),
-            "--tangents file fits the UVs and normals of LOW's file: leave out --unwrap and "
-            "--split-at-seams.");
+            option("tangents", "file") + " fits the UVs and normals of LOW's file: leave out " +
+                option("unwrap") + " and " + option("split_at_seams") + ".");
 }
 
 /// Files beside HIGH and LOW.
 void check_more_files(const Job& a) {
   for (const JobInput& input : a.high) {
     if (a.high.size() < 2 || input.asset || !is_height_field(input.name)) continue;
-    fail_usage("'" + input.name +
-               "' is a height field, which is a HIGH of its own: leave --high out.");
+    fail_usage("'" + input.name + "' is a height field, which is a HIGH of its own: leave " +
+               option("high") + " out.");
   }
   check_tangents(a);
   check_mesh_frame(a.frame, high_files(a), low_files(a), a.occluders);
   refuse_if(a.low.given.empty() && a.split_at_seams,
-            "--split-at-seams is for a LOW of yours: give it, or leave it out.");
-  refuse_if(a.low.given.empty() && has_heights(a) && a.given.contains("--triangulate"),
-            "--triangulate is for meshes: a height field has no polygons. Leave it out.");
+            option("split_at_seams") + " is for a LOW of yours: give it, or leave it out.");
+  refuse_if(
+      a.low.given.empty() && has_heights(a) && a.given.contains("--triangulate"),
+      option("triangulate") + " is for meshes: a height field has no polygons. Leave it out.");
 }
 
 void check_parts(const Job& a) {
   check_more_files(a);
   refuse_if(!a.parts_by && a.given.contains("--part-occlusion"),
-            "--part-occlusion needs parts: add --match-by name, group, object, material or list.");
+            option("part_occlusion") + " needs parts: add " + option("match_by", "name") +
+                ", group, object, material or list.");
   refuse_if(a.given.contains("--bitangent") && a.bake.encoding.space != NormalMapSpace::tangent,
-            "--bitangent is for --space tangent: leave it out.");
+            option("bitangent") + " is for " + option("space", "tangent") + ": leave it out.");
   refuse_if(a.reasons && !a.bake.match.fallback.empty(),
-            "--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
+            option("reasons") + " is for rays alone: leave out " + option("fallback") +
+                ", or end it with low, fill or mark.");
   if (a.parts_by && (a.low.given.empty() || a.unwrap)) {
-    fail_usage("--match-by " + name_of(Words(kPartsBy), a.parts_by) +
+    fail_usage(option("match_by", name_of(Words(kPartsBy), a.parts_by)) +
                " needs a LOW with named parts and UVs of its own.");
   }
-  refuse_if((a.parts_by == PartsBy::list) != a.given.contains("--match-list"),
-            "--match-by list and --match-list FILE belong together.");
+  refuse_if(
+      (a.parts_by == PartsBy::list) != a.given.contains("--match-list"),
+      option("match_by", "list") + " and " + option("match_list", "FILE") + " belong together.");
   refuse_if(a.parts_by != PartsBy::name &&
                 (a.given.contains("--low-names") || a.given.contains("--high-names")),
-            "--low-names and --high-names are for --match-by name.");
+            option("low_names") + " and " + option("high_names") + " are for " +
+                option("match_by", "name") + ".");
 }
 
 /// Flags of visibility that serve some of its ways alone.
@@ -375,16 +411,19 @@ void check_visibility(const Job& a) {
   const VisibilityOptions& visibility = a.bake.match.visibility;
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
   refuse_if(visibility.clusters > 1 && visibility.at != VisibilityAt::texel,
-            "--visibility-clusters is for --match visibility with --visibility-at texel.");
+            option("visibility_clusters") + " is for " + option("match") + " visibility with " +
+                option("visibility_at", "texel") + ".");
   refuse_if(visibility.at != VisibilityAt::texel && given("--visibility-smooth"),
-            "--visibility-smooth is for --visibility-at texel.");
-  refuse_if(
-      visibility.test == VisibilityTest::rays && given("--visibility-size"),
-      "--visibility-size is for pictures, but --visibility-test rays takes none: leave one out.");
+            option("visibility_smooth") + " is for " + option("visibility_at", "texel") + ".");
+  refuse_if(visibility.test == VisibilityTest::rays && given("--visibility-size"),
+            option("visibility_size") + " is for pictures, but " +
+                option("visibility_test", "rays") + " takes none: leave one out.");
   refuse_if(visibility.clusters == 1 && given("--visibility-deviation"),
-            "--visibility-deviation is for --visibility-clusters 2 and more.");
+            option("visibility_deviation") + " is for " + option("visibility_clusters", "2") +
+                " and more.");
   refuse_if(visibility.clusters > 1 && !a.save_match.empty(),
-            "--visibility-clusters makes several matches, --save-match saves one: leave one out.");
+            option("visibility_clusters") + " makes several matches, " + option("save_match") +
+                " saves one: leave one out.");
 }
 
 /// Maps of what some matches alone go by.
@@ -392,9 +431,9 @@ void check_maps(const Job& a) {
   const bool by_visibility = !has_saved_match(a) && match_obeys(a, "match.visibility");
   for (const MapKind map : kinds_asked(a)) {
     if (!obeys(find_map(map.name), "match.visibility") || by_visibility) continue;
-    fail_usage(
-        "--maps " + std::string(map.name) +
-        " holds what a match by visibility goes by: use it with --match visibility or hybrid.");
+    fail_usage(option("maps", std::string(map.name)) +
+               " holds what a match by visibility goes by: use it with " + option("match") +
+               " visibility or hybrid.");
   }
 }
 
@@ -402,56 +441,64 @@ void check_maps(const Job& a) {
 void check_occlusion(const Job& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
   refuse_if(given("--map-seconds") && a.own_maps.empty(),
-            "--map-seconds is for maps of your own: add --maps NAME=FILE.cl, or leave it out.");
+            option("map_seconds") + " is for maps of your own: add " + option("maps") +
+                " NAME=FILE.cl, or leave it out.");
   refuse_if(a.bake.occlusion.by == OcclusionBy::rays && given("--ao-views"),
-            "--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
+            option("ao_views") + " is for " + option("ao_by", "views") +
+                " or auto: add one of them, or leave it out.");
   if (a.bake.occlusion.by != OcclusionBy::views) return;
   for (const char* flag :
        {"--ao-distance", "--ao-falloff", "--ao-ignore-back-faces", "--ao-error"}) {
     if (!given(flag)) continue;
-    fail_usage(
-        std::string(flag) +
-        " is for rays, since a depth view shows the first face alone: leave it out, or --ao-by "
-        "views.");
+    fail_usage(option_of(flag) +
+               " is for rays, since a depth view shows the first face alone: leave it out, or " +
+               option("ao_by") +
+               " "
+               "views.");
   }
   const std::vector<MapKind> kinds = kinds_asked(a);
   const bool other = std::any_of(kinds.begin(), kinds.end(), [](MapKind map) {
     return obeys(find_map(map.name), "occlusion.rays") &&
            !obeys(find_map(map.name), "occlusion.views");
   });
-  refuse_if(given("--ao-rays") && !other,
-            "--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
+  refuse_if(given("--ao-rays") && !other, option("ao_rays") + " is for rays, but " +
+                                              option("ao_by", "views") +
+                                              " casts none: leave one of them out.");
 }
 
 /// Checks flags of the maps' files.
 void check_files(const Job& a) {
   parse_packs(a);
   for (const char* flag : {"--alpha", "--double-sided"}) {
-    refuse_if(
-        asset_file(a).empty() && a.given.contains(flag),
-        std::string(flag) + " is for a GLB, glTF or OBJ: name one by --out, or leave it out.");
+    refuse_if(asset_file(a).empty() && a.given.contains(flag),
+              option_of(flag) + " is for a GLB, glTF or OBJ: name one by " + option("out") +
+                  ", or leave it out.");
   }
   std::uint32_t side = std::max(a.bake.width, a.bake.height);
   for (const SetSize& size : a.set_sizes) side = std::max({side, size.width, size.height});
   constexpr std::uint32_t kMostOfWebp = 16383;
-  refuse_if(
-      a.image.format == ImageFormat::webp && side > kMostOfWebp,
-      "--format webp holds at most 16383 texels a side: choose another, or a smaller --size.");
-  refuse_if(a.layers && !is_exr(a.image), "--layers are of one EXR: add --format exr or exr32.");
-  refuse_if(a.layers && a.bake.encoding.mips,
-            "--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
-  refuse_if(
-      a.bake.report.errors && a.match_auto,
-      "--match auto measures errors of its own: leave --report-error out, or choose a match.");
+  refuse_if(a.image.format == ImageFormat::webp && side > kMostOfWebp,
+            option("format") +
+                " webp holds at most 16383 texels a side: choose another, or a smaller " +
+                option("size") + ".");
+  refuse_if(a.layers && !is_exr(a.image),
+            option("layers") + " are of one EXR: add " + option("format", "exr") + " or exr32.");
+  refuse_if(a.layers && a.bake.encoding.mips, option("layers") + " hold maps of one size, " +
+                                                  option("mips") +
+                                                  " are smaller ones: leave one of them out.");
+  refuse_if(a.bake.report.errors && a.match_auto,
+            option("match", "auto") + " measures errors of its own: leave " +
+                option("report_error") + " out, or choose a match.");
 }
 
 /// Texture sets are of a layout that is there, and are baked one after the other.
 void check_sets(const Job& a) {
   refuse_if(a.sets == SetsBy::none && !a.set_sizes.empty(),
-            "--size NAME=SIZE is for texture sets, but --sets none makes one map: leave one out.");
+            option("size", "NAME=SIZE") + " is for texture sets, but " + option("sets", "none") +
+                " makes one map: leave one out.");
   if (!a.sets || a.sets == SetsBy::none) return;
   if (const std::string reason = no_sets(a); !reason.empty()) {
-    fail_usage("--sets " + name_of(Words(kSets), a.sets) + " " + reason);
+    fail_usage(option("sets", name_of(Words(kSets), a.sets)) + " " + reason);
   }
 }
 
@@ -461,20 +508,24 @@ void check_height_field(const Job& a) {
         !a.given.contains("--no-data")) {
       return;
     }
-    fail_usage(
-        "--height, --extent and --no-data are for a HIGH that is a height field, a PNG, EXR or "
-        "TIFF. "
-        "The map of heights is --maps height.");
+    fail_usage(option_of("--height") + ", " + option("extent") + " and " + option("no_data") +
+               " are for a HIGH that is a height field, a PNG, EXR or "
+               "TIFF. "
+               "The map of heights is " +
+               option("maps") + " height.");
   }
   const bool far =
       a.bake.match.max_distance || a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
   refuse_if(
       onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && !has_saved_match(a) && !far,
-      "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
-      "--match " +
-          match_word(a) +
-          " looks for heights no further than 2% of the diagonal: leave --match out (points are "
-          "then taken at the same UV), or give --faces N, a LOW of yours, or a --max-distance "
+      "Without LOW and " + option("faces") +
+          " a height field is baked onto a plane at height 0, from which " +
+          option("match", match_word(a)) +
+          " looks for heights no further than 2% of the diagonal: leave " + option("match") +
+          " out (points are "
+          "then taken at the same UV), or give " +
+          option("faces", "N") + ", a LOW of yours, or a " + option("max_distance") +
+          " "
           "beyond the heights.");
 }
 
@@ -489,18 +540,18 @@ void check_served(const Job& a) {
     if (!a.given.contains(row.flag)) continue;
     // The chain's end is about the maps.
     if (row.flag == "--fallback" && a.bake.match.fallback.empty()) continue;
-    refuse_if(
-        row.is_of_matches() && has_saved_match(a),
-        row.flag + " is for matching, but --load-match takes a match as it is: leave one out.");
+    refuse_if(row.is_of_matches() && has_saved_match(a),
+              option_of(row.flag) + " is for matching, but " + option("load_match") +
+                  " takes a match as it is: leave one out.");
     refuse_if(!serves_match(row, a), not_this_match(row, a));
     refuse_if(!serves_map(row, a), not_these_maps(row));
   }
 }
 
 void check_settled(const Job& a) {
-  refuse_if(
-      a.match_auto && !bakes_shading_map(a),
-      "--match auto measures normal maps: add " + std::string(shading_map().name) + " to --maps.");
+  refuse_if(a.match_auto && !bakes_shading_map(a),
+            option("match", "auto") + " measures normal maps: add " +
+                std::string(shading_map().name) + " to " + option("maps") + ".");
   check_maps(a);
   check_low(a);
   check_served(a);
@@ -508,8 +559,8 @@ void check_settled(const Job& a) {
     if (!needs_direction(match) || !matches_by(a, match.method) ||
         a.bake.match.views.directions.size() == 1)
       continue;
-    fail_usage("--match " + std::string(match.method.name) +
-               " looks along one direction: give one --view, such as 0,0,1.");
+    fail_usage(option("match", std::string(match.method.name)) +
+               " looks along one direction: give one " + option("view") + ", such as 0,0,1.");
   }
   check_rays(a);
   check_parts(a);
@@ -520,23 +571,26 @@ void check_settled(const Job& a) {
   check_occlusion(a);
   check_files(a);
   refuse_if(a.bake.encoding.raw && !holds_floats(a.image),
-            "--raw writes negative values, which --format " +
-                name_of(Words(kFormats), a.image.format) + " cannot hold: add --format exr.");
+            option("raw") + " writes negative values, which " +
+                option("format", name_of(Words(kFormats), a.image.format)) + " cannot hold: add " +
+                option("format", "exr") + ".");
   const bool dithers = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tga ||
                        a.image.format == ImageFormat::webp;
-  refuse_if(
-      a.pictures.format == PictureFormat::jpeg && !writes_gltf(a),
-      "--format jpeg is for the pictures of a GLB or glTF: name the output NAME.glb, or choose "
-      "another format.");
-  for (const char* const flag :
-       {"--quality", "--normal-error", "--fallback-textures", "--mesh-compression"}) {
-    refuse_if(a.given.contains(flag) && !writes_gltf(a),
-              std::string(flag) + " is for a GLB or glTF: name the output NAME.glb.");
+  refuse_if(a.pictures.format == PictureFormat::jpeg && !writes_gltf(a),
+            option("format", "jpeg") +
+                " is for the pictures of a GLB or glTF: name the output NAME.glb, or choose "
+                "another format.");
+  for (const char* const name :
+       {"quality", "normal_error", "fallback_textures", "mesh_compression"}) {
+    refuse_if(a.given.contains(option_as_flag(name, {})) && !writes_gltf(a),
+              option(name) + " is for a GLB or glTF: name the output NAME.glb.");
   }
   if (writes_gltf(a)) return;
-  refuse_if(a.image.dither && !dithers, "--dither is for --format png8, tga and webp.");
+  refuse_if(a.image.dither && !dithers,
+            option("dither") + " is for " + option("format", "png8") + ", tga and webp.");
   refuse_if(a.given.contains("--dither") && a.pictures.dither == Dither::automatic,
-            "--dither auto is for a GLB or glTF: name the output NAME.glb, or say on or off.");
+            option("dither", "auto") +
+                " is for a GLB or glTF: name the output NAME.glb, or say on or off.");
 }
 
 namespace {
@@ -546,10 +600,12 @@ void check_pairs(const Job& job) {
   for (const OptionRow& row : bake_rows()) {
     if (!job.given.contains(row.flag)) continue;
     refuse_if(!row.needs.empty() && !job.given.contains(row.needs),
-              row.flag + " needs " + row.needs + ": add it, or leave " + row.flag + " out");
+              option_of(row.flag) + " needs " + row.needs + ": add it, or leave " +
+                  option_of(row.flag) + " out");
     for (const std::string& other : job.given) {
       refuse_if((" " + row.excludes + " ").find(" " + other + " ") != std::string::npos,
-                row.flag + " and " + other + " exclude each other: leave one of them out");
+                option_of(row.flag) + " and " + option_of(other) +
+                    " exclude each other: leave one of them out");
     }
   }
 }
@@ -559,9 +615,10 @@ void check_pairs(const Job& job) {
 Job settled(const Job& given) {
   Job job = given;
   refuse_if(job.high.empty(), "HIGH is missing: name the high poly.");
-  refuse_if(job.out.empty() && !job.in_memory, "--out is empty: give a folder.");
-  refuse_if(!job.low.given.empty() && job.low.given.front().name.empty(),
-            "--low is for more files of a LOW that is given: name the first after HIGH.");
+  refuse_if(job.out.empty() && !job.in_memory, option("out") + " is empty: give a folder.");
+  refuse_if(
+      !job.low.given.empty() && job.low.given.front().name.empty(),
+      option("low") + " is for more files of a LOW that is given: name the first after HIGH.");
   job.given = options_given(given);
   check_pairs(job);
   job.bake.maps = named_maps(job);

@@ -52,7 +52,7 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
 }
 
 /// Places of two meshes; empty if their boxes fit. \param moved  whether one beside the other is told, too
-std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
+Message why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   struct Box {
     std::array<double, 3> lo{}, hi{};
     double diagonal = 0;
@@ -75,17 +75,17 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   };
   const Box a = box_of(high);
   const Box b = box_of(low);
-  std::string text;
   const double ratio = b.diagonal / a.diagonal;
   if (ratio > 3 || ratio < 1 / 3.0) {
     const double power = std::pow(10, std::round(std::log10(ratio)));
     const bool units = std::abs(ratio / power - 1) < 0.05;  // centimetres beside metres
     const bool exact = !units || std::abs(ratio / power - 1) < 0.0005;
-    text = formatted("LOW is %s%.3g times as large as HIGH; scale one of them",
-                     exact ? "" : "about ", units ? power : ratio);
+    const std::string text = formatted("LOW is %s%.3g times as large as HIGH; scale one of them",
+                                       exact ? "" : "about ", units ? power : ratio);
     const std::string axes = swapped_axes(extents(a), extents(b), ratio);
-    return text + (axes.empty() ? ", or say its --unit"
-                                : ", and swap " + axes + ", or say their --unit and --up");
+    return text + (axes.empty() ? ", or say its " + option("unit")
+                                : ", and swap " + axes + ", or say their " + option("unit") +
+                                      " and " + option("up"));
   }
   double squared = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -93,7 +93,7 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   }
   if (const std::string axes = swapped_axes(extents(a), extents(b), 1); !axes.empty()) {
     return "their boxes fit after swapping " + axes +
-           "; export both with the same up axis, or say --up";
+           "; export both with the same up axis, or say " + option("up");
   }
   if (moved && std::sqrt(squared) > 0.1 * a.diagonal) {
     return formatted("LOW lies %.4g units away from HIGH; move one of them", std::sqrt(squared));
@@ -101,42 +101,45 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   return {};
 }
 
-std::string why_no_place(const Mesh& high, const Mesh& low) {
-  const std::string boxes = why_boxes_part(high, low, true);
+Message why_no_place(const Mesh& high, const Mesh& low) {
+  const Message boxes = why_boxes_part(high, low, true);
   return !boxes.empty() ? boxes
-                        : "if they do lie in one place, raise --max-distance, or check that LOW's "
-                          "normals point outward";
+                        : "if they do lie in one place, raise " + option("max_distance") +
+                              ", or check that LOW's "
+                              "normals point outward";
 }
 
 }  // namespace
 
-std::string hint_of_boxes(const Mesh& high, const Mesh& low, bool moved) {
-  const std::string boxes = why_boxes_part(high, low, moved);
-  return boxes.empty() ? "" : " What is likely: " + boxes + ".";
+Message hint_of_boxes(const Mesh& high, const Mesh& low, bool moved) {
+  const Message boxes = why_boxes_part(high, low, moved);
+  return boxes.empty() ? Message() : " What is likely: " + boxes + ".";
 }
 
 void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,
                    std::vector<Warning>& warnings) {
-  const std::string boxes = why_boxes_part(high, low, false);
+  const Message boxes = why_boxes_part(high, low, false);
   if (!boxes.empty()) warnings.push_back({"boxes-part", names + " do not fit: " + boxes + ".", 1});
 }
 
 void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
   if (report.samples == 0) {
-    throw Error(
-        ErrorCode::input,
+    throw OptionError(
         "'" + low.name +
             "': no texel centre lies inside a UV triangle, so the map would be empty. Use a "
-            "larger --size, or move the UVs into the unit square.");
+            "larger " +
+            option("size") + ", or move the UVs into the unit square.",
+        ErrorCode::input);
   }
   if (report.missed == report.samples) {
-    const std::string inside_out = report.uv ? "" : why_inside_out(high, low);
-    if (!inside_out.empty()) throw Error(ErrorCode::input, "No point was found. " + inside_out);
-    throw Error(ErrorCode::input, why_nothing(report, high, low));
+    const Message inside_out = report.uv ? Message() : why_inside_out(high, low);
+    if (!inside_out.empty())
+      throw OptionError("No point was found. " + inside_out, ErrorCode::input);
+    throw OptionError(why_nothing(report, high, low), ErrorCode::input);
   }
 }
 
-std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low) {
+Message why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low) {
   return "No point of '" + high.name + "' was found for any of the " + with_commas(report.samples) +
          " samples of '" + low.name + "': " +
          (report.uv ? why_no_uv(*report.uv, high.triangles.size()) : why_no_place(high, low)) + ".";
@@ -152,11 +155,12 @@ Mesh load_low(const std::string& path, const std::string& otherwise, std::vector
 
 void check_has_uvs(const Mesh& low, const std::string& path, const std::string& otherwise) {
   if (!low.uv_triangles.empty()) return;
-  throw Error(ErrorCode::input,
-              "'" + path +
-                  "' has no texture coordinates, so there is no map to measure: give it UVs ('kiln "
-                  "bake --unwrap' writes such a mesh)" +
-                  otherwise + ".");
+  throw OptionError(
+      "'" + path +
+          "' has no texture coordinates, so there is no map to measure: give it UVs ('kiln "
+          "bake " +
+          option("unwrap") + "' writes such a mesh)" + otherwise + ".",
+      ErrorCode::input);
 }
 
 namespace {

@@ -18,11 +18,11 @@ namespace kiln {
 void check_result(const BakeReport& report, const Mesh& high, const Mesh& low);
 
 /// Why a bake found no point for any texel, a sentence for people.
-std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low);
+Message why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low);
 
 /// For bakes that miss much: a sentence, if the meshes' boxes do not fit as they are; with a space before it.
 /// \param moved  whether that one lies beside the other is told, too: LOW may be of a part of HIGH
-std::string hint_of_boxes(const Mesh& high, const Mesh& low, bool moved);
+Message hint_of_boxes(const Mesh& high, const Mesh& low, bool moved);
 
 /// A hint if boxes fit only after swapping axes or scaling. \param names  of both, for the message
 void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,

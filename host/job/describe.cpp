@@ -2,7 +2,6 @@
 
 #include <cstdio>
 
-#include "job/flags.h"
 #include "kiln/contour.h"
 #include "kiln/measure.h"
 #include "kiln/simplify.h"
@@ -38,7 +37,7 @@ Json describe(const std::vector<Warning>& warnings) {
   Json result = Json::array();
   for (const Warning& warning : warnings) {
     result.push_back({{"code", warning.code},
-                      {"message", with_flags(warning.message)},
+                      {"message", warning.message.text(option_as_flag)},
                       {"count", warning.count}});
   }
   return result;
@@ -176,8 +175,8 @@ bool misses_faces(const SimplifyReport& report, std::uint32_t asked) {
   return asked != 0 && static_cast<double>(report.faces) > kMostFaces * asked;
 }
 
-std::string too_many_faces(const SimplifyReport& report, std::uint32_t asked) {
-  return "--faces " + std::to_string(asked) + " was not reached: the low poly has " +
+Message too_many_faces(const SimplifyReport& report, std::uint32_t asked) {
+  return option("faces", std::to_string(asked)) + " was not reached: the low poly has " +
          std::to_string(report.faces) + ".";
 }
 
@@ -230,15 +229,15 @@ std::vector<std::string> lines_of_flaws(const ExtractReport& report) {
   return lines;
 }
 
-void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,
+void warn_of_lost_shape(const SimplifyReport& low, const Message& remedy,
                         std::vector<Warning>& warnings) {
   constexpr double kLost = 0.05;
   if (low.error <= kLost) return;
   const std::string text = formatted(
       "The low poly strays up to %.1f%% of the diagonal from the high poly: thin or small "
-      "parts are lost. %s",
-      100 * low.error, remedy);
-  warnings.push_back({"low-strays", text, 1});
+      "parts are lost. ",
+      100 * low.error);
+  warnings.push_back({"low-strays", text + remedy, 1});
 }
 
 }  // namespace kiln

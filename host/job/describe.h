@@ -34,7 +34,7 @@ Json describe(const CleanReport& report);
 /// True if a low poly has over a tenth more faces than were asked for (0: no number was).
 bool misses_faces(const SimplifyReport& report, std::uint32_t asked);
 /// The same in words.
-std::string too_many_faces(const SimplifyReport& report, std::uint32_t asked);
+Message too_many_faces(const SimplifyReport& report, std::uint32_t asked);
 /// Flaws of a low poly that were mended, and those that stayed.
 Json describe_flaws(const SimplifyReport& report);
 /// Texels and samples by status.
@@ -52,7 +52,7 @@ std::vector<std::string> lines_of_flaws(const ExtractReport& report);
 
 /// Says so where a low poly that Kiln made strays far from the high poly.
 /// \param remedy  "Ask for ..."
-void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,
+void warn_of_lost_shape(const SimplifyReport& low, const Message& remedy,
                         std::vector<Warning>& warnings);
 
 }  // namespace kiln

@@ -67,24 +67,27 @@ class RegularFile {
 }  // namespace
 
 std::string read_small_file(const std::filesystem::path& path, std::size_t most,
-                            const std::string& what) {
+                            const Message& what) {
   OutputSet::protect(path);
   RegularFile file(path);
   // A file of 0 bytes by its file system (/proc) may have some: one more than allowed is asked for.
   std::string bytes = file.size() > most ? std::string() : file.read(most + 1);
   if (!file.problem().empty()) {
-    throw Error(ErrorCode::input, what + " cannot be read (" + file.problem() +
-                                      "): check the path, and name a text file.");
+    throw OptionError(
+        what + " cannot be read (" + file.problem() + "): check the path, and name a text file.",
+        ErrorCode::input);
   }
   if (file.size() > most || bytes.size() > most) {
-    throw Error(ErrorCode::input, what + " is longer than " + std::to_string(most >> 20) +
-                                      " MiB, which such a file never is: check the path.");
+    throw OptionError(what + " is longer than " + std::to_string(most >> 20) +
+                          " MiB, which such a file never is: check the path.",
+                      ErrorCode::input);
   }
   // The reader may end there, and leave the rest out in silence.
   if (bytes.find('\0') != std::string::npos) {
-    throw Error(ErrorCode::input, what +
-                                      " holds bytes of 0, which no text has: check the path, "
-                                      "and save it as plain text.");
+    throw OptionError(what +
+                          " holds bytes of 0, which no text has: check the path, "
+                          "and save it as plain text.",
+                      ErrorCode::input);
   }
   return bytes;
 }
@@ -154,10 +157,11 @@ bool is_own_obj(const fs::path& obj) {
 
 void check_not_foreign(const fs::path& obj, bool force) {
   if (force || !is_readable_file(obj) || is_own_obj(obj)) return;
-  throw Error(ErrorCode::output,
-              "'" + obj.string() +
-                  "' is there already, and Kiln did not write it: choose another "
-                  "folder, or add --force to write over it.");
+  throw OptionError("'" + obj.string() +
+                        "' is there already, and Kiln did not write it: choose another "
+                        "folder, or add " +
+                        option("force") + " to write over it.",
+                    ErrorCode::output);
 }
 
 void prepare_parent(const fs::path& file) {
@@ -211,9 +215,11 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
   const fs::path map = map_of(folder, stem);  // lists the folder, so it comes last
   if (map.empty()) return;
   fail_usage("'" + map.string() + "' is a map of '" + recorded.lexically_normal().string() +
-             "', and maps of '" + source.string() +
-             "' would have its name. Choose another --out, rename one of "
-             "the meshes, or add --force.");
+             "', and maps of '" + source.string() + "' would have its name. Choose another " +
+             option("out") +
+             ", rename one of "
+             "the meshes, or add " +
+             option("force") + ".");
 }
 
 void save_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "kiln/message.h"
+
 namespace kiln {
 
 /// The whole of a regular file of at most `most` bytes.
@@ -13,7 +15,7 @@ namespace kiln {
 /// \throws Error(input): not there, not readable, no regular file, too long, no text; says which,
 ///   and what to do
 std::string read_small_file(const std::filesystem::path& path, std::size_t most,
-                            const std::string& what);
+                            const Message& what);
 
 /// The first bytes of a regular file, at most `count`; empty where there is none that can be read.
 std::string head_of_file(const std::filesystem::path& path, std::size_t count);

@@ -23,15 +23,6 @@ double relief(const Mesh& field) {
   return squared > 0 ? reach / std::sqrt(squared) : 0;
 }
 
-/// The readers do not know whose file it is, and speak of LOW.
-void say_of_high(Warning& warning) {
-  if (warning.code != "missing-uvs") return;
-  const std::string baked = "nothing is baked ";
-  const std::size_t at = warning.message.find(baked);
-  if (at == std::string::npos) return;
-  warning.message.replace(at, baked.size(), "no texture of HIGH is read ");
-}
-
 /// What was asked for, with the extent that the file says where none was.
 HeightFieldOptions extent_of(const Heights& read, HeightFieldOptions options) {
   if (options.width != 0 || options.depth != 0 || read.spacing[0] == 0) return options;
@@ -49,18 +40,19 @@ void warn_of_no_data(const std::string& path, const NoData& found, const Image& 
     for (const double value : found.values) {
       numbers += (numbers.empty() ? "" : ", ") + formatted("%.9g", value);
     }
-    warnings.push_back({"no-data",
-                        field + " has no height in " + with_commas(found.pixels) + " of " +
-                            plural(all, "pixel") + " (" +
-                            (numbers.empty() ? "not finite" : numbers + " or not finite") +
-                            "): they are holes. Fill them before, or, where " +
-                            (numbers.empty() ? "a number means none, say it by --no-data VALUE."
-                                             : "they are heights, add --no-data none."),
-                        found.pixels});
+    warnings.push_back(
+        {"no-data",
+         field + " has no height in " + with_commas(found.pixels) + " of " + plural(all, "pixel") +
+             " (" + (numbers.empty() ? "not finite" : numbers + " or not finite") +
+             "): they are holes. Fill them before, or, where " +
+             (numbers.empty() ? "a number means none, say it by " + option("no_data", "VALUE") + "."
+                              : "they are heights, add " + option("no_data", "none") + "."),
+         found.pixels});
   } else if (options.no_data) {
     warnings.push_back({"no-data-idle",
                         field + " holds " + formatted("%.9g", *options.no_data) +
-                            " nowhere, which --no-data says is no height: give the number as the "
+                            " nowhere, which " + option("no_data") +
+                            " says is no height: give the number as the "
                             "file holds it.",
                         1});
   }
@@ -68,8 +60,8 @@ void warn_of_no_data(const std::string& path, const NoData& found, const Image& 
     const std::string value = formatted("%.9g", *found.doubtful);
     warnings.push_back({"no-data-doubtful",
                         field + " has heights of " + value +
-                            ", far from all others: if they stand for none, add --no-data " +
-                            value + ".",
+                            ", far from all others: if they stand for none, add " +
+                            option("no_data", value) + ".",
                         1});
   }
 }
@@ -112,11 +104,10 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
                "files: give it alone.");
   }
   refuse_if(stretches(heights),
-            "--height, --extent and --no-data are for a height field, a PNG, EXR or TIFF; " +
-                in_words(files) + (files.size() == 1 ? " is a mesh." : " are meshes."));
-  const std::size_t before = warnings.size();
+            option_of("--height") + ", " + option("extent") + " and " + option("no_data") +
+                " are for a height field, a PNG, EXR or TIFF; " + in_words(files) +
+                (files.size() == 1 ? " is a mesh." : " are meshes."));
   MeshFiles read = load_meshes(inputs, options, named, warnings, beside);
-  for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);
   if (!keep_hulls) {
     drop_hidden_hulls(read.mesh, warnings);
     name_materials(read);
@@ -165,7 +156,7 @@ CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
   if (!options) return {};
   CleanReport report = clean_mesh(high, *options);
   if (!report.warnings.empty()) {
-    report.warnings.back().message += " (--clean none leaves HIGH as it is.)";
+    report.warnings.back().message += " (" + option("clean", "none") + " leaves HIGH as it is.)";
   }
   warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
   return report;
@@ -181,10 +172,10 @@ ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warni
   return report;
 }
 
-std::string shading_line(const ShadingReport& shading, const ShadingOptions& options) {
+Message shading_line(const ShadingReport& shading, const ShadingOptions& options) {
   const bool automatic = options.rule == ShadingRule::automatic;
   if (automatic && shading.missing == 0) return {};
-  const std::string rule = " (--high-normals " + shading_word(options) + ")";
+  const Message rule = " (" + option("high_normals", shading_word(options)) + ")";
   const std::string none = shading.given == 0
                                ? "the file has none"
                                : with_commas(shading.missing) + " triangles have none";
@@ -240,7 +231,7 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
       " To be rid of this, let the program that made the mesh recalculate its normals, or export "
       "it again.";
   if (turned != 0) {
-    std::string done;
+    Message done;
     if (found.faces != 0) {
       done = plural(found.faces, "triangle") + (found.faces == 1 ? " was" : " were") +
              " turned round, as the normals show";
@@ -255,7 +246,8 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
     if (found.unclear != 0) {
       done += ". Of " + plural(found.unclear, "triangle") +
               " of open parts nothing tells which of both is wrong: see that the map is right, or "
-              "add --two-sided";
+              "add " +
+              option("two_sided");
     }
     warnings.push_back({"turned-normals",
                         which + " '" + mesh.name + "': normals of " + with_commas(turned) + all +
@@ -274,7 +266,7 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
   }
 }
 
-std::string why_inside_out(const Mesh& high, const Mesh& low) {
+Message why_inside_out(const Mesh& high, const Mesh& low) {
   const InwardParts found = inward_parts(high);
   if (found.count == 0 || inward_parts(low).count != 0) return {};
   const std::string text = formatted(
@@ -285,8 +277,8 @@ std::string why_inside_out(const Mesh& high, const Mesh& low) {
       high.origin[0] + found.example.x, high.origin[1] + found.example.y,
       high.origin[2] + found.example.z);
   return "HIGH '" + high.name + "': " + text +
-         ". Turn them round in the modelling tool (recalculate normals outside), or add "
-         "--two-sided.";
+         ". Turn them round in the modelling tool (recalculate normals outside), or add " +
+         option("two_sided") + ".";
 }
 
 UvOptions uv_options(const HighPolyInput& dense, UvOptions options) {

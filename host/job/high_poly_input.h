@@ -65,7 +65,7 @@ CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
 void shade(const ShadingOptions& options, HighPolyInput& high, std::vector<Warning>& warnings);
 ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warning>& warnings);
 /// A line on the normals of a file that has none; empty where it has.
-std::string shading_line(const ShadingReport& shading, const ShadingOptions& options);
+Message shading_line(const ShadingReport& shading, const ShadingOptions& options);
 Json describe(const ShadingReport& shading);
 
 /// Sets right normals that oppose their faces, of HIGH or LOW, with a warning: see agree_normals().
@@ -74,7 +74,7 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
 
 /// True if rays from LOW meet but the backs of parts of HIGH: these face inwards, and no part of LOW does.
 /// \returns what is the matter, and the remedy; empty where nothing is
-std::string why_inside_out(const Mesh& high, const Mesh& low);
+Message why_inside_out(const Mesh& high, const Mesh& low);
 
 /// The degree to which matching by UVs trusts the layouts of a high poly and of a low poly. Those of a height field
 /// agree by make; how far the surfaces are apart is what is baked, so its heights are allowed for.

@@ -20,10 +20,11 @@ MapRange parse_range(const Job& job, const std::string& text) {
     const auto [stop, status] = std::from_chars(text.data() + begin, last, value);
     return status == std::errc() && stop == last;
   };
-  refuse_if(equals == std::string::npos || comma == std::string::npos ||
-                !number(equals + 1, comma, range.range.low) ||
-                !number(comma + 1, text.size(), range.range.high),
-            "--range '" + text + "': write MAP=LO,HI, two numbers, such as height=-0.2,0.2.");
+  refuse_if(
+      equals == std::string::npos || comma == std::string::npos ||
+          !number(equals + 1, comma, range.range.low) ||
+          !number(comma + 1, text.size(), range.range.high),
+      option("range") + " '" + text + "': write MAP=LO,HI, two numbers, such as height=-0.2,0.2.");
   const std::string_view name = std::string_view(text).substr(0, equals);
   const std::vector<std::string> own = own_map_names(job);
   const bool is_own = std::find(own.begin(), own.end(), name) != own.end();

@@ -27,6 +27,9 @@ std::set<std::string> options_given(const Job& job);
 
 /// Every option of a bake.
 std::span<const OptionRow> bake_rows();
+/// The option of a flag's name, "max_distance", or of a member, "match.max_distance", with or without "bake." before it;
+/// null: there is none. More files, --high and --low, have no name of their own.
+const OptionRow* find_option(std::string_view name);
 
 /// The job with what follows from its options and inputs, and with all that were given, whatever their values.
 /// \throws Error(usage) where options contradict each other

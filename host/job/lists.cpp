@@ -25,7 +25,7 @@ std::string trimmed(std::string_view text) {
 }
 
 /// A line LOW = HIGH, HIGH.
-PartPair parse_pair(const std::string& line, const std::string& place) {
+PartPair parse_pair(const std::string& line, const Message& place) {
   const std::size_t equals = line.find('=');
   PartPair pair;
   pair.low = trimmed(std::string_view(line).substr(0, equals));
@@ -36,16 +36,17 @@ PartPair parse_pair(const std::string& line, const std::string& place) {
     }
   }
   if (pair.low.empty() || pair.high.empty()) {
-    throw Error(ErrorCode::input, place + " is '" + line +
-                                      "': write LOW = HIGH, or LOW = HIGH, HIGH, with names of "
-                                      "groups or objects.");
+    throw OptionError(place + " is '" + line +
+                          "': write LOW = HIGH, or LOW = HIGH, HIGH, with names of groups or "
+                          "objects.",
+                      ErrorCode::input);
   }
   return pair;
 }
 
 }  // namespace
 
-std::vector<PartPair> parse_part_list(const std::string& list, const std::string& what) {
+std::vector<PartPair> parse_part_list(const std::string& list, const Message& what) {
   std::vector<PartPair> pairs;
   std::istringstream text(list);
   std::size_t number = 0;
@@ -55,7 +56,7 @@ std::vector<PartPair> parse_part_list(const std::string& list, const std::string
     if (line.empty() || line[0] == '#') continue;
     pairs.push_back(parse_pair(line, what + ", line " + std::to_string(number) + ","));
   }
-  if (pairs.empty()) throw Error(ErrorCode::input, what + " has no pairs.");
+  if (pairs.empty()) throw OptionError(what + " has no pairs.", ErrorCode::input);
   return pairs;
 }
 
@@ -63,7 +64,7 @@ PartNames part_names(const Job& a) {
   PartNames names = a.part_names;
   names.by = a.parts_by.value();
   if (names.by != PartsBy::list) return names;
-  const std::string what = "--match-list '" + a.match_list + "'";
+  const Message what = option("match_list") + " '" + a.match_list + "'";
   names.list = parse_part_list(read_small_file(a.match_list, kMostListBytes, what), what);
   return names;
 }
@@ -142,7 +143,7 @@ std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view te
 std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path) {
   return parse_likelihoods(
       read_small_file(path, kMostListBytes,
-                      "--view-weight '" + path + "', neither all, horizon nor up,"),
+                      option("view_weight") + " '" + path + "', neither all, horizon nor up,"),
       path);
 }
 

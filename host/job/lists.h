@@ -7,13 +7,14 @@
 
 #include "kiln/bake.h"
 #include "kiln/match.h"
+#include "kiln/message.h"
 
 namespace kiln {
 
 /// Lines LOW = HIGH, HIGH; empty ones and those after # say nothing.
 /// \param what  begins the message, such as "--match-list 'pairs.txt'"
 /// \throws Error(input) for a line that is none, and where there is no pair
-std::vector<PartPair> parse_part_list(const std::string& list, const std::string& what);
+std::vector<PartPair> parse_part_list(const std::string& list, const Message& what);
 
 /// Lines "X Y Z WEIGHT", ended by LF, CR LF or CR: directions from the mesh to the viewer, and how likely
 /// each is. Empty lines, and what follows a #, are skipped. At most 65,536 directions.

@@ -83,7 +83,8 @@ void mind_seams(const Job& arguments, LowMesh& low) {
   low.seam_warning = {"soft-seams",
                       "LOW " + in_words(low_files(arguments)) + text +
                           "Its normal map gets gradients there. Make these edges hard in the "
-                          "modelling tool, or add --split-at-seams.",
+                          "modelling tool, or add " +
+                          option("split_at_seams") + ".",
                       seams.between_flats};
 }
 

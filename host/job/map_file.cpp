@@ -76,9 +76,11 @@ Image load_bend(const std::filesystem::path& path) {
   for (std::size_t i = 0; i < map.pixels.size(); i += map.channels) {
     const float* p = &map.pixels[i];
     if (map.channels >= 3 && (p[0] != p[1] || p[0] != p[2])) {
-      throw Error(ErrorCode::input, "'" + path.string() +
-                                        "' has colours, but a map of curvature is grey: give that "
-                                        "of --maps curvature.");
+      throw OptionError("'" + path.string() +
+                            "' has colours, but a map of curvature is grey: give that "
+                            "of " +
+                            option("maps") + " curvature.",
+                        ErrorCode::input);
     }
     const float value = !std::isfinite(*p) ? 0 : exr ? *p : 2 * *p - 1;
     bend.pixels.push_back(value);

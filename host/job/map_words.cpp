@@ -97,19 +97,18 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
     const bool known = is_of("bake.occlusion") || is_of("bake.light") ||
                        is_of("bake.curvature_radius") || is_of("bake.id_by");
-    refuse_if(!known, "--maps '" + word + "': '" + part + "' is no option of the map " +
+    refuse_if(!known, option("maps") + " '" + word + "': '" + part + "' is no option of the map " +
                           std::string(info.kind.name) +
-                          " alone: take one that --help names for it, such as " +
-                          "ao-distance=2% of ao.");
+                          " alone: take one that help names for it, such as ao-distance=2% of ao.");
     const bool has_value = part.find('=') != std::string::npos;
     refuse_if(has_value == row->value.type.starts_with("flag"),
-              "--maps '" + word + "': " + flag +
+              option("maps") + " '" + word + "': " + option_of(flag) +
                   (has_value ? " takes no value."
                              : " needs a value: write " + flag.substr(2) + "=VALUE."));
     try {
-      row->value.set(&own, flag, {has_value ? part.substr(part.find('=') + 1) : "true"});
+      row->value.set(&own, option_of(flag), {has_value ? part.substr(part.find('=') + 1) : "true"});
     } catch (const Error& error) {
-      fail_usage("--maps '" + word + "': " + error.what());
+      fail_usage(option("maps") + " '" + word + "': " + error.message());
     }
     if (is_of("bake.occlusion")) map.occlusion = own.bake.occlusion;
     if (is_of("bake.light")) map.light = own.bake.light;
@@ -130,8 +129,8 @@ void share_occluders(BakeOptions& options) {
 
 namespace {
 
-[[noreturn]] void bad(const Job& a, const std::string& what) {
-  fail_usage("--max-error is '" + a.low.make.max_error + "': " + what);
+[[noreturn]] void bad(const Job& a, const Message& what) {
+  fail_usage(option("max_error") + " is '" + a.low.make.max_error + "': " + what);
 }
 
 std::vector<std::string_view> items_of(std::string_view list) {
@@ -150,7 +149,7 @@ std::string normal_bound(const std::string& max_error) {
   for (const std::string_view item : items_of(max_error)) {
     const std::size_t sign = item.find('=');
     if (sign != std::string_view::npos && item.substr(0, sign) == shading_map().name) {
-      refuse_if(sign + 1 == item.size(), "--max-error is '" + max_error +
+      refuse_if(sign + 1 == item.size(), option("max_error") + " is '" + max_error +
                                              "': give degrees after normal=, such as normal=1.5.");
       return std::string(item.substr(sign + 1));
     }
@@ -177,7 +176,8 @@ std::vector<MapBound> map_bounds(const Job& a) {
     const std::vector<MapKind> maps = maps_asked(a);
     if (std::find(maps.begin(), maps.end(), MapKind{name}) == maps.end() &&
         std::find(own.begin(), own.end(), name) == own.end()) {
-      bad(a, "no map '" + std::string(name) + "' is baked: add it to --maps, or leave it out.");
+      bad(a, "no map '" + std::string(name) + "' is baked: add it to " + option("maps") +
+                 ", or leave it out.");
     }
     const double error = fraction(item.substr(sign + 1)).value_or(0);
     if (error == 0) {
@@ -232,8 +232,8 @@ Json bounds_json(const std::vector<MapReached>& bounds) {
 
 namespace {
 
-[[noreturn]] void fail(const std::string& text, const std::string& why) {
-  fail_usage("--pack '" + text + "': " + why);
+[[noreturn]] void fail(const std::string& text, const Message& why) {
+  fail_usage(option("pack") + " '" + text + "': " + why);
 }
 
 /// Channels of a map of this bake; 0 where there is none of that name.
@@ -266,8 +266,8 @@ PackChannel parse_channel(const Job& a, const std::string& text, const std::stri
   }
   const std::uint32_t channels = channels_of(a, channel.map);
   if (channels == 0) {
-    fail(text, "there is no map '" + channel.map +
-                   "' in this bake: ask for it with --maps or --transfer.");
+    fail(text, "there is no map '" + channel.map + "' in this bake: ask for it with " +
+                   option("maps") + " or " + option("transfer") + ".");
   }
   if (channel.channel >= channels) {
     fail(text, "the map " + channel.map + " has " + std::to_string(channels) + " channels.");

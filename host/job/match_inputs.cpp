@@ -30,8 +30,8 @@ void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& ca
   }
   for (const char* flag : {"--direction", "--edge-width"}) {
     if (!arguments.given.contains(flag)) continue;
-    fail_usage(std::string(flag) +
-               " is for rays without a --cage-mesh of LOW's own triangles, "
+    fail_usage(option_of(flag) + " is for rays without a " + option("cage_mesh") +
+               " of LOW's own triangles, "
                "which says where they leave to: leave one out.");
   }
 }
@@ -39,13 +39,14 @@ void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& ca
 void MatchInputs::read(const Job& arguments, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings) {
   if (const SetsBy sets = choose_texture_sets(low); sets != SetsBy::none) {
-    throw Error(ErrorCode::input,
-                "LOW '" + low.name + "' has several texture sets, a " +
-                    (sets == SetsBy::udim ? "UDIM tile" : "material") +
-                    " each: their UVs overlap, and one map cannot hold them. `kiln bake` makes "
-                    "a map of each. Here, give a LOW of one set alone, or one with a layout for "
-                    "all (kiln bake --unwrap).",
-                "several-sets");
+    throw OptionError(
+        "LOW '" + low.name + "' has several texture sets, a " +
+            (sets == SetsBy::udim ? "UDIM tile" : "material") +
+            " each: their UVs overlap, and one map cannot hold them. `kiln bake` makes "
+            "a map of each. Here, give a LOW of one set alone, or one with a layout for "
+            "all (kiln bake " +
+            option("unwrap") + ").",
+        ErrorCode::input, "several-sets");
   }
   if (!arguments.cage_mesh.empty()) {
     cage_mesh_ =
@@ -110,10 +111,12 @@ MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings, b
   if (!arguments.file_tangents) {
     files.mesh.tangents = {};
   } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {
-    throw Error(ErrorCode::input,
-                "--tangents file: LOW " + in_words(files.files) +
-                    " has none. PLY gives them, as properties tx, ty, tz and tw of its vertices, "
-                    "beside UVs; leave --tangents out for those of MikkTSpace.");
+    throw OptionError(
+        option("tangents", "file") + ": LOW " + in_words(files.files) +
+            " has none. PLY gives them, as properties tx, ty, tz and tw of its vertices, "
+            "beside UVs; leave " +
+            option("tangents") + " out for those of MikkTSpace.",
+        ErrorCode::input);
   }
   if (!arguments.keep_hulls) take_hulls(files, warnings);
   turn_normals("LOW", Trusted::normals, files.mesh, warnings);
@@ -152,8 +155,9 @@ struct Grid {
 };
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& problem) {
-  throw Error(ErrorCode::input, "'" + path.string() + "' is no cage of LOW: " + problem +
-                                    ". Save one with --cage auto --save-cage FILE.exr.");
+  throw OptionError("'" + path.string() + "' is no cage of LOW: " + problem + ". Save one with " +
+                        option("cage", "auto") + " " + option("save_cage", "FILE.exr") + ".",
+                    ErrorCode::input);
 }
 
 Image image_of(const Mesh& cage, const Mesh& low) {

@@ -106,8 +106,7 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
     std::copy_if(told.begin(), told.end(), std::back_inserter(warnings),
                  [](const Warning& warning) { return warning.code == "mtl-missing"; });
   } catch (const Error& error) {
-    warnings.push_back(
-        {"materials-unread", std::string(error.what()) + " It counts for nothing.", 1});
+    warnings.push_back({"materials-unread", error.message() + " It counts for nothing.", 1});
   }
   return asset;
 }
@@ -254,8 +253,8 @@ void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings)
                   shared.u, shared.v);
     warnings.push_back({"files-overlap",
                         "UVs of '" + files.first + "' and '" + files.second + "'" + text +
-                            "for one, and all LOW share one map: lay them out side by side, add "
-                            "--unwrap, or bake them apart.",
+                            "for one, and all LOW share one map: lay them out side by side, add " +
+                            option("unwrap") + ", or bake them apart.",
                         shared.cells});
   }
 }
@@ -271,7 +270,7 @@ constexpr Word<double> kUnits[] = {
 
 UpAxis parse_up(const std::string& text) {
   if (const UpAxis* const up = Words(kUps).find(lower_case(text))) return *up;
-  fail_usage("--up '" + text + "': write x, y, z, -x, -y or -z.");
+  fail_usage(option("up") + " '" + text + "': write x, y, z, -x, -y or -z.");
 }
 
 double parse_unit(const std::string& text) {
@@ -281,7 +280,7 @@ double parse_unit(const std::string& text) {
   const auto [stop, status] = std::from_chars(text.data(), end, metres);
   constexpr double kMost = 1e9;
   if (status == std::errc() && stop == end && metres >= 1 / kMost && metres <= kMost) return metres;
-  fail_usage("--unit '" + text +
+  fail_usage(option("unit") + " '" + text +
              "': write mm, cm, m, in, ft, or metres, such as 0.01: 1e-9 to 1e9.");
 }
 
@@ -296,7 +295,7 @@ struct Values {
       if (text.starts_with("high=")) to = &high;
       if (text.starts_with("low=")) to = &low;
       refuse_if(to->has_value(),
-                std::string(flag) + " '" + text + "' is there twice: leave one out.");
+                option_of(flag) + " '" + text + "' is there twice: leave one out.");
       *to = to == &both ? text : text.substr(text.find('=') + 1);
     }
   }
@@ -326,7 +325,7 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
   for (const Flag& flag : flags) {
     const Values values(flag.name, *flag.texts);
     refuse_if(values.low && low.empty(),
-              std::string(flag.name) + " low= is for a LOW of yours: give it, or leave it out.");
+              option_of(flag.name) + " low= is for a LOW of yours: give it, or leave it out.");
     const auto needs = [&](const std::string& file) {
       return !is_height_field(file) && !has_extension(file, flag.told);
     };
@@ -334,14 +333,14 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
       return std::any_of(files.begin(), files.end(), needs);
     };
     refuse_if(values.high && high.empty(),
-              std::string(flag.name) + " high= is for a HIGH: give it, or leave it out.");
+              option_of(flag.name) + " high= is for a HIGH: give it, or leave it out.");
     refuse_if(values.high && std::all_of(high.begin(), high.end(), is_height_field),
-              std::string(flag.name) + " high= is for meshes, and HIGH is a height field.");
+              option_of(flag.name) + " high= is for meshes, and HIGH is a height field.");
     if (values.both && !any(high) && !any(low) && !any(others)) {
       fail_usage(
-          std::string(flag.name) + " " + *values.both +
+          option_of(flag.name, *values.both) +
           " is for files that do not say it themselves, and these do: leave it out, or write " +
-          flag.name + " high=" + *values.both + " where HIGH's says what is not so.");
+          option_of(flag.name, "high=" + *values.both) + " where HIGH's says what is not so.");
     }
   }
   for (const MeshSide side : {MeshSide::high, MeshSide::low}) load_options(arguments, side);
@@ -358,7 +357,7 @@ ShadingOptions parse_shading(const std::string& text) {
   ShadingOptions options = {.rule = ShadingRule::angle};
   refuse_if(!read_number(text, options.angle_degrees) || !(options.angle_degrees > 0) ||
                 options.angle_degrees > 180,
-            "--high-normals is '" + text +
+            option("high_normals") + " is '" + text +
                 "': give auto, file, smooth, flat, or an angle above 0 and up to 180 degrees.");
   return options;
 }
@@ -397,7 +396,7 @@ LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side)
     if (status != std::errc() || stop != end) {
       options.uv_set = 0;
       options.uv_set_name = *text;
-      refuse_if(text->empty(), "--uv-set: write a number from 0 on, or the set's name.");
+      refuse_if(text->empty(), option("uv_set") + ": write a number from 0 on, or the set's name.");
     }
   }
   return options;

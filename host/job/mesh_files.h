@@ -94,7 +94,7 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
        .group = group,
        .value = value_of<Job>(
            "frame.shading", "text", "auto|file|smooth|flat|ANGLE",
-           [](Job& job, const std::string&, const OptionWords& words) {
+           [](Job& job, const Message&, const OptionWords& words) {
              job.frame.shading = parse_shading(words.back());
            },
            [](Job& job) { return shading_word(job.frame.shading); }),

@@ -5,7 +5,6 @@
 #include <set>
 #include <utility>
 
-#include "job/flags.h"
 #include "job/job_options.h"
 #include "options/json.h"
 #include "options/near_words.h"
@@ -25,19 +24,32 @@ bool is_position(const OptionRow& row) { return !row.flag.starts_with('-'); }
 /// --high and --low, which in JSON stand in one list with the first file.
 bool is_more_files(const OptionRow& row) { return row.flag == "--high" || row.flag == "--low"; }
 
-const OptionRow& row_named(std::string_view name) {
+/// True if a row's members, "bake.width, bake.height", have one of this name, with or without "bake." before it.
+bool has_member(const OptionRow& row, std::string_view name) {
+  std::string_view rest = row.value.member;
+  for (;;) {
+    const std::size_t comma = rest.find(", ");
+    std::string_view member = rest.substr(0, comma);
+    if (member == name) return true;
+    if (member.starts_with("bake.") && member.substr(5) == name) return true;
+    if (comma == std::string_view::npos) return false;
+    rest.remove_prefix(comma + 2);
+  }
+}
+
+std::string key_of_name(std::string_view name) {
   std::string key(name.substr(std::min(name.find_first_not_of('-'), name.size())));
   std::replace(key.begin(), key.end(), '-', '_');
+  return key;
+}
+
+const OptionRow& row_named(std::string_view name) {
+  if (const OptionRow* const row = find_option(name)) return *row;
   std::vector<std::string> known;
   for (const OptionRow& row : bake_rows()) {
-    if (is_more_files(row)) continue;
-    if (key_of(row) == key) return row;
-    known.push_back(key_of(row));
+    if (!is_more_files(row)) known.push_back(key_of(row));
   }
-  for (const OptionRow& row : bake_rows()) {
-    if (has_member(row, name)) return row;
-  }
-  const std::string near = nearest_word(key, known);
+  const std::string near = nearest_word(key_of_name(name), known);
   fail_usage("A job has no option '" + std::string(name) + "'" +
              (near.empty() ? ": options_json() lists them." : "; did you mean " + near + "?"));
 }
@@ -49,13 +61,17 @@ void set_row(Job& job, const OptionRow& row, const OptionWords& words) {
     return;
   }
   const std::string name = key_of(row);
-  refuse_if(words.empty(), name + " was given nothing: leave it out, or give a value.");
+  refuse_if(words.empty(), option(name) + " was given nothing: leave it out, or give a value.");
   refuse_if(words.size() > 1 && !row.value.repeats,
-            name + " was given " + std::to_string(words.size()) + " values: give it one.");
+            option(name) + " was given " + std::to_string(words.size()) + " values: give it one.");
   for (const std::string& word : words) {
-    refuse_if(word.empty(), name + " was given nothing: leave it out, or give a value.");
+    refuse_if(word.empty(), option(name) + " was given nothing: leave it out, or give a value.");
   }
-  row.value.set(&job, row.flag, words);
+  try {
+    row.value.set(&job, option(name), words);
+  } catch (const OptionError& error) {
+    throw OptionError(error, words.back(), row.value.words);
+  }
   job.given.insert(row.flag);
 }
 
@@ -95,7 +111,7 @@ OptionWords words_of(const OptionRow& row, const Json& value) {
         continue;
       }
       refuse_if(element.is_array() || element.is_object() || element.is_null(),
-                key_of(row) + ": an element of the list is " + element.dump() +
+                option(key_of(row)) + ": an element of the list is " + element.dump() +
                     ": give texts or numbers.");
       words.push_back(written(element));
     }
@@ -137,6 +153,17 @@ bool differs(const OptionRow& row, const Job& job) {
 }
 
 }  // namespace
+
+const OptionRow* find_option(std::string_view name) {
+  const std::string key = key_of_name(name);
+  for (const OptionRow& row : bake_rows()) {
+    if (!is_more_files(row) && key_of(row) == key) return &row;
+  }
+  for (const OptionRow& row : bake_rows()) {
+    if (has_member(row, name)) return &row;
+  }
+  return nullptr;
+}
 
 void set_option(Job& job, std::string_view name, std::string_view value) {
   const OptionRow& row = row_named(name);

@@ -51,13 +51,13 @@ void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name)
   if (holds_floats(run.save_options) || excess.texels == 0) return;
   const std::string example =
       formatted("%.6g at texel column %u, row %u", double{excess.value}, excess.x, excess.y);
-  run.warnings.push_back(
-      {"beyond-range",
-       with_commas(excess.texels) + " texels of the map " + name +
-           " lie beyond its range and are clamped, for example " + example + ": give --range " +
-           std::string(map.kind.name) +
-           "=LO,HI that holds them, or --format exr, which holds values as they are.",
-       excess.texels});
+  run.warnings.push_back({"beyond-range",
+                          with_commas(excess.texels) + " texels of the map " + name +
+                              " lie beyond its range and are clamped, for example " + example +
+                              ": give " + option("range", std::string(map.kind.name) + "=LO,HI") +
+                              " that holds them, or " + option("format", "exr") +
+                              ", which holds values as they are.",
+                          excess.texels});
 }
 
 Json range_json(const std::vector<ValueRange>& ranges) {
@@ -131,8 +131,8 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
         {code,
          "The map " + name + " " + what +
              (format == ImageFormat::exr_float || format == ImageFormat::tiff_float
-                  ? "Give a nearer --origin, or none."
-                  : "Use --format exr32."),
+                  ? "Give a nearer " + option("origin") + ", or none."
+                  : "Use " + option("format", "exr32") + "."),
          1});
   };
   const auto number = [](double value) { return formatted("%.3g", value); };
@@ -336,13 +336,13 @@ void check_outputs(const Job& arguments, const SaveImageOptions& save_options,
                    std::span<const BakedSet> sets, const RunHooks& hooks) {
   if (arguments.in_memory) return;
   const fs::path folder = out_folder(arguments);
-  refuse_if(folder.empty(), "--out is empty: give a folder.");
+  refuse_if(folder.empty(), option("out") + " is empty: give a folder.");
   refuse_if(!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr",
-            "--save-match '" + arguments.save_match +
+            option("save_match") + " '" + arguments.save_match +
                 "': a match is an EXR, so the name must end in .exr.");
   const std::string cage = fs::path(arguments.save_cage).extension().string();
   refuse_if(!arguments.save_cage.empty() && cage != ".obj" && cage != ".exr",
-            "--save-cage '" + arguments.save_cage +
+            option("save_cage") + " '" + arguments.save_cage +
                 "': a cage is an OBJ or an EXR, so the name must end in .obj or .exr.");
   const bool makes_low = writes_low(arguments);
   const std::string stem = low_stem(arguments);

@@ -16,11 +16,12 @@ namespace kiln {
 LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   const Job& a = run.arguments;
   LowPolyPlanOptions options;
-  const char* flag = a.low.make.max_angle.empty() ? "--max-error" : "--max-angle";
-  options.max_error = parse_degrees(flag, angle_bound(a));
+  const Message name = option(a.low.make.max_angle.empty() ? "max_error" : "max_angle");
+  options.max_error = parse_degrees(name, angle_bound(a));
   options.bounds = map_bounds(a);
   options.choose_rays = !a.given.contains("--ao-rays");
-  if (!a.low.make.screen.empty()) options.screen = parse_pixels("--screen", a.low.make.screen);
+  if (!a.low.make.screen.empty())
+    options.screen = parse_pixels(option("screen"), a.low.make.screen);
   if (!a.low.make.max_outline.empty())
     options.max_outline = parse_outline_bound(a.low.make.max_outline);
   options.choose_match = a.match_auto;
@@ -83,32 +84,36 @@ Json trials_json(const std::vector<Candidate>& trials) {
 }  // namespace
 
 Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place) {
-  std::string text;
   if (plan.chosen.measured <= plan.wanted) {
     if (!(plan.max_outline > 0 && plan.chosen.silhouette_mismatch > plan.max_outline))
       return bounds_not_reached(plan.bounds, plan.chosen.size);
-    text = formatted(
-        "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of "
-        "--max-outline: no low poly that was looked at comes nearer. Accept more, or "
-        "simplify with --faces.",
+    const std::string differ = formatted(
+        "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of ",
         100 * plan.chosen.silhouette_mismatch, place.c_str(), 100 * plan.max_outline);
-    return {"outlines-not-reached", text, 1};
+    return {"outlines-not-reached",
+            differ + option("max_outline") +
+                ": no low poly that was looked at comes nearer. Accept more, or simplify with " +
+                option("faces") + ".",
+            1};
   }
-  text = formatted(
-      "No low poly with maps up to the given --size is expected to reach a mean error "
-      "of %.3g degrees%s; what is written reaches %.3g. Allow a larger map, or accept more.",
+  const std::string reached = formatted(
+      " is expected to reach a mean error of %.3g degrees%s; what is written reaches %.3g. Allow a "
+      "larger map, or accept more.",
       plan.wanted, place.c_str(), plan.chosen.measured);
-  return {"error-not-reached", text, 1};
+  return {"error-not-reached", "No low poly with maps up to the given " + option("size") + reached,
+          1};
 }
 
 Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size) {
-  std::string text = "With maps of " + size_text(size) +
-                     " texels these are further off than --max-error asks for:";
+  Message text = "With maps of " + size_text(size) + " texels these are further off than " +
+                 option("max_error") + " asks for:";
   for (const MapReached& map : bounds) {
     if (!map.reached()) text += " " + describe(map) + ".";
   }
   return {"error-not-reached",
-          text + " Allow a larger --size, give more --ao-rays to maps of rays, or accept more.", 1};
+          text + " Allow a larger " + option("size") + ", give more " + option("ao_rays") +
+              " to maps of rays, or accept more.",
+          1};
 }
 
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings) {
@@ -129,9 +134,10 @@ void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
   const std::string text = formatted(
       "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
       "covers, one alone does. Thin or small parts shrink or are lost, which rendered "
-      "normals do not tell. Bound that (--max-outline 2%%), or ask for a smaller angle.",
+      "normals do not tell. Bound that (",
       place.c_str(), 100 * chosen.silhouette_mismatch);
-  warnings.push_back({"outlines", text, 1});
+  warnings.push_back(
+      {"outlines", text + option("max_outline", "2%") + "), or ask for a smaller angle.", 1});
 }
 
 bool make_plan(BakeRun& run, const Source& source) {

@@ -1,5 +1,4 @@
 // The report of a bake, as JSON.
-#include "job/flags.h"
 #include "job/map_words.h"
 #include "job/run.h"
 #include "kiln/plan.h"
@@ -72,7 +71,7 @@ Json reasons_json(const Reasons& reasons) {
   for (const ReasonCount& count : reasons.counts) {
     const ReasonInfo& info = infos[static_cast<std::size_t>(count.reason)];
     Json entry = {{"reason", info.name},
-                  {"words", with_flags(info.words)},
+                  {"words", info.words.text(option_as_flag)},
                   {"color", info.color},
                   {"samples", count.samples},
                   {"texel", {count.column, count.row}},
@@ -99,7 +98,7 @@ void add_parts(const BakeRun& run, Json& json) {
   if (run.plan) {
     const std::string& screen = run.arguments.low.make.screen;
     json["plan"] =
-        low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels("--screen", screen));
+        low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels(option("screen"), screen));
   }
   if (!run.sets.empty()) json["sets"] = run.set_reports;
   if (run.lods) json["lods"] = run.lod_levels;

@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-using Flagged = const std::string&;
+using Flagged = const Message&;
 using Given = const OptionWords&;
 
 #define AT(member) KILN_MEMBER(Job, member)
@@ -23,8 +23,7 @@ using Given = const OptionWords&;
 // ---- Values of their own kind ---------------------------------------------------------------------
 
 /// A value that is checked by names alone. \throws Error(usage)
-std::string checked(const std::string& flag, std::string text,
-                    const std::vector<std::string>& names) {
+std::string checked(const Message& flag, std::string text, const std::vector<std::string>& names) {
   if (const std::string problem = one_of(names)(text); !problem.empty()) {
     fail_usage(flag + problem);
   }
@@ -279,7 +278,7 @@ OptionValue directions_value() {
         std::vector<Vec3>& directions = job.bake.match.views.directions;
         directions.clear();
         for (const std::string& word : words) {
-          directions.push_back(parse_direction(flag.c_str(), word));
+          directions.push_back(parse_direction(flag, word));
         }
       },
       [](Job& job) {
@@ -295,7 +294,7 @@ OptionValue light_value() {
   return value_of<Job>(
       "bake.light.direction", "direction", "X,Y,Z",
       [](Job& job, Flagged flag, Given words) {
-        job.bake.light.direction = parse_direction(flag.c_str(), words.back());
+        job.bake.light.direction = parse_direction(flag, words.back());
       },
       [](Job& job) { return direction_text(job.bake.light.direction); });
 }
@@ -304,7 +303,7 @@ OptionValue origin_value() {
   return value_of<Job>(
              "bake.encoding.origin", "place", "X,Y,Z",
              [](Job& job, Flagged flag, Given words) {
-               job.bake.encoding.origin = parse_place(flag.c_str(), words.back());
+               job.bake.encoding.origin = parse_place(flag, words.back());
              },
              [](Job& job) {
                const auto& origin = job.bake.encoding.origin;
@@ -430,9 +429,9 @@ OptionValue dither_value() {
   return value;
 }
 
-void check_screen(const char* flag, const std::string& text) { parse_pixels(flag, text); }
-void check_degrees(const char* flag, const std::string& text) { parse_degrees(flag, text); }
-void check_outline(const char*, const std::string& text) { parse_outline_bound(text); }
+void check_screen(const Message& flag, const std::string& text) { parse_pixels(flag, text); }
+void check_degrees(const Message& flag, const std::string& text) { parse_degrees(flag, text); }
+void check_outline(const Message&, const std::string& text) { parse_outline_bound(text); }
 
 std::string maps_in_words() {
   std::string text;

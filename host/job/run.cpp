@@ -28,12 +28,14 @@ Warning not_reached(const PlannedBake& planned) {
   if (planned.chosen.error.mean_degrees <= planned.wanted) {
     return bounds_not_reached(planned.bounds, planned.chosen.width);
   }
-  const std::string text = formatted(
-      "No match is expected to reach a mean error of %.3g degrees with this low poly and --size; "
-      "the map written reaches %.3g. Give the low poly more faces, allow a larger map, or accept "
+  const std::string wanted = formatted(
+      "No match is expected to reach a mean error of %.3g degrees with this low poly and ",
+      planned.wanted);
+  const std::string reached = formatted(
+      "; the map written reaches %.3g. Give the low poly more faces, allow a larger map, or accept "
       "more.",
-      planned.wanted, planned.chosen.error.mean_degrees);
-  return {"error-not-reached", text, 1};
+      planned.chosen.error.mean_degrees);
+  return {"error-not-reached", wanted + option("size") + reached, 1};
 }
 
 /// bake(); of layouts that disagree over a height field, it also says what is the likely reason.
@@ -46,9 +48,11 @@ BakeResult bake_from(const HighPolyInput& dense, const Source& source, const Mes
         error.code() != ErrorCode::input) {
       throw;
     }
-    throw Error(ErrorCode::input, std::string(error.what()) +
-                                      " HIGH is a height field: --height and --extent must be "
-                                      "the values that LOW was made with.");
+    throw OptionError(error.message() + " HIGH is a height field: " + option_of("--height") +
+                          " and " + option("extent") +
+                          " must be "
+                          "the values that LOW was made with.",
+                      ErrorCode::input);
   }
 }
 
@@ -62,8 +66,9 @@ void warn_about_weights(const Job& arguments, const VisibilityOptions& visibilit
     return;
   }
   warnings.push_back({"equal-view-weights",
-                      "'" + arguments.view_weights +
-                          "' gives all views the same weight, as --view-weight all does. Each "
+                      "'" + arguments.view_weights + "' gives all views the same weight, as " +
+                          option("view_weight", "all") +
+                          " does. Each "
                           "direction takes the weight of the nearest line: add lines with less "
                           "weight for sides that nobody looks from.",
                       1});
@@ -76,13 +81,13 @@ std::string missed_place(const BakeResult& result, const Mesh& low) {
 }
 
 /// Check of a low poly that was made here: both meshes lie in one place.
-std::string misses_of_made(const BakeReport& report, double strays) {
-  return formatted(
+Message misses_of_made(const BakeReport& report, double strays) {
+  const std::string text = formatted(
       "%s of the samples found no point of the high poly within the distance: the "
-      "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise "
-      "--max-distance.",
+      "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise ",
       percent(static_cast<double>(report.missed) / static_cast<double>(report.samples), 2).c_str(),
       100 * strays);
+  return text + option("max_distance") + ".";
 }
 
 /// The library knows neither the file nor what is asked for beside it.
@@ -93,7 +98,7 @@ void name_place_of_misses(BakeRun& run) {
   const bool most = result.report.missed * 2 > result.report.samples;
   for (Warning& warning : result.report.warnings) {
     if (warning.code != "many-misses") continue;
-    const std::string what =
+    const Message what =
         made ? misses_of_made(result.report, run.low.simplified->error) : warning.message;
     warning.message = "'" + run.low_path + "': " + what + " " + missed_place(result, low) +
                       (made ? "" : hint_of_boxes(run.high_mesh(), low, most));
@@ -130,21 +135,20 @@ double planning(const BakeReport& report, double all) {
 }
 
 /// More was missed than --max-missed allows.
-std::string too_many_missed(const Job& arguments, const BakeResult& result, const Mesh& low,
-                            const std::string& path, double missed) {
-  const std::string text =
-      formatted("%.4g%% of the samples were missed, but --max-missed is %.4g. ", missed,
-                arguments.max_missed_percent);
-  const std::string message =
+Message too_many_missed(const Job& arguments, const BakeResult& result, const Mesh& low,
+                        const std::string& path, double missed) {
+  const Message text = formatted("%.4g%% of the samples were missed, but ", missed) +
+                       option("max_missed") + formatted(" is %.4g. ", arguments.max_missed_percent);
+  const Message message =
       "'" + path + "': " + text + (result.maps.empty() ? "" : missed_place(result, low));
   if (!arguments.load_match.empty()) {
-    return message + " Save the match again with a longer --max-distance.";
+    return message + " Save the match again with a longer " + option("max_distance") + ".";
   }
   const MatchMethod around = nearest_match();
-  const std::string fallback = "add --fallback " + std::string(around.name) + ".";
+  const Message fallback = "add " + option("fallback", around.name) + ".";
   const bool far = arguments.match_auto || chain_obeys(arguments, "match.max_distance");
   if (!far) return message + " To find them, " + fallback;
-  return message + " Raise --max-distance" +
+  return message + " Raise " + option("max_distance") +
          (matches_by(arguments, around) ? "." : ", or " + fallback);
 }
 
@@ -167,8 +171,8 @@ void take_sets_of_high(BakeRun& run) {
     arguments.sets.reset();
     return;
   }
-  run.console.line(
-      "texture sets: a material each, as HIGH has them (--sets one bakes an atlas of all)");
+  run.console.line("texture sets: a material each, as HIGH has them (" + option("sets", "one") +
+                   " bakes an atlas of all)");
 }
 
 /// Reads, repairs and shades HIGH. \returns false where it was cancelled
@@ -188,9 +192,9 @@ bool load_high_poly(BakeRun& run) {
   if (!arguments.load_match.empty() &&
       (!run.cleaned.warnings.empty() || arguments.given.contains("--clean"))) {
     run.warnings.push_back({"match-of-clean",
-                            "--load-match '" + arguments.load_match +
-                                "' is right only if it was saved with the same --clean, since "
-                                "turned faces count their corners otherwise.",
+                            option("load_match") + " '" + arguments.load_match +
+                                "' is right only if it was saved with the same " + option("clean") +
+                                ", since turned faces count their corners otherwise.",
                             1});
   }
   run.options.match.uv = uv_options(run.high, run.options.match.uv);
@@ -236,13 +240,14 @@ bool read_inputs(BakeRun& run) {
     if (made && !onto_plane(arguments)) {
       warn_of_heavy_low(run.low.mesh, high, run.warnings);
       if (run.low.simplified) {
-        warn_of_lost_shape(*run.low.simplified, "Ask for more --faces.", run.warnings);
+        warn_of_lost_shape(*run.low.simplified, "Ask for more " + option("faces") + ".",
+                           run.warnings);
       }
     }
   }
   const bool may_face_inwards = !prepared || run.hooks.high->faces_inwards;
   if (!made && may_face_inwards && !run.options.match.two_sided) {
-    const std::string inside_out = why_inside_out(high, run.low.mesh);
+    const Message inside_out = why_inside_out(high, run.low.mesh);
     if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});
   }
   run.low_path =
@@ -328,10 +333,10 @@ void judge_seams(BakeRun& run, const Source& source) {
   }
   if (!as_is || !off || *off <= *as_is) return;
   const std::string text = formatted(
-      "--split-at-seams: with hard edges at its seams, LOW and its map are %.3g degrees "
+      ": with hard edges at its seams, LOW and its map are %.3g degrees "
       "off HIGH's normals; as they are, %.3g. Its normals were left as they are.",
       *off, *as_is);
-  run.warnings.push_back({"seams-kept", text, low.soft_seams});
+  run.warnings.push_back({"seams-kept", option("split_at_seams") + text, low.soft_seams});
   low.mesh = other;
 }
 
@@ -410,9 +415,10 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
     if (!made || !finish_plan(run, source)) return false;
     warn_of_heavy_low(run.low.mesh, run.high_mesh(), run.warnings);
     if (run.low.simplified) {
-      warn_of_lost_shape(*run.low.simplified,
-                         "Rendered normals do not tell. Ask for a smaller angle, or for --faces.",
-                         run.warnings);
+      warn_of_lost_shape(
+          *run.low.simplified,
+          "Rendered normals do not tell. Ask for a smaller angle, or for " + option("faces") + ".",
+          run.warnings);
     }
     if (run.plan->chosen.size == 0) return true;
   } else if (run.hooks.sample &&
@@ -425,7 +431,8 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
     plan_options.choose_rays = !run.arguments.given.contains("--ao-rays");
     if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
       plan_options.max_error = parse_degrees(
-          run.arguments.low.make.max_angle.empty() ? "--max-error" : "--max-angle", bound);
+          run.arguments.low.make.max_angle.empty() ? option("max_error") : option("max_angle"),
+          bound);
     }
     run.planned = bake_planned(source, run.low.mesh, plan_options);
     if (run.planned->result.cancelled) return false;
@@ -456,7 +463,7 @@ void collect_warnings(BakeRun& run, const Source& source) {
 }
 
 /// Which limit was missed; empty: none.
-std::string failure_of(const BakeRun& run) {
+Message failure_of(const BakeRun& run) {
   const BakeReport& report = run.result.report;
   const double missed = 100.0 * static_cast<double>(report.missed) /
                         static_cast<double>(std::max<std::uint64_t>(1, report.samples));

@@ -94,7 +94,7 @@ struct RunHooks {
   std::function<bool(const LowPolyPlan&, const std::string& folder, const std::string& stem,
                      std::vector<std::string>& outputs, std::vector<Warning>& warnings)>
       draw_plan;
-  std::function<void(const std::string&)> line;  ///< A line of the summary that is known early
+  std::function<void(const Message&)> line;  ///< A line of the summary that is known early
   /// Makes the source of a high poly, or has one of the same mesh from another run. Empty: it is made
   std::function<Source(const Device&, const Mesh&, RayTraversal)> make_source;
 
@@ -111,22 +111,22 @@ struct RunHooks {
 /// Progress of a run, and the lines that say what it did.
 class RunLog {
  public:
-  RunLog(Progress progress, std::function<void(const std::string&)> tell)
+  RunLog(Progress progress, std::function<void(const Message&)> tell)
       : progress_(std::move(progress)), tell_(std::move(tell)) {}
   /// \returns false where it was cancelled
   bool progress(double share, std::string_view stage) const {
     return !progress_ || progress_(share, stage);
   }
-  void line(const std::string& text) {
+  void line(const Message& text) {
     if (tell_) tell_(text);
     lines.push_back(text);
   }
 
-  std::vector<std::string> lines;
+  std::vector<Message> lines;
 
  private:
   Progress progress_;
-  std::function<void(const std::string&)> tell_;
+  std::function<void(const Message&)> tell_;
 };
 
 struct BakeRun {

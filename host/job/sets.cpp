@@ -93,8 +93,8 @@ void size_sets(const BakeRun& run, std::vector<BakedSet>& sets) {
     for (const BakedSet& set : sets) {
       names += (names.empty() ? "'" : ", '") + beginning(set.set.name) + "'";
     }
-    fail_usage("--size '" + beginning(size.set) + "=...' names no texture set of LOW; they are " +
-               names + ".");
+    fail_usage(option("size") + " '" + beginning(size.set) +
+               "=...' names no texture set of LOW; they are " + names + ".");
   }
 }
 
@@ -127,7 +127,7 @@ class SetWarnings {
  public:
   void add(const std::string& set, const Warning& warning) {
     const auto [same, is_new] =
-        index_.emplace(std::pair(warning.code, warning.message), list_.size());
+        index_.emplace(std::pair(warning.code, warning.message.text()), list_.size());
     if (is_new) {
       list_.push_back({set, warning, 0});
     } else if (Entry& entry = list_[same->second]; entry.set != set) {
@@ -243,9 +243,10 @@ void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   const auto is_moved = [](const BakedSet& set) { return set.set.tile_u + set.set.tile_v > 0; };
   refuse_if(chain_obeys(arguments, "match.uv") &&
                 (by == SetsBy::udim || std::any_of(run.sets.begin(), run.sets.end(), is_moved)),
-            "--match " + match_word(arguments) +
+            option("match", match_word(arguments)) +
                 " finds points at the same UV of the unit square, but LOW's UVs lie on several "
-                "UDIM tiles: choose another match, or --sets none for one map of the unit square.");
+                "UDIM tiles: choose another match, or " +
+                option("sets", "none") + " for one map of the unit square.");
   warn_of_left_out(run, by);
   size_sets(run, run.sets);
   name_files(arguments, run.sets);
@@ -254,7 +255,7 @@ void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   if (!chosen) {
     run.console.line(std::to_string(run.sets.size()) + " texture sets, a " +
                      (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSets), arguments.sets)) +
-                     " each: their UVs overlap (--sets none bakes one map)");
+                     " each: their UVs overlap (" + option("sets", "none") + " bakes one map)");
   }
 }
 
@@ -335,9 +336,12 @@ void find_sets(BakeRun& run, const Source& source) {
   }
   arguments.sets = by;
   if (by != SetsBy::none) return take_sets(run, by, chosen);
-  refuse_if(!arguments.set_sizes.empty(),
-            "--size NAME=SIZE is for texture sets, but LOW has one alone: give --sets material, "
-            "object or udim, or --size for all.");
+  refuse_if(!arguments.set_sizes.empty(), option("size", "NAME=SIZE") +
+                                              " is for texture sets, but LOW has one alone: give " +
+                                              option("sets", "material") +
+                                              ", "
+                                              "object or udim, or " +
+                                              option("size") + " for all.");
 }
 
 bool bake_sets(BakeRun& run, const Source& source) {
@@ -363,8 +367,10 @@ bool bake_sets(BakeRun& run, const Source& source) {
     run.mips = {};
     try {
       if (!make_maps(run, source, done, share)) return false;
+    } catch (const OptionError& error) {
+      throw OptionError(set_in_words(set.set) + ": " + error.message(), error.code(), error.id());
     } catch (const Error& error) {
-      throw Error(error.code(), set_in_words(set.set) + ": " + error.what());
+      throw Error(error.code(), set_in_words(set.set) + ": " + error.message());
     }
     set.planned = std::exchange(run.planned, std::nullopt);
     if (set.planned) {

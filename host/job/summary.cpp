@@ -1,7 +1,6 @@
 // Summary of a bake.
 
 #include "base/percent.h"
-#include "job/flags.h"
 #include "job/map_words.h"
 #include "job/run.h"
 #include "kiln/plan.h"
@@ -147,7 +146,7 @@ void add_reasons(RunLog& console, const Reasons& reasons, std::uint64_t samples,
         formatted(", such as at texel column %u, row %u (%.4g, %.4g, %.4g)", count.column,
                   count.row, count.position[0], count.position[1], count.position[2]);
     console.line(set + std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
-                 percent(count.samples, samples) + ") " + with_flags(info.words) + text);
+                 percent(count.samples, samples) + ") " + info.words + text);
   }
 }
 
@@ -200,7 +199,8 @@ void add_summary(BakeRun& run, const Source::Stats& source, double total) {
   }
   if (!run.low.mesh.tangents.empty() &&
       run.arguments.bake.encoding.space == NormalMapSpace::tangent) {
-    console.line("LOW: tangents of its file (--tangents mikktspace computes them)");
+    console.line("LOW: tangents of its file (" + option("tangents", "mikktspace") +
+                 " computes them)");
   }
   if (run.plan) {
     for (const std::string& line : trade_table(*run.plan)) console.line(line);
@@ -218,7 +218,7 @@ void add_summary(BakeRun& run, const Source::Stats& source, double total) {
   for (const MapReached& map : run.plan ? run.plan->bounds : std::vector<MapReached>()) {
     console.line(describe(map));
   }
-  if (const std::string text = shading_line(run.high.shading, run.arguments.frame.shading);
+  if (const Message text = shading_line(run.high.shading, run.arguments.frame.shading);
       !text.empty() && !run.high.heights) {
     console.line(text);
   }

@@ -169,7 +169,8 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
     warnings.push_back(
         {"opacity-left-out",
          "HIGH's vertex colours have alpha, which is left out, since no material says "
-         "that it counts: add opacity to --maps where it does.",
+         "that it counts: add opacity to " +
+             option("maps") + " where it does.",
          clear});
   }
   return found;
@@ -183,7 +184,7 @@ std::vector<OwnMap> load_own_maps(const Job& a) {
     OwnMap map;
     map.name = text.substr(0, equals);
     map.file = text.substr(equals + 1);
-    map.source = read_small_file(map.file, kMost, "--maps '" + text + "'");
+    map.source = read_small_file(map.file, kMost, option("maps") + " '" + text + "'");
     maps.push_back(std::move(map));
   }
   return maps;
@@ -232,15 +233,18 @@ void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& hi
                       std::vector<Warning>& warnings) {
   if (arguments.alpha_test <= 0) return;
   if (!options.opacity) {
-    throw Error(ErrorCode::input, "--alpha-test: " + in_words(high_files(arguments)) +
-                                      " names no materials: give the picture, --transfer "
-                                      "FILE:opacity.");
+    throw OptionError(option("alpha_test") + ": " + in_words(high_files(arguments)) +
+                          " names no materials: give the picture, " + option("transfer") +
+                          " "
+                          "FILE:opacity.",
+                      ErrorCode::input);
   }
   CutOutReport report;
   high = cut_out(high, *options.opacity, arguments.alpha_test, &report);
   if (report.cut + report.gone != 0) return;
   warnings.push_back({"alpha-test-idle",
-                      "--alpha-test found nothing of " + in_words(high_files(arguments)) +
+                      option("alpha_test") + " found nothing of " +
+                          in_words(high_files(arguments)) +
                           " that is transparent: see whether its pictures have an alpha channel.",
                       1});
 }
@@ -287,13 +291,13 @@ bool is_there(const std::string& file) {
 void check_words(const std::string& text, const std::string& file) {
   if (is_there(file)) return;
   refuse_if(file.starts_with("mtl:"),
-            "--transfer '" + text + "': '" + text.substr(text.rfind(':') + 1) +
+            option("transfer") + " '" + text + "': '" + text.substr(text.rfind(':') + 1) +
                 "' is no colour space, and pictures of materials keep their "
                 "names. Give mtl:SLOT or mtl:SLOT:SPACE, where SPACE is "
                 "srgb, linear or normal.");
   for (std::string rest = file; last_part(rest);) {
     if (!is_there(rest)) continue;
-    fail_usage("--transfer '" + text + "': '" + text.substr(text.rfind(':') + 1) +
+    fail_usage(option("transfer") + " '" + text + "': '" + text.substr(text.rfind(':') + 1) +
                "' is no colour space. Give FILE, FILE:NAME or "
                "FILE:NAME:SPACE, where SPACE is srgb, linear or normal.");
   }
@@ -318,7 +322,7 @@ TransferArgument parse_transfer(const std::string& text) {
   }
   if (transfer.materials()) {
     refuse_if(!Words(kMaterialSlots).contains(transfer.name),
-              "--transfer '" + text +
+              option("transfer") + " '" + text +
                   "': of materials it takes mtl:color, opacity, normals, roughness, metallic, "
                   "emission or occlusion.");
     return transfer;

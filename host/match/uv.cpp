@@ -7,6 +7,7 @@
 
 #include "accel/device_bvh.h"
 #include "base/formatted.h"
+#include "base/option.h"
 #include "base/parallel.h"
 #include "base/percent.h"
 #include "mesh/kernels_shared.h"
@@ -206,11 +207,12 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
                              std::to_string(found.overlap.column) + ", row " +
                              std::to_string(found.overlap.row);
     if (overlap > options.max_overlap) {
-      throw Error(ErrorCode::input,
-                  text + ", which is more than " + percent(options.max_overlap) +
-                      ": a UV there does not say which point is meant. Use "
-                      "another match, such as ray, or add `match.uv.max_overlap` to take "
-                      "the triangle with the lowest index.");
+      throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_overlap) +
+                                        ": a UV there does not say which point is meant. Use "
+                                        "another match, such as ray, or add " +
+                                        option("match.uv.max_overlap") +
+                                        " to take "
+                                        "the triangle with the lowest index.");
     }
     warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
          found.overlapping);
@@ -226,7 +228,8 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
                                         ": the UVs do not lie over each other. Unwrap both "
                                         "meshes together, or use another match, such as ray. To "
-                                        "bake all the same, add `match.uv.max_distance`.");
+                                        "bake all the same, add " +
+                                        option("match.uv.max_distance") + ".");
     }
     warn("uv-disagreement", text + ".", 1);
   }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/option.h"
 #include "base/parallel.h"
 #include "match/uv.h"
 #include "mesh/uv_grid.h"
@@ -13,10 +14,9 @@ constexpr std::uint32_t kLayoutTile = KILN_UV_TILE;
 
 void check_uvs(const Source::Impl& source) {
   if (has_uvs(source)) return;
-  throw Error(
-      ErrorCode::input,
-      "The high poly has no UVs, which `match.method` uv finds its points by: give it the low "
-      "poly's layout, or use another match, such as ray.");
+  throw Error(ErrorCode::input, "The high poly has no UVs, which " + option("match.method", "uv") +
+                                    " finds its points by: give it the low "
+                                    "poly's layout, or use another match, such as ray.");
 }
 
 /// Pieces of a run of triangles.

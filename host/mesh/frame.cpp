@@ -5,6 +5,7 @@
 #include <limits>
 #include <mutex>
 
+#include "base/option.h"
 #include "base/parallel.h"
 #include "kiln/validate.h"
 #include "mesh/steps.h"
@@ -59,9 +60,10 @@ Frame Frame::of(const Mesh& mesh, const Bounds& bounds) {
     if (largest >= 0) largest = std::max(largest, side);
   }
   if (!(largest > 0)) {
-    throw Error(ErrorCode::usage,
-                "The bounds have no size: `high` must be finite, nowhere below `low`, and above it "
-                "somewhere.");
+    throw Error(ErrorCode::usage, "The bounds have no size: " + option("high") +
+                                      " must be finite, nowhere below " + option("low") +
+                                      ", and above it "
+                                      "somewhere.");
   }
   for (std::size_t k = 0; k < 3; ++k) {
     frame.center[k] = mesh.origin[k] + (bounds.low[k] + bounds.high[k]) / 2;

@@ -146,7 +146,8 @@ void append_attributes(Mesh& whole, const Mesh& mesh, const PresentAttributes& h
            Vec2{kNowhere, kNowhere});
     append_other_uvs(whole, mesh, before);
     if (mesh.uv_triangles.empty()) {
-      warn("missing-uvs", "no UVs, which others have; nothing is baked for it.", triangles);
+      warn("missing-uvs", "no UVs, which others have: no map is baked for it, and no texture read.",
+           triangles);
     }
   }
   if (has.normals) {

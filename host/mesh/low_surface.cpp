@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "base/parallel.h"
 #include "kiln/texture_sets.h"
 #include "kiln/validate.h"
@@ -141,7 +142,9 @@ void LowSurface::check(const Mesh& low) {
         ErrorCode::input,
         "Mesh " + quoted(low) +
             " has no UVs, so there is nowhere to bake to. Unwrap it in a modelling tool, or let "
-            "Kiln do it: `unwrap()` gives this mesh UVs, and `simplify()` makes a low poly to "
+            "Kiln do it: " +
+            option("unwrap()") + " gives this mesh UVs, and " + option("simplify()") +
+            " makes a low poly to "
             "unwrap.");
   }
 }
@@ -252,12 +255,14 @@ void LowSurface::lay_out(const Mesh& low) {
     return usable[t] != 0 && has_uv_area(triangles[t]);
   });
   if (!any_mapped) {
-    throw Error(
-        ErrorCode::input,
-        "All UVs of mesh " + quoted(low) +
-            " are degenerate (no triangle has an area in UV space), so there is nowhere to "
-            "bake to. Unwrap it in a modelling tool, or let Kiln do it: `unwrap()` gives this "
-            "mesh UVs, and `simplify()` makes a low poly to unwrap.");
+    throw Error(ErrorCode::input,
+                "All UVs of mesh " + quoted(low) +
+                    " are degenerate (no triangle has an area in UV space), so there is nowhere to "
+                    "bake to. Unwrap it in a modelling tool, or let Kiln do it: " +
+                    option("unwrap()") +
+                    " gives this "
+                    "mesh UVs, and " +
+                    option("simplify()") + " makes a low poly to unwrap.");
   }
 
   copy_of.clear();

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/lower_case.h"
+#include "base/option.h"
 #include "kiln/match.h"
 
 namespace kiln {
@@ -370,9 +371,8 @@ std::size_t pairs_by(const PartNames& names, const NamedGroups& low, const Named
 
 /// Describes patterns that would pair more groups of the low poly; empty if there are none. They are those shared by
 /// most unpaired names and their most similar names.
-std::string suggest_patterns(const PartNames& names, const NamedGroups& low,
-                             const NamedGroups& high,
-                             const std::map<std::string, std::uint32_t>& pairs) {
+Message suggest_patterns(const PartNames& names, const NamedGroups& low, const NamedGroups& high,
+                         const std::map<std::string, std::uint32_t>& pairs) {
   if (names.by != PartsBy::name) return {};
   std::map<PatternPair, std::size_t> votes;
   std::size_t asked = 0, paired = 0;
@@ -399,14 +399,14 @@ std::string suggest_patterns(const PartNames& names, const NamedGroups& low,
   }
   const auto& [would, said, patterns] = best;
   if (would <= paired) return {};
-  return " With `part_names.low` '" + patterns.low + "' and `part_names.high` '" + patterns.high +
-         "' " + std::to_string(would) + " of " + std::to_string(low.used.size()) +
-         " would have a pair.";
+  return " With " + option("part_names.low") + " '" + patterns.low + "' and " +
+         option("part_names.high") + " '" + patterns.high + "' " + std::to_string(would) + " of " +
+         std::to_string(low.used.size()) + " would have a pair.";
 }
 
 /// Adds a warning with the names of unpaired groups.
 void warn(PartSide side, const NamedGroups& groups, PartsBy by, const NamedGroups& others,
-          const std::map<std::string, std::uint32_t>& pairs, const std::string& remedy,
+          const std::map<std::string, std::uint32_t>& pairs, const Message& remedy,
           std::vector<Warning>& warnings) {
   std::string list;
   std::size_t count = 0;
@@ -466,7 +466,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
   for (const std::string& part : of_low.used_parts) {
     if (in_high.contains(part)) pairs.emplace(part, 0);
   }
-  const std::string remedy = suggest_patterns(names, of_low, of_high, pairs);
+  const Message remedy = suggest_patterns(names, of_low, of_high, pairs);
   if (pairs.empty()) {
     const std::string& name = of_low.used.front();
     const std::string* nearest = most_similar_name(name, of_high.used);
@@ -480,7 +480,8 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
                                 : "near to none, such as " + kiln::quoted(of_high.used.front())) +
             "." +
             (names.by == PartsBy::name && remedy.empty()
-                 ? " `part_names.low` and `part_names.high` say which belong together."
+                 ? " " + option("part_names.low") + " and " + option("part_names.high") +
+                       " say which belong together."
                  : remedy));
   }
   for (auto& [name, part] : pairs) {

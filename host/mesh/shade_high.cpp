@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "kiln/normals.h"
 #include "kiln/validate.h"
 #include "mesh/crease_rule.h"
@@ -101,13 +102,14 @@ void warn_of_bent_planes(const Mesh& mesh, bool own, ShadingReport& report) {
   if (report.bent_planes < kMinBentShare) return;
   const std::string text = formatted(
       "HIGH '%s': on %.0f%% of its area flat faces are shaded round: %s more than 20 degrees off "
-      "them. Maps will show "
-      "it as gradients over flats. Give --high-normals 30 (edges of 30 degrees or more are hard), "
-      "or flat, or export the mesh "
-      "with its normals.",
+      "them. Maps will show it as gradients over flats. Give ",
       mesh.name.c_str(), report.bent_planes * 100,
       own ? "the file's own normals are" : "normals, smooth over its edges, are");
-  report.warnings.push_back({"bent-planes", text, 1});
+  report.warnings.push_back({"bent-planes",
+                             text + option("high_normals", "30") +
+                                 " (edges of 30 degrees or more are hard), or flat, or export the "
+                                 "mesh with its normals.",
+                             1});
 }
 
 }  // namespace

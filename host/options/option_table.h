@@ -46,7 +46,7 @@ struct OptionValue {
   bool repeats = false;  ///< May be given again
   char delimiter = 0;    ///< Between several values of one word
   /// \throws Error(usage)
-  std::function<void(void* job, const std::string& flag, const OptionWords&)> set = {};
+  std::function<void(void* job, const Message& flag, const OptionWords&)> set = {};
   std::function<Json(const void* job)> get = {};
   /// The words that set() makes the value of; none: it cannot be told. Empty: those of get()
   std::function<OptionWords(const void* job)> words_back = {};
@@ -65,7 +65,7 @@ std::function<Json(const void*)> reads(Get get) {
 }
 template <typename Job, typename Set>
 auto writes(Set set) {
-  return [set](void* job, const std::string& flag, const OptionWords& words) {
+  return [set](void* job, const Message& flag, const OptionWords& words) {
     set(*static_cast<Job*>(job), flag, words);
   };
 }
@@ -87,7 +87,7 @@ template <typename Job, typename T>
 OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) {
   OptionValue value = value_of<Job>(
       member.path, "whole", range(low, high).words(),
-      [=](Job& job, const std::string& flag, const OptionWords& words) {
+      [=](Job& job, const Message& flag, const OptionWords& words) {
         std::uint32_t number = 0;
         if (!read_number(words.back(), number) || number < low || number > high) {
           std::string text = words.back();
@@ -106,7 +106,7 @@ template <typename Job, typename T>
 OptionValue number(Member<Job, T> member, double low, double high, bool fractions = false) {
   OptionValue value = value_of<Job>(
       member.path, "number", fractions ? share_of_1().words() : range(low, high).words(),
-      [=](Job& job, const std::string& flag, const OptionWords& words) {
+      [=](Job& job, const Message& flag, const OptionWords& words) {
         std::string text = words.back();
         const std::string problem = fractions ? share_of_1()(text) : range(low, high)(text);
         double number = 0;
@@ -124,7 +124,7 @@ template <typename Job>
 OptionValue toggle(Member<Job, bool> member, bool when_given = true) {
   return value_of<Job>(
       member.path, "flag", "",
-      [=](Job& job, const std::string& flag, const OptionWords& words) {
+      [=](Job& job, const Message& flag, const OptionWords& words) {
         if (words.back() != "true" && words.back() != "false") {
           fail_usage(flag + " is given without a value: leave =" + words.back() + " out");
         }
@@ -139,7 +139,7 @@ OptionValue choice(Member<Job, T> member, Words<T> names) {
   std::vector<std::string> choices = names_of(names);
   OptionValue value = value_of<Job>(
       member.path, "choice", one_of(choices).words(),
-      [=](Job& job, const std::string& flag, const OptionWords& words) {
+      [=](Job& job, const Message& flag, const OptionWords& words) {
         std::string text = words.back();
         if (const std::string problem = one_of(choices)(text); !problem.empty()) {
           fail_usage(flag + problem);
@@ -154,11 +154,11 @@ OptionValue choice(Member<Job, T> member, Words<T> names) {
 /// A text, such as a file's name. \param check  throws where it is none; null: any text will do
 template <typename Job>
 OptionValue text(Member<Job, std::string> member, std::string_view shown = "TEXT",
-                 void (*check)(const char* flag, const std::string& text) = nullptr) {
+                 void (*check)(const Message& flag, const std::string& text) = nullptr) {
   return value_of<Job>(
       member.path, "text", shown,
-      [=](Job& job, const std::string& flag, const OptionWords& words) {
-        if (check != nullptr) check(flag.c_str(), words.back());
+      [=](Job& job, const Message& flag, const OptionWords& words) {
+        if (check != nullptr) check(flag, words.back());
         member.of(job) = words.back();
       },
       [=](Job& job) { return member.of(job).empty() ? Json() : Json(member.of(job)); });
@@ -169,7 +169,7 @@ template <typename Job>
 OptionValue word(Member<Job, std::string> member, const std::vector<std::string>& words) {
   OptionValue value = value_of<Job>(
       member.path, "choice", one_of(words).words(),
-      [=](Job& job, const std::string& flag, const OptionWords& given) {
+      [=](Job& job, const Message& flag, const OptionWords& given) {
         std::string text = given.back();
         if (const std::string problem = one_of(words)(text); !problem.empty()) {
           fail_usage(flag + problem);
@@ -186,7 +186,7 @@ template <typename Job>
 OptionValue texts(Member<Job, std::vector<std::string>> member, char delimiter = 0) {
   OptionValue value = value_of<Job>(
       member.path, "list", delimiter != 0 ? "TEXT,..." : "TEXT",
-      [=](Job& job, const std::string&, const OptionWords& words) { member.of(job) = words; },
+      [=](Job& job, const Message&, const OptionWords& words) { member.of(job) = words; },
       [=](Job& job) { return member.of(job); });
   value.repeats = true;
   value.delimiter = delimiter;
@@ -198,8 +198,8 @@ template <typename Job>
 OptionValue length(Member<Job, std::optional<Length>> member) {
   return value_of<Job>(
       member.path, "length", "D|P%",
-      [=](Job& job, const std::string& flag, const OptionWords& words) {
-        member.of(job) = parse_length_above_0(flag.c_str(), words.back());
+      [=](Job& job, const Message& flag, const OptionWords& words) {
+        member.of(job) = parse_length_above_0(flag, words.back());
       },
       [=](Job& job) { return member.of(job) ? Json(length_text(*member.of(job))) : Json(); });
 }
@@ -330,7 +330,7 @@ OptionRow height_row(const char* group) {
           .group = group,
           .value = value_of<Job>(
               "heights.height", "number", "NUMBER",
-              [](Job& job, const std::string& flag, const OptionWords& words) {
+              [](Job& job, const Message& flag, const OptionWords& words) {
                 if (read_number(words.back(), job.heights.height)) return;
                 fail_usage(flag + " is '" + words.back() + "': give a number");
               },
@@ -344,7 +344,7 @@ OptionRow no_data_row(const char* group) {
       .group = group,
       .value = value_of<Job>(
           "heights.no_data", "text", "VALUE|none|auto",
-          [](Job& job, const std::string& flag, const OptionWords& words) {
+          [](Job& job, const Message& flag, const OptionWords& words) {
             read_no_data(flag, words.back(), job.heights);
           },
           [](Job& job) { return no_data_json(job.heights); }),
@@ -360,7 +360,7 @@ OptionRow extent_row(const char* group) {
       .group = group,
       .value = value_of<Job>(
                    "heights.width, heights.depth", "list", "X[,Y]",
-                   [](Job& job, const std::string&, const OptionWords& words) {
+                   [](Job& job, const Message&, const OptionWords& words) {
                      std::tie(job.heights.width, job.heights.depth) = parse_extent(words.back());
                    },
                    [](Job& job) { return extent_json(job.heights); })

@@ -14,8 +14,8 @@
 namespace kiln {
 namespace {
 
-[[noreturn]] void bad(const std::string& flag, const std::string& text, const char* expected) {
-  fail_usage(flag + " '" + text + "': expected " + expected + ".");
+[[noreturn]] void bad(const Message& name, const std::string& text, const Message& expected) {
+  fail_usage(name + " '" + text + "': expected " + expected + ".");
 }
 
 template <typename T>
@@ -25,8 +25,6 @@ bool parse_whole(std::string_view text, T& value) {
 }
 
 }  // namespace
-
-void fail_usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
 std::string lower_case(std::string text) {
   for (char& c : text) {
@@ -45,32 +43,34 @@ std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   if (cross == std::string::npos) {
-    if (!parse_whole(text, width)) bad("--size", text, kExpected);
+    if (!parse_whole(text, width)) bad(option("size"), text, kExpected);
     height = width;
   } else if (!parse_whole(std::string_view(text).substr(0, cross), width) ||
              !parse_whole(std::string_view(text).substr(cross + 1), height)) {
-    bad("--size", text, kExpected);
+    bad(option("size"), text, kExpected);
   }
-  if (width < 1 || width > 16384 || height < 1 || height > 16384) bad("--size", text, kExpected);
+  if (width < 1 || width > 16384 || height < 1 || height > 16384)
+    bad(option("size"), text, kExpected);
   return {width, height};
 }
 
-Length parse_length(const char* flag, const std::string& text) {
+Length parse_length(const Message& name, const std::string& text) {
   constexpr const char* kExpected =
       "a length such as 0.05, or a share of the high poly's diagonal such as 2%";
   std::string_view number = text;
   const bool relative = !number.empty() && number.back() == '%';
   if (relative) number.remove_suffix(1);
   double value = 0;
-  if (!parse_whole(number, value) || !std::isfinite(value) || value < 0) bad(flag, text, kExpected);
+  if (!parse_whole(number, value) || !std::isfinite(value) || value < 0) bad(name, text, kExpected);
   return relative ? Length::share(value / 100) : Length::absolute(value);
 }
 
 Length parse_cage(const std::string& text) {
   const std::string ending = std::filesystem::path(text).extension();
   refuse_if(ending.size() > 1 && std::isalpha(static_cast<unsigned char>(ending[1])) != 0,
-            "--cage '" + text + "' looks like a file: the flag for one is --cage-mesh FILE.");
-  return parse_length("--cage", text);
+            option("cage") + " '" + text + "' looks like a file: the flag for one is " +
+                option("cage_mesh", "FILE") + ".");
+  return parse_length(option("cage"), text);
 }
 
 std::pair<double, double> parse_extent(const std::string& text) {
@@ -80,7 +80,7 @@ std::pair<double, double> parse_extent(const std::string& text) {
   const auto number = [&](std::string_view part) {
     double value = 0;
     if (!parse_whole(part, value) || !std::isfinite(value) || value <= 0) {
-      bad("--extent", text, kExpected);
+      bad(option("extent"), text, kExpected);
     }
     return value;
   };
@@ -88,13 +88,13 @@ std::pair<double, double> parse_extent(const std::string& text) {
   return {number(all.substr(0, comma)), number(all.substr(comma + 1))};
 }
 
-void read_no_data(const std::string& flag, const std::string& word, HeightFieldOptions& heights) {
+void read_no_data(const Message& name, const std::string& word, HeightFieldOptions& heights) {
   heights.no_data.reset();
   heights.guess_no_data = word == "auto";
   if (heights.guess_no_data || word == "none") return;
   double value = 0;
   if (!read_number(word, value)) {
-    fail_usage(flag + " is '" + word + "': give the number, none or auto");
+    fail_usage(name + " is '" + word + "': give the number, none or auto");
   }
   heights.no_data = value;
   heights.guess_no_data = true;
@@ -111,9 +111,9 @@ Json extent_json(const HeightFieldOptions& heights) {
   return heights.depth == 0 ? width : width + formatted(",%.12g", heights.depth);
 }
 
-Length parse_length_above_0(const char* flag, const std::string& text) {
-  const Length length = parse_length(flag, text);
-  refuse_if(length.value == 0, std::string(flag) + " is 0: it must be above 0.");
+Length parse_length_above_0(const Message& name, const std::string& text) {
+  const Length length = parse_length(name, text);
+  refuse_if(length.value == 0, name + " is 0: it must be above 0.");
   return length;
 }
 
@@ -125,33 +125,32 @@ std::string length_text(const Length& length) {
 namespace {
 
 /// Up to 50%.
-double parse_percentage(const char* flag, const std::string& text, const char* wanted) {
+double parse_percentage(const Message& name, const std::string& text, const char* wanted) {
   std::string_view number = text;
   if (!number.empty() && number.back() == '%') number.remove_suffix(1);
   double value = 0;
-  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50)) bad(flag, text, wanted);
+  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50)) bad(name, text, wanted);
   return value / 100;
 }
 
 }  // namespace
 
 double parse_error_bound(const std::string& text) {
-  return parse_percentage("--max-error", text,
+  return parse_percentage(option("max_error"), text,
                           "a percentage of the diagonal, above 0 and up to 50, such as 0.2%");
 }
 
 double parse_outline_bound(const std::string& text) {
   return parse_percentage(
-      "--max-outline", text,
+      option("max_outline"), text,
       "a percentage of what the meshes cover, above 0 and up to 50, such as 2%");
 }
 
-double parse_degrees(const char* flag, const std::string& text) {
+double parse_degrees(const Message& name, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  refuse_if(
-      error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180,
-      std::string(flag) + " is '" + text + "': give degrees above 0, up to 180, such as 1.5.");
+  refuse_if(error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180,
+            name + " is '" + text + "': give degrees above 0, up to 180, such as 1.5.");
   return value;
 }
 
@@ -169,7 +168,7 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, cons
 
 void check_density(bool given, const std::string& method) {
   if (!given || (method != "pairs" && method != "squares")) return;
-  fail_usage("--density is for large charts, but --unwrap " + method +
+  fail_usage(option("density") + " is for large charts, but " + option("unwrap", method) +
              " makes others: leave it out, or unwrap by charts.");
 }
 
@@ -199,11 +198,11 @@ Check share_of_1() {
           "0 to 1 or N/255"};
 }
 
-std::uint32_t parse_pixels(const char* flag, const std::string& text) {
+std::uint32_t parse_pixels(const Message& name, const std::string& text) {
   const std::string digits = text.ends_with("px") ? text.substr(0, text.size() - 2) : text;
   std::int32_t value = 0;
   refuse_if(!parse_whole(digits, value) || value < 16 || value > 16384,
-            std::string(flag) + " is '" + text + "': give pixels, 16 to 16384, such as 600px.");
+            name + " is '" + text + "': give pixels, 16 to 16384, such as 600px.");
   return static_cast<std::uint32_t>(value);
 }
 
@@ -211,7 +210,7 @@ std::int32_t parse_gutter(const std::string& text) {
   if (text == "inf" || text == "infinite") return -1;
   std::int32_t value = 0;
   if (!parse_whole(text, value) || value < 0 || value > 4096) {
-    bad("--gutter", text, "0 to 4096 texels, or inf");
+    bad(option("gutter"), text, "0 to 4096 texels, or inf");
   }
   return value;
 }
@@ -224,7 +223,7 @@ std::pair<double, double> parse_view(const std::string& text) {
       !parse_whole(std::string_view(text).substr(0, comma), azimuth) ||
       !parse_whole(std::string_view(text).substr(comma + 1), elevation) ||
       !std::isfinite(azimuth) || !(elevation >= -90 && elevation <= 90)) {
-    bad("--view", text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
+    bad(option("view"), text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
   }
   return {azimuth, elevation};
 }
@@ -244,24 +243,25 @@ bool parse_three(std::string_view rest, std::array<T, 3>& values) {
 template bool parse_three(std::string_view, std::array<double, 3>&);
 template bool parse_three(std::string_view, std::array<std::uint64_t, 3>&);
 
-Vec3 parse_direction(const char* flag, const std::string& text) {
+Vec3 parse_direction(const Message& name, const std::string& text) {
   std::array<float, 3> values{};
   if (!parse_three(text, values) || values == std::array<float, 3>{}) {
-    bad(flag, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
+    bad(name, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
   }
   return {values[0], values[1], values[2]};
 }
 
-std::array<double, 3> parse_place(const char* flag, const std::string& text) {
+std::array<double, 3> parse_place(const Message& name, const std::string& text) {
   std::array<double, 3> values{};
-  if (!parse_three(text, values)) bad(flag, text, "a place X,Y,Z, such as 500000,4500000,0");
+  if (!parse_three(text, values)) bad(name, text, "a place X,Y,Z, such as 500000,4500000,0");
   return values;
 }
 
 std::uint32_t parse_views(const std::string& text) {
   std::uint32_t value = 0;
   if (!parse_whole(text, value) || value > 512) {
-    bad("--views", text, "1 to 512, or auto, or 0 where --view gives all of them");
+    bad(option("views"), text,
+        "1 to 512, or auto, or 0 where " + option("view") + " gives all of them");
   }
   return value;
 }

@@ -11,19 +11,25 @@
 #include <vector>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "kiln/bake.h"
 #include "kiln/height_field.h"
+#include "kiln/message.h"
+#include "kiln/option_error.h"
 #include "kiln/unwrap.h"
 #include "options/json.h"
 #include "options/values.h"
 
 namespace kiln {
 
-/// \throws Error(usage) with this text.
-[[noreturn]] void fail_usage(const std::string& text);
+/// The option of a flag, "--max-distance".
+Message option_of(std::string_view flag, std::string_view value = {});
+
+/// \throws OptionError, or Error(usage) where the message names no option
+[[noreturn]] void fail_usage(const Message& message);
 /// The same, where it is so.
-inline void refuse_if(bool is, const std::string& text) {
-  if (is) fail_usage(text);
+inline void refuse_if(bool is, const Message& message) {
+  if (is) fail_usage(message);
 }
 
 /// ASCII letters in lower case.
@@ -35,13 +41,13 @@ std::string lower_extension(const std::filesystem::path& path);
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text);
 
 /// "0.05" in world units, or "2%" of the bounding box's diagonal. \throws Error(usage)
-Length parse_length(const char* flag, const std::string& text);
+Length parse_length(const Message& name, const std::string& text);
 
 /// The same of --cage. \throws Error(usage), also for a file, which has a flag of its own
 Length parse_cage(const std::string& text);
 
 /// parse_length(), above 0. \throws Error(usage)
-Length parse_length_above_0(const char* flag, const std::string& text);
+Length parse_length_above_0(const Message& name, const std::string& text);
 
 /// As it is written: "0.05", or "2%".
 std::string length_text(const Length& length);
@@ -53,10 +59,10 @@ double parse_error_bound(const std::string& text);
 double parse_outline_bound(const std::string& text);
 
 /// Degrees above 0. \throws Error(usage)
-double parse_degrees(const char* flag, const std::string& text);
+double parse_degrees(const Message& name, const std::string& text);
 
 /// "600px" or "600", 16 to 16384. \throws Error(usage)
-std::uint32_t parse_pixels(const char* flag, const std::string& text);
+std::uint32_t parse_pixels(const Message& name, const std::string& text);
 
 /// "16" or "inf" (-1). \throws Error(usage)
 std::int32_t parse_gutter(const std::string& text);
@@ -70,7 +76,7 @@ std::pair<double, double> parse_extent(const std::string& text);
 /// The same as text; null: by the image.
 Json extent_json(const HeightFieldOptions& heights);
 /// --no-data: a number, "none" or "auto". \throws Error(usage)
-void read_no_data(const std::string& flag, const std::string& word, HeightFieldOptions& heights);
+void read_no_data(const Message& name, const std::string& word, HeightFieldOptions& heights);
 Json no_data_json(const HeightFieldOptions& heights);
 
 /// "X,Y,Z", finite. \returns false for anything else
@@ -78,10 +84,10 @@ template <typename T>
 bool parse_three(std::string_view text, std::array<T, 3>& values);
 
 /// "X,Y,Z", not all 0. \throws Error(usage)
-Vec3 parse_direction(const char* flag, const std::string& text);
+Vec3 parse_direction(const Message& name, const std::string& text);
 
 /// "X,Y,Z". \throws Error(usage)
-std::array<double, 3> parse_place(const char* flag, const std::string& text);
+std::array<double, 3> parse_place(const Message& name, const std::string& text);
 
 /// A number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);

@@ -5,6 +5,7 @@
 
 #include "bake/progress.h"
 #include "base/formatted.h"
+#include "base/option.h"
 #include "base/stopwatch.h"
 #include "measure/normal_probe.h"
 #include "plan/candidate.h"
@@ -147,12 +148,13 @@ class LodMaker {
       chain_.levels.push_back(std::move(level));
       return;
     }
-    std::string text = "At " + std::to_string(level.screen) + " pixels the mesh of " +
-                       std::to_string(before().chosen.faces) +
-                       " faces serves, too: what is within the error there has more faces, or over "
-                       "90% of its bytes.";
+    Message text = "At " + std::to_string(level.screen) + " pixels the mesh of " +
+                   std::to_string(before().chosen.faces) +
+                   " faces serves, too: what is within the error there has more faces, or over "
+                   "90% of its bytes.";
     if (options_.error_growth == 1 && chain_.warnings.empty()) {
-      text += " Errors that grow from level to level (--lod-growth) give lighter ones.";
+      text +=
+          " Errors that grow from level to level (" + option("lod_growth") + ") give lighter ones.";
     }
     chain_.warnings.push_back({"lod-left-out", std::move(text), 1});
   }

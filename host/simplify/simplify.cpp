@@ -12,6 +12,7 @@
 
 #include "base/formatted.h"
 #include "base/memory.h"
+#include "base/option.h"
 #include "base/progress_guard.h"
 #include "kiln/normals.h"
 #include "kiln/validate.h"
@@ -44,21 +45,21 @@ void check(const Mesh& high, const SimplifyOptions& options) {
   }
   require_memory("Simplification", bytes_of(high.triangles.size(), options.faces == 0));
   if (options.hull && (options.height_field || options.keep_uvs)) {
-    throw Error(ErrorCode::usage, std::string("simplify: `hull` and ") +
-                                      (options.keep_uvs ? "`keep_uvs`" : "height_field") +
+    throw Error(ErrorCode::usage, "simplify: " + option("hull") + " and " +
+                                      (options.keep_uvs ? option("keep_uvs") : "height_field") +
                                       " exclude each other: both say where vertices may go");
   }
   if (!options.keep_uvs) return;
   if (options.height_field) {
-    throw Error(
-        ErrorCode::usage,
-        "simplify: `keep_uvs` and height_field exclude each other: a height field's UVs follow "
-        "from its rectangle");
+    throw Error(ErrorCode::usage,
+                "simplify: " + option("keep_uvs") +
+                    " and height_field exclude each other: a height field's UVs follow "
+                    "from its rectangle");
   }
   if (high.uv_triangles.size() != high.triangles.size() || high.uvs.empty()) {
-    throw Error(ErrorCode::input,
-                "simplify: mesh '" + high.name +
-                    "' has no UVs to keep; give it some, or leave `keep_uvs` out");
+    throw Error(ErrorCode::input, "simplify: mesh '" + high.name +
+                                      "' has no UVs to keep; give it some, or leave " +
+                                      option("keep_uvs") + " out");
   }
 }
 

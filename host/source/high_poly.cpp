@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/byte_hash.h"
+#include "base/option.h"
 #include "base/progress_guard.h"
 #include "cl/kernel_folder.h"
 #include "kiln/validate.h"
@@ -48,7 +49,8 @@ void check_within_bounds(const Mesh& high, const std::vector<Vec3>& positions) {
       if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= 1) continue;
       throw Error(ErrorCode::usage,
                   "Vertex " + std::to_string(corner) + " of '" + high.name +
-                      "' lies too far out of `bounds`, which are about the mesh's own size.",
+                      "' lies too far out of " + option("bounds") +
+                      ", which are about the mesh's own size.",
                   "session-bounds");
     }
   }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "base/parallel.h"
 #include "mesh/vector.h"
 
@@ -147,7 +148,8 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
              " out of the unit square of UV space, for example " +
              uv_of_triangle(surface, found.example) +
              ": what lies outside has no texel and was not baked. Move the charts into the unit "
-             "square, or bake each tile by itself (`sets` udim).",
+             "square, or bake each tile by itself (" +
+             option("sets", "udim") + ").",
          found.count});
   }
   if (const Finding& found = all.degenerate_uv; found.count != 0) {

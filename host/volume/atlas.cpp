@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/option.h"
 #include "base/parallel.h"
 #include "mesh/vector.h"
 #include "pack/rectangle_packing.h"
@@ -280,9 +281,14 @@ Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std
           "The topology of volume '" + volume.name + "' keeps " + std::to_string(low_poly.faces) +
               " faces, however few are asked for, and their " + std::to_string(corners.size()) +
               " charts are too many for " + map +
-              ": take the outer surface alone, with gaps closed (`outer_only` and `outer_gap`), "
-              "or leave small parts out (`min_part`). Or let parts, holes and handles go "
-              "(see `keep_topology`), or ask for a larger map (`size`).");
+              ": take the outer surface alone, with gaps closed (" + option("outer_only") +
+              " and " + option("outer_gap") +
+              "), "
+              "or leave small parts out (" +
+              option("min_part") +
+              "). Or let parts, holes and handles go "
+              "(see " +
+              option("keep_topology") + "), or ask for a larger map (" + option("size") + ").");
     }
     throw Error(ErrorCode::usage, "The low poly has " + std::to_string(corners.size()) +
                                       " charts, too many for " + map +

@@ -12,6 +12,7 @@
 #include "base/counted.h"
 #include "base/formatted.h"
 #include "base/memory.h"
+#include "base/option.h"
 #include "base/progress_guard.h"
 #include "mesh/charts.h"
 #include "volume/atlas.h"
@@ -88,7 +89,7 @@ void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
          std::to_string(low_poly.dropped_parts) + " of " + std::to_string(low_poly.parts) +
              " parts of the surface have less than " + share +
              "% of the largest one's vertices and were left out" +
-             (options.choose.min_part ? " as noise (`min_part`)." : ", as asked."),
+             (options.choose.min_part ? " as noise (" + option("min_part") + ")." : ", as asked."),
          low_poly.dropped_parts});
   }
   if (!low_poly.reached) {

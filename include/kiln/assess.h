@@ -41,13 +41,14 @@ struct Uniformity {
 /// match. -1 where a measure is undefined (not covered, missed, never visible); `stretch` has its
 /// own markers.
 struct AssessmentFields {
-  Image object_space;            ///< World units: mean over the rays that show the texel
-  Image image_space;             ///< World units: mean over the rays that show the texel
-  Image normalised_image_space;  ///< 0 to 1: mean over the rays that show the texel
-  Image uniformity;              ///< %: mean over the texel's neighbours
-  Image match_distance;          ///< World units: |F(p) - p|
-  Image stretch;  ///< log2 of the high poly's area over the low poly's; -64 where undefined, -63
-                  ///< where cells are folded over
+  Image object_space = {};            ///< World units: mean over the rays that show the texel
+  Image image_space = {};             ///< World units: mean over the rays that show the texel
+  Image normalised_image_space = {};  ///< 0 to 1: mean over the rays that show the texel
+  Image uniformity = {};              ///< %: mean over the texel's neighbours
+  Image match_distance = {};          ///< World units: |F(p) - p|
+  Image stretch =
+      {};  ///< log2 of the high poly's area over the low poly's; -64 where undefined, -63
+           ///< where cells are folded over
 };
 
 /// Settings of assess().
@@ -55,9 +56,9 @@ struct AssessOptions {
   /// Number of test directions, 12 to 4096, spread evenly over the sphere; none coincides with one
   /// of `avoid`.
   std::uint32_t directions = 512;
-  std::vector<Vec3> avoid;  ///< Unit directions that the match was made from
-  bool fields = false;      ///< Also fill MatchAssessment::fields
-  Progress progress;        ///< Called between directions; may cancel. See Progress
+  std::vector<Vec3> avoid = {};  ///< Unit directions that the match was made from
+  bool fields = false;           ///< Also fill MatchAssessment::fields
+  Progress progress = {};        ///< Called between directions; may cancel. See Progress
 };
 
 /// Quality of a correspondence F from the low poly to the high poly, measured without any map:
@@ -76,40 +77,40 @@ struct MatchAssessment {
 
   /// Section 4.1: distance from F(p) to the first hit of the same ray on the high poly, if that is
   /// a front face. World units.
-  RayMeasure object_space;
+  RayMeasure object_space = {};
   /// Section 4.2: the distance from F(p) to the ray, world units.
-  RayMeasure image_space;
+  RayMeasure image_space = {};
   /// Section 4.2.1: image_space divided by |p - F(p)|, 0 to 1. Undefined where F(p) is within 1e-6
   /// diagonals of p.
-  RayMeasure normalised_image_space;
+  RayMeasure normalised_image_space = {};
   /// Section 4.3: over pairs of texels of one chart that share a side.
-  Uniformity uniformity;
+  Uniformity uniformity = {};
   /// The same for texels that are neighbours on the surface across a UV seam. Pairs closer than half a
   /// texel are left out, since the ratio of so small steps is noise.
-  Uniformity uniformity_across_seams;
+  Uniformity uniformity_across_seams = {};
 
   // Measures that the paper does not have follow.
 
   /// |F(p) - p| over the low poly.
-  Distribution match_distance;
+  Distribution match_distance = {};
   /// image_space averaged at each place, over the low poly: places seen from few directions count
   /// as much as places seen from many.
-  Distribution image_space_by_place;
+  Distribution image_space_by_place = {};
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
   /// Evenness with which F samples the high poly: log2 of its area over the low poly's area, per cell. A
   /// cell lies between a texel and its neighbours to the right and below, in the same chart.
-  Distribution stretch;     ///< Distribution of |log2 - mean log2|: 0 is perfectly even
-  double mean_stretch = 0;  ///< Mean log2
-  std::uint64_t cells = 0;  ///< Number of rated cells
-  double folded = 0;        ///< Share of cells whose corners F maps in reversed order
-  double largest_jump = 0;  ///< Largest distance between matched points of neighbouring texels,
-                            ///< world units
-  double largest_step = 0;  ///< Largest distance between neighbouring texels on the low poly, for
-                            ///< comparison
+  Distribution stretch = {};  ///< Distribution of |log2 - mean log2|: 0 is perfectly even
+  double mean_stretch = 0;    ///< Mean log2
+  std::uint64_t cells = 0;    ///< Number of rated cells
+  double folded = 0;          ///< Share of cells whose corners F maps in reversed order
+  double largest_jump = 0;    ///< Largest distance between matched points of neighbouring texels,
+                              ///< world units
+  double largest_step = 0;    ///< Largest distance between neighbouring texels on the low poly, for
+                              ///< comparison
 
   std::uint32_t directions = 0;  ///< Number of test directions used
-  AssessmentFields fields;       ///< Set if AssessOptions::fields is true
+  AssessmentFields fields = {};  ///< Set if AssessOptions::fields is true
   double seconds = 0;            ///< Duration of the rating
 };
 

@@ -26,13 +26,13 @@ struct AssetNode {
   /// Value of `parent` for a root.
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  std::string name;              ///< Name in the file; need not be unique
+  std::string name = {};         ///< Name in the file; need not be unique
   std::uint32_t parent = kNone;  ///< Index into Asset::nodes, lower than the node's own; kNone for
                                  ///< a root
   std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0,
                                    0, 0, 1, 0, 0, 0, 0, 1};  ///< Transform to the parent,
                                                              ///< column-major
-  std::string extras;            ///< JSON of glTF's `extras`; empty: none
+  std::string extras = {};       ///< JSON of glTF's `extras`; empty: none
   std::string mesh_extras = {};  ///< JSON of the `extras` of the node's mesh
 };
 
@@ -40,16 +40,16 @@ struct AssetNode {
 /// the instances of all nodes in world space, one object per instance (Mesh::objects), and materials by name
 /// (Mesh::materials).
 struct Asset {
-  Mesh mesh;                        ///< In world space
-  std::vector<Material> materials;  ///< One for each of Mesh::material_names, in order
-  std::vector<AssetNode> nodes;     ///< Parents before children; empty for formats without a
-                                    ///< hierarchy
-  std::vector<std::uint32_t>
-      object_nodes;       ///< Per object of the mesh, index into nodes; empty if `nodes` is
-  std::string extras;     ///< JSON of glTF's `asset.extras`; empty: none
-  std::string copyright;  ///< glTF's `asset.copyright`
-  std::string scene;      ///< JSON of the glTF scene that was read; empty if there is none, or if
-                          ///< several were read
+  Mesh mesh = {};                        ///< In world space
+  std::vector<Material> materials = {};  ///< One for each of Mesh::material_names, in order
+  std::vector<AssetNode> nodes = {};     ///< Parents before children; empty for formats without a
+                                         ///< hierarchy
+  std::vector<std::uint32_t> object_nodes =
+      {};                      ///< Per object of the mesh, index into nodes; empty if `nodes` is
+  std::string extras = {};     ///< JSON of glTF's `asset.extras`; empty: none
+  std::string copyright = {};  ///< glTF's `asset.copyright`
+  std::string scene = {};  ///< JSON of the glTF scene that was read; empty if there is none, or if
+                           ///< several were read
 };
 
 /// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb, .vrm; .gltf with its buffers beside it or in it).
@@ -99,8 +99,8 @@ struct AssetMaps {
   const Image* emission = nullptr;   ///< Three channels
   float emission_strength = 1;       ///< Linear radiance that the value 1 in `emission` stands for;
                                      ///< at least 0
-  std::span<const std::uint8_t>
-      coverage;  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
+  std::span<const std::uint8_t> coverage =
+      {};  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
 };
 
 /// The slot of a material that a map of this name fills; null if there is none. Any thread may call
@@ -120,32 +120,33 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
 
 /// Error of a map in the encoded picture: see stored_error().
 struct AssetError {
-  std::string_view map;    ///< Name of the map as in maps() and transfers, such as "normal"
-  bool is_normal = false;  ///< Unit of the error: degrees if true, else steps of 1/255
-  StoredError error;       ///< Error over the baked texels
+  std::string_view map = {};  ///< Name of the map as in maps() and transfers, such as "normal"
+  bool is_normal = false;     ///< Unit of the error: degrees if true, else steps of 1/255
+  StoredError error = {};     ///< Error over the baked texels
 };
 
 /// Maps encoded as 8-bit pictures for a glTF, by encode_maps(). The first bytes of each buffer identify its format:
 /// PNG, WebP or JPEG.
 struct AssetPictures {
-  std::vector<AssetError> errors;  ///< Error of each map over its baked texels
+  std::vector<AssetError> errors = {};  ///< Error of each map over its baked texels
   /// PNG versions beside WebP pictures, for programs that cannot read WebP: EncodeMapsOptions::fallback. Same
   /// members.
-  std::shared_ptr<const AssetPictures> fallback;
+  std::shared_ptr<const AssetPictures> fallback = {};
   std::uint32_t normal_quality =
-      0;                         ///< Quality that EncodeMapsOptions::max_normal_error led to; 0:
-                                 ///< lossless
-  std::vector<std::byte> color;  ///< Base colour, with opacity as alpha; empty: no picture, as for
-                                 ///< the others
-  std::vector<std::byte> surface;   ///< Occlusion, roughness and metalness: R, G, B
-  std::vector<std::byte> normal;    ///< In tangent space
-  std::vector<std::byte> emission;  ///< sRGB
-  bool has_color = false;           ///< True if `color` holds colours; false if it is white
-  bool has_opacity = false;         ///< `color` has an alpha channel
-  bool has_occlusion = false;       ///< False: occlusion is 1 in `surface`
-  bool has_surface = false;         ///< True if `surface` holds roughness or metalness
-  bool has_metallic = false;        ///< False: metalness is 0
-  float emission_strength = 1;      ///< As AssetMaps::emission_strength
+      0;  ///< Quality that EncodeMapsOptions::max_normal_error led to; 0:
+          ///< lossless
+  std::vector<std::byte> color =
+      {};  ///< Base colour, with opacity as alpha; empty: no picture, as for
+           ///< the others
+  std::vector<std::byte> surface = {};   ///< Occlusion, roughness and metalness: R, G, B
+  std::vector<std::byte> normal = {};    ///< In tangent space
+  std::vector<std::byte> emission = {};  ///< sRGB
+  bool has_color = false;                ///< True if `color` holds colours; false if it is white
+  bool has_opacity = false;              ///< `color` has an alpha channel
+  bool has_occlusion = false;            ///< False: occlusion is 1 in `surface`
+  bool has_surface = false;              ///< True if `surface` holds roughness or metalness
+  bool has_metallic = false;             ///< False: metalness is 0
+  float emission_strength = 1;           ///< As AssetMaps::emission_strength
 };
 
 /// Picture formats of a glTF.
@@ -192,15 +193,16 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format);
 
 /// A material to write to an asset.
 struct AssetMaterial {
-  std::string name;                               ///< Need not be unique
-  std::shared_ptr<const AssetPictures> pictures;  ///< Null: no pictures. Pictures shared by several
-                                                  ///< materials are written once
+  std::string name = {};  ///< Need not be unique
+  std::shared_ptr<const AssetPictures> pictures =
+      {};                                  ///< Null: no pictures. Pictures shared by several
+                                           ///< materials are written once
   AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied if its pictures have opacity; else the
                                            ///< material is opaque
   float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
   bool double_sided = false;               ///< Back faces are shown, too
-  std::string set;                         ///< Prefix of its pictures' names; may be empty
-  std::string extras;                      ///< JSON: glTF's `extras`; empty: none
+  std::string set = {};                    ///< Prefix of its pictures' names; may be empty
+  std::string extras = {};                 ///< JSON: glTF's `extras`; empty: none
 };
 
 /// Compression of the geometry of a glTF.
@@ -217,19 +219,19 @@ enum class MeshCompression {
 
 /// Settings of save_asset(), and content beside a mesh and its materials.
 struct SaveAssetOptions {
-  std::vector<AssetNode> nodes;  ///< As Asset::nodes; empty: one node per object
-  std::vector<std::uint32_t>
-      object_nodes;  ///< As Asset::object_nodes; AssetNode::kNone gives the object a root node of
-                     ///< its own
+  std::vector<AssetNode> nodes = {};  ///< As Asset::nodes; empty: one node per object
+  std::vector<std::uint32_t> object_nodes =
+      {};  ///< As Asset::object_nodes; AssetNode::kNone gives the object a root node of
+           ///< its own
   /// Collision hulls, written unchanged beside the mesh, without UVs, materials and colours; null: none. Must stay
   /// valid during the call.
   const Mesh* hulls = nullptr;
-  std::vector<std::uint32_t> hull_nodes;  ///< As object_nodes, for the hulls' objects
-  double metres = 0;        ///< Metres per unit of the mesh, written as the root's scale; 0: 1
-  std::string extras;       ///< JSON: `asset.extras`, an object; empty: none
-  std::string copyright;    ///< `asset.copyright`; empty: none
-  std::string scene;        ///< As Asset::scene; its name and extras are written
-  std::string kiln_extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
+  std::vector<std::uint32_t> hull_nodes = {};  ///< As object_nodes, for the hulls' objects
+  double metres = 0;             ///< Metres per unit of the mesh, written as the root's scale; 0: 1
+  std::string extras = {};       ///< JSON: `asset.extras`, an object; empty: none
+  std::string copyright = {};    ///< `asset.copyright`; empty: none
+  std::string scene = {};        ///< As Asset::scene; its name and extras are written
+  std::string kiln_extras = {};  ///< JSON: becomes `asset.extras.kiln`; empty: none
   MeshCompression compression = MeshCompression::none;  ///< Applies to all meshes of the file
 };
 
@@ -267,8 +269,8 @@ struct SaveGlbOptions {
   AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied if AssetMaps::opacity is set
   float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
   bool double_sided = false;               ///< Back faces are shown, too
-  double metres = 0;   ///< Metres per unit of the mesh, written as the root's scale; 0: 1
-  std::string extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
+  double metres = 0;        ///< Metres per unit of the mesh, written as the root's scale; 0: 1
+  std::string extras = {};  ///< JSON: becomes `asset.extras.kiln`; empty: none
 };
 
 /// save_asset() with one material, named as the mesh, and no hierarchy.

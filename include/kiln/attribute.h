@@ -41,8 +41,8 @@ struct AttributeOptions {
 
 /// A map of the caller's own values.
 struct BakedAttribute {
-  Image image;                         ///< Values without any encoding. 0 where empty or missed
-  std::vector<std::uint8_t> coverage;  ///< Per texel: values of TexelState
+  Image image = {};  ///< Values without any encoding. 0 where empty or missed
+  std::vector<std::uint8_t> coverage = {};  ///< Per texel: values of TexelState
 };
 
 /// Bakes the caller's own values at the high poly's vertices: bake() for an attribute.

@@ -149,44 +149,46 @@ struct BakeReport {
   std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
   double max_distance = 0;          ///< As used, world units
   double mean_abs_distance = 0;     ///< Mean |distance| of the samples that hit, world units
-  std::optional<ViewReport> views;  ///< Set if matched by views
-  std::optional<TransitionReport>
-      transitions;  ///< Set if a fallback was requested; before blending
-  std::optional<TransitionReport> transitions_blended;  ///< After blending, if it was requested
+  std::optional<ViewReport> views = {};  ///< Set if matched by views
+  std::optional<TransitionReport> transitions =
+      {};  ///< Set if a fallback was requested; before blending
+  std::optional<TransitionReport> transitions_blended =
+      {};  ///< After blending, if it was requested
   std::uint64_t blended_texels =
       0;  ///< Texels of the method into which fallback normals were blended
-  std::optional<VisibilityReport> visibility;  ///< Set if matched by visibility
-  std::optional<UvReport> uv;                  ///< Set if matched by UVs
-  EdgeReport edges;                            ///< Filled if rays turn at hard edges; else 0 edges
-  std::optional<CageReport> cage_mesh;         ///< Set if rays start from a cage mesh
-  std::optional<HighCoverageReport> recall;    ///< Set if requested and defined for the match
-  double curvature_radius = 0;  ///< As used, world units; 0 if curvature was not baked
-  std::vector<IdEntry> ids;     ///< The legend of the map id, if it was baked
-  std::optional<OcclusionReport>
-      occlusion;                 ///< Set if ao or bent_normal was baked; for variants see BakedMap
-  double seconds_recall = 0;     ///< Computing `recall`
-  double seconds_build = 0;      ///< Structures of the source that this bake was the first to need
-  double seconds_texels = 0;     ///< Rasterising the low poly's samples
-  double seconds_match = 0;      ///< The match and its fallbacks
-  double seconds_detail = 0;     ///< Reading of the maps' values
-  double seconds_image = 0;      ///< Padding and encoding
-  double seconds_mips = 0;       ///< Charts, mip levels, their padding and encoding
-  std::vector<MapError> errors;  ///< Set if ReportOptions::errors is true
-  double seconds_errors = 0;     ///< The finer evaluation
+  std::optional<VisibilityReport> visibility = {};  ///< Set if matched by visibility
+  std::optional<UvReport> uv = {};                  ///< Set if matched by UVs
+  EdgeReport edges = {};                     ///< Filled if rays turn at hard edges; else 0 edges
+  std::optional<CageReport> cage_mesh = {};  ///< Set if rays start from a cage mesh
+  std::optional<HighCoverageReport> recall = {};  ///< Set if requested and defined for the match
+  double curvature_radius = 0;    ///< As used, world units; 0 if curvature was not baked
+  std::vector<IdEntry> ids = {};  ///< The legend of the map id, if it was baked
+  std::optional<OcclusionReport> occlusion =
+      {};                     ///< Set if ao or bent_normal was baked; for variants see BakedMap
+  double seconds_recall = 0;  ///< Computing `recall`
+  double seconds_build = 0;   ///< Structures of the source that this bake was the first to need
+  double seconds_texels = 0;  ///< Rasterising the low poly's samples
+  double seconds_match = 0;   ///< The match and its fallbacks
+  double seconds_detail = 0;  ///< Reading of the maps' values
+  double seconds_image = 0;   ///< Padding and encoding
+  double seconds_mips = 0;    ///< Charts, mip levels, their padding and encoding
+  std::vector<MapError> errors = {};    ///< Set if ReportOptions::errors is true
+  double seconds_errors = 0;            ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;  ///< Largest amount of device memory at once
-  std::vector<Warning> warnings;        ///< Warnings of all steps
+  std::vector<Warning> warnings = {};   ///< Warnings of all steps
 };
 
 /// The maps of a bake, and its report.
 struct BakeResult {
-  std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, then by cluster
-  std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
-  std::optional<Match> match;          ///< Set if ReportOptions::keep_match is true
-  std::vector<VertexCoverage>
-      recalled;  ///< Per vertex of the high poly, if ReportOptions::vertex_coverage is true
-  std::optional<VisibilityClusters> clusters;  ///< Set if more than one cluster was requested
-  BakeReport report;  ///< With several clusters: the first cluster's, apart from values that all
-                      ///< share
+  std::vector<BakedMap> maps = {};          ///< In the order of BakeOptions::maps, then by cluster
+  std::vector<std::uint8_t> coverage = {};  ///< Per texel, rows from the top: values of TexelState
+  std::optional<Match> match = {};          ///< Set if ReportOptions::keep_match is true
+  std::vector<VertexCoverage> recalled =
+      {};  ///< Per vertex of the high poly, if ReportOptions::vertex_coverage is true
+  std::optional<VisibilityClusters> clusters = {};  ///< Set if more than one cluster was requested
+  BakeReport report =
+      {};  ///< With several clusters: the first cluster's, apart from values that all
+           ///< share
   bool cancelled = false;  ///< The progress callback cancelled: there are no maps.
 
   /// Finds a map by its name. \param cluster  as BakedMap::cluster. \returns null if it was not requested;
@@ -217,8 +219,8 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
 
 /// A correspondence and its report.
 struct MatchResult {
-  Match match;             ///< Empty where cancelled
-  BakeReport report;       ///< The maps' entries are empty
+  Match match = {};        ///< Empty where cancelled
+  BakeReport report = {};  ///< The maps' entries are empty
   bool cancelled = false;  ///< The progress callback cancelled
 };
 

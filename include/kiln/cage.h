@@ -16,13 +16,13 @@ namespace KILN_PUBLIC kiln {
 struct FoundCage {
   /// Two shells of the low poly's triangles (CageKind::shells): group "outer" first, then "inner". For
   /// MatchOptions::cage_mesh; save_obj() and load_mesh() preserve it to the bit.
-  Mesh mesh;
+  Mesh mesh = {};
   std::uint64_t samples = 0;  ///< Number of places of the low poly that were probed
   /// Places over which the outer shell cannot stay below the next face, since places elsewhere on
   /// the same triangles need more height. Mostly they lie where parts touch, out of sight.
   std::uint64_t conflicts = 0;
-  std::vector<Warning>
-      warnings;  ///< `cage-flat`: vertices that stay, since both sides of a card share them
+  std::vector<Warning> warnings =
+      {};  ///< `cage-flat`: vertices that stay, since both sides of a card share them
 };
 
 /// Finds a cage: the distances per vertex at which rays start outside and end inside.

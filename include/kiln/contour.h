@@ -54,17 +54,17 @@ struct ContourReport {
   std::uint64_t cells = 0;  ///< Cells that the surface crosses
   std::uint64_t vertices =
       0;  ///< Vertices of the finest contour: one for each sheet of surface in a cell
-  std::uint64_t quads = 0;          ///< Quads of the finest contour
-  double lowest = 0;                ///< Smallest finite voxel, if it was computed
-  double highest = 0;               ///< Largest; both for floating-point volumes, and before an
-                                    ///< error
-  std::uint64_t filled_voxels = 0;  ///< Voxels that count as inside because of outer_only
-  double seconds_scan = 0;          ///< Signs of all voxels, and cells that the surface crosses
-  double seconds_outer = 0;         ///< Flood fill from the border
-  double seconds_hermite = 0;       ///< Crossings of edges and their normals
-  double seconds_vertices = 0;      ///< Vertices by quadric error functions
-  double seconds_quads = 0;         ///< Polygons around crossed edges
-  std::vector<Warning> warnings;    ///< Warnings of all steps
+  std::uint64_t quads = 0;             ///< Quads of the finest contour
+  double lowest = 0;                   ///< Smallest finite voxel, if it was computed
+  double highest = 0;                  ///< Largest; both for floating-point volumes, and before an
+                                       ///< error
+  std::uint64_t filled_voxels = 0;     ///< Voxels that count as inside because of outer_only
+  double seconds_scan = 0;             ///< Signs of all voxels, and cells that the surface crosses
+  double seconds_outer = 0;            ///< Flood fill from the border
+  double seconds_hermite = 0;          ///< Crossings of edges and their normals
+  double seconds_vertices = 0;         ///< Vertices by quadric error functions
+  double seconds_quads = 0;            ///< Polygons around crossed edges
+  std::vector<Warning> warnings = {};  ///< Warnings of all steps
 };
 
 /// The full-resolution contour of a volume: dual contouring (Ju, Losasso, Schaefer, Warren 2002, "Dual
@@ -146,8 +146,8 @@ struct ExtractUsed {
 
 /// Report of an extraction.
 struct ExtractReport {
-  ContourReport contour;        ///< Report of the full-resolution surface
-  ExtractUsed used;             ///< The options as given or as chosen
+  ContourReport contour = {};   ///< Report of the full-resolution surface
+  ExtractUsed used = {};        ///< The options as given or as chosen
   std::uint64_t clusters = 0;   ///< Inner nodes of the octree of vertices
   std::uint64_t faces = 0;      ///< Triangles of the low poly
   std::uint64_t quads = 0;      ///< Polygons of the low poly: quads, and triangles where cells of
@@ -169,14 +169,14 @@ struct ExtractReport {
   double seconds_atlas = 0;           ///< Layout of the charts
   double seconds_map = 0;             ///< Splatting, filling and encoding of normals
   double seconds_total = 0;           ///< Sum of all steps
-  std::vector<Warning> warnings;      ///< Warnings of all steps
+  std::vector<Warning> warnings = {};  ///< Warnings of all steps
 };
 
 /// A low poly with its normal map.
 struct ExtractResult {
-  Mesh mesh;             ///< The low poly, with UVs and smooth normals
-  Image normal_map;      ///< 3 channels; (1/2, 1/2, 1) outside the charts
-  ExtractReport report;  ///< Report of the extraction
+  Mesh mesh = {};             ///< The low poly, with UVs and smooth normals
+  Image normal_map = {};      ///< 3 channels; (1/2, 1/2, 1) outside the charts
+  ExtractReport report = {};  ///< Report of the extraction
 };
 
 /// Texels per cell at and above which extract() warns ("map-too-fine").

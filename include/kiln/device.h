@@ -19,11 +19,11 @@ struct KILN_OPAQUE DeviceAccess;
 /// Properties of an OpenCL device that matter to a bake, as reported by its driver.
 struct DeviceInfo {
   int index = 0;                           ///< Position in list_devices()
-  std::string name;                        ///< Device name
-  std::string platform;                    ///< Name of the OpenCL platform
-  std::string vendor;                      ///< Vendor of the device
-  std::string driver;                      ///< Driver's version
-  std::string opencl_version;              ///< OpenCL version of the device
+  std::string name = {};                   ///< Device name
+  std::string platform = {};               ///< Name of the OpenCL platform
+  std::string vendor = {};                 ///< Vendor of the device
+  std::string driver = {};                 ///< Driver's version
+  std::string opencl_version = {};         ///< OpenCL version of the device
   bool is_gpu = false;                     ///< CL_DEVICE_TYPE_GPU
   std::uint32_t compute_units = 0;         ///< Cores, or the driver's equivalent
   std::uint64_t memory_bytes = 0;          ///< Global memory

@@ -28,10 +28,10 @@ struct HeightFieldOptions {
 
 /// Heights from a file, with its metadata.
 struct Heights {
-  Image image;         ///< Heights in the first channel
+  Image image = {};    ///< Heights in the first channel
   double largest = 1;  ///< File value that a height of 1 stands for: 65535 for a 16-bit PNG
-  std::optional<double>
-      no_data;  ///< The file's own marker of pixels without a height (GDAL_NODATA)
+  std::optional<double> no_data =
+      {};  ///< The file's own marker of pixels without a height (GDAL_NODATA)
   std::array<double, 2>
       spacing{};  ///< Distance between columns and between rows, in the heights' unit; 0: unknown
 };
@@ -45,11 +45,11 @@ Heights load_heights(const std::filesystem::path& path, std::vector<Warning>* wa
 /// Report of mark_no_data().
 struct NoData {
   std::uint64_t pixels = 0;  ///< Pixels without a height, NaN among them
-  std::vector<double>
-      values;  ///< Markers found, as the file holds them; NaN and infinity are not listed
-  std::optional<double>
-      doubtful;  ///< An outlier that may be a marker: farther from all heights than these are from
-                 ///< each other
+  std::vector<double> values =
+      {};  ///< Markers found, as the file holds them; NaN and infinity are not listed
+  std::optional<double> doubtful =
+      {};  ///< An outlier that may be a marker: farther from all heights than these are from
+           ///< each other
 };
 
 /// Replaces pixels without a height by NaN: those that are not finite, that hold `value`, or the file's own marker. If

@@ -16,10 +16,10 @@ namespace KILN_PUBLIC kiln {
 
 /// A float image, rows from the top (row 0 is at v = 1), channels interleaved.
 struct Image {
-  std::uint32_t width = 0;     ///< Texels
-  std::uint32_t height = 0;    ///< Texels
-  std::uint32_t channels = 0;  ///< 1 to 4
-  std::vector<float> pixels;   ///< width * height * channels
+  std::uint32_t width = 0;         ///< Texels
+  std::uint32_t height = 0;        ///< Texels
+  std::uint32_t channels = 0;      ///< 1 to 4
+  std::vector<float> pixels = {};  ///< width * height * channels
 
   /// The channels of a texel; column x and row y must be inside.
   float* at(std::size_t x, std::size_t y) { return &pixels[(y * width + x) * channels]; }
@@ -65,10 +65,10 @@ enum class TextureUse {
 
 /// A text entry in an image file.
 struct ImageText {
-  std::string
-      keyword;  ///< 1 to 79 printable ASCII characters without leading or trailing blanks; unique
-                ///< in the file
-  std::string text;  ///< Printable ASCII
+  std::string keyword =
+      {};  ///< 1 to 79 printable ASCII characters without leading or trailing blanks; unique
+           ///< in the file
+  std::string text = {};  ///< Printable ASCII
 };
 
 /// Settings of save_image().
@@ -215,7 +215,7 @@ void convert(const Image& image, PixelFormat format, std::span<std::byte> pixels
 
 /// One of several images in a file.
 struct ImageLayer {
-  std::string name;                   ///< 1 to 128 bytes, without dots and zero bytes; channels are
+  std::string name = {};              ///< 1 to 128 bytes, without dots and zero bytes; channels are
                                       ///< named NAME.R and so on
   const Image* image = nullptr;       ///< The caller's; must stay valid until the file is written
   std::array<double, 3> origin{};     ///< As SaveImageOptions::origin: stored as the attribute

@@ -56,11 +56,11 @@ struct JobInput {
   /// A mesh in the caller's memory, which is copied.
   JobInput(const MeshView& view) : JobInput(to_mesh(view), std::string(view.name)) {}
 
-  std::string name;                    ///< Path of the file; else the mesh's name
-  std::shared_ptr<const Asset> asset;  ///< The mesh in memory; null: the file is read
+  std::string name = {};                    ///< Path of the file; else the mesh's name
+  std::shared_ptr<const Asset> asset = {};  ///< The mesh in memory; null: the file is read
   /// For a low poly that simplify() made of the high poly: its report, from which the search distance is derived.
   /// Null: unknown.
-  std::shared_ptr<const SimplifyReport> simplified;
+  std::shared_ptr<const SimplifyReport> simplified = {};
 };
 
 /// How Kiln makes the low poly: with a number of faces; with a bound of its error; or planned together
@@ -97,9 +97,10 @@ struct JobLow {
   /// Several inputs, which are joined.
   JobLow(std::initializer_list<JobInput> inputs) : given(inputs) {}
 
-  std::vector<JobInput> given;  ///< Inputs, joined if there are several; empty: Kiln makes the low
-                                ///< poly
-  MakeLow make;                 ///< Settings if `given` is empty
+  std::vector<JobInput> given =
+      {};             ///< Inputs, joined if there are several; empty: Kiln makes the low
+                      ///< poly
+  MakeLow make = {};  ///< Settings if `given` is empty
 };
 
 /// Repairs of the high poly before all other steps: see clean_mesh().
@@ -111,18 +112,19 @@ enum class CleanHigh {
 
 /// Size of the maps of one texture set, texels.
 struct SetSize {
-  std::string set;           ///< Name of the texture set
+  std::string set = {};      ///< Name of the texture set
   std::uint32_t width = 0;   ///< Width, texels
   std::uint32_t height = 0;  ///< Height, texels
 };
 
 /// Conventions of mesh files that do not state them. Values as on the command line: VALUE, high=VALUE or low=VALUE.
 struct MeshFrameArguments {
-  std::vector<std::string> up;      ///< Up axis: x, y, z, -x, -y, -z
-  std::vector<std::string> unit;    ///< Unit: mm, cm, m, in, ft, or metres as a number
-  std::vector<std::string> uv_set;  ///< UV set of files with several: a number from 0 on, or a name
-  bool allow_outside = false;       ///< Files referenced by an input may lie outside its folder
-  ShadingOptions shading;           ///< Normals of the high poly
+  std::vector<std::string> up = {};    ///< Up axis: x, y, z, -x, -y, -z
+  std::vector<std::string> unit = {};  ///< Unit: mm, cm, m, in, ft, or metres as a number
+  std::vector<std::string> uv_set =
+      {};                       ///< UV set of files with several: a number from 0 on, or a name
+  bool allow_outside = false;   ///< Files referenced by an input may lie outside its folder
+  ShadingOptions shading = {};  ///< Normals of the high poly
 
   /// True if any convention is set.
   bool given() const { return !up.empty() || !unit.empty() || !uv_set.empty() || allow_outside; }
@@ -208,37 +210,37 @@ struct Job {
 
 /// A map that a job returns in memory.
 struct JobMap {
-  std::string name;  ///< Name as in file names: "normal"
-  std::string set;   ///< Texture set; empty if there is only one
-  std::string tile;  ///< UDIM tile; empty: none
-  BakedMap
-      map;  ///< Values as files hold them: colours sRGB-encoded, other values mapped from their
-            ///< range to [0, 1]
+  std::string name = {};  ///< Name as in file names: "normal"
+  std::string set = {};   ///< Texture set; empty if there is only one
+  std::string tile = {};  ///< UDIM tile; empty: none
+  BakedMap map =
+      {};  ///< Values as files hold them: colours sRGB-encoded, other values mapped from their
+           ///< range to [0, 1]
 };
 
 /// The result of a job.
 struct JobResult {
-  std::vector<std::string> files;    ///< Paths of the written files, in order
-  std::vector<std::byte> glb;        ///< The GLB, for Job::in_memory and out = NAME.glb
-  std::vector<JobMap> maps;          ///< The maps, for Job::in_memory and other outputs
-  Mesh low;                          ///< The low poly of the maps, in its whole layout
-  std::string report;                ///< JSON, as written by --json
-  std::vector<Warning> warnings;     ///< All warnings, in order
-  std::vector<Warning> causes;       ///< Warnings that are no consequence of another warning
-  std::vector<std::string> summary;  ///< Summary for users, one line per topic
-  std::string failure;     ///< Empty, or the limit that was exceeded (max_missed_percent, faces,
+  std::vector<std::string> files = {};  ///< Paths of the written files, in order
+  std::vector<std::byte> glb = {};      ///< The GLB, for Job::in_memory and out = NAME.glb
+  std::vector<JobMap> maps = {};        ///< The maps, for Job::in_memory and other outputs
+  Mesh low = {};                        ///< The low poly of the maps, in its whole layout
+  std::string report = {};              ///< JSON, as written by --json
+  std::vector<Warning> warnings = {};   ///< All warnings, in order
+  std::vector<Warning> causes = {};     ///< Warnings that are no consequence of another warning
+  std::vector<Message> summary = {};    ///< Summary for users, one line per topic
+  Message failure = {};    ///< Empty, or the limit that was exceeded (max_missed_percent, faces,
                            ///< max_error)
   bool cancelled = false;  ///< The callback cancelled: nothing more was written
 };
 
 /// Runs a job: reads, repairs, makes or reads the low poly, finds texture sets, bakes and writes.
 /// \param progress  called with the share done and the stage; returning false cancels
-/// \throws Error(usage) for options that contradict each other, before any work; Error(input), Error(output),
+/// \throws OptionError (kiln/option_error.h) for options that contradict each other, before any work; Error(input), Error(output),
 ///         Error(device). Files that were written before an error are kept.
 /// Thread safety: jobs may run in several threads at once, each with files of its own.
 JobResult run(const Device& device, const Job& job, const Progress& progress = {});
 
-/// Checks options for contradictions, as run() does first. \throws Error(usage)
+/// Checks options for contradictions, as run() does first. \throws OptionError
 void check(const Job& job);
 
 }  // namespace kiln

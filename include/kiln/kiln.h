@@ -1,7 +1,8 @@
 /// \file
 /// Kiln bakes the detail of high polys into the textures of low polys. This header is the core: devices, meshes,
 /// sources, matches, maps, bakes, images, errors. By name:
-/// - a whole `kiln bake` in one call: job.h; its options as text and JSON: options.h
+/// - a whole `kiln bake` in one call: job.h; its options as text and JSON: options.h; errors about them, and
+///   their names in messages: option_error.h
 /// - low polys: clean.h, simplify.h, normals.h, unwrap.h, cage.h, height_field.h
 /// - files: asset.h (glTF and OBJ with their maps), files.h (atomic output of several files), material.h (materials
 ///   and pictures of meshes), texture_sets.h (and UDIM)

@@ -44,8 +44,8 @@ struct LayoutRating {
   double overlap =
       0;  ///< Share of these texels that several triangles cover, 0 to 1. UV copies (UvCopies) do
           ///< not count
-  double seconds = 0;             ///< Duration of the rating
-  std::vector<Warning> warnings;  ///< "uv-outside" and the like, as from bake()
+  double seconds = 0;                  ///< Duration of the rating
+  std::vector<Warning> warnings = {};  ///< "uv-outside" and the like, as from bake()
 };
 
 /// Rates a mesh's UVs for maps of this size. Stretch, uniformity, charts and seams hardly depend on the size,

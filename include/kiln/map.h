@@ -34,7 +34,7 @@ struct OwnMap {
 
 /// A map, identified by its name, so that maps can be added without a change here.
 struct MapKind {
-  std::string_view name;  ///< As in `--maps` and file names; has static lifetime
+  std::string_view name = {};  ///< As in `--maps` and file names; has static lifetime
   constexpr MapKind() = default;
   /// The map with a name, such as {"ao"}. The name is copied once and kept for the program's
   /// lifetime.
@@ -129,8 +129,8 @@ enum class IdBy {
 /// Another map of a kind with its own settings, such as a second ao of near occluders. Settings that are not given are
 /// those of BakeOptions.
 struct MapVariant {
-  std::string name;   ///< Unique name of the map: a letter, then letters, digits and _
-  MapKind kind = {};  ///< One of maps(): the kind of values
+  std::string name = {};  ///< Unique name of the map: a letter, then letters, digits and _
+  MapKind kind = {};      ///< One of maps(): the kind of values
   std::optional<OcclusionOptions> occlusion = {};  ///< Replaces BakeOptions::occlusion as a whole
   std::optional<Length> curvature_radius = {};     ///< Replaces BakeOptions::curvature_radius
   std::optional<ShadowLight> light = {};           ///< Replaces BakeOptions::light
@@ -139,7 +139,7 @@ struct MapVariant {
 
 /// One colour of the map id.
 struct IdEntry {
-  std::string name;              ///< Name of the material, group or object; "part 0" and so on
+  std::string name = {};         ///< Name of the material, group or object; "part 0" and so on
   std::array<float, 3> color{};  ///< As in the map
   std::uint64_t triangles = 0;   ///< Number of triangles of the high poly
 };
@@ -163,7 +163,7 @@ struct MapBound {
 /// (bilinear) against the high poly's own value, computed with 4096 rays and the finest footprint.
 struct MapReached {
   MapKind kind = {};                                ///< The map
-  std::string_view unit;                            ///< Unit of both errors: "degrees", "ΔE"...
+  std::string_view unit = {};                       ///< Unit of both errors: "degrees", "ΔE"...
   double wanted = 0;                                ///< MapBound::max_error
   double error = 0;                                 ///< Root mean square
   std::uint32_t points = 0;                         ///< Number of compared points
@@ -173,13 +173,13 @@ struct MapReached {
 /// Error of a map against an independent, finer evaluation at some of its texels (ReportOptions::errors).
 struct MapError {
   MapKind kind = MapKind::normal;  ///< The map
-  std::string_view unit;     ///< Unit of the errors: "degrees", "world units", "1/255", "ΔE"...
-  double rms = 0;            ///< Root mean square
-  double mean = 0;           ///< Mean of the magnitudes
-  double p95 = 0;            ///< Error that 95% of the texels do not exceed
-  double max = 0;            ///< Maximum
-  std::uint32_t texels = 0;  ///< Number of compared texels, spread evenly over the baked ones
-  std::string_view against;  ///< The reference evaluation, in words
+  std::string_view unit = {};  ///< Unit of the errors: "degrees", "world units", "1/255", "ΔE"...
+  double rms = 0;              ///< Root mean square
+  double mean = 0;             ///< Mean of the magnitudes
+  double p95 = 0;              ///< Error that 95% of the texels do not exceed
+  double max = 0;              ///< Maximum
+  std::uint32_t texels = 0;    ///< Number of compared texels, spread evenly over the baked ones
+  std::string_view against = {};  ///< The reference evaluation, in words
 };
 
 /// Value of a missed sample.
@@ -221,7 +221,7 @@ struct MapInfo {
   MapKind kind = {};                    ///< Name, for BakeOptions::maps and for file names
   std::uint32_t channels = 3;           ///< 1 to 4
   MapType type = MapType::unit_vector;  ///< Meaning of its values
-  std::string_view holds;               ///< Description of the values, with the unit
+  std::string_view holds = {};          ///< Description of the values, with the unit
   /// Value that integer formats store as 0. If low and high are both 0, the range depends on the
   /// high poly and the options; see BakedMap::ranges.
   float low = 0;
@@ -252,12 +252,12 @@ struct MapRange {
 /// One map of a bake.
 struct BakedMap {
   MapKind kind = MapKind::normal;  ///< Kind of the map
-  Image image;                     ///< The map, padded and encoded
+  Image image = {};                ///< The map, padded and encoded
   /// With EncodingOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel is the mean of
   /// the covered texels of level 0 below it, normalised for unit vectors; only the chart that covers most of it
   /// contributes. If `opacity` is baked, texels of `color` are weighted by it. Encoded like the image. The padding
   /// has the image's width in UV units, at least 2 texels (none if the image has none).
-  std::vector<Image> mips;
+  std::vector<Image> mips = {};
   std::uint32_t cluster = 0;  ///< Index of the visibility cluster, see VisibilityOptions::clusters
   MapInfo info = {};          ///< Properties of the map, also of maps that are not in maps()
   /// Origin of the positions in maps that depend on EncodingOptions::origin; see there.

@@ -43,11 +43,11 @@ struct Match {
                                        ///< fits
   std::uint64_t source_hash = 0;  ///< Hash of the high poly's triangles and positions; 0: unknown
   std::uint64_t low_hash = 0;     ///< Hash of the low poly's triangles, positions and UVs
-  std::vector<std::uint32_t> triangle;  ///< Triangle of the high poly; 0xFFFFFFFF: none
-  std::vector<float> u;                 ///< Weight of the triangle's corner 1
-  std::vector<float> v;                 ///< Weight of the triangle's corner 2
-  std::vector<float> distance;          ///< World units, outward positive
-  std::vector<std::uint8_t> status;     ///< Values of SampleStatus
+  std::vector<std::uint32_t> triangle = {};  ///< Triangle of the high poly; 0xFFFFFFFF: none
+  std::vector<float> u = {};                 ///< Weight of the triangle's corner 1
+  std::vector<float> v = {};                 ///< Weight of the triangle's corner 2
+  std::vector<float> distance = {};          ///< World units, outward positive
+  std::vector<std::uint8_t> status = {};     ///< Values of SampleStatus
 
   /// The status of a sample; \param i below width * height.
   SampleStatus status_of(std::size_t i) const { return static_cast<SampleStatus>(status[i]); }
@@ -143,8 +143,9 @@ enum class PartsBy {
 
 /// A pair in a list of parts. Names are patterns, in which `*` matches any text.
 struct PartPair {
-  std::string low;                ///< Pattern of names of the low poly's groups
-  std::vector<std::string> high;  ///< Patterns of names of the high poly's groups: any of these
+  std::string low = {};  ///< Pattern of names of the low poly's groups
+  std::vector<std::string> high =
+      {};  ///< Patterns of names of the high poly's groups: any of these
 };
 
 /// Rules that pair the parts of two meshes by their names. In a pattern `*` matches any text, also none.
@@ -164,13 +165,13 @@ struct PartNames {
 /// poly.
 struct Parts {
   std::uint32_t count = 0;  ///< Number of parts, which are 0 to count - 1
-  std::vector<std::string>
-      names;  ///< Name of each part; the last one may be "": triangles without a pair
-  std::vector<std::uint32_t> low;   ///< Part of each triangle of the low poly
-  std::vector<std::uint32_t> high;  ///< Part of each triangle of the high poly
+  std::vector<std::string> names =
+      {};  ///< Name of each part; the last one may be "": triangles without a pair
+  std::vector<std::uint32_t> low = {};   ///< Part of each triangle of the low poly
+  std::vector<std::uint32_t> high = {};  ///< Part of each triangle of the high poly
   /// unmatched-parts: groups without a pair, and the nearest name; with PartsBy::name also the patterns that
   /// would pair most of them
-  std::vector<Warning> warnings;
+  std::vector<Warning> warnings = {};
 };
 
 /// Pairs the parts of two meshes. By PartsBy::name `X_low` is paired with `X_high`, `X_high.001` and `X_high_...`, or
@@ -185,7 +186,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names = {})
 /// A method that finds the point of the high poly for each sample, identified by its name, so that
 /// matches can be added without a change here.
 struct MatchMethod {
-  std::string_view name;  ///< As in `--match`; has static lifetime
+  std::string_view name = {};  ///< As in `--match`; has static lifetime
   constexpr MatchMethod() = default;
   /// The match with a name, such as {"ray"}. The name is copied once and kept for the program's
   /// lifetime.
@@ -357,10 +358,10 @@ struct VisibilityClusters {
   std::uint32_t height = 0;  ///< Side of the field, texels
   std::uint32_t count = 0;   ///< Number of maps
   /// Number of clusters of each texel; 0: not covered. 1: all maps are equal
-  std::vector<std::uint8_t> number;
+  std::vector<std::uint8_t> number = {};
   /// [width * height * count] unit directions of each texel's clusters, from the mesh to the viewer;
   /// entries beyond the texel's number repeat the first
-  std::vector<Vec3> directions;
+  std::vector<Vec3> directions = {};
 };
 
 /// Writes a float EXR with channels `count` (unsigned int: the number) and, for each map k from 0,
@@ -370,9 +371,9 @@ void save_clusters(const VisibilityClusters& clusters, const std::filesystem::pa
 
 /// Report of a match by depth views.
 struct ViewReport {
-  std::vector<Vec3> directions;  ///< Directions of the views, in order
-  std::vector<double>
-      coverage;  ///< For automatically chosen views: share of probed samples seen after each view
+  std::vector<Vec3> directions = {};  ///< Directions of the views, in order
+  std::vector<double> coverage =
+      {};  ///< For automatically chosen views: share of probed samples seen after each view
   std::uint32_t size = 0;     ///< Pixels a side
   double pixel = 0;           ///< Side of a pixel, world units
   double undersampled = 0;    ///< Share of the high poly whose triangles are smaller than a pixel
@@ -407,7 +408,8 @@ struct UvReport {
     std::uint32_t column = 0;  ///< Column of the texel
     std::uint32_t row = 0;     ///< Row of the texel, from the top
   };
-  Overlap overlap;  ///< An example, if `overlapping` is above 0: the first by rows, then columns
+  Overlap overlap =
+      {};  ///< An example, if `overlapping` is above 0: the first by rows, then columns
   std::uint64_t outside = 0;       ///< Triangles of the high poly that reach out of the unit square
   std::uint64_t without_area = 0;  ///< Triangles without area in UV space, or not finite: they
                                    ///< cover nothing
@@ -418,8 +420,8 @@ struct UvReport {
 
 /// A match method that bake() knows.
 struct MatchInfo {
-  MatchMethod method;         ///< Name, for MatchOptions::method
-  std::string_view searches;  ///< Description of its search
+  MatchMethod method = {};         ///< Name, for MatchOptions::method
+  std::string_view searches = {};  ///< Description of its search
   /// Options that affect it but not every match: their paths in BakeOptions, separated by blanks. "match.ray" stands
   /// for all that begin with "match.ray.". Those of "match.uv" need UVs of the high poly.
   std::string_view options = {};

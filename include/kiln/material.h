@@ -24,10 +24,10 @@ enum class MaterialNumber {
 
 /// A picture of a material, and its mapping to the surface.
 struct MaterialPicture {
-  std::filesystem::path file;  ///< Path; for an embedded picture, its name in messages
+  std::filesystem::path file = {};  ///< Path; for an embedded picture, its name in messages
   /// Content of a picture that is embedded in the mesh's file, as PNG, JPEG and so on; null: stored in
   /// `file`.
-  std::shared_ptr<const std::vector<std::byte>> bytes;
+  std::shared_ptr<const std::vector<std::byte>> bytes = {};
   /// Channel of slots with one number (opacity, roughness, metalness, occlusion), 0 to 3; -1: the slot's
   /// usual one: the first, or for opacity the alpha of a colour.
   int channel = -1;
@@ -52,7 +52,7 @@ enum class AlphaMode {
 /// A material of an MTL, glTF or FBX file. Slots without a picture are empty. In glTF, numbers are factors of
 /// the pictures; in MTL, numbers are used where there is no picture.
 struct Material {
-  std::string name;                     ///< As in Mesh::material_names
+  std::string name = {};                ///< As in Mesh::material_names
   std::array<float, 3> color{1, 1, 1};  ///< `Kd`, linear light
   float opacity = 1;                    ///< `d`, or 1 - `Tr`; 1 for `Tr 1` without `d`
   float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), as Blender writes it
@@ -64,23 +64,25 @@ struct Material {
   float alpha_cutoff = 0.5F;                ///< Threshold of AlphaMode::mask
   bool double_sided = false;                ///< glTF's `doubleSided`
   bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
-  bool vertex_opacity = false;    ///< True if vertex colours that it is multiplied with have alpha
-  bool vertex_color = false;      ///< True if its colour is that of the vertices (PLY without a
-                                  ///< picture)
-  MaterialPicture color_map;      ///< `map_Kd`; alpha as well where opacity_map is the same picture
-  MaterialPicture opacity_map;    ///< `map_d`
-  MaterialPicture normal_map;     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
-  MaterialPicture roughness_map;  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
-  MaterialPicture metallic_map;   ///< `map_Pm`, or else, in Blender's files, `map_refl`
-  MaterialPicture emission_map;   ///< `map_Ke`
-  MaterialPicture occlusion_map;  ///< glTF and FBX
+  bool vertex_opacity = false;  ///< True if vertex colours that it is multiplied with have alpha
+  bool vertex_color = false;    ///< True if its colour is that of the vertices (PLY without a
+                                ///< picture)
+  MaterialPicture color_map =
+      {};  ///< `map_Kd`; alpha as well where opacity_map is the same picture
+  MaterialPicture opacity_map = {};    ///< `map_d`
+  MaterialPicture normal_map = {};     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
+  MaterialPicture roughness_map = {};  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
+  MaterialPicture metallic_map = {};   ///< `map_Pm`, or else, in Blender's files, `map_refl`
+  MaterialPicture emission_map = {};   ///< `map_Ke`
+  MaterialPicture occlusion_map = {};  ///< glTF and FBX
   MaterialNumber color_from = MaterialNumber::none;      ///< Origin of `color`
   MaterialNumber roughness_from = MaterialNumber::none;  ///< Origin of `roughness`
   MaterialNumber metallic_from = MaterialNumber::none;   ///< Origin of `metallic`
   MaterialNumber emission_from = MaterialNumber::none;   ///< Origin of `emission`
-  std::string extras;                                    ///< JSON of glTF's `extras`; empty: none
-  std::string place;  ///< File and line of its `newmtl`, or its index; empty: not described by a
-                      ///< file
+  std::string extras = {};                               ///< JSON of glTF's `extras`; empty: none
+  std::string place =
+      {};  ///< File and line of its `newmtl`, or its index; empty: not described by a
+           ///< file
 };
 
 /// Slots of a material for pictures.

@@ -18,14 +18,14 @@ namespace KILN_PUBLIC kiln {
 /// A corner's tangent: the frame of tangent space is (tangent, sign * cross(normal, tangent), normal).
 /// Tangents without a direction, or not finite, are replaced by MikkTSpace's.
 struct Tangent {
-  Vec3 direction;  ///< Along u, of any length above 0
-  float sign = 1;  ///< 1, or -1 where the UVs are mirrored
+  Vec3 direction = {};  ///< Along u, of any length above 0
+  float sign = 1;       ///< 1, or -1 where the UVs are mirrored
 };
 
 /// UVs of a mesh in another UV set of its file.
 struct UvSet {
-  std::uint32_t set = 0;  ///< Number of the set in the file
-  std::vector<Vec2> uvs;  ///< One for each of Mesh::uvs: triangles share Mesh::uv_triangles
+  std::uint32_t set = 0;       ///< Number of the set in the file
+  std::vector<Vec2> uvs = {};  ///< One for each of Mesh::uvs: triangles share Mesh::uv_triangles
   bool operator==(const UvSet&) const = default;
 };
 
@@ -42,38 +42,40 @@ struct UvSet {
 /// A value type: copies share nothing. Threads may read one mesh at the same time; nobody may change it
 /// while a function of Kiln reads it. No function keeps a reference, unless its documentation says so.
 struct Mesh {
-  std::string name;                 ///< Stem of the file, or any name; used in messages.
-  std::array<double, 3> origin{};   ///< World position of a vertex = origin + positions[i]. Readers
-                                    ///< set it where single precision would lose detail.
-  std::vector<Vec3> positions;      ///< One per vertex, in the file's units.
-  std::vector<Triangle> triangles;  ///< Indices into positions.
+  std::string name = {};           ///< Stem of the file, or any name; used in messages.
+  std::array<double, 3> origin{};  ///< World position of a vertex = origin + positions[i]. Readers
+                                   ///< set it where single precision would lose detail.
+  std::vector<Vec3> positions = {};      ///< One per vertex, in the file's units.
+  std::vector<Triangle> triangles = {};  ///< Indices into positions.
 
-  std::vector<Vec2> uvs;               ///< Pool of texture coordinates, origin at the lower left.
-  std::vector<Triangle> uv_triangles;  ///< Indices into uvs; empty where there are no UVs.
-  std::vector<Vec3> normals;  ///< Pool of unit normals; zero: not given, computed when needed.
-  std::vector<Triangle> normal_triangles;  ///< Indices into normals; empty: computed when needed.
+  std::vector<Vec2> uvs = {};  ///< Pool of texture coordinates, origin at the lower left.
+  std::vector<Triangle> uv_triangles = {};  ///< Indices into uvs; empty where there are no UVs.
+  std::vector<Vec3> normals = {};  ///< Pool of unit normals; zero: not given, computed when needed.
+  std::vector<Triangle> normal_triangles =
+      {};  ///< Indices into normals; empty: computed when needed.
 
   /// The low poly's own tangents, three a triangle in the order of its corners; empty: MikkTSpace computes
   /// them (the convention of bakers and renderers, unless an engine has its own). See Tangent.
-  std::vector<Tangent> tangents;
+  std::vector<Tangent> tangents = {};
 
-  std::vector<std::array<std::uint8_t, 4>> colors;  ///< RGBA per vertex, or empty.
-  std::vector<std::uint32_t> groups;        ///< Per triangle, index into group_names, or empty.
-  std::vector<std::string> group_names;     ///< Names, indexed by `groups`.
-  std::vector<std::uint32_t> objects;       ///< Per triangle, index into object_names, or empty.
-  std::vector<std::string> object_names;    ///< Names, indexed by `objects`.
-  std::vector<std::uint32_t> materials;     ///< Per triangle, index into material_names, or empty.
-  std::vector<std::string> material_names;  ///< Names, indexed by `materials`.
-  std::vector<std::string> material_files;  ///< Material files, as named in an OBJ.
+  std::vector<std::array<std::uint8_t, 4>> colors = {};  ///< RGBA per vertex, or empty.
+  std::vector<std::uint32_t> groups = {};      ///< Per triangle, index into group_names, or empty.
+  std::vector<std::string> group_names = {};   ///< Names, indexed by `groups`.
+  std::vector<std::uint32_t> objects = {};     ///< Per triangle, index into object_names, or empty.
+  std::vector<std::string> object_names = {};  ///< Names, indexed by `objects`.
+  std::vector<std::uint32_t> materials =
+      {};  ///< Per triangle, index into material_names, or empty.
+  std::vector<std::string> material_names = {};  ///< Names, indexed by `materials`.
+  std::vector<std::string> material_files = {};  ///< Material files, as named in an OBJ.
   /// Per triangle, the polygon that it was cut from: numbered from 0 in order, each repeated for all of
   /// the polygon's triangles. Empty: every triangle is a polygon. Computed normals are weighted by the
   /// polygons' own corners and normals, as in Blender.
-  std::vector<std::uint32_t> polygons;
+  std::vector<std::uint32_t> polygons = {};
   double metres = 0;  ///< Metres per unit: 1 if the file or LoadMeshOptions states the unit; 0:
                       ///< unknown
   std::uint32_t uv_set = 0;  ///< UV set of the file that `uvs` holds
   /// Other UV sets, used by pictures of the file's materials (glTF). Sets whose size does not match `uvs` are ignored.
-  std::vector<UvSet> other_uvs;
+  std::vector<UvSet> other_uvs = {};
 };
 
 /// Which triangles are baked if several intentionally have the same UVs: mirrored halves, repeated parts. UVs

@@ -50,7 +50,7 @@ class Strided {
 /// attributes, and indices into it. Vertices that are split at seams need no welding; see Mesh. It owns nothing:
 /// the memory must stay until to_mesh() returns.
 struct MeshView {
-  Strided<std::array<float, 3>> positions;  ///< One per vertex
+  Strided<std::array<float, 3>> positions = {};  ///< One per vertex
   /// Three per triangle, counter-clockwise seen from outside, 32 bits each. At most one of the two;
   /// neither: vertices in their order.
   std::span<const std::uint32_t> indices = {};

@@ -168,7 +168,8 @@ struct ShadingReport {
   /// Share of the area, 0 to 1, where planes of several triangles or of a polygon are shaded as if bent: the normal in
   /// the middle of a triangle deviates by more than 20 degrees from the plane's.
   double bent_planes = 0;
-  std::vector<Warning> warnings;  ///< "bent-planes": a tenth of the area or more, with a remedy
+  std::vector<Warning> warnings =
+      {};  ///< "bent-planes": a tenth of the area or more, with a remedy
 };
 
 /// Sets the normals of a high poly that all later steps use: matches, maps, simplification, pictures.

@@ -18,7 +18,8 @@ namespace KILN_PUBLIC kiln {
 ///               ("match.max_distance", "bake.match.max_distance")
 /// \param value  as the flag accepts it; for lists, several values separated by commas if the flag accepts that; for a
 ///               flag without a value "true" or "false"
-/// \throws Error(usage) for an unknown name, and for an invalid value; the message has the range or the choices
+/// \throws Error(usage) for an unknown name; OptionError (kiln/option_error.h) for an invalid value, with the range or
+///         the choices
 /// Thread safety: may be called from several threads, on jobs of their own.
 void set_option(Job& job, std::string_view name, std::string_view value);
 /// The same with several values, as a flag that is given several times.

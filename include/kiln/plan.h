@@ -39,7 +39,7 @@ struct PlanOptions {
   /// With a bound of the map ao and no OcclusionOptions::max_error: sets that to half of the bound.
   bool choose_rays = true;
   /// All other options; the method is ignored. Width and height are the largest size of the map.
-  BakeOptions bake;
+  BakeOptions bake = {};
 };
 
 /// A bake that was tried and measured.
@@ -47,7 +47,7 @@ struct PlanTrial {
   MatchMethod method = MatchMethod::ray;  ///< Match that was tried
   std::uint32_t width = 0;                ///< Side of the map, texels
   std::uint32_t height = 0;               ///< Side of the map, texels
-  NormalError error;                      ///< Over kPlanViews pictures of kPlanPixels x kPlanPixels
+  NormalError error = {};                 ///< Over kPlanViews pictures of kPlanPixels x kPlanPixels
   double missed = 0;                      ///< Share of samples that were missed
   double lost =
       0;  ///< Share of the high poly that no sample stands for (HighCoverageReport::lost), or 0
@@ -59,24 +59,24 @@ struct PlanTrial {
 /// show.
 struct PlanLimit {
   MatchMethod method = MatchMethod::ray;  ///< Match that was evaluated
-  NormalError error;                      ///< Error over the same pixels
+  NormalError error = {};                 ///< Error over the same pixels
   double missed = 0;                      ///< Share of pixels that were missed
   double seconds = 0;                     ///< Duration of the evaluation
 };
 
 /// The chosen bake, and the alternatives.
 struct PlannedBake {
-  BakeResult result;              ///< The maps
-  std::vector<PlanTrial> trials;  ///< Trials in order
-  std::vector<PlanLimit> limits;  ///< Limits of the evaluated matches, in order
+  BakeResult result = {};              ///< The maps
+  std::vector<PlanTrial> trials = {};  ///< Trials in order
+  std::vector<PlanLimit> limits = {};  ///< Limits of the evaluated matches, in order
   /// Smallest error that any map can reach, if no match reaches the bound, since a place shows one normal to all sides.
   double least = 0;
-  PlanTrial chosen;         ///< The trial of `result`
-  NormalError without_map;  ///< Error of the low poly's own normals, measured the same way
-  double wanted = 0;        ///< Bound, degrees; with max_error 0: the one that was derived
-  bool reached = false;     ///< `chosen` is within `wanted`, and each of `bounds` within its own
-  std::vector<MapReached> bounds;  ///< Errors of `result` for PlanOptions::bounds
-  double seconds_measure = 0;      ///< Duration of measuring, without the bakes
+  PlanTrial chosen = {};         ///< The trial of `result`
+  NormalError without_map = {};  ///< Error of the low poly's own normals, measured the same way
+  double wanted = 0;             ///< Bound, degrees; with max_error 0: the one that was derived
+  bool reached = false;  ///< `chosen` is within `wanted`, and each of `bounds` within its own
+  std::vector<MapReached> bounds = {};  ///< Errors of `result` for PlanOptions::bounds
+  double seconds_measure = 0;           ///< Duration of measuring, without the bakes
 };
 
 /// Bakes with the cheapest match for a mesh of this size that reaches the bound, and with the smallest such map.
@@ -152,7 +152,7 @@ struct Candidate {
   std::uint32_t samples = 1;              ///< BakeOptions::samples
   std::uint32_t bits = 8;                 ///< Bits per channel
   MatchMethod method = MatchMethod::ray;  ///< Match method
-  LowPolyBytes bytes;                     ///< Memory in a renderer
+  LowPolyBytes bytes = {};                ///< Memory in a renderer
   double expected = 0;                    ///< Mean angle predicted by the model, degrees
   double measured = -1;            ///< Mean angle measured with the map, degrees; below 0: not made
   double silhouette_mismatch = 0;  ///< NormalError::one_sided_share of the same pictures
@@ -169,28 +169,29 @@ struct PlanLevel {
 
 /// The low poly and maps of least memory that reach a bound, and the alternatives.
 struct LowPolyPlan {
-  Mesh low;                               ///< With UVs if there is a map
-  SimplifyReport simplified;              ///< Report of the mesh's simplification
-  std::optional<UnwrapReport> unwrapped;  ///< Report of the layout; none without a map
-  std::optional<BakeResult> result;       ///< The maps; none if no map is needed
-  BakeOptions bake;                       ///< Options that `result` was baked with
-  Image drawn;       ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
-  Candidate chosen;  ///< The candidate of `low` and `result`
-  std::vector<Candidate> candidates;  ///< Candidates that were made and measured, in order
-  std::vector<Candidate> trade;       ///< By rising map size: the fewest faces expected to reach
+  Mesh low = {};                               ///< With UVs if there is a map
+  SimplifyReport simplified = {};              ///< Report of the mesh's simplification
+  std::optional<UnwrapReport> unwrapped = {};  ///< Report of the layout; none without a map
+  std::optional<BakeResult> result = {};       ///< The maps; none if no map is needed
+  BakeOptions bake = {};                       ///< Options that `result` was baked with
+  Image drawn = {};  ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
+  Candidate chosen = {};                   ///< The candidate of `low` and `result`
+  std::vector<Candidate> candidates = {};  ///< Candidates that were made and measured, in order
+  std::vector<Candidate> trade = {};  ///< By rising map size: the fewest faces expected to reach
                                       ///< the bound with each
-  std::vector<Candidate> outlook;     ///< Expected candidates: each of `levels` with each map size
-  std::vector<PlanLevel> levels;      ///< Levels that were evaluated, by rising faces
-  double wanted = 0;                  ///< LowPolyPlanOptions::max_error
-  double max_outline = 0;             ///< LowPolyPlanOptions::max_outline
+  std::vector<Candidate> outlook =
+      {};                              ///< Expected candidates: each of `levels` with each map size
+  std::vector<PlanLevel> levels = {};  ///< Levels that were evaluated, by rising faces
+  double wanted = 0;                   ///< LowPolyPlanOptions::max_error
+  double max_outline = 0;              ///< LowPolyPlanOptions::max_outline
   /// `chosen` was measured within `wanted`, within `max_outline` if one was requested, and each of `bounds` within its
   /// own.
   bool reached = false;
-  std::vector<MapReached> bounds;  ///< Errors of `result` for LowPolyPlanOptions::bounds
-  bool cancelled = false;          ///< Cancelled by BakeOptions::progress
-  double seconds_simplify = 0;     ///< Simplification
-  double seconds_unwrap = 0;       ///< Layouts
-  double seconds_measure = 0;      ///< Evaluation of meshes and maps
+  std::vector<MapReached> bounds = {};  ///< Errors of `result` for LowPolyPlanOptions::bounds
+  bool cancelled = false;               ///< Cancelled by BakeOptions::progress
+  double seconds_simplify = 0;          ///< Simplification
+  double seconds_unwrap = 0;            ///< Layouts
+  double seconds_measure = 0;           ///< Evaluation of meshes and maps
 };
 
 /// Memory of a low poly with square maps.
@@ -240,16 +241,17 @@ struct LodLevel {
       true;  ///< True: it has its own maps, or needs none; false: the first level's maps are used.
   /// `chosen.measured` is the error at `screen`, `wanted` its bound. With the first level's maps there is no `result`,
   /// and `candidates` holds the measured meshes.
-  LowPolyPlan plan;
+  LowPolyPlan plan = {};
 };
 
 /// Levels of detail that bake_lods() made.
 struct LodChain {
-  std::vector<LodLevel> levels;   ///< By falling `screen` and bytes; may be fewer than requested
-  std::vector<Warning> warnings;  ///< "lod-left-out": a size for which no level was made
-  bool reached = false;           ///< All levels are within their bounds.
-  bool cancelled = false;         ///< Cancelled by BakeOptions::progress; `levels` is then
-                                  ///< incomplete.
+  std::vector<LodLevel> levels =
+      {};  ///< By falling `screen` and bytes; may be fewer than requested
+  std::vector<Warning> warnings = {};  ///< "lod-left-out": a size for which no level was made
+  bool reached = false;                ///< All levels are within their bounds.
+  bool cancelled = false;              ///< Cancelled by BakeOptions::progress; `levels` is then
+                                       ///< incomplete.
 };
 
 /// Plans a chain of low polys: plan_low_poly() for `screen`, half of it, a quarter and so on. A level with more faces

@@ -7,6 +7,7 @@
 
 #include "kiln/bake.h"
 #include "kiln/export.h"
+#include "kiln/message.h"
 
 namespace KILN_PUBLIC kiln {
 
@@ -26,8 +27,8 @@ enum class Reason : std::uint8_t {
 /// Name, description and colour of a reason, as in maps and legends.
 struct ReasonInfo {
   Reason reason = Reason::empty;        ///< The reason
-  std::string_view name;                ///< One word
-  std::string_view words;               ///< Meaning and remedy, for users
+  std::string_view name = {};           ///< One word
+  Message words = {};                   ///< Meaning and remedy, for users
   std::array<std::uint8_t, 3> color{};  ///< sRGB
 };
 
@@ -48,10 +49,10 @@ struct ReasonCount {
 struct Reasons {
   std::uint32_t width = 0;   ///< Texels
   std::uint32_t height = 0;  ///< Texels
-  std::vector<Reason>
-      texels;  ///< Reason of each texel, rows from the top: the highest value among its samples
-  std::vector<ReasonCount>
-      counts;  ///< Reasons that occur, apart from Reason::empty, in the order of their values
+  std::vector<Reason> texels =
+      {};  ///< Reason of each texel, rows from the top: the highest value among its samples
+  std::vector<ReasonCount> counts =
+      {};  ///< Reasons that occur, apart from Reason::empty, in the order of their values
 };
 
 /// Finds the reasons by casting the missed rays again. Deterministic.

@@ -73,8 +73,8 @@ struct SimplifyReport {
   /// With keep_uvs: largest distance of UVs from the high poly's charts, where the unit square's side is 1: padding
   /// that a texture needs around its charts. Samples are those of back_error.
   double uv_strays = 0;
-  double seconds = 0;             ///< Duration
-  std::vector<Warning> warnings;  ///< Warnings of imperfect data that was handled
+  double seconds = 0;                  ///< Duration
+  std::vector<Warning> warnings = {};  ///< Warnings of imperfect data that was handled
 };
 
 /// Decimates by edge collapse with quadric errors (Garland and Heckbert 1997).

@@ -51,37 +51,37 @@ struct TextureTile {
 struct Texture {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();  ///< No picture
 
-  TextureKind kind = TextureKind::srgb;              ///< Kind of all pictures
-  std::vector<std::shared_ptr<const Image>> images;  ///< Any sizes
+  TextureKind kind = TextureKind::srgb;                   ///< Kind of all pictures
+  std::vector<std::shared_ptr<const Image>> images = {};  ///< Any sizes
   /// Per material of the high poly (Mesh::materials), index into images, or kNone. Empty: images[0] is
   /// used for the whole mesh.
-  std::vector<std::uint32_t> image_of;
+  std::vector<std::uint32_t> image_of = {};
   /// Per material, the value where it has no picture, or the mesh no UVs, in linear light. Empty: 0.
-  std::vector<std::array<float, 4>> plain;
+  std::vector<std::array<float, 4>> plain = {};
   /// Per material, transform from the mesh's UVs to its picture's, as MaterialPicture::uv_transform. Empty:
   /// identity.
-  std::vector<std::array<float, 6>> uv_transforms;
-  std::vector<std::array<TextureWrap, 2>>
-      wraps;  ///< Per material, wrap modes beyond [0, 1]^2. Empty: all repeat
+  std::vector<std::array<float, 6>> uv_transforms = {};
+  std::vector<std::array<TextureWrap, 2>> wraps =
+      {};  ///< Per material, wrap modes beyond [0, 1]^2. Empty: all repeat
   /// Per material, the UV set of its picture: Mesh::uv_set, or one of Mesh::other_uvs. Empty: all use Mesh::uvs.
-  std::vector<std::uint32_t> uv_sets;
+  std::vector<std::uint32_t> uv_sets = {};
   /// Affine function of a filtered value, in linear light or of vectors: times * value + plus.
   struct Factor {
     std::array<float, 4> times{1, 1, 1, 1};  ///< Factor of each channel
     float plus = 0;                          ///< Added to all channels but the fourth
     bool operator==(const Factor&) const = default;
   };
-  std::vector<Factor> factors;  ///< Per material. Empty: values are unchanged
+  std::vector<Factor> factors = {};  ///< Per material. Empty: values are unchanged
   /// Per material, whether it is multiplied with the vertices' colours (srgb) or alpha (linear), if the mesh has any.
   /// Empty: none is.
-  std::vector<bool> times_vertex_colors;
+  std::vector<bool> times_vertex_colors = {};
   /// Channel for maps of one channel, 0 to 3; channels beyond the picture's own are 1.
   std::uint32_t channel = 0;
   /// UDIM sets; tiles without a picture are treated like materials without one ("tile-missing").
   /// Empty: none.
-  std::vector<TextureTile> tiles;
-  std::vector<bool>
-      weighted_by_alpha;  ///< Per picture, whether colours are weighted by alpha. Empty: none
+  std::vector<TextureTile> tiles = {};
+  std::vector<bool> weighted_by_alpha =
+      {};  ///< Per picture, whether colours are weighted by alpha. Empty: none
   NormalTextureFormat normal_format =
       NormalTextureFormat::automatic;  ///< Convention of all pictures, if kind is normal
 };

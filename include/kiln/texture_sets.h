@@ -20,15 +20,16 @@ enum class SetsBy {
 
 /// Triangles of a low poly that share one set of maps.
 struct TextureSet {
-  std::string
-      name;  ///< Name of the material or object, "1001" and on for tiles; empty for a single set of
-             ///< all
-  std::string tile;          ///< "1001" and on if a material or object has several tiles; else
+  std::string name =
+      {};  ///< Name of the material or object, "1001" and on for tiles; empty for a single set of
+           ///< all
+  std::string tile = {};     ///< "1001" and on if a material or object has several tiles; else
                              ///< empty
   std::uint32_t tile_u = 0;  ///< Column of its tile, which is moved to the unit square
   std::uint32_t tile_v = 0;  ///< Row of its tile
-  std::vector<std::uint32_t> members;  ///< Indices of its triangles in Mesh::triangles, ascending
-  std::uint64_t triangles = 0;         ///< Number of its triangles with an area in UV space
+  std::vector<std::uint32_t> members =
+      {};                       ///< Indices of its triangles in Mesh::triangles, ascending
+  std::uint64_t triangles = 0;  ///< Number of its triangles with an area in UV space
 };
 
 /// Splits a low poly into its texture sets, in the order of material_names, object_names or tiles. Sets without a

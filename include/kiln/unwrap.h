@@ -49,7 +49,7 @@ struct UnwrapReport {
                               ///< surface: 0 is perfectly even.
   double border_texels = 0;   ///< Padding used: as requested, or less (see warnings).
   double seconds = 0;         ///< Duration
-  std::vector<Warning> warnings;  ///< Warnings of imperfect data that was handled
+  std::vector<Warning> warnings = {};  ///< Warnings of imperfect data that was handled
 };
 
 /// Makes UVs for a mesh, by one of the methods below.

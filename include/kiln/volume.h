@@ -44,14 +44,14 @@ std::optional<VoxelType> voxel_type_of(std::string_view name);
 
 /// A scalar field sampled on a regular grid. A voxel is a sample at a grid point, not a box.
 struct Volume {
-  std::string name;                     ///< Stem of the file, or any name; used in messages.
+  std::string name = {};                ///< Stem of the file, or any name; used in messages.
   std::array<std::uint32_t, 3> size{};  ///< Voxels along x, y, z.
   VoxelType type = VoxelType::u8;       ///< Type of all voxels.
   std::array<double, 3> origin{};       ///< World position of voxel (0, 0, 0).
   /// World position of voxel (i, j, k) = origin + i axes[0] + j axes[1] + k axes[2]: an axis' length is
   /// the spacing. Axes are linearly independent; a left-handed set mirrors the volume.
   std::array<std::array<double, 3>, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  std::vector<std::byte> voxels;  ///< size[0] size[1] size[2] values, x fastest.
+  std::vector<std::byte> voxels = {};  ///< size[0] size[1] size[2] values, x fastest.
 };
 
 /// Reads a volume in the format of the name's extension (case ignored):

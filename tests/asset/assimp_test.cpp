@@ -197,7 +197,7 @@ TEST(Assimp, SkinsStandAsTheirJointsDo) {
   const std::string dae = skinned_square("two");
   std::vector<Warning> warnings;
   const Mesh mesh = read_by_assimp({"a.dae", dae, &warnings}).mesh;
-  EXPECT_TRUE(warnings.empty()) << warnings.at(0).message;
+  EXPECT_TRUE(warnings.empty()) << warnings.at(0).message.text();
   // Doubled corners (x, y, 0). By the first joint: (x, y, 5); by the second: (2 - y, x - 2, 5).
   const std::array<std::array<double, 3>, 4> wanted{
       {{0, 0, 5}, {2, 0, 5}, {0.25 * 2 + 0.75 * 0, 0.25 * 2 + 0.75 * 0, 5}, {0, 2, 5}}};

@@ -129,7 +129,7 @@ TEST(Axes, NormalsAndTangentsTurnAndKeepTheirLength) {
   std::vector<Warning> warnings;
   const Mesh mesh =
       load_mesh(write_file("a.ply", ply), {.up = UpAxis::z, .metres = 0.001}, &warnings);
-  EXPECT_TRUE(warnings.empty()) << warnings[0].message;
+  EXPECT_TRUE(warnings.empty()) << warnings[0].message.text();
   EXPECT_EQ(mesh.normals[0], (Vec3{0, 1, 0}));
   EXPECT_EQ(mesh.positions[2], (Vec3{0, 0, -1}));
   ASSERT_EQ(mesh.tangents.size(), 3U);

@@ -395,7 +395,7 @@ TEST(Fbx, SkinsStandAsTheirBonesDo) {
   for (const std::string& bytes : {scene.text(), scene.binary(7400, false)}) {
     std::vector<Warning> warnings;
     const Asset asset = read_fbx({"a.fbx", bytes, &warnings});
-    EXPECT_TRUE(warnings.empty()) << warnings.at(0).message;
+    EXPECT_TRUE(warnings.empty()) << warnings.at(0).message.text();
     const auto corners = corners_of(asset.mesh);
     ASSERT_EQ(corners.size(), 1U);
     ASSERT_EQ(corners[0].size(), 6U);
@@ -549,7 +549,7 @@ TEST(Fbx, SmoothingGroupsGiveNormals) {
       std::vector<Warning> warnings;
       const auto found = normals_at_origin(read_fbx({"a.fbx", bytes, &warnings}).mesh);
       for (std::size_t f = 0; f < 3; ++f) expect_normal(found[f], c.normals[f]);
-      EXPECT_TRUE(warnings.empty()) << warnings.at(0).message;
+      EXPECT_TRUE(warnings.empty()) << warnings.at(0).message.text();
     }
   }
 }

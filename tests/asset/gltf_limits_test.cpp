@@ -142,11 +142,11 @@ TEST(GltfLimits, LinksThatLeadOutOfTheFolderAreRefused) {
     return folder / "inside" / "a.gltf";
   };
   for (const char* const uri : {"out.bin", "way/a.bin"}) {
-    expect_bad(named(uri), {"buffers[0].uri", "symbolic link", "--allow-outside"});
+    expect_bad(named(uri), {"buffers[0].uri", "symbolic link", "`allow_outside`"});
     EXPECT_EQ(load_mesh(named(uri), {.outside = true}).triangles.size(), 2U);
   }
   EXPECT_EQ(load(named("in.bin")).mesh.triangles.size(), 2U) << "a link within the folder";
-  expect_bad(named("../outside/a.bin"), {"buffers[0].uri", "--allow-outside"});
+  expect_bad(named("../outside/a.bin"), {"buffers[0].uri", "`allow_outside`"});
   EXPECT_EQ(load_mesh(named("../outside/a.bin"), {.outside = true}).triangles.size(), 2U);
   EXPECT_THROW(load_mesh(named("http://x/a.bin"), {.outside = true}), Error);
   // The folder itself may be reached by a link.
@@ -206,7 +206,7 @@ TEST(GltfLimits, BinaryFilesBeyondFourGibibytes) {
 }
 
 TEST(ReadWhole, FilesThatChangeMeanwhileAreTold) {
-  const FailWith fail = [](const std::string&, const std::string& problem, const std::string&) {
+  const FailWith fail = [](const std::string&, const std::string& problem, const Message&) {
     throw Error(ErrorCode::input, problem);
   };
   const auto problem_of = [&](std::size_t size) -> std::string {
@@ -236,7 +236,7 @@ TEST(GltfLimits, PicturesOfOtherExtensionsAreTold) {
   load_asset(write_file("other.glb", maker.glb()), {}, &warnings);
   std::string text;
   for (const Warning& warning : warnings) {
-    if (warning.code == "picture-missing") text = warning.message;
+    if (warning.code == "picture-missing") text = warning.message.text();
   }
   EXPECT_NE(text.find("1 picture of its materials (textures[0]: EXT_texture_unheard_of) is of an "
                       "extension that Kiln does not read"),

@@ -432,9 +432,9 @@ TEST(Gltf, LooksThatNoMapHoldsAreTold) {
                                   [](const Warning& w) { return w.code == "material-extensions"; });
   ASSERT_NE(found, warnings.end());
   EXPECT_EQ(found->count, 2U);
-  EXPECT_NE(found->message.find("KHR_materials_clearcoat (1), KHR_materials_unlit (1)"),
+  EXPECT_NE(found->message.text().find("KHR_materials_clearcoat (1), KHR_materials_unlit (1)"),
             std::string::npos)
-      << found->message;
+      << found->message.text();
   maker.json["extensionsRequired"] = {"EXT_unheard_of"};
   expect_bad_text("unknown.glb", maker.glb(), {"EXT_unheard_of", "Export"});
 }

@@ -119,7 +119,7 @@ std::uint64_t count(const std::vector<Warning>& warnings, const std::string& cod
 
 std::string message(const std::vector<Warning>& warnings, const std::string& code) {
   for (const Warning& warning : warnings) {
-    if (warning.code == code) return warning.message;
+    if (warning.code == code) return warning.message.text();
   }
   return {};
 }
@@ -341,9 +341,9 @@ TEST(Materials, PicturesAreFoundInTheMeshsFolders) {
   EXPECT_EQ(count(warnings, "found-elsewhere"), 3u);  // the MTL, a.png, Wood.PNG
   bool said = false;
   for (const Warning& warning : warnings) {
-    said = said || (warning.message.find("line 2: map_kd") != std::string::npos &&
-                    warning.message.find("one of 2 files") != std::string::npos &&
-                    warning.message.find("tex/a.png' was taken") != std::string::npos);
+    said = said || (warning.message.text().find("line 2: map_kd") != std::string::npos &&
+                    warning.message.text().find("one of 2 files") != std::string::npos &&
+                    warning.message.text().find("tex/a.png' was taken") != std::string::npos);
   }
   EXPECT_TRUE(said);
   // A missing MTL's message names the mesh.

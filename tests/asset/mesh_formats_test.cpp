@@ -30,7 +30,7 @@ const std::vector<Triangle> pyramid_triangles{{0, 3, 2}, {0, 2, 1}, {0, 1, 4},
                                               {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
 
 void expect_pyramid(const Loaded& loaded) {
-  EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0].message;
+  EXPECT_TRUE(loaded.warnings.empty()) << loaded.warnings[0].message.text();
   EXPECT_EQ(loaded.mesh.triangles, pyramid_triangles);
   ASSERT_EQ(loaded.mesh.positions.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(loaded.world(i), pyramid[i]);

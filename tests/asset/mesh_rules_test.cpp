@@ -293,7 +293,7 @@ TEST(MeshIo, SaysWhereCoordinatesAreTooCoarse) {
     for (const Warning& warning : loaded.warnings) {
       if (warning.code != "coarse-coordinates") continue;
       for (const char* word : {"c.", "near 4500", "steps of 0.5", "double precision"}) {
-        EXPECT_NE(warning.message.find(word), std::string::npos) << warning.message;
+        EXPECT_NE(warning.message.text().find(word), std::string::npos) << warning.message.text();
       }
     }
   }
@@ -302,7 +302,8 @@ TEST(MeshIo, SaysWhereCoordinatesAreTooCoarse) {
   EXPECT_EQ(held.count("coarse-coordinates"), 1U);
   for (const Warning& warning : held.warnings) {
     if (warning.code != "coarse-coordinates") continue;
-    EXPECT_NE(warning.message.find("Vertex 4 at (0, 0, 0)"), std::string::npos) << warning.message;
+    EXPECT_NE(warning.message.text().find("Vertex 4 at (0, 0, 0)"), std::string::npos)
+        << warning.message.text();
   }
 }
 
@@ -326,8 +327,10 @@ TEST(MeshIo, NamesVerticesFarFromAllOthers) {
     ASSERT_EQ(loaded.count("coarse-coordinates"), 1U) << far;
     for (const Warning& warning : loaded.warnings) {
       if (warning.code != "coarse-coordinates") continue;
-      EXPECT_NE(warning.message.find("Vertex 400 at (1, "), std::string::npos) << warning.message;
-      EXPECT_NE(warning.message.find("move or remove it"), std::string::npos) << warning.message;
+      EXPECT_NE(warning.message.text().find("Vertex 400 at (1, "), std::string::npos)
+          << warning.message.text();
+      EXPECT_NE(warning.message.text().find("move or remove it"), std::string::npos)
+          << warning.message.text();
     }
   }
 }
@@ -398,7 +401,7 @@ TEST(MeshIo, KeepsDegenerateTrianglesAndLeavesOutShortFaces) {
   EXPECT_EQ(loaded.count("short-faces"), 2u);
   for (const Warning& warning : loaded.warnings) {
     if (warning.code == "degenerate-triangles") {
-      EXPECT_NE(warning.message.find("line 6"), std::string::npos) << warning.message;
+      EXPECT_NE(warning.message.text().find("line 6"), std::string::npos) << warning.message.text();
     }
   }
 }

@@ -83,11 +83,11 @@ TEST(PlyTangents, WhatIsWrongIsCountedWithTheFirst) {
   ASSERT_EQ(parsed.warnings.size(), 3U);
   EXPECT_EQ(parsed.warnings[0].code, "bad-tangents");
   EXPECT_EQ(parsed.warnings[0].count, 2U);
-  EXPECT_NE(parsed.warnings[0].message.find("vertex 1 "), std::string::npos);
+  EXPECT_NE(parsed.warnings[0].message.text().find("vertex 1 "), std::string::npos);
   EXPECT_EQ(parsed.warnings[1].code, "long-tangents");
-  EXPECT_NE(parsed.warnings[1].message.find("vertex 3: 3"), std::string::npos);
+  EXPECT_NE(parsed.warnings[1].message.text().find("vertex 3: 3"), std::string::npos);
   EXPECT_EQ(parsed.warnings[2].code, "tangent-signs");
-  EXPECT_NE(parsed.warnings[2].message.find("vertex 3: 0.5"), std::string::npos);
+  EXPECT_NE(parsed.warnings[2].message.text().find("vertex 3: 0.5"), std::string::npos);
   for (std::size_t i = 0; i < 6; ++i) {
     const std::uint32_t vertex = parsed.mesh.triangles[i / 3][i % 3];
     const Vec3 none{}, given = parsed.mesh.tangents[i].direction;

@@ -96,7 +96,7 @@ TEST(PlyTextures, PicturesAreFoundAsThoseOfMaterials) {
   ASSERT_FALSE(warnings.empty());
   EXPECT_EQ(warnings.back().code, "picture-missing");
   EXPECT_EQ(warnings.back().count, 1U);
-  EXPECT_NE(warnings.back().message.find("tex_0.png"), std::string::npos);
+  EXPECT_NE(warnings.back().message.text().find("tex_0.png"), std::string::npos);
   // As an asset it has its materials at once.
   EXPECT_EQ(load_asset(path).materials.size(), 2U);
 }
@@ -163,7 +163,8 @@ TEST(PlyTextures, FacesWithoutOneKeepTheirColours) {
     std::vector<Warning> warnings;
     const Mesh mesh = load_mesh(path, &warnings);
     ASSERT_EQ(warnings.size(), 1U);
-    EXPECT_EQ(warnings[0].message.find("colours of faces") != std::string::npos, !of.empty());
+    EXPECT_EQ(warnings[0].message.text().find("colours of faces") != std::string::npos,
+              !of.empty());
     warnings.clear();
     const std::vector<Material> materials = load_materials(mesh, path, &warnings);
     ASSERT_EQ(materials.size(), 2U);

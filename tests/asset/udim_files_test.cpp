@@ -147,7 +147,7 @@ TEST(UdimFiles, ANumberIsATileWhereUvsReachItsSiblings) {
   EXPECT_EQ(set.tiles(), (Tiles{1001, 1002}));
   ASSERT_EQ(set.warnings.size(), 1U);
   EXPECT_EQ(set.warnings[0].code, "udim-siblings");
-  EXPECT_NE(set.warnings[0].message.find("u.<UDIM>.png"), std::string::npos);
+  EXPECT_NE(set.warnings[0].message.text().find("u.<UDIM>.png"), std::string::npos);
   // Within the first square it is a picture by itself, and nothing is to be said.
   const Loaded alone = load(materials, quads({0}));
   EXPECT_TRUE(alone.tiles().empty());
@@ -156,7 +156,7 @@ TEST(UdimFiles, ANumberIsATileWhereUvsReachItsSiblings) {
   const Loaded tiled = load(materials, quads({0, 1, 2, 3, 4}));
   EXPECT_TRUE(tiled.tiles().empty());
   ASSERT_EQ(tiled.warnings.size(), 1U);
-  EXPECT_NE(tiled.warnings[0].message.find("repeats"), std::string::npos);
+  EXPECT_NE(tiled.warnings[0].message.text().find("repeats"), std::string::npos);
   // No sibling at all: it repeats, as ever.
   fs::remove(folder / "u.1002.png");
   const Loaded without = load(materials, quads({0, 1}));
@@ -174,7 +174,7 @@ TEST(UdimFiles, PicturesThatOtherMaterialsNameAreNoSiblings) {
   EXPECT_TRUE(loaded.tiles().empty());
   EXPECT_EQ(loaded.texture.image_of, (std::vector<std::uint32_t>{0, 1}));
   ASSERT_FALSE(loaded.warnings.empty());
-  EXPECT_NE(loaded.warnings[0].message.find("other materials"), std::string::npos);
+  EXPECT_NE(loaded.warnings[0].message.text().find("other materials"), std::string::npos);
   // Pictures a material, each over its own square, as photogrammetry has them: nothing is to be said.
   const Loaded own = load(both, quads({0, 1}, {0, 1}));
   EXPECT_TRUE(own.warnings.empty());

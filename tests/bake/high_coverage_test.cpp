@@ -66,7 +66,7 @@ TEST(HighCoverage, IsTheHiddenHalfOfAPlate) {
   const auto lost = std::find_if(warnings.begin(), warnings.end(),
                                  [](const Warning& w) { return w.code == "lost-surface"; });
   ASSERT_NE(lost, warnings.end());
-  EXPECT_NE(lost->message.find("`match.ray.rule` outermost"), std::string::npos);
+  EXPECT_NE(lost->message.text().find("`match.ray.rule` outermost"), std::string::npos);
 }
 
 /// A surface beyond the distance is not near, so nothing of it can be lost.

@@ -37,7 +37,7 @@ std::uint64_t count(const std::vector<Warning>& warnings, std::string_view code)
 
 std::string message(const std::vector<Warning>& warnings, std::string_view code) {
   for (const Warning& warning : warnings) {
-    if (warning.code == code) return warning.message;
+    if (warning.code == code) return warning.message.text();
   }
   return {};
 }

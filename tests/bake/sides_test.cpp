@@ -140,7 +140,7 @@ TEST(Bake, TellsOfNormalsWithoutDirection) {
     std::uint64_t count = 0;
     for (const Warning& warning : warnings) {
       if (warning.code != "normals-computed") continue;
-      if (warning.message.find("'" + std::string(name) + "'") != std::string::npos) {
+      if (warning.message.text().find("'" + std::string(name) + "'") != std::string::npos) {
         count += warning.count;
       }
     }

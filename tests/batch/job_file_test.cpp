@@ -142,7 +142,7 @@ TEST(JobFile, PairsFilesByCaptures) {
   save_obj(BumpySphere::dense(700), folder / "assets/rock_high_b.obj");
   const Batch batch = expand(folder, kStudioJob);
   ASSERT_EQ(batch.assets.size(), 3U);
-  EXPECT_TRUE(batch.warnings.empty()) << batch.warnings[0].message;
+  EXPECT_TRUE(batch.warnings.empty()) << batch.warnings[0].message.text();
   std::vector<std::string> names;
   for (const BatchAsset& asset : batch.assets) names.push_back(asset.name);
   EXPECT_EQ(names, (std::vector<std::string>{"props/crate", "props/old/barrel", "rock"}));

@@ -124,8 +124,8 @@ void expect_warned(const ocl::KernelFolder& found, const fs::path& level) {
   ASSERT_EQ(found.warnings.size(), level.empty() ? 0U : 1U);
   if (level.empty()) return;
   EXPECT_EQ(found.warnings[0].code, "kernel-folder");
-  EXPECT_NE(found.warnings[0].message.find("'" + level.string() + "'"), std::string::npos)
-      << found.warnings[0].message;
+  EXPECT_NE(found.warnings[0].message.text().find("'" + level.string() + "'"), std::string::npos)
+      << found.warnings[0].message.text();
 }
 
 TEST(KernelFolder, WithoutHomeIsThisUsersAlone) {

@@ -621,7 +621,7 @@ TEST(Clean, WhatIsDoneIsTold) {
   std::map<std::string, std::uint64_t> told;
   for (const Warning& warning : report.warnings) {
     told[warning.code] = warning.count;
-    EXPECT_NE(warning.message.find("one at ("), std::string::npos) << warning.message;
+    EXPECT_NE(warning.message.text().find("one at ("), std::string::npos) << warning.message.text();
   }
   const std::map<std::string, std::uint64_t> done = {
       {"welded-vertices", report.welded.count},

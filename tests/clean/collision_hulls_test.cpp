@@ -103,8 +103,9 @@ TEST(CollisionHulls, AreTakenOffWithAllThatIsTheirs) {
     ASSERT_EQ(warnings.size(), 1U);
     EXPECT_EQ(warnings[0].code, "collision-hulls");
     EXPECT_EQ(warnings[0].count, 2U);
-    for (const char* word : {"'UCX_a'", "'UCX_b'", "4 triangles", "--keep-hulls"}) {
-      EXPECT_NE(warnings[0].message.find(word), std::string::npos) << warnings[0].message;
+    for (const char* word : {"'UCX_a'", "'UCX_b'", "4 triangles", "`keep_hulls`"}) {
+      EXPECT_NE(warnings[0].message.text().find(word), std::string::npos)
+          << warnings[0].message.text();
     }
   }
 }
@@ -139,7 +140,7 @@ TEST(CollisionHulls, AloneTheyAreAnError) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::input);
     const std::string message = error.what();
-    for (const char* word : {"'UCX_a'", "'b-colonly'", "--keep-hulls"}) {
+    for (const char* word : {"'UCX_a'", "'b-colonly'", "`keep_hulls`"}) {
       EXPECT_NE(message.find(word), std::string::npos) << message;
     }
   }

@@ -1,6 +1,7 @@
 // One job by every door writes the same bytes: the command, kiln::run() with options by name and from JSON, C.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <random>
@@ -14,6 +15,7 @@
 #include "kiln/job.h"
 #include "kiln/kiln.h"
 #include "kiln/kiln_c.h"
+#include "kiln/option_error.h"
 #include "kiln/options.h"
 #include "support/environment.h"
 
@@ -221,7 +223,7 @@ Job job_of(const DoorCase& c, const fs::path& scene, const fs::path& out) {
 
 void by_run(const Job& job) {
   const JobResult result = run(*device(), job);
-  EXPECT_EQ(result.failure, "");
+  EXPECT_TRUE(result.failure.empty()) << result.failure.text();
   EXPECT_FALSE(result.files.empty());
 }
 
@@ -314,6 +316,168 @@ TEST(Job, TakesMeshesInMemory) {
   EXPECT_THROW(to_json(job), Error);
   job.reasons = true;
   EXPECT_THROW(check(job), Error);
+}
+
+/// An error says which option it is about, what it was given and may be, and what else to change; each door spells it.
+TEST(Job, ErrorsCarryTheirData) {
+  Job job{.high = {"high.obj"}, .low = "low.obj", .out = "maps"};
+  const auto thrown = [](const auto& function) -> OptionError {
+    try {
+      function();
+    } catch (const OptionError& error) {
+      return error;
+    }
+    return OptionError("nothing was thrown");
+  };
+  const OptionError range = thrown([&] { set_option(job, "--samples", "17"); });
+  EXPECT_EQ(range.code(), ErrorCode::usage);
+  EXPECT_EQ(range.option(), "samples");
+  EXPECT_EQ(range.value(), "17");
+  EXPECT_EQ(range.allowed(), "1 to 16");
+  EXPECT_TRUE(remedies_of(range.message()).empty());
+  EXPECT_EQ(range.message().text(option_as_flag), "--samples is '17': give 1 to 16");
+  EXPECT_EQ(range.message().text(option_as_keyword), "samples is '17': give 1 to 16");
+  EXPECT_STREQ(range.what(), "job.bake.samples is '17': give 1 to 16");
+  // A name that an option has in a text stays a text.
+  const OptionError named = thrown([&] { set_option(job, "cage", "--samples.obj"); });
+  EXPECT_EQ(named.option(), "cage");
+  ASSERT_EQ(remedies_of(named.message()).size(), 1U);
+  EXPECT_EQ(remedies_of(named.message())[0].option, "cage_mesh");
+  EXPECT_NE(std::string(named.what()).find("'--samples.obj'"), std::string::npos);
+
+  job.layers = true;
+  const OptionError pair = thrown([&] { check(job); });
+  EXPECT_EQ(pair.option(), "layers");
+  ASSERT_EQ(remedies_of(pair.message()).size(), 1U);
+  EXPECT_EQ(remedies_of(pair.message())[0].option, "format");
+  EXPECT_EQ(remedies_of(pair.message())[0].value, "exr");
+  EXPECT_EQ(pair.message().text(option_as_flag),
+            "--layers are of one EXR: add --format exr or exr32.");
+  EXPECT_EQ(pair.message().text(option_as_keyword),
+            "layers are of one EXR: add format=\"exr\" or exr32.");
+  EXPECT_STREQ(pair.what(), "job.layers are of one EXR: add job.image.format = exr or exr32.");
+  kiln_job* c = nullptr;
+  ASSERT_EQ(kiln_job_new(&c), KILN_OK);
+  EXPECT_NE(kiln_job_set(c, "samples", "17"), KILN_OK);
+  EXPECT_STREQ(kiln_error_message(), range.what());
+  kiln_job_free(c);
+}
+
+/// Warnings, and errors of rooms below, name options as data, too.
+TEST(Job, WarningsCarryTheirData) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_doors_scene();
+  const std::string hills = (scene / "hills.png").string();
+  Job job{.high = {hills}, .out = (scene / "maps").string()};
+  set_option(job, "size", "64");
+  set_option(job, "no_data", "12345");
+  const JobResult result = run(*device(), job);
+  const auto idle =
+      std::find_if(result.causes.begin(), result.causes.end(),
+                   [](const Warning& warning) { return warning.code == "no-data-idle"; });
+  ASSERT_NE(idle, result.causes.end());
+  const auto has = [](const std::string& text, const std::string& word) {
+    return text.find(word) != std::string::npos;
+  };
+  EXPECT_TRUE(has(idle->message.text(option_as_flag), "nowhere, which --no-data says"));
+  EXPECT_TRUE(has(idle->message.text(option_as_keyword), "nowhere, which no_data says"));
+  const std::string member = "nowhere, which job.heights.no_data says";
+  EXPECT_TRUE(has(idle->message.text(option_as_member), member));
+  EXPECT_TRUE(has(result.report, "nowhere, which --no-data says"));
+  const ProcessResult command =
+      call_kiln({"bake", hills, "--size=64", "--no-data=12345", "--out=" + job.out});
+  EXPECT_TRUE(has(command.errors, "nowhere, which --no-data says")) << command.errors;
+  kiln_job* c = nullptr;
+  ASSERT_EQ(kiln_job_new(&c), KILN_OK);
+  for (const auto& [name, value] :
+       {std::pair("high", hills.c_str()), std::pair("size", "64"), std::pair("no_data", "12345"),
+        std::pair("out", job.out.c_str())}) {
+    ASSERT_EQ(kiln_job_add(c, name, value), KILN_OK) << kiln_error_message();
+  }
+  kiln_job_result* of_c = nullptr;
+  ASSERT_EQ(kiln_job_run(c, nullptr, nullptr, nullptr, &of_c), KILN_OK) << kiln_error_message();
+  std::string told;
+  for (std::size_t i = 0; kiln_job_warning(of_c, i) != nullptr; ++i)
+    told += kiln_job_warning(of_c, i);
+  EXPECT_TRUE(has(told, member)) << told;
+  kiln_job_result_free(of_c);
+  kiln_job_free(c);
+
+  Job far{.high = {(scene / "high.obj").string()},
+          .low = (scene / "low.obj").string(),
+          .out = (scene / "far").string()};
+  set_option(far, "match", "uv");
+  try {
+    run(*device(), far);
+    ADD_FAILURE() << "HIGH has no UVs";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.option(), "match.method");
+    EXPECT_TRUE(has(error.message().text(option_as_flag), "which --match uv finds"))
+        << error.what();
+    EXPECT_TRUE(has(error.message().text(option_as_keyword), "which match=\"uv\" finds"));
+    EXPECT_TRUE(has(error.what(), "which `match.method` uv finds"));
+  }
+}
+
+/// No wrong value and no contradiction names a flag to those who link.
+TEST(Job, ErrorsNameNoFlags) {
+  const auto what = [](const auto& function) -> std::string {
+    try {
+      function();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  int told = 0;
+  for (const std::string name :
+       {"size",        "samples", "gutter",     "match",   "fallback",     "max_distance",
+        "cage",        "views",   "view",       "light",   "origin",       "format",
+        "space",       "faces",   "max_missed", "unwrap",  "maps",         "screen",
+        "max_outline", "extent",  "height",     "no_data", "high_normals", "two_sided"}) {
+    Job job;
+    const std::string text = what([&] { set_option(job, name, "?"); });
+    EXPECT_EQ(text.find("--"), std::string::npos) << text;
+    EXPECT_NE(text.find("job."), std::string::npos) << name << ": " << text;
+    ++told;
+  }
+  const Options contradictions[] = {{{"faces", {"10"}}, {"low", {"low.obj"}}},
+                                    {{"layers", {"true"}}},
+                                    {{"raw", {"true"}}},
+                                    {{"lod", {"2"}}},
+                                    {{"screen", {"600px"}}},
+                                    {{"keep_parts", {"true"}}, {"low", {"low.obj"}}},
+                                    {{"cage_mesh", {"cage.obj"}}},
+                                    {{"save_cage", {"cage.obj"}}},
+                                    {{"tangents", {"mikktspace"}}},
+                                    {{"match_by", {"name"}}},
+                                    {{"low_names", {"*"}}},
+                                    {{"views", {"12"}}},
+                                    {{"ao_rays", {"16"}}},
+                                    {{"height", {"2"}}},
+                                    {{"dither", {"true"}}},
+                                    {{"alpha", {"mask"}}},
+                                    {{"density", {"detail"}}, {"low", {"low.obj"}}},
+                                    {{"out", {"maps.zip"}}},
+                                    {{"range", {"height=1"}}, {"maps", {"height"}}},
+                                    {{"pack", {"a=b"}}},
+                                    {{"match", {"axis"}}},
+                                    {{"max_angle", {"3"}}}};
+  for (const Options& options : contradictions) {
+    Job job{.high = {"high.obj"}, .low = MakeLow{.faces = 100}, .out = "maps"};
+    for (const auto& [name, values] : options) {
+      if (name == "low") job.low = JobLow("low.obj");
+      if (name == "faces" || name != "low") set_option(job, name, values);
+    }
+    const std::string text = what([&] {
+      check(job);
+      run(*device(), job);
+    });
+    EXPECT_NE(text, "") << options[0].first;
+    EXPECT_EQ(text.find("--"), std::string::npos) << text;
+    ++told;
+  }
+  EXPECT_GT(told, 40);
 }
 
 /// A low poly that is made for maps in memory has no file to be named by.

@@ -6,47 +6,90 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/option.h"
 #include "job/check_result.h"
-#include "job/flags.h"
 #include "job/root_causes.h"
 #include "kiln/error.h"
 #include "kiln/mesh.h"
+#include "kiln/message.h"
+#include "kiln/option_error.h"
 #include "report/console.h"
 
 namespace kiln::cli {
 namespace {
 
 TEST(Flags, StandForTheLibrarysOptions) {
-  EXPECT_EQ(with_flags("raise `match.max_distance`, or add `match.two_sided`."),
-            "raise --max-distance, or add --two-sided.");
-  EXPECT_EQ(with_flags("(`match.fallback` ray or closest)"), "(--fallback ray or closest)");
-  EXPECT_EQ(with_flags("look from more sides (`match.views.count`), raise `match.views.size`"),
-            "look from more sides (--views), raise --view-size");
-  EXPECT_EQ(with_flags("or add `match.uv.max_overlap` to take"), "or add --force-uv to take");
-  EXPECT_EQ(with_flags("`part_names.low`"), "--low-names");
-  EXPECT_EQ(with_flags("let Kiln do it: `unwrap()` gives"),
-            "let Kiln do it: `kiln bake --unwrap` gives");
-  EXPECT_EQ(with_flags("again with `save_match()`."), "again with --save-match.");
-  // Options of other commands go by the name itself.
-  EXPECT_EQ(with_flags("(`outer_only` and `outer_gap`; see `keep_topology`)"),
-            "(--outer and --outer-gap; see --topology)");
+  constexpr std::pair<const char*, const char*> kFlags[] = {
+      {"match.max_distance", "--max-distance"},
+      {"bake.match.max_distance", "--max-distance"},
+      {"max_distance", "--max-distance"},
+      {"match.views.count", "--views"},
+      {"match.views.size", "--view-size"},
+      {"match.uv.max_overlap", "--force-uv"},
+      {"match.saved", "--load-match"},
+      {"part_names.low", "--low-names"},
+      {"save_match()", "--save-match"},
+      {"unwrap()", "`kiln bake --unwrap`"},
+      {"simplify()", "`kiln bake` without LOW"},
+      // Options of other commands go by the name itself.
+      {"outer_only", "--outer"},
+      {"outer_gap", "--outer-gap"},
+      {"keep_topology", "--topology"},
+      {"memory_limit", "--memory-limit"}};
+  for (const auto& [name, flag] : kFlags) EXPECT_EQ(option_as_flag(name, {}), flag);
+  EXPECT_EQ(option_as_flag("match.fallback", "ray"), "--fallback ray");
 }
 
-TEST(Flags, LeaveNamesOfFilesAlone) {
-  for (const char* text : {"", "`", "``", "a ` b", "'`match.cage`' is damaged", "match.cage",
-                           "run `kiln bake --unwrap`", "` `"}) {
-    EXPECT_EQ(with_flags(text), text);
-  }
-  EXPECT_EQ(with_flags("'a`b' lacks `match.cage`"), "'a`b' lacks --cage");
+TEST(Keywords, StandForTheLibrarysOptions) {
+  EXPECT_EQ(option_as_keyword("match.max_distance", "2%"), "max_distance=\"2%\"");
+  EXPECT_EQ(option_as_keyword("match.views.count", "9"), "views=9");
+  EXPECT_EQ(option_as_keyword("match.uv.max_overlap", {}), "force_uv");
+  EXPECT_EQ(option_as_keyword("unwrap()", {}), "kiln.unwrap()");
+  EXPECT_EQ(option_as_keyword("save_match()", {}), "kiln.Match.save()");
+  EXPECT_EQ(option_as_keyword("bounds", {}), "bounds");
 }
 
-TEST(Flags, ErrorsTellTheirOption) {
-  const std::string no_option(Error(ErrorCode::usage, "One ` alone.").option());
-  EXPECT_EQ(no_option, "");
-  const Error error(ErrorCode::usage, "`match.cage` is 0: give more, or `match.fallback`.");
-  EXPECT_EQ(error.option(), "match.cage");
+TEST(Members, StandForFlags) {
+  EXPECT_EQ(option_as_member("max_distance", "2%"), "job.bake.match.max_distance = 2%");
+  EXPECT_EQ(option_as_member("match.max_distance", {}), "job.bake.match.max_distance");
+  EXPECT_EQ(option_as_member("memory_limit", {}), "memory_limit");
+}
+
+TEST(Messages, SpellOptionsAlone) {
+  const Message message =
+      "'`match.cage` --cage' lacks " + option("match.cage", "0.1") + ", or `x`.";
+  EXPECT_EQ(message.text(), "'`match.cage` --cage' lacks `match.cage` 0.1, or `x`.");
+  EXPECT_EQ(message.text(option_as_flag), "'`match.cage` --cage' lacks --cage 0.1, or `x`.");
+  EXPECT_EQ(message.text(option_as_keyword), "'`match.cage` --cage' lacks cage=0.1, or `x`.");
+  EXPECT_FALSE(Message("`match.cage`").names_options());
+}
+
+TEST(Messages, AreListsOfPieces) {
+  Message message;
+  EXPECT_TRUE(message.empty());
+  message += Message("a") + "b" + option("cage") + option("samples", "4") + "" + "c";
+  ASSERT_EQ(message.pieces().size(), 4U);
+  EXPECT_EQ(message.pieces()[0], (MessagePiece{.text = "ab"}));
+  EXPECT_EQ(message.pieces()[1], (MessagePiece{.option = "cage"}));
+  EXPECT_EQ(message.pieces()[2], (MessagePiece{.option = "samples", .value = "4"}));
+  EXPECT_EQ(message.pieces()[3], (MessagePiece{.text = "c"}));
+  message += message;
+  EXPECT_EQ(message.text(), "ab`cage``samples` 4cab`cage``samples` 4c");
+}
+
+TEST(Messages, ErrorsTellTheirOption) {
+  EXPECT_EQ(Error(ErrorCode::usage, "One `match.cage` in a text.").option(), "");
+  const Error error(ErrorCode::usage, option("match.cage") + " is 0: give more, or " +
+                                          option("match.fallback", "ray") + ".");
+  const Error copy = error;
+  EXPECT_EQ(copy.option(), "match.cage");
+  EXPECT_STREQ(copy.what(), "`match.cage` is 0: give more, or `match.fallback` ray.");
+  const std::vector<MessagePiece> remedies = remedies_of(copy.message());
+  ASSERT_EQ(remedies.size(), 1U);
+  EXPECT_EQ(remedies[0], (MessagePiece{.option = "match.fallback", .value = "ray"}));
 }
 
 TEST(Terminal, IsGivenNoControlCharacters) {

@@ -102,12 +102,12 @@ TEST(HighPictures, TilesThatAreMissingAreNamed) {
   const Warning* const warning = warning_of(baked, "tile-missing");
   ASSERT_NE(warning, nullptr);
   EXPECT_EQ(warning->count, 2U);
-  EXPECT_NE(warning->message.find("1002"), std::string::npos) << warning->message;
-  EXPECT_EQ(warning->message.find("1001"), std::string::npos) << warning->message;
+  EXPECT_NE(warning->message.text().find("1002"), std::string::npos) << warning->message.text();
+  EXPECT_EQ(warning->message.text().find("1001"), std::string::npos) << warning->message.text();
   // Beyond ten columns there is no tile.
   for (Vec2& uv : high.uvs) uv.x -= 3;
   const BakeResult beyond = bake(Source(*test::device(), high), test::plane(1, 1), options);
-  EXPECT_NE(warning_of(beyond, "tile-missing")->message.find("beyond"), std::string::npos);
+  EXPECT_NE(warning_of(beyond, "tile-missing")->message.text().find("beyond"), std::string::npos);
   texture.tiles.push_back({0, 1002, 7});
   options.transfers = {{"tiles", texture}};
   EXPECT_THROW(bake(Source(*test::device(), high), test::plane(1, 1), options), Error);

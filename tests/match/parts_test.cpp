@@ -103,7 +103,8 @@ TEST(PairParts, ProposesThePatternsThatFit) {
   const Parts parts = pair_parts(named({"a_gun_sculpt", "b_lamp_sculpt", "box"}),
                                  named({"b_lamp_game", "a_gun_game", "box"}));
   ASSERT_EQ(parts.warnings.size(), 2U);
-  EXPECT_TRUE(says(parts.warnings[0].message, "*_game", "*_sculpt")) << parts.warnings[0].message;
+  EXPECT_TRUE(says(parts.warnings[0].message.text(), "*_game", "*_sculpt"))
+      << parts.warnings[0].message.text();
   // The remedies they propose work.
   const PartNames names{{"*_game"}, {"*_sculpt"}};
   EXPECT_EQ(pair_parts(named({"gun_sculpt"}), named({"gun_game"}), names).names,
@@ -183,7 +184,7 @@ TEST(PairParts, EndsWithHostileNames) {
   const Parts parts =
       pair_parts(named({"x", large + "b", large + "c"}), named({"x", "b" + large, "c" + large}));
   EXPECT_EQ(parts.names, (std::vector<std::string>{"x", ""}));
-  EXPECT_LT(parts.warnings[0].message.size(), 2000U);
+  EXPECT_LT(parts.warnings[0].message.text().size(), 2000U);
   // 20,000 names that match nothing.
   std::vector<std::string> low = {"x"}, high = {"x"};
   for (int i = 0; i < 20'000; ++i) {
@@ -234,9 +235,9 @@ TEST(PairParts, TakesAList) {
   EXPECT_EQ(parts.high, (std::vector<std::uint32_t>{0, 0, 0, 0, 1, 1, 2, 2}));
   EXPECT_EQ(parts.low, (std::vector<std::uint32_t>{1, 1, 0, 0, 2, 2}));
   ASSERT_EQ(parts.warnings.size(), 2U);
-  EXPECT_NE(parts.warnings[0].message.find("without a pair in the list: 'other'"),
+  EXPECT_NE(parts.warnings[0].message.text().find("without a pair in the list: 'other'"),
             std::string::npos)
-      << parts.warnings[0].message;
+      << parts.warnings[0].message.text();
 }
 
 /// A name that no line has is not the left side of a line, whatever that is called.
@@ -257,7 +258,7 @@ TEST(PairParts, GroupsOfSeveralNamesPairByAny) {
     PartNames names;
     names.by = by;
     const Parts parts = pair_parts(named(high), named(low), names);
-    EXPECT_TRUE(parts.warnings.empty()) << parts.warnings[0].message;
+    EXPECT_TRUE(parts.warnings.empty()) << parts.warnings[0].message.text();
     return parts.names;
   };
   using Names = std::vector<std::string>;
@@ -317,9 +318,11 @@ TEST(PairParts, NamesWhatHasNoPairAndTheNearest) {
   EXPECT_EQ(parts.names.back(), "");
   EXPECT_EQ(parts.low, (std::vector<std::uint32_t>{0, 0, 1, 1}));
   ASSERT_EQ(parts.warnings.size(), 2U);
-  EXPECT_NE(parts.warnings[0].message.find("'nut_low' (nearest: 'nutt_high')"), std::string::npos)
-      << parts.warnings[0].message;
-  EXPECT_NE(parts.warnings[1].message.find("'nutt_high' (nearest: 'nut_low')"), std::string::npos);
+  EXPECT_NE(parts.warnings[0].message.text().find("'nut_low' (nearest: 'nutt_high')"),
+            std::string::npos)
+      << parts.warnings[0].message.text();
+  EXPECT_NE(parts.warnings[1].message.text().find("'nutt_high' (nearest: 'nut_low')"),
+            std::string::npos);
 }
 
 TEST(PairParts, RefusesMeshesWithoutAnyPair) {

@@ -92,7 +92,7 @@ TEST(JoinMeshes, FillsWhatSomeLack) {
   EXPECT_EQ(whole.polygons[1], 1U);
   ASSERT_EQ(warnings.size(), 4U);
   EXPECT_EQ(warnings[0].code, "missing-uvs");
-  EXPECT_NE(warnings[0].message.find("'bare'"), std::string::npos);
+  EXPECT_NE(warnings[0].message.text().find("'bare'"), std::string::npos);
 }
 
 /// Far from the world's origin, in files that chose origins of their own.

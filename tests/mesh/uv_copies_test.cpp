@@ -209,7 +209,7 @@ TEST(UvCopies, AreBakedOnceFromTheHalfThatIsAskedFor) {
   ASSERT_EQ(map.size(), wanted.size());
   for (std::size_t i = 0; i < map.size(); ++i) EXPECT_NEAR(map[i], wanted[i], 1e-4F) << i;
   EXPECT_NE(plain.maps[0].image.pixels, mirrored.maps[0].image.pixels);
-  for (const Warning& warning : plain.report.warnings) ADD_FAILURE() << warning.message;
+  for (const Warning& warning : plain.report.warnings) ADD_FAILURE() << warning.message.text();
   ASSERT_TRUE(plain.report.recall.has_value());
   EXPECT_EQ(plain.report.recall->lost, 0);
 }
@@ -330,8 +330,9 @@ TEST(UvCopies, OfAnotherSurfaceAreLostAndNamed) {
     EXPECT_GT(report.uv_copies_differ, 0.95) << method.name;
     const Warning* warning = warning_of(report, "uv-copies-differ");
     ASSERT_NE(warning, nullptr) << method.name;
-    EXPECT_NE(warning->message.find("'steel'"), std::string::npos) << warning->message;
-    EXPECT_NE(warning->message.find("'wood'"), std::string::npos) << warning->message;
+    EXPECT_NE(warning->message.text().find("'steel'"), std::string::npos)
+        << warning->message.text();
+    EXPECT_NE(warning->message.text().find("'wood'"), std::string::npos) << warning->message.text();
     EXPECT_EQ(warning_of(report, "lost-surface"), nullptr);
     if (!report.recall) continue;
     // Half of what views show, but for what is the same by chance.
@@ -433,8 +434,10 @@ TEST(UvCopies, OfAnotherFileAreNamed) {
   const BakeReport report = bake(source, join_meshes(both), plain_options()).report;
   const Warning* warning = warning_of(report, "uv-copies-differ");
   ASSERT_NE(warning, nullptr);
-  EXPECT_NE(warning->message.find("'right.obj'"), std::string::npos) << warning->message;
-  EXPECT_NE(warning->message.find("'left.obj'"), std::string::npos) << warning->message;
+  EXPECT_NE(warning->message.text().find("'right.obj'"), std::string::npos)
+      << warning->message.text();
+  EXPECT_NE(warning->message.text().find("'left.obj'"), std::string::npos)
+      << warning->message.text();
   EXPECT_NEAR(report.recall->lost, 0.5, 0.03);
 }
 

@@ -111,7 +111,7 @@ TEST(Plan, LeavesUvsOutWhereTheyDoNotFit) {
     EXPECT_EQ(looked_at(planned), std::vector{MatchMethod::ray});
     for (const PlanTrial& trial : planned.trials) EXPECT_EQ(trial.method, MatchMethod::ray);
     for (const Warning& warning : planned.result.report.warnings) {
-      EXPECT_EQ(warning.code.find("uv-"), std::string::npos) << warning.message;
+      EXPECT_EQ(warning.code.find("uv-"), std::string::npos) << warning.message.text();
     }
     EXPECT_FALSE(planned.result.report.uv);
   };

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 from pathlib import Path
 
@@ -100,6 +101,37 @@ def test_wrong_options_are_told(scene: Path) -> None:
             kiln.run({"high": str(scene / "high.obj"), "out": str(scene / "x"), **wrong})
     with pytest.raises(kiln.Error, match="JSON"):
         kiln.run("{")
+
+
+def test_errors_carry_their_data(scene: Path) -> None:
+    def failure(**options: object) -> kiln.Error:
+        with pytest.raises(kiln.Error) as caught:
+            kiln.run(high=scene / "high.obj", low=scene / "low.obj", out=scene / "out", **options)
+        return caught.value
+
+    ranged = failure(samples=17)
+    assert (ranged.parameter, ranged.value, ranged.allowed, ranged.remedies) == ("samples", "17", "1 to 16", [])
+    pair = failure(layers=True)
+    assert (pair.parameter, pair.remedies) == ("layers", [("format", "exr")])
+    assert str(pair) == 'layers are of one EXR: add format="exr" or exr32.'
+    again = pickle.loads(pickle.dumps(pair))
+    assert (str(again), again.remedies) == (str(pair), pair.remedies)
+
+
+def test_warnings_name_arguments(scene: Path) -> None:
+    files = {"high": scene / "high.obj", "low": scene / "low.obj", "size": 64}
+    with pytest.raises(kiln.Error) as caught:
+        kiln.run(**files, out=scene / "out", max_distance=1e-6)
+    assert caught.value.parameter == "max_distance" and caught.value.code == "input"
+    assert "raise max_distance, or check" in str(caught.value) and "--" not in str(caught.value)
+    match = scene / "match.exr"
+    kiln.run(**files, out=scene / "out", save_match=match)
+    with pytest.warns(kiln.KilnWarning) as told:
+        job = kiln.run(**files, out=scene / "out", load_match=match, clean="none")
+    texts = {warning.message.code: str(warning.message) for warning in told}
+    assert texts["match-of-clean"].startswith(f"load_match '{match}' is right only if it was saved with the same clean,")
+    # The report has the command's words, by every door.
+    assert f"--load-match '{match}'" in str(job.report["warnings"])
 
 
 def test_the_schema_names_all_options() -> None:

@@ -223,9 +223,10 @@ TEST(Render, SaysWhichVertexLiesFarFromTheOthers) {
   const Scene scene(*test::device(), mesh);
   ASSERT_FALSE(scene.warnings().empty());
   EXPECT_EQ(scene.warnings().back().code, "coarse-source");
-  EXPECT_NE(scene.warnings().back().message.find("Vertex " + std::to_string(far) + " at (1e+06"),
-            std::string::npos)
-      << scene.warnings().back().message;
+  EXPECT_NE(
+      scene.warnings().back().message.text().find("Vertex " + std::to_string(far) + " at (1e+06"),
+      std::string::npos)
+      << scene.warnings().back().message.text();
 }
 
 TEST(Render, RefusesWhatCannotBe) {

@@ -81,7 +81,7 @@ TEST(KeepUvs, WhatHasNoUvsIsNotOutOfTheUnitSquare) {
   for (std::uint32_t uv : high.uv_triangles.back()) high.uvs[uv].x += 3;
   simplify(high, {.faces = 5000, .keep_uvs = true}, &report);
   ASSERT_NE(find(report, "uv-outside"), nullptr);
-  EXPECT_NE(find(report, "uv-outside")->message.find("as those of the high poly do."),
+  EXPECT_NE(find(report, "uv-outside")->message.text().find("as those of the high poly do."),
             std::string::npos);
 }
 
@@ -130,8 +130,8 @@ TEST(KeepUvs, TrianglesOutOfTheUnitSquareAreCounted) {
   const Warning* warning = find(report, "uv-outside");
   ASSERT_NE(warning, nullptr);
   EXPECT_EQ(warning->count, outside);
-  EXPECT_NE(warning->message.find(std::to_string(outside) + " of 1800"), std::string::npos)
-      << warning->message;
+  EXPECT_NE(warning->message.text().find(std::to_string(outside) + " of 1800"), std::string::npos)
+      << warning->message.text();
 }
 
 }  // namespace

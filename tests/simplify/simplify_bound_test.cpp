@@ -196,7 +196,7 @@ TEST(SimplifyBound, OneTriangleIsKeptAndSaid) {
   SimplifyReport report;
   EXPECT_EQ(simplify(mesh, {.max_error = 0.01}, &report).triangles.size(), 1U);
   ASSERT_EQ(report.warnings.size(), 1U);
-  EXPECT_EQ(report.warnings[0].message, "the mesh has only one usable face, which was kept");
+  EXPECT_EQ(report.warnings[0].message.text(), "the mesh has only one usable face, which was kept");
 }
 
 /// After collapses and moves, no sample is beyond the bound; without the bound, some are.

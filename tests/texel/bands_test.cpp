@@ -36,7 +36,7 @@ TEST(Texel, SmallBandsGiveTheSameMap) {
       EXPECT_EQ(whole.report.overlapping_samples, cut.report.overlapping_samples);
       ASSERT_EQ(whole.report.warnings.size(), cut.report.warnings.size());
       for (std::size_t i = 0; i < whole.report.warnings.size(); ++i) {
-        EXPECT_EQ(whole.report.warnings[i].message, cut.report.warnings[i].message);
+        EXPECT_EQ(whole.report.warnings[i].message.text(), cut.report.warnings[i].message.text());
       }
     }
   }

@@ -75,7 +75,8 @@ TEST(Texel, ImperfectTrianglesAreSkippedAndCounted) {
     ASSERT_EQ(map.triangle[i], expected[i].triangle == 0 ? 0U : kNothing);
   }
   for (const Warning& warning : map.report.warnings) {
-    EXPECT_NE(warning.message.find("triangle "), std::string::npos) << warning.message;
+    EXPECT_NE(warning.message.text().find("triangle "), std::string::npos)
+        << warning.message.text();
   }
 }
 
@@ -86,7 +87,7 @@ TEST(Texel, OverlapNamesAPairAndATexel) {
                                                     {{{0.75F, 0.5F}, {1.0F, 0.5F}, {1.0F, 0.75F}}}};
   const Map map = sample_all(surface_of(triangles), {32, 32, 1, 1U << 22});
   ASSERT_EQ(map.report.warnings.size(), 1U);
-  const std::string& text = map.report.warnings[0].message;
+  const std::string& text = map.report.warnings[0].message.text();
   EXPECT_NE(text.find("triangles 1 and 2"), std::string::npos) << text;
   EXPECT_EQ(map.report.warnings[0].count, map.report.overlapping_samples);
 }

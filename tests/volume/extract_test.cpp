@@ -308,7 +308,7 @@ TEST(Extract, WarnsOfMapsFinerThanTheVolume) {
     for (const Warning& w : result.report.warnings) {
       if (w.code != "map-too-fine") continue;
       EXPECT_GE(result.report.texels_per_cell, kMapTooFine);
-      return w.message;
+      return w.message.text();
     }
     EXPECT_LT(result.report.texels_per_cell, kMapTooFine);
     return {};

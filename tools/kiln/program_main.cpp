@@ -14,9 +14,9 @@
 #include "cl/driver_state.h"
 #include "crash.h"
 #include "interrupt.h"
-#include "job/flags.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
+#include "kiln/option_error.h"
 #include "kiln/reasons.h"
 #include "program.h"
 #include "report/console.h"
@@ -76,7 +76,7 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
     // A driver that is interrupted while it compiles fails in its own way.
     if (cli::interrupted()) return cancelled();
     if (std::string_view(error.id()) == "kernel-cache") cli::retry();
-    cli::print_line(stderr, "kiln: " + with_flags(error.what()));
+    cli::print_line(stderr, "kiln: " + error.message().text(option_as_flag));
     return static_cast<int>(error.code());
   }
 }

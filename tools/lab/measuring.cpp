@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "job/check_result.h"
-#include "job/flags.h"
 #include "kiln/measure.h"
+#include "kiln/option_error.h"
 #include "kiln/render.h"
 #include "lab/table.h"
 #include "options/parse.h"
@@ -25,10 +25,10 @@ std::string why_not(MatchMethod method, const Source& source, const Mesh& high, 
   try {
     const BakeReport report = bake(source, low, trial).report;
     if (report.samples != 0 && report.missed == report.samples)
-      return why_nothing(report, high, low);
+      return why_nothing(report, high, low).text(option_as_flag);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::input) throw;
-    return with_flags(error.what());
+    return error.message().text(option_as_flag);
   }
   return {};
 }

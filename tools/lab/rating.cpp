@@ -378,7 +378,7 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     const bool found_nothing = report.samples != 0 && report.missed == report.samples;
     const bool last_hope = rated.empty() && &row == &rows.back();
     if (found_nothing && !a.gave("--match") && !last_hope) {
-      left_out.push_back({row.name, why_nothing(report, high, low)});
+      left_out.push_back({row.name, why_nothing(report, high, low).text(option_as_flag)});
       steps.done += 1;
       continue;
     }

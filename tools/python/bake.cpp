@@ -11,6 +11,7 @@
 
 #include "arrays.h"
 #include "asset.h"
+#include "base/option.h"
 #include "job/check_result.h"
 #include "job/map_file.h"
 #include "job/map_words.h"
@@ -42,7 +43,7 @@ nb::list words_of(const std::vector<Warning>& warnings) {
   for (const Warning& warning : warnings) {
     nb::dict d;
     d["code"] = warning.code;
-    d["message"] = warning.message;
+    d["message"] = text_of(warning.message.text(option_as_keyword));
     d["count"] = warning.count;
     list.append(d);
   }
@@ -85,7 +86,7 @@ TextureKind kind_of(const std::string& word) {
   if (word == "linear") return TextureKind::linear;
   if (word == "normal") return TextureKind::normal;
   throw Error(ErrorCode::usage,
-              "textures: the kind '" + word + "' is none of srgb, linear and normal.",
+              option("textures") + ": the kind '" + word + "' is none of srgb, linear and normal.",
               "option-enum");
 }
 
@@ -172,9 +173,10 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Keywords& wor
   const Call call(std::move(progress));
   Request request = request_of(words, cage_mesh, {}, true, false);
   if (request.chooses_match()) {
-    throw Error(ErrorCode::usage,
-                "--match auto measures the maps that it bakes: name a match, or call bake().",
-                "option-enum");
+    throw Error(
+        ErrorCode::usage,
+        option("match", "auto") + " measures the maps that it bakes: name a match, or call bake().",
+        "option-enum");
   }
   const Source kept = source.get();
   MatchResult result = call.run([&] {
@@ -234,7 +236,7 @@ SaveImageOptions image_options(const std::string& format, bool dither) {
   const ImageFormat* const known = Words(kFormats).find(format);
   if (known == nullptr) {
     throw Error(ErrorCode::usage,
-                "--format is '" + format +
+                option("format") + " is '" + format +
                     "': give png8, png16, exr, exr32, tiff8, tiff16, "
                     "tiff32, tga, webp, ktx2 or dds.",
                 "option-enum");
@@ -347,8 +349,9 @@ void check_transfers(const Job& job, const PyMesh& high) {
                   [](const std::string& transfer) { return transfer.starts_with("mtl:"); });
   if (!high.file.empty() || !of_materials) return;
   throw Error(ErrorCode::usage,
-              "--transfer: the high poly is of no file, whose materials would be read: give "
-              "pictures as textures={name: pixels}.",
+              option("transfer") +
+                  ": the high poly is of no file, whose materials would be read: give "
+                  "pictures as textures={name: pixels}.",
               "option-contradiction");
 }
 
@@ -394,8 +397,9 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
                       const PyMesh& low_poly) {
   if (job_.cage_auto && source == nullptr) {
     throw Error(ErrorCode::usage,
-                "--cage auto is found for one shape of the high poly, which a session changes: "
-                "give a distance, or cage_mesh.",
+                option("cage", "auto") +
+                    " is found for one shape of the high poly, which a session changes: "
+                    "give a distance, or cage_mesh.",
                 "option-contradiction");
   }
   std::shared_ptr<const Mesh> drawn = low_poly.mesh;
@@ -422,7 +426,7 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
     look_as_far(*low_poly.made, options.match);
   }
   if (faces_inwards && !options.match.two_sided) {
-    const std::string inside_out = why_inside_out(high, low);
+    const Message inside_out = why_inside_out(high, low);
     if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
   }
   if (job_.parts_by) {

@@ -9,10 +9,9 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <regex>
 #include <string_view>
 
-#include "job/flags.h"
+#include "kiln/option_error.h"
 
 namespace kiln::python {
 namespace {
@@ -23,17 +22,27 @@ thread_local bool in_callback = false;
 
 nb::object errors() { return nb::module_::import_("kiln._errors"); }
 
-/// The library's messages name its functions and options: here Python's functions, and flags, which _errors.py turns
-/// into keywords.
-std::string in_python(const std::string& message) {
-  static const std::regex function("`(simplify|unwrap)\\(\\)`");
-  return with_flags(std::regex_replace(message, function, "kiln.$1()"));
-}
-
-void raise(std::string_view message, const char* code, const char* kind) {
+/// With the option's name, value and allowed values, and what else to change.
+void raise(const Error& error) {
   try {
-    const nb::object error = errors().attr("from_core")(text_of(message), code, kind);
-    PyErr_SetObject(error.type().ptr(), error.ptr());
+    const Message message = error.message();
+    nb::dict facts;
+    facts["parameter"] = error.option().empty() ? nb::object(nb::none())
+                                                : text_of(option_as_keyword(error.option(), {}));
+    if (const auto* const of_value = dynamic_cast<const OptionError*>(&error)) {
+      facts["value"] = text_of(of_value->value());
+      facts["allowed"] = text_of(of_value->allowed());
+    }
+    nb::list remedies;
+    for (const MessagePiece& piece : remedies_of(message)) {
+      remedies.append(
+          nb::make_tuple(text_of(option_as_keyword(piece.option, {})), text_of(piece.value)));
+    }
+    facts["remedies"] = remedies;
+    const char* const kind = Error(error.code(), "").id();  // without an id it is the kind's
+    const nb::object made = errors().attr("from_core")(text_of(message.text(option_as_keyword)),
+                                                       error.id(), kind, facts);
+    PyErr_SetObject(made.type().ptr(), made.ptr());
   } catch (nb::python_error& other) {
     other.restore();
   }
@@ -43,8 +52,7 @@ void translate(const std::exception_ptr& thrown, void*) {
   try {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
-    const char* const kind = Error(error.code(), "").id();  // without an id it is the kind's
-    raise(in_python(error.what()), error.id(), kind);
+    raise(error);
   }
 }
 
@@ -110,7 +118,7 @@ void warn(const std::vector<Warning>& warnings) {
   if (warnings.empty()) return;
   const nb::object warn = errors().attr("warn");
   for (const Warning& warning : warnings)
-    warn(warning.code, text_of(in_python(warning.message)), warning.count);
+    warn(warning.code, text_of(warning.message.text(option_as_keyword)), warning.count);
 }
 
 nb::str text_of(std::string_view bytes) {

@@ -14,6 +14,7 @@
 #include "job/run.h"
 #include "kiln/files.h"
 #include "kiln/job.h"
+#include "kiln/option_error.h"
 #include "kiln/options.h"
 #include "match.h"
 #include "mesh.h"
@@ -75,9 +76,11 @@ nb::dict run_whole_job(const std::string& json, const std::optional<PyMesh>& hig
   warn(made.causes);
   nb::dict d;
   d["files"] = texts_of(made.files);
-  d["summary"] = texts_of(made.summary);
+  nb::list summary;
+  for (const Message& line : made.summary) summary.append(text_of(line.text(option_as_keyword)));
+  d["summary"] = summary;
   d["report"] = text_of(made.report);
-  d["failure"] = text_of(made.failure);
+  d["failure"] = text_of(made.failure.text(option_as_keyword));
   d["glb"] = nb::bytes(reinterpret_cast<const char*>(made.glb.data()), made.glb.size());
   nb::list maps;
   for (JobMap& map : made.maps) {

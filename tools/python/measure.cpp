@@ -3,6 +3,7 @@
 #include <nanobind/stl/string.h>
 
 #include "arrays.h"
+#include "base/option.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "mesh.h"
@@ -19,8 +20,7 @@ T word(const Words<T>& words, const char* parameter, const std::string& text) {
   std::string names;
   for (const auto& [name, value] : words) names += (names.empty() ? "" : ", ") + std::string(name);
   throw Error(ErrorCode::usage,
-              "--" + std::string(parameter) + " is '" + text + "': give one of " + names + ".",
-              "option-enum");
+              option(parameter) + " is '" + text + "': give one of " + names + ".", "option-enum");
 }
 
 nb::dict run_measure(const PyMesh& high, const PyMesh& low, nb::handle normal,
@@ -29,11 +29,13 @@ nb::dict run_measure(const PyMesh& high, const PyMesh& low, nb::handle normal,
                      nb::object progress) {
   const Call call(std::move(progress));
   if (views < 1 || views > 4096) {
-    throw Error(ErrorCode::usage, "--views is " + std::to_string(views) + ": give 1 to 4096.",
+    throw Error(ErrorCode::usage,
+                option("views") + " is " + std::to_string(views) + ": give 1 to 4096.",
                 "option-range");
   }
   if (size < 16 || size > 8192) {
-    throw Error(ErrorCode::usage, "--size is " + std::to_string(size) + ": give 16 to 8192.",
+    throw Error(ErrorCode::usage,
+                option("size") + " is " + std::to_string(size) + ": give 16 to 8192.",
                 "option-range");
   }
   Image image;

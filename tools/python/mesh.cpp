@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "arrays.h"
+#include "base/option.h"
 #include "job/mesh_files.h"
 #include "options/words.h"
 
@@ -113,10 +114,10 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     const Vec3& q = mesh.positions[i];
     const bool fits = std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z);
     if (!fits && std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) {
-      throw Error(
-          ErrorCode::input,
-          "vertices: row " + std::to_string(i) + " is beyond the range of floats: scale the mesh.",
-          "mesh-range");
+      throw Error(ErrorCode::input,
+                  option("vertices") + ": row " + std::to_string(i) +
+                      " is beyond the range of floats: scale the mesh.",
+                  "mesh-range");
     }
   }
   const auto corners = indices(faces, "faces", {-1, 3}, count);
@@ -149,7 +150,8 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   ShadingOptions shading = {.rule = ShadingRule::angle};
   const bool is_number = nb::try_cast(smooth_angle, shading.angle_degrees);
   if (!is_number || !(shading.angle_degrees > 0) || shading.angle_degrees > 180) {
-    throw Error(ErrorCode::usage, "smooth_angle: expected a number above 0 and up to 180 degrees.",
+    throw Error(ErrorCode::usage,
+                option("smooth_angle") + ": expected a number above 0 and up to 180 degrees.",
                 "option-range");
   }
   if (!mesh.normals.empty()) {
@@ -329,9 +331,10 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   LoadMeshOptions options;
   const Triangulation* const known = Words(kTriangulations).find(triangulate);
   if (known == nullptr) {
-    throw Error(ErrorCode::usage,
-                "--triangulate is '" + triangulate + "': give auto, blender, fan or shortest.",
-                "option-enum");
+    throw Error(
+        ErrorCode::usage,
+        option("triangulate") + " is '" + triangulate + "': give auto, blender, fan or shortest.",
+        "option-enum");
   }
   options.triangulation = *known;
   options.uv_set = uv_set;

@@ -10,6 +10,7 @@
 
 #include "arrays.h"
 #include "bake.h"
+#include "base/option.h"
 #include "job/check_result.h"
 #include "kiln/session.h"
 #include "match.h"
@@ -76,7 +77,7 @@ auto with_parameter(const char* parameter, const Function& function) {
     return function();
   } catch (const Error& error) {
     if (error.code() != ErrorCode::usage) throw;
-    throw Error(error.code(), std::string(parameter) + ": " + error.what(), error.id());
+    throw Error(error.code(), option(parameter) + ": " + error.message(), error.id());
   }
 }
 
@@ -110,9 +111,10 @@ class PyBakeSession {
     auto request = std::make_unique<Request>(words, cage_mesh ? &*cage_mesh : nullptr, occluders,
                                              by_high, by_low);
     if (request->chooses_match()) {
-      throw Error(ErrorCode::usage,
-                  "--match auto measures the maps of one bake: name a match, or call bake().",
-                  "option-enum");
+      throw Error(
+          ErrorCode::usage,
+          option("match", "auto") + " measures the maps of one bake: name a match, or call bake().",
+          "option-enum");
     }
     take_textures(textures, request->normal_format(), request->options);
     const std::optional<Bounds> box = bounds_of(bounds, *high.mesh);
@@ -145,7 +147,8 @@ class PyBakeSession {
         const double* const p = rows.data() + 3 * i;
         if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
           throw Error(ErrorCode::usage,
-                      "positions: row " + std::to_string(i) + " has a number that is not finite.",
+                      option("positions") + ": row " + std::to_string(i) +
+                          " has a number that is not finite.",
                       "array-range");
         }
         positions[i] = {static_cast<float>(p[0] - high.origin[0]),
@@ -165,9 +168,10 @@ class PyBakeSession {
     work_.use([&](Work& work) {
       const Mesh& high = work.session.high();
       if (high.normals.empty()) {
-        throw Error(ErrorCode::usage,
-                    "normals: the high poly has none of its own: they follow its positions.",
-                    "option-contradiction");
+        throw Error(
+            ErrorCode::usage,
+            option("normals") + ": the high poly has none of its own: they follow its positions.",
+            "option-contradiction");
       }
       const std::uint32_t from = first_row("normals", first, rows.shape(0), high.normals.size());
       const auto* const begin = reinterpret_cast<const Vec3*>(rows.data());

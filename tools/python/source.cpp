@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "arrays.h"
+#include "base/option.h"
 #include "job/high_poly_input.h"
 
 namespace kiln::python {
@@ -59,8 +60,9 @@ std::optional<Bounds> bounds_of(nb::handle given, const Mesh& mesh) {
   }
   if (!finite || bounds.low == bounds.high) {
     throw Error(ErrorCode::usage,
-                "bounds: expected two corners, finite, the second nowhere below the first and "
-                "above it somewhere.",
+                option("bounds") +
+                    ": expected two corners, finite, the second nowhere below the first and "
+                    "above it somewhere.",
                 "array-range");
   }
   return bounds;

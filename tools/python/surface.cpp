@@ -5,6 +5,7 @@
 #include <nanobind/stl/string.h>
 
 #include "arrays.h"
+#include "base/option.h"
 #include "job/high_poly_input.h"
 #include "kiln/clean.h"
 #include "kiln/height_field.h"
@@ -56,11 +57,13 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
                   nb::object progress) {
   const Call call(std::move(progress));
   if (method != "charts" && method != "pairs" && method != "squares") {
-    throw Error(ErrorCode::usage, "--method is '" + method + "': give charts, pairs or squares.",
+    throw Error(ErrorCode::usage,
+                option("method") + " is '" + method + "': give charts, pairs or squares.",
                 "option-enum");
   }
   if (size < 1 || size > 16384) {
-    throw Error(ErrorCode::usage, "--size is " + std::to_string(size) + ": give 1 to 16384.",
+    throw Error(ErrorCode::usage,
+                option("size") + " is " + std::to_string(size) + ": give 1 to 16384.",
                 "option-range");
   }
   UnwrapOptions options = unwrap_options(method, size, detail_of ? detail_of->mesh.get() : nullptr);
@@ -86,7 +89,7 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   const auto* const chosen = Words(kSets).find(word);
   if (chosen == nullptr) {
     throw Error(ErrorCode::usage,
-                "--sets is '" + word + "': give auto, none, material, object or udim.",
+                option("sets") + " is '" + word + "': give auto, none, material, object or udim.",
                 "option-enum");
   }
   std::vector<TextureSet> sets;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "arrays.h"
+#include "base/option.h"
 #include "kiln/contour.h"
 #include "kiln/volume.h"
 #include "mesh.h"
@@ -33,7 +34,8 @@ PyVolume from_array(nb::handle voxels, const std::array<double, 3>& spacing,
   volume.name = name;
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(spacing[k] > 0)) {
-      throw Error(ErrorCode::usage, "--spacing must be above 0 along each axis.", "option-range");
+      throw Error(ErrorCode::usage, option("spacing") + " must be above 0 along each axis.",
+                  "option-range");
     }
     volume.size[k] = static_cast<std::uint32_t>(values.shape(2 - k));
     volume.axes[k] = {};
@@ -55,11 +57,11 @@ PyVolume from_array(nb::handle voxels, const std::array<double, 3>& spacing,
 ContourOptions contour_options(double iso, const std::string& inside, const std::string& border,
                                bool outer) {
   if (inside != "above" && inside != "below") {
-    throw Error(ErrorCode::usage, "--inside is '" + inside + "': give above or below.",
+    throw Error(ErrorCode::usage, option("inside") + " is '" + inside + "': give above or below.",
                 "option-enum");
   }
   if (border != "closed" && border != "open") {
-    throw Error(ErrorCode::usage, "--border is '" + border + "': give closed or open.",
+    throw Error(ErrorCode::usage, option("border") + " is '" + border + "': give closed or open.",
                 "option-enum");
   }
   ContourOptions options;
@@ -89,7 +91,7 @@ nb::tuple run_extract(const PyVolume& voxels, double iso, const std::string& ins
                       nb::object progress) {
   const Call call(std::move(progress));
   if (unwrap != "charts" && unwrap != "pairs") {
-    throw Error(ErrorCode::usage, "--unwrap is '" + unwrap + "': give charts or pairs.",
+    throw Error(ErrorCode::usage, option("unwrap") + " is '" + unwrap + "': give charts or pairs.",
                 "option-enum");
   }
   ExtractOptions options;

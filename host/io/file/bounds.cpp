@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "base/option.h"
+
 namespace kiln {
 namespace {
 
@@ -38,7 +40,8 @@ std::uint64_t most_unpacked(Packing packing, std::uint64_t packed) {
 
 MemoryFailure memory_failure(FailWith fail, std::string place) {
   return [fail = std::move(fail), place = std::move(place)](const std::string& problem) {
-    fail(place, problem, "Free some memory, raise the `memory_limit`, or make the file smaller.");
+    fail(place, problem,
+         "Free some memory, raise the " + option("memory_limit") + ", or make the file smaller.");
   };
 }
 

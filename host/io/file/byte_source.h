@@ -10,12 +10,14 @@
 #include <string>
 #include <string_view>
 
+#include "kiln/message.h"
+
 namespace kiln {
 
 /// Reports a reader's error: throws Error(input) "<file>: <place>: <problem>. <remedy>" for its file.
 /// The place may be empty.
 using FailWith = std::function<void(const std::string& place, const std::string& problem,
-                                    const std::string& remedy)>;
+                                    const Message& remedy)>;
 
 /// A whole file with random access.
 class ByteSource {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/formatted.h"
+#include "base/option.h"
 #include "io/image/picture.h"
 #include "kiln/height_field.h"
 
@@ -65,10 +66,10 @@ void apply_geography(const TiffGeography& geography, const std::string& file, He
   warnings->push_back(
       {"spacing-in-degrees",
        formatted("The height field '%s' has its pixels' distance in degrees: at latitude %.4g a "
-                 "pixel was taken as %.5g by %.5g %s. Give --extent, or project it (gdalwarp) "
-                 "where that is too rough.",
+                 "pixel was taken as %.5g by %.5g %s. Give ",
                  file.c_str(), latitude, heights.spacing[0], heights.spacing[1],
-                 up > 0 && up < 1 ? "feet" : "metres"),
+                 up > 0 && up < 1 ? "feet" : "metres") +
+           option("extent") + ", or project it (gdalwarp) where that is too rough.",
        1});
 }
 #endif

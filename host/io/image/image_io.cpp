@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/lower_case.h"
+#include "base/option.h"
 #include "io/image/exr.h"
 #include "io/image/gpu_texture.h"
 #include "io/image/image_reader.h"
@@ -94,7 +95,7 @@ void check_mips(const Image& image, const std::vector<Image>& mips) {
 
 FailWith image_failure(std::string file, std::string kind) {
   return [file = std::move(file), kind = std::move(kind)](
-             const std::string& place, const std::string& problem, const std::string& remedy) {
+             const std::string& place, const std::string& problem, const Message& remedy) {
     throw Error(ErrorCode::input,
                 "Could not read '" + file + "'" + (kind.empty() ? "" : " as " + kind) + ": " +
                     (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
@@ -241,7 +242,7 @@ Image load_image(const std::filesystem::path& path) {
     return parse_image(*source, file);
   } catch (const std::bad_alloc&) {
     fail("pixels", "memory ran out",
-         "Free some memory, raise the `memory_limit`, or scale the image down.");
+         "Free some memory, raise the " + option("memory_limit") + ", or scale the image down.");
     throw;
   }
 }

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "base/option.h"
 #include "io/image/exr.h"
 #include "io/image/exr_header.h"
 #include "io/image/image_reader.h"
@@ -47,7 +48,7 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
   throw Error(ErrorCode::input, "Could not read '" + file + "' as a saved match: " + what +
-                                    ". Save the match again with `save_match()`.");
+                                    ". Save the match again with " + option("save_match()") + ".");
 }
 
 /// A match's channels in memory, for reading or writing.
@@ -166,8 +167,8 @@ Match parse_match(const ByteSource& source, const std::string& file, const Image
   // All failures have the same remedy.
   const FailWith failure = [inner = image_failure(file, kMatchKind)](const std::string& place,
                                                                      const std::string& problem,
-                                                                     const std::string&) {
-    inner(place, problem, "Save the match again with `save_match()`.");
+                                                                     const Message&) {
+    inner(place, problem, "Save the match again with " + option("save_match()") + ".");
   };
   const ExrPlan plan = check_exr(source, failure, kMaxSampleSide, limits);
   Match match;
@@ -184,8 +185,8 @@ Match parse_match(const ByteSource& source, const std::string& file, const Image
     validate(match);
   } catch (const Error& error) {
     throw Error(ErrorCode::input,
-                "Could not read '" + file + "' as a saved match. " + error.what() +
-                    " Save it again with `save_match()`.",
+                "Could not read '" + file + "' as a saved match. " + error.message() +
+                    " Save it again with " + option("save_match()") + ".",
                 error.id());
   }
   return match;
@@ -198,7 +199,8 @@ Match load_match(const std::filesystem::path& path) {
   try {
     return parse_match(*source, file, {std::uint64_t{kMaxSampleSide} * kMaxSampleSide});
   } catch (const std::bad_alloc&) {
-    failure("samples", "memory ran out", "Free some memory, or raise the `memory_limit`.");
+    failure("samples", "memory ran out",
+            "Free some memory, or raise the " + option("memory_limit") + ".");
     throw;
   }
 }

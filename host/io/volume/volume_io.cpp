@@ -8,6 +8,7 @@
 
 #include "base/formatted.h"
 #include "base/lower_case.h"
+#include "base/option.h"
 #include "io/volume/volume_reader.h"
 #include "kiln/volume.h"
 
@@ -74,7 +75,7 @@ VolumeInput input_for(const std::filesystem::path& path, std::vector<Warning>* w
     const std::filesystem::path beside = path.parent_path() / name;
     return open_file(beside, [fail, name, beside](const std::string& place,
                                                   const std::string& problem,
-                                                  const std::string& remedy) {
+                                                  const Message& remedy) {
       const std::string file = beside.string();
       fail("data file " + file + (place.empty() ? "" : ", " + place), problem,
            place.empty() ? "Put the file beside the header, or correct its name there." : remedy);
@@ -86,21 +87,21 @@ VolumeInput input_for(const std::filesystem::path& path, std::vector<Warning>* w
 }  // namespace
 
 void VolumeInput::fail(const std::string& place, const std::string& problem,
-                       const std::string& remedy) const {
+                       const Message& remedy) const {
   throw Error(ErrorCode::input,
               file + ": " + (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
 }
 
 FailWith VolumeInput::fail_with() const {
-  return [name = file](const std::string& place, const std::string& problem,
-                       const std::string& remedy) {
-    VolumeInput named;
-    named.file = name;
-    named.fail(place, problem, remedy);
-  };
+  return
+      [name = file](const std::string& place, const std::string& problem, const Message& remedy) {
+        VolumeInput named;
+        named.file = name;
+        named.fail(place, problem, remedy);
+      };
 }
 
-void VolumeInput::warn(std::string code, const std::string& message, std::uint64_t count) const {
+void VolumeInput::warn(std::string code, const Message& message, std::uint64_t count) const {
   if (warnings != nullptr) warnings->push_back({std::move(code), file + ": " + message, count});
 }
 
@@ -172,8 +173,9 @@ Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warn
   try {
     return load(input, path);
   } catch (const std::bad_alloc&) {
-    input.fail("voxels", "memory ran out",
-               "Free some memory, raise the `memory_limit`, or use a smaller volume.");
+    input.fail(
+        "voxels", "memory ran out",
+        "Free some memory, raise the " + option("memory_limit") + ", or use a smaller volume.");
   }
 }
 

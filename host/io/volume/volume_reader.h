@@ -26,8 +26,8 @@ struct VolumeInput {
 
   /// Throws Error(input): "<file>: <place>: <problem>. <remedy>." The place may be empty.
   [[noreturn]] void fail(const std::string& place, const std::string& problem,
-                         const std::string& remedy) const;
-  void warn(std::string code, const std::string& message, std::uint64_t count) const;
+                         const Message& remedy) const;
+  void warn(std::string code, const Message& message, std::uint64_t count) const;
   FailWith fail_with() const;
 };
 
@@ -87,7 +87,7 @@ void read_voxels(const VolumeInput& input, const ByteSource& source, const Voxel
                  Volume& volume);
 /// The same from a stream at the first voxel, without the warning of non-finite voxels.
 void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
-                 const std::string& remedy, Volume& volume);
+                 const Message& remedy, Volume& volume);
 
 /// Warns of voxels that are NaN or infinite.
 void count_non_finite(const VolumeInput& input, const Volume& volume);

@@ -31,7 +31,7 @@ std::uint64_t voxel_count(const Volume& volume) {
 }
 
 [[noreturn]] void too_few(const VolumeInput& input, const Volume& volume, std::uint64_t expected,
-                          const std::string& found, const std::string& remedy) {
+                          const std::string& found, const Message& remedy) {
   input.fail("voxels",
              "the header asks for " + sizes_text(volume) + " = " + std::to_string(expected) +
                  " bytes, but the file has " + found + " (truncated, or wrong dimensions)",
@@ -175,7 +175,7 @@ void count_non_finite(const VolumeInput& input, const Volume& volume) {
 }
 
 void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
-                 const std::string& remedy, Volume& volume) {
+                 const Message& remedy, Volume& volume) {
   const std::uint64_t expected = voxel_count(volume) * size_of(volume.type);
   if (stream.at_most() < expected) {
     too_few(input, volume, expected,

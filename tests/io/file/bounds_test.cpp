@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
 
 const FailWith kFail = [](const std::string& place, const std::string& problem,
-                          const std::string& remedy) {
+                          const Message& remedy) {
   throw Error(ErrorCode::input, "file: " + place + ": " + problem + ". " + remedy);
 };
 

@@ -94,7 +94,7 @@ bool refused(const std::string& type, const std::string& body) {
   try {
     read_exr_headers(
         *bytes_in_memory(bytes),
-        [](const std::string& field, const std::string& what, const std::string&) {
+        [](const std::string& field, const std::string& what, const Message&) {
           throw Error(ErrorCode::input, field + ": " + what);
         },
         4096);

@@ -127,7 +127,7 @@ TEST(VolumeIo, ReadsOneVolumeFromEveryFormat) {
     if (entry.path().extension() == ".raw") continue;
     SCOPED_TRACE(entry.path());
     const Loaded ramp = load(entry.path());
-    EXPECT_TRUE(ramp.warnings.empty()) << ramp.warnings[0].message;
+    EXPECT_TRUE(ramp.warnings.empty()) << ramp.warnings[0].message.text();
     const bool scaled = entry.path().stem() == "ramp_scaled";
     EXPECT_EQ(ramp.volume.type, scaled ? VoxelType::f32 : VoxelType::i16);
     EXPECT_EQ(ramp.volume.size, (std::array<std::uint32_t, 3>{3, 2, 2}));
@@ -287,8 +287,8 @@ TEST(VolumeIo, CountsVoxelsThatAreNotFiniteAndKeepsThem) {
     const Loaded got = load(path);
     EXPECT_EQ(got.volume.voxels, volume.voxels);
     EXPECT_EQ(got.count("non-finite-voxels"), 2u);
-    EXPECT_NE(got.warnings.at(0).message.find("1, 0, 1"), std::string::npos);
-    EXPECT_NE(got.warnings.at(0).message.find(path.string()), std::string::npos);
+    EXPECT_NE(got.warnings.at(0).message.text().find("1, 0, 1"), std::string::npos);
+    EXPECT_NE(got.warnings.at(0).message.text().find(path.string()), std::string::npos);
   }
   const Loaded text = load(write_file(
       "nan.nrrd",

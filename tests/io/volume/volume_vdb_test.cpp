@@ -120,7 +120,7 @@ TEST(VolumeVdb, TakesTheFirstScalarGridAndNamesTheOthers) {
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_EQ(warnings[0].code, "ignored-grids");
   EXPECT_EQ(warnings[0].count, 1u);
-  EXPECT_NE(warnings[0].message.find("velocity"), std::string::npos);
+  EXPECT_NE(warnings[0].message.text().find("velocity"), std::string::npos);
   EXPECT_EQ(warnings[1].code, "non-finite-voxels");
 }
 

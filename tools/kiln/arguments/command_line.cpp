@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "kiln/error.h"
+#include "kiln/option_error.h"
 #include "options/near_words.h"
 
 namespace kiln::cli {
@@ -72,7 +73,7 @@ void Option::take(const Words& words) const {
     take_(words);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::usage) throw;
-    throw UsageError(error.what());
+    throw UsageError(error.message().text(option_as_flag));
   }
 }
 

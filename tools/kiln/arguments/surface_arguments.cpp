@@ -23,7 +23,7 @@ constexpr Word<VoxelType> kVoxelTypes[] = {{"u8", VoxelType::u8},   {"i8", Voxel
 constexpr Word<ByteOrder> kByteOrders[] = {{"big", ByteOrder::big}, {"little", ByteOrder::little}};
 
 using Arguments = SurfaceArguments;
-using Flagged = const std::string&;
+using Flagged = const Message&;
 using Given = const OptionWords&;
 #define AT(member) KILN_MEMBER(SurfaceArguments, member)
 
@@ -91,7 +91,7 @@ OptionValue three(Member<Arguments, std::array<T, 3>> member, std::string_view w
           return;
         }
         fail_usage(flag + " '" + given.back() + "': expected three numbers other than 0, as in 1" +
-                   separator + "2" + separator + "3.");
+                   std::string(1, separator) + "2" + std::string(1, separator) + "3.");
       },
       [=](Arguments& job) { return job.is_raw() ? Json(member.of(job)) : Json(); });
 }

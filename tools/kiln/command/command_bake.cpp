@@ -102,9 +102,9 @@ int run_bake(const Job& job) {
   if (result.cancelled) return kExitCancelled;
   if (job.json == "-") save_report("-", result.report);
   for (const Warning& warning : result.causes) console.warning(warning.message);
-  for (const std::string& line : result.summary) console.line(line);
+  for (const Message& line : result.summary) console.line(line.text(option_as_flag));
   if (result.failure.empty()) return 0;
-  print_line(stderr, "kiln: " + result.failure);
+  print_line(stderr, "kiln: " + result.failure.text(option_as_flag));
   return 1;
 }
 

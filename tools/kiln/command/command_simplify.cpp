@@ -129,7 +129,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   for (const auto* list : {&report.warnings, &unwrap_report.warnings}) {
     warnings.insert(warnings.end(), list->begin(), list->end());
   }
-  warn_of_lost_shape(report, "Ask for more --faces.", warnings);
+  warn_of_lost_shape(report, "Ask for more " + option("faces") + ".", warnings);
   if (arguments.keep_uvs) warn_of_uvs(report, std::max(width, height), warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const std::uint64_t charts = arguments.keep_uvs ? report.charts : unwrap_report.charts;
@@ -144,8 +144,8 @@ int run_simplify(const SimplifyArguments& arguments) {
       with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
       with_commas(vertices).c_str(), report.error * 100, back.c_str(),
       layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total()));
-  if (const std::string text = shading_line(shading, arguments.frame.shading); !text.empty()) {
-    console.line(text);
+  if (const Message text = shading_line(shading, arguments.frame.shading); !text.empty()) {
+    console.line(text.text(option_as_flag));
   }
   if (report.mended > 0) {
     console.line("mended " + plural(report.mended, "triangle") +
@@ -186,7 +186,7 @@ int run_simplify(const SimplifyArguments& arguments) {
     save_report(arguments.json, json);
   }
   if (misses_faces(report, arguments.faces)) {
-    print_line(stderr, "kiln: " + too_many_faces(report, arguments.faces));
+    print_line(stderr, "kiln: " + too_many_faces(report, arguments.faces).text(option_as_flag));
     return 1;
   }
   return 0;

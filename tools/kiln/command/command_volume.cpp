@@ -57,7 +57,7 @@ constexpr Word<ImageFormat> kVolumeFormats[] = {{"exr", ImageFormat::exr_half},
 OptionValue size_value() {
   return value_of<VolumeArguments>(
       "surface.options.size", "size", "N|auto",
-      [](VolumeArguments& a, const std::string& flag, const OptionWords& words) {
+      [](VolumeArguments& a, const Message& flag, const OptionWords& words) {
         ExtractOptions& options = a.surface.options;
         options.choose.size = words.back() == "auto";
         if (options.choose.size) return;

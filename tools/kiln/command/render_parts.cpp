@@ -137,9 +137,11 @@ void require_pictures(const PictureGeometry& size, std::uint64_t count) {
   throw Error(ErrorCode::internal,
               "Pictures of " + std::to_string(size.width) + "x" + std::to_string(size.height) +
                   " pixels would take " + mebibytes(bytes) + " of memory, but only " +
-                  mebibytes(left) +
-                  " are left of the memory limit. Use a smaller --size or fewer pictures, or raise "
-                  "the `memory_limit`.");
+                  mebibytes(left) + " are left of the memory limit. Use a smaller " +
+                  option("size") +
+                  " or fewer pictures, or raise "
+                  "the " +
+                  option("memory_limit") + ".");
 }
 
 /// Measures how near the low poly comes to the reference, from the view shown and along the six

@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "interrupt.h"
-#include "job/flags.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
+#include "kiln/option_error.h"
 #include "options/json.h"
 
 namespace kiln::cli {
@@ -155,9 +155,9 @@ void Console::line(const std::string& text) {
   print_line(report_on_output_ ? stderr : stdout, text);
 }
 
-void Console::warning(const std::string& text) {
+void Console::warning(const Message& message) {
   clear_bar();
-  print_line(stderr, "warning: " + with_flags(text));
+  print_line(stderr, "warning: " + message.text(option_as_flag));
 }
 
 void print_warnings(Console& console, const std::vector<Warning>& general,

@@ -59,7 +59,7 @@ class Console {
   /// A line of result.
   void line(const std::string& text);
   /// A warning, with flags for the library's parameters.
-  void warning(const std::string& text);
+  void warning(const Message& message);
 
  private:
   void clear_bar();

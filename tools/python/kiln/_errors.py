@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 import os
-import re
 import reprlib
 import warnings as _warnings
 from collections.abc import Iterator
@@ -19,18 +18,32 @@ class Error(RuntimeError):
     code       stable word for programs, such as "mesh-index"; else the kind
     kind       usage, input, device, output, cancelled or internal
     parameter  the argument's name, or None
+    value      that it was given, where the error is about a value; else ""
+    allowed    values that it takes, as "1 to 16"; else ""
+    remedies   other arguments that the message names, with values that they could get: [("format", "exr")]
     """
 
     def __init__(
-        self, message: str, code: str = "usage", kind: str = "usage", parameter: str | None = None
+        self,
+        message: str,
+        code: str = "usage",
+        kind: str = "usage",
+        parameter: str | None = None,
+        value: str = "",
+        allowed: str = "",
+        remedies: list[tuple[str, str]] | None = None,
     ) -> None:
         super().__init__(message)
         self.code = code
         self.kind = kind
         self.parameter = parameter
+        self.value = value
+        self.allowed = allowed
+        self.remedies = remedies or []
 
     def __reduce__(self):  # type: ignore[no-untyped-def]
-        return type(self), (str(self), self.code, self.kind, self.parameter)
+        facts = self.code, self.kind, self.parameter, self.value, self.allowed, self.remedies
+        return type(self), (str(self), *facts)
 
 
 class Cancelled(Error):
@@ -46,21 +59,9 @@ class KilnWarning(UserWarning):
         self.count = count
 
 
-_FLAG = re.compile(r"--([a-z][a-z-]*[a-z])")
-
-
-#: Arguments that the core's messages begin with.
-_NAMED = ("bounds: ", "direction: ", "normals: ", "positions: ", "textures: ", "vertices: ")
-
-
-def from_core(message: str, code: str, kind: str) -> Error:
-    """The exception for an error of the library, whose messages name the command's flags."""
-    flag = _FLAG.search(message)
-    parameter = flag.group(1).replace("-", "_") if flag else None
-    if message.startswith(_NAMED):
-        parameter = message.partition(":")[0]
-    message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
-    return (Cancelled if kind == "cancelled" else Error)(message, code, kind, parameter)
+def from_core(message: str, code: str, kind: str, facts: dict[str, Any]) -> Error:
+    """The exception for an error of the library. facts: parameter, remedies, value and allowed"""
+    return (Cancelled if kind == "cancelled" else Error)(message, code, kind, **facts)
 
 
 def count_of(value: Any, parameter: str, least: int, most: int) -> int:
@@ -123,7 +124,6 @@ def untold(code: str | None) -> Iterator[None]:
 def warn(code: str, message: str, count: int) -> None:
     if quiet.get() or code == _untold.get():
         return
-    message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
     if name := texture_set.get():
         if code == "uv-missing":
             return

@@ -1,0 +1,103 @@
+// Errors of options, and spellings of options in messages.
+#include "kiln/message.h"
+
+#include <algorithm>
+#include <array>
+
+#include "job/job_options.h"
+#include "kiln/option_error.h"
+#include "options/parse.h"
+
+namespace kiln {
+namespace {
+
+/// Options and functions in messages of the library that are no members of a job and have another name at the command
+/// line than their last word.
+struct Spelling {
+  std::string_view name, flag, keyword;
+};
+constexpr std::array kSpellings = {
+    Spelling{"keep_topology", "--topology", "keep_topology"},
+    Spelling{"match.saved", "--load-match", "match"},
+    Spelling{"outer_only", "--outer", "outer_only"},
+    Spelling{"save_match()", "--save-match", "kiln.Match.save()"},
+    Spelling{"simplify()", "`kiln bake` without LOW", "kiln.simplify()"},
+    Spelling{"unwrap()", "`kiln bake --unwrap`", "kiln.unwrap()"},
+};
+
+const Spelling* find_spelling(std::string_view name) {
+  const auto* const found = std::find_if(kSpellings.begin(), kSpellings.end(),
+                                         [&](const Spelling& s) { return s.name == name; });
+  return found == kSpellings.end() ? nullptr : found;
+}
+
+/// The flag's name without dashes: "max_distance" of "match.max_distance".
+std::string key_of(std::string_view name) {
+  const OptionRow* const row = find_option(name);
+  if (row == nullptr) return std::string(name.substr(name.rfind('.') + 1));
+  std::string key = lower_case(row->flag.substr(row->flag.find_first_not_of('-')));
+  std::replace(key.begin(), key.end(), '-', '_');
+  return key;
+}
+
+}  // namespace
+
+OptionError::OptionError(const Message& message, ErrorCode code, const char* id)
+    : Error(code, message, message.text(option_as_member), id),
+      data_(std::make_shared<const Data>()) {}
+
+OptionError::OptionError(const OptionError& error, std::string value, std::string allowed)
+    : Error(error),
+      data_(std::make_shared<const Data>(Data{std::move(value), std::move(allowed)})) {}
+
+OptionError::~OptionError() = default;
+
+std::vector<MessagePiece> remedies_of(const Message& message) {
+  std::vector<MessagePiece> options;
+  for (const MessagePiece& piece : message.pieces()) {
+    if (!piece.option.empty()) options.push_back(piece);
+  }
+  if (!options.empty()) options.erase(options.begin());
+  return options;
+}
+
+void fail_usage(const Message& message) {
+  if (message.names_options()) throw OptionError(message);
+  throw Error(ErrorCode::usage, message);
+}
+
+Message option_of(std::string_view flag, std::string_view value) {
+  std::string name(flag.substr(std::min(flag.find_first_not_of('-'), flag.size())));
+  std::replace(name.begin(), name.end(), '-', '_');
+  return Message::option(name, value);
+}
+
+std::string option_as_flag(std::string_view name, std::string_view value) {
+  std::string text;
+  if (const Spelling* const other = find_spelling(name)) {
+    text = other->flag;
+  } else {
+    text = "--" + key_of(name);
+    std::replace(text.begin(), text.end(), '_', '-');
+  }
+  return value.empty() ? text : text + " " + std::string(value);
+}
+
+std::string option_as_keyword(std::string_view name, std::string_view value) {
+  const Spelling* const other = find_spelling(name);
+  const std::string text = other != nullptr ? std::string(other->keyword) : key_of(name);
+  if (value.empty()) return text;
+  double number = 0;
+  const bool is_plain = read_number(value, number);
+  return text + "=" + (is_plain ? std::string(value) : "\"" + std::string(value) + "\"");
+}
+
+std::string option_as_member(std::string_view name, std::string_view value) {
+  const OptionRow* const row = find_option(name);
+  std::string member = row == nullptr ? std::string(name) : row->value.member;
+  member = member.substr(0, member.find(','));
+  if (row != nullptr) member = "job." + member;
+  return value.empty() ? member : member + " = " + std::string(value);
+}
+
+}  // namespace kiln
