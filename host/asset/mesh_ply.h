@@ -1,4 +1,4 @@
-// The header of a PLY file (Turk 1994), and the way to OpenMesh's reader.
+// The header of a PLY file (Turk 1994).
 #pragma once
 
 #include <cstdint>
@@ -70,16 +70,5 @@ bool integral(Type type);
 
 /// \throws Error(input) with the line
 Header parse_header(const MeshInput& input);
-
-/// True if OpenMesh's reader gives every bit of this file: binary; single-precision coordinates; in
-/// the vertices nothing but coordinates, normals, UVs and 8-bit colours under their usual names;
-/// then faces with an index list and nothing else.
-bool openmesh_reads(const Header& header);
-
-/// Hands a binary file to OpenMesh's reader, after its counts and indices were checked. An importer
-/// collects faces as they come: a half-edge structure would refuse non-manifold ones. One call at a
-/// time: OpenMesh's readers are singletons with state.
-/// \throws Error(input) where OpenMesh fails or disagrees about the counts
-void read_with_openmesh(const MeshInput& input, const Header& header, MeshBuilder& builder);
 
 }  // namespace kiln::ply
