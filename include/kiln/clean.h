@@ -45,7 +45,9 @@ struct CleanReport {
   Cleaned holes;       ///< Holes that were filled
   Cleaned floaters;    ///< Bodies that were left out
   Cleaned inner;       ///< Parts that no view sees, left out
-  double seconds = 0;  ///< That it took
+  /// True if, with CleanOptions::windings_alone, nothing had to be turned since every part is closed and faces outwards
+  bool faces_outwards = false;
+  double seconds = 0;             ///< That it took
   std::vector<Warning> warnings;  ///< One for each of these that is not 0
 };
 
