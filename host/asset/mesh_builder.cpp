@@ -42,6 +42,8 @@ constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
 // Number of faces up to which memory is not checked.
 constexpr std::uint64_t kUncheckedFaces = std::uint64_t{1} << 17;
 
+constexpr std::size_t kAtOnce = std::size_t{1} << 16;  // elements of a thread's piece
+
 }  // namespace
 
 /// Checks memory before the lists double, since a text file may hold more faces than it declares.
@@ -107,6 +109,25 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   add_face_color(n - 2);
   for (Names* names : {&groups_, &objects_, &materials_, &smoothing_})
     names->extend_to(triangles_.size());
+}
+
+bool MeshBuilder::add_triangles(std::uint64_t count, bool has_uvs, bool has_normals,
+                                const std::function<bool(std::span<Triangle>)>& fill) {
+  if (faces_ != 0 || count > kLargestCount) return false;
+  const FailWith fail = [this](const std::string& place, const std::string& problem,
+                               const std::string& remedy) { input_.fail(place, problem, remedy); };
+  const std::uint64_t lists = 1 + (has_uvs ? 1 : 0) + (has_normals ? 1 : 0);
+  require_memory("its faces", lists * count * sizeof(Triangle), memory_failure(fail, ""));
+  triangles_.resize(count);
+  if (!fill(triangles_)) {
+    triangles_.clear();
+    return false;
+  }
+  if (has_uvs) uv_triangles_ = triangles_;
+  if (has_normals) normal_triangles_ = triangles_;
+  faces_ = count;
+  for (Names* names : {&groups_, &objects_, &materials_, &smoothing_}) names->reach(count);
+  return true;
 }
 
 void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
@@ -322,7 +343,7 @@ bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
 MeshBuilder::Box MeshBuilder::box() const {
   Box whole;
   std::mutex mutex;
-  parallel_for(triangles_.size(), std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
+  parallel_for(triangles_.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
     Box part;
     for (std::size_t t = begin; t < end; ++t) {
       if (!has_area_in_file(t)) continue;
@@ -375,11 +396,13 @@ void MeshBuilder::place(Mesh& mesh) {
                 "Scale the mesh up.");
   }
   mesh.positions.resize(positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const Position& p = positions[i];
-    mesh.positions[i] = {narrow(p[0] - mesh.origin[0]), narrow(p[1] - mesh.origin[1]),
-                         narrow(p[2] - mesh.origin[2])};
-  }
+  parallel_for(positions.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Position& p = positions[i];
+      mesh.positions[i] = {narrow(p[0] - mesh.origin[0]), narrow(p[1] - mesh.origin[1]),
+                           narrow(p[2] - mesh.origin[2])};
+    }
+  });
   check_steps(mesh);
   collapse_flat_triangles(mesh, used);
 }
@@ -513,14 +536,25 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
     }
   };
   Found degenerate, rounded;
-  std::uint64_t usable = 0;
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto [a, b, c] = mesh.triangles[i];
-    const bool repeated = a == b || b == c || c == a;
-    if (has_area(mesh.positions, mesh.triangles[i])) {
-      ++usable;
-    } else if (repeated || (is_finite(mesh.positions[a]) && is_finite(mesh.positions[b]) &&
-                            is_finite(mesh.positions[c]))) {
+  // Those without an area, which are few, are found on all threads, and told apart in order.
+  std::vector<std::vector<std::uint32_t>> flat(mesh.triangles.size() / kAtOnce + 1);
+  parallel_for(mesh.triangles.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!has_area(mesh.positions, mesh.triangles[i])) {
+        flat[begin / kAtOnce].push_back(static_cast<std::uint32_t>(i));
+      }
+    }
+  });
+  std::uint64_t usable = mesh.triangles.size();
+  for (const std::vector<std::uint32_t>& piece : flat) usable -= piece.size();
+  for (const std::vector<std::uint32_t>& piece : flat) {
+    for (const std::uint32_t i : piece) {
+      const auto [a, b, c] = mesh.triangles[i];
+      const bool repeated = a == b || b == c || c == a;
+      if (!repeated && !(is_finite(mesh.positions[a]) && is_finite(mesh.positions[b]) &&
+                         is_finite(mesh.positions[c]))) {
+        continue;
+      }
       (!repeated &&
                has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]))
            ? rounded

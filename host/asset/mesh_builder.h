@@ -71,7 +71,14 @@ class MeshBuilder {
   void add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv = {},
                 std::span<const std::uint32_t> normal = {}, bool mirrored = false);
 
-  /// Sets the group, object or material of the following faces. If never called, the mesh has none.
+  /// The same for a file's first faces, all of them triangles without a colour.
+  /// \param has_uvs, has_normals  their corners have UVs and normals of the vertices' numbers
+  /// \param fill  writes them, and returns false where they are not as it thought: then there are none
+  /// \returns what `fill` does; false, too, where faces came before
+  bool add_triangles(std::uint64_t count, bool has_uvs, bool has_normals,
+                     const std::function<bool(std::span<Triangle>)>& fill);
+
+  /// The group, object or material that the faces to come belong to. Never called: the mesh has none.
   void set_group(std::string_view name) { groups_.set(name, triangles_.size()); }
   void set_object(std::string_view name) { objects_.set(name, triangles_.size()); }
   void set_material(std::string_view name) { materials_.set(name, triangles_.size()); }

@@ -1,19 +1,21 @@
-// PLY. The header and every count and index are checked here. Then binary files of the common kind
-// are read by OpenMesh, and all others here, since OpenMesh 9's reader narrows double coordinates
-// to float, stops at "nan" in text (and reports success with faces lost), misreads extra lists, and
-// refuses "list uint".
+// PLY. Every count and index is checked. One loop reads files of any layout, value by value. Binary vertices without
+// lists, and binary faces that are all triangles, lie at multiples of one size: they are read on all threads, in place.
+// Where anything of a face is not as it should be, the loop reads it again, and says what and where.
 #include "asset/mesh_ply.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <type_traits>
 
 #include "asset/materials.h"
 #include "base/counted.h"
 #include "base/formatted.h"
+#include "base/parallel.h"
 #include "io/file/text_scanner.h"
 #include "io/file/unicode.h"
 
@@ -48,6 +50,9 @@ class BinarySource {
   double number(Type type) {
     const char* at = at_;
     at_ += size_of(type);
+    return number_at(at, type);
+  }
+  double number_at(const char* at, Type type) const {
     switch (type) {
       case Type::int8:
         return load<std::int8_t>(at, swap_);
@@ -69,6 +74,9 @@ class BinarySource {
     return 0;
   }
   void skip(Type type, std::uint64_t count) { at_ += size_of(type) * count; }
+  /// The first byte that was not read.
+  const char* here() const { return at_; }
+  std::uint32_t index_at(const char* at) const { return load<std::uint32_t>(at, swap_); }
 
  private:
   const char* at_;
@@ -122,8 +130,8 @@ class BodyReader {
   BodyReader(const MeshInput& input, const Header& header)
       : input_(input), header_(header), source_(input, header) {}
 
-  /// Reads all elements into the builder; with `check_only` only reports faults.
-  void read(MeshBuilder& builder, bool check_only) {
+  /// Reads all into the builder.
+  void read(MeshBuilder& builder) {
     textures_ = texture_names(header_);
     // Faces may precede the vertices.
     for (const Element& element : header_.elements) {
@@ -139,20 +147,16 @@ class BodyReader {
       if (is_useful(element)) --useful;
       check_size(element);
       if (element.name == "vertex") {
-        if (check_only) {
-          std::uint64_t bytes = 0;
-          for (const Property& property : element.properties) bytes += size_of(property.type);
-          source_.skip(Type::uint8, bytes * element.count);
-        } else {
-          read_vertices(element, builder);
-        }
+        if (!read_even_vertices(element, builder)) read_vertices(element, builder);
       } else if (element.name == "tristrips") {
         read_strips(element, builder);
-      } else {
-        read_faces(element, builder, check_only || element.name != "face");
+      } else if (element.name != "face") {
+        read_faces(element, builder, /*check_only=*/true);
+      } else if (!read_triangles(element, builder)) {
+        read_faces(element, builder, /*check_only=*/false);
       }
     }
-    if (!check_only) finish_textures(builder);
+    finish_textures(builder);
   }
 
  private:
@@ -216,6 +220,113 @@ class BodyReader {
     std::array<double, static_cast<std::size_t>(Role::wedge_uvs) + 1> values_{};
     double color_scale_ = 1;
   };
+
+  /// Vertices of one size each, and of coordinates, normals, UVs and colours in bytes alone, on all threads.
+  /// \returns false where they are others, and nothing was read
+  bool read_even_vertices(const Element& element, MeshBuilder& builder) {
+    if constexpr (!std::is_same_v<Source, BinarySource>) {
+      return false;
+    } else {
+      struct Field {
+        Role role;
+        Type type;
+        std::size_t offset;
+      };
+      std::vector<Field> fields;
+      std::size_t size = 0;
+      for (const Property& property : element.properties) {
+        const Role role = property.role;
+        const bool is_byte =
+            role == Role::red || role == Role::green || role == Role::blue || role == Role::alpha;
+        if (property.list || (is_byte ? property.type != Type::uint8 : role > Role::v))
+          return false;
+        if (role != Role::unused) fields.push_back({role, property.type, size});
+        size += size_of(property.type);
+      }
+      if (size == 0 || reserved_uvs_ != 0 || element.count > source_.remaining() / size)
+        return false;
+      const bool colors = has(element, Role::red);
+      builder.positions.resize(element.count);
+      if (vertex_normals_) builder.normals.resize(element.count);
+      if (vertex_uvs_) builder.uvs.resize(element.count);
+      if (colors) builder.colors.resize(element.count, {0, 0, 0, 255});
+      const char* const first = source_.here();
+      parallel_for(element.count, kElementsAtOnce, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          for (const Field& field : fields) {
+            const char* const at = first + i * size + field.offset;
+            const auto single = [&] { return narrow(source_.number_at(at, field.type)); };
+            switch (field.role) {
+              case Role::x:
+              case Role::y:
+              case Role::z:
+                builder.positions[i][index_from(field.role, Role::x)] =
+                    source_.number_at(at, field.type);
+                break;
+              case Role::nx:
+                builder.normals[i].x = single();
+                break;
+              case Role::ny:
+                builder.normals[i].y = single();
+                break;
+              case Role::nz:
+                builder.normals[i].z = single();
+                break;
+              case Role::u:
+                builder.uvs[i].x = single();
+                break;
+              case Role::v:
+                builder.uvs[i].y = single();
+                break;
+              default:
+                if (!colors) break;
+                builder.colors[i][index_from(field.role, Role::red)] =
+                    static_cast<std::uint8_t>(*at);
+            }
+          }
+        }
+      });
+      source_.skip(Type::uint8, size * element.count);
+      return true;
+    }
+  }
+
+  /// Faces of indices alone that are all triangles, on all threads.
+  /// \returns false where they are others, or anything is wrong with one, and nothing was read
+  bool read_triangles(const Element& element, MeshBuilder& builder) {
+    if constexpr (!std::is_same_v<Source, BinarySource>) {
+      return false;
+    } else {
+      constexpr std::size_t kSize = 13;
+      if (element.properties.size() != 1 || element.count == 0 || !textures_.empty()) return false;
+      const Property& list = element.properties[0];
+      const bool plain = list.list && list.role == Role::indices && size_of(list.count_type) == 1 &&
+                         (list.type == Type::int32 || list.type == Type::uint32);
+      if (!plain || element.count > source_.remaining() / kSize) return false;
+      const char* const first = source_.here();
+      if (*first != 3) return false;  // no memory for quads
+      const auto read_all = [&](std::span<Triangle> triangles) {
+        std::atomic<bool> good = true;
+        parallel_for(triangles.size(), kElementsAtOnce, [&](std::size_t begin, std::size_t end) {
+          bool is_good = good;
+          for (std::size_t i = begin; i < end && is_good; ++i) {
+            const char* const at = first + i * kSize;
+            is_good = *at == 3;
+            for (std::size_t k = 0; k < 3; ++k) {
+              triangles[i][k] = source_.index_at(at + 1 + 4 * k);
+              is_good = is_good && triangles[i][k] < vertices_;
+            }
+          }
+          if (!is_good) good = false;
+        });
+        return good.load();
+      };
+      if (!builder.add_triangles(element.count, vertex_uvs_, vertex_normals_, read_all))
+        return false;
+      source_.skip(Type::uint8, kSize * element.count);
+      return true;
+    }
+  }
 
   void read_vertices(const Element& element, MeshBuilder& builder) {
     Values value(element);
@@ -453,7 +564,12 @@ class BodyReader {
     corners_.clear();
   }
 
+  static std::size_t index_from(Role role, Role first) {
+    return static_cast<std::size_t>(role) - static_cast<std::size_t>(first);
+  }
+
   static constexpr std::uint64_t kMaxElements = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::size_t kElementsAtOnce = std::size_t{1} << 16;
 
   const MeshInput& input_;
   const Header& header_;
@@ -533,12 +649,9 @@ Mesh read_ply(const MeshInput& input) {
   check_elements(input, header);
   MeshBuilder builder(input);
   if (header.encoding == Encoding::ascii) {
-    BodyReader<AsciiSource>(input, header).read(builder, false);
+    BodyReader<AsciiSource>(input, header).read(builder);
   } else {
-    // OpenMesh's reader does not return pictures.
-    const bool openmesh = openmesh_reads(header) && header.texture_files.empty();
-    BodyReader<BinarySource>(input, header).read(builder, openmesh);
-    if (openmesh) read_with_openmesh(input, header, builder);
+    BodyReader<BinarySource>(input, header).read(builder);
   }
   return builder.finish();
 }

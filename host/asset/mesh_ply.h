@@ -1,4 +1,4 @@
-// The header of a PLY file (Turk 1994), and the interface to OpenMesh's reader.
+// The header of a PLY file (Turk 1994).
 #pragma once
 
 #include <cstdint>
@@ -70,16 +70,5 @@ bool integral(Type type);
 
 /// \throws Error(input) with the line
 Header parse_header(const MeshInput& input);
-
-/// True if OpenMesh's reader preserves every bit of this file: binary; single-precision
-/// coordinates; the vertices have only coordinates, normals, UVs and 8-bit colours under their
-/// usual names; then faces with an index list only.
-bool openmesh_reads(const Header& header);
-
-/// Reads a binary file by OpenMesh, after its counts and indices were checked. An importer collects
-/// the faces: a half-edge structure would refuse non-manifold ones. Calls are serialised, since
-/// OpenMesh's readers are singletons with state.
-/// \throws Error(input) if OpenMesh fails or disagrees about the counts
-void read_with_openmesh(const MeshInput& input, const Header& header, MeshBuilder& builder);
 
 }  // namespace kiln::ply

@@ -347,26 +347,4 @@ Header parse_header(const MeshInput& input) {
   return header;
 }
 
-bool openmesh_reads(const Header& header) {
-  if (header.encoding == Encoding::ascii || header.elements.size() < 2) return false;
-  const auto strips = [](const Element& element) { return element.name == "tristrips"; };
-  if (std::any_of(header.elements.begin(), header.elements.end(), strips)) return false;
-  const Element &vertex = header.elements[0], &face = header.elements[1];
-  if (vertex.name != "vertex" || face.name != "face" || face.properties.size() != 1) return false;
-  const Property& list = face.properties[0];
-  if (list.role != Role::indices || size_of(list.type) != 4) return false;
-  // OpenMesh refuses "list uint".
-  if (list.count_type != Type::uint8 && list.count_type != Type::int32) return false;
-  return std::all_of(vertex.properties.begin(), vertex.properties.end(), [](const Property& p) {
-    static constexpr std::string_view kFloats[] = {"x",  "y", "z", "nx", "ny",
-                                                   "nz", "u", "v", "s",  "t"};
-    static constexpr std::string_view kBytes[] = {"red", "green", "blue", "alpha"};
-    const auto among = [&p](const auto& names) {
-      return std::find(std::begin(names), std::end(names), p.name) != std::end(names);
-    };
-    if (p.list || p.role == Role::unused) return false;
-    return (p.type == Type::float32 && among(kFloats)) || (p.type == Type::uint8 && among(kBytes));
-  });
-}
-
 }  // namespace kiln::ply

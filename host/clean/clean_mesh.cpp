@@ -177,13 +177,14 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
        [&] { report.junctions = cut_at_junctions(mesh, options.weld * diagonal); });
   step(whole && options.floater > 0,
        [&] { drop(mesh, find_fins(mesh, options.floater * diagonal, report.fins)); });
-  step(options.orient,
-       [&] { report.turned = turn_outward(mesh, options.windings_alone, report.inward); });
+  step(options.orient, [&] { turn_outward(mesh, options.windings_alone, report); });
   step(whole && options.max_hole > 0,
        [&] { report.holes = fill_small_holes(mesh, options.max_hole * diagonal); });
   step(whole && options.floater > 0,
        [&] { floating = drop(mesh, find_floaters(mesh, options.floater, report.floaters)); });
   step(whole && !options.keep_inner, [&] { hidden = drop(mesh, find_inner(mesh, report.inner)); });
+  report.faces_outwards =
+      report.faces_outwards && options.windings_alone && report.turned.count == 0;
   add_warnings(mesh, options, report, given, floating, hidden);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;

@@ -12,6 +12,8 @@
 #include "base/parallel.h"
 #include "clean/triangle_list.h"
 #include "mesh/vector.h"
+#include "mesh/vertex_lists.h"
+#include "mesh/weld.h"
 
 namespace kiln {
 namespace {
@@ -275,6 +277,27 @@ class Picture {
   std::uint32_t tiles_side_ = 0;
 };
 
+/// For each triangle the first one that has the same corners in the same order, which covers the same pixels.
+std::vector<std::uint32_t> first_alike(const Mesh& mesh) {
+  const std::vector<std::uint32_t> place = weld_vertices(mesh.positions);
+  const VertexLists lists(
+      mesh.positions.size(), mesh.triangles.size(),
+      [&](std::size_t t) { return place[mesh.triangles[t][0]]; },
+      [&](std::size_t t) {
+        const Triangle& v = mesh.triangles[t];
+        return std::uint64_t{place[v[1]]} << 32U | place[v[2]];
+      });
+  std::vector<std::uint32_t> first(mesh.triangles.size());
+  for (std::size_t v = 0; v < lists.vertices(); ++v) {
+    const std::span<const VertexLists::Item> items = lists.of(v);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const bool same = i > 0 && items[i].key == items[i - 1].key;
+      first[items[i].index] = same ? first[items[i - 1].index] : items[i].index;
+    }
+  }
+  return first;
+}
+
 std::vector<Block> blocks_of(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
   std::vector<Block> blocks;
   for (std::size_t first = 0; first < triangles.size(); first += kTrianglesPerBlock) {
@@ -309,15 +332,26 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
     const auto finite = [&](std::uint32_t v) { return is_finite(mesh.positions[v]); };
     if (!std::all_of(t.begin(), t.end(), finite)) t = {};  // A triangle that covers no pixel
   }
-  std::mutex mutex;  // Integer sums do not depend on the order of threads
+  // Where pictures are smaller, triangles repeat each other. What repeats an earlier one hides nothing of it: where both lie
+  // in one place, the earlier one is seen.
+  const bool repeats = views.pixels < wanted.pixels && others.empty();
+  const std::vector<std::uint32_t> first =
+      repeats ? first_alike(mesh) : std::vector<std::uint32_t>();
+  std::mutex mutex;  // Whole numbers are summed: their order does not matter.
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
   parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
     const auto view = views.first + static_cast<std::uint32_t>(number) * views.step;
     Picture picture(mesh, triangles, ball, direction(view, views.count), views);
-    // Runs of one group: group and count
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;  // of runs of one group
+    std::vector<std::uint32_t> covered(first.size());            // pixels, of first ones
     for (const std::uint32_t t : shown) {
-      const std::uint32_t pixels = picture.draw(t);
+      std::uint32_t pixels = 0;
+      if (!repeats) {
+        pixels = picture.draw(t);
+      } else {
+        if (first[t] == t) covered[t] = picture.draw(t);
+        pixels = covered[first[t]];
+      }
       if (pixels == 0) continue;
       if (drawn.empty() || drawn.back().first != group[t]) drawn.push_back({group[t], 0});
       drawn.back().second += pixels;

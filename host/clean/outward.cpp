@@ -46,29 +46,42 @@ bool may_face_inwards(const Mesh& mesh) {
   return volume < 0;
 }
 
-/// True if views could reveal a part that faces the wrong way.
-bool may_face_wrongly(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
-  if (std::any_of(parts.parts.begin(), parts.parts.end(),
-                  [](const auto& part) { return !part.agrees; })) {
-    return true;
+/// What sums tell of the parts, before any view.
+struct Facing {
+  bool outwards = false;  ///< All agree, are closed, and have a volume of 0 or more
+  bool wrongly = true;    ///< Views could find a part that faces the wrong way
+};
+
+Facing facing_of(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
+  const auto all = [&](const auto& is) {
+    return std::all_of(parts.parts.begin(), parts.parts.end(), is);
+  };
+  if (!all([](const FacingParts::Part& part) { return part.agrees; })) return {};
+  const bool one = parts.parts.size() < 2;
+  if (!all([](const FacingParts::Part& part) { return part.closed; })) {
+    return {false, !one || (!open_alone && may_face_inwards(mesh))};
   }
-  if (parts.parts.size() < 2) return !open_alone && may_face_inwards(mesh);
   std::vector<double> volume(parts.parts.size(), 0);
   for (std::size_t t = 0; t < parts.of.size(); ++t) {
-    const FacingParts::Part& part = parts.parts[parts.of[t]];
-    if (!part.closed) return true;
-    const Vec3d middle = point_of(mesh, mesh.triangles[part.first][0]);
+    const Vec3d middle = point_of(mesh, mesh.triangles[parts.parts[parts.of[t]].first][0]);
     volume[parts.of[t]] += volume_of(mesh, mesh.triangles[t], middle);
   }
-  return std::any_of(volume.begin(), volume.end(), [](double of) { return of < 0; });
+  const bool outwards =
+      all([](const FacingParts::Part& part) { return !part.one_sided; }) &&
+      std::all_of(volume.begin(), volume.end(), [](double of) { return of >= 0; });
+  const bool any_below =
+      std::any_of(volume.begin(), volume.end(), [](double of) { return of < 0; });
+  return {outwards, one ? !open_alone && may_face_inwards(mesh) : any_below};
 }
 
 }  // namespace
 
-Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
+void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
   const std::vector<Triangle> corners = welded_triangles(mesh);
   const FacingParts parts(corners, mesh.positions.size());
-  if (!may_face_wrongly(mesh, parts, open_alone)) return {};
+  const Facing facing = facing_of(mesh, parts, open_alone);
+  report.faces_outwards = facing.outwards;
+  if (!facing.wrongly) return;
   std::vector<std::uint32_t> group(corners.size());
   for (std::size_t t = 0; t < group.size(); ++t) group[t] = 2 * parts.of[t] + parts.side[t];
   const std::vector<SeenPixels> seen = look_from_outside(mesh, group, 2 * parts.parts.size(), {});
@@ -78,7 +91,7 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
     backs += of.back;
   }
   const bool is_inward = backs > kMaxInwardRatio * fronts;
-  if (is_inward) inward = {1, mesh.positions[mesh.triangles[0][0]]};
+  if (is_inward) report.inward = {1, mesh.positions[mesh.triangles[0][0]]};
   const std::vector<std::uint8_t> less = wrong_sides(mesh, parts);
   std::vector<std::array<std::uint32_t, 2>> counts(parts.parts.size());
   for (std::size_t t = 0; t < group.size(); ++t) ++counts[parts.of[t]][parts.side[t]];
@@ -119,8 +132,9 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
     turned[t] = side == kBoth || side == parts.side[t];
   }
   const TurnedTriangles result = turn_triangles(mesh, turned);
-  if (result.count == 0) return {};
-  return {result.count, mesh.positions[mesh.triangles[result.first][0]]};
+  if (result.count != 0) {
+    report.turned = {result.count, mesh.positions[mesh.triangles[result.first][0]]};
+  }
 }
 
 }  // namespace kiln

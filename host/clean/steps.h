@@ -19,10 +19,10 @@ Cleaned cut_at_junctions(Mesh& mesh, double distance);
 /// \returns by triangle, 1 on a fin; empty: none
 std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins);
 
-/// Reverses triangles so that parts face the outside, by views from all directions.
-/// \param inward  receives CleanReport::inward
-/// \param open_alone  true: closed, consistently oriented parts are not changed
-Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward);
+/// Turns triangles so that parts face where views from outside see them: sets CleanReport::turned, `inward` and
+/// `faces_outwards`.
+/// \param open_alone  parts that agree and are closed stay
+void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report);
 
 /// Fills holes of few edges up to a perimeter.
 Cleaned fill_small_holes(Mesh& mesh, double perimeter);

@@ -226,7 +226,11 @@ bool read_inputs(BakeRun& run) {
     // The maps are those that some material has: in others the default is meant.
     std::erase_if(run.warnings, [](const Warning& w) { return w.code == "material-value"; });
   }
-  if (!prepared) apply_alpha_test(arguments, run.options, run.high.mesh, run.warnings);
+  if (!prepared) {
+    const std::size_t cleaned = high.triangles.size();
+    apply_alpha_test(arguments, run.options, run.high.mesh, run.warnings);
+    run.cleaned.faces_outwards = run.cleaned.faces_outwards && high.triangles.size() == cleaned;
+  }
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
   warn_about_weights(arguments, run.options.match.visibility, run.warnings);
@@ -245,7 +249,8 @@ bool read_inputs(BakeRun& run) {
       }
     }
   }
-  const bool may_face_inwards = !prepared || run.hooks.high->faces_inwards;
+  const bool may_face_inwards =
+      prepared ? run.hooks.high->faces_inwards : !run.cleaned.faces_outwards;
   if (!made && may_face_inwards && !run.options.match.two_sided) {
     const Message inside_out = why_inside_out(high, run.low.mesh);
     if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});

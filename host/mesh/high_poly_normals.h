@@ -23,13 +23,16 @@ struct Adjacency {
     Adjacency result;
     result.first.assign(keys + 1, 0);
     for (std::size_t i = 0; i < items; ++i) {
-      if (key_of(i) < keys) ++result.first[key_of(i) + 1];
+      if (const std::size_t key = key_of(i); key < keys) ++result.first[key];
     }
-    for (std::size_t k = 0; k < keys; ++k) result.first[k + 1] += result.first[k];
-    result.items.resize(result.first[keys]);
-    std::vector<std::uint32_t> cursor(result.first.begin(), result.first.end() - 1);
-    for (std::size_t i = 0; i < items; ++i) {
-      if (key_of(i) < keys) result.items[cursor[key_of(i)]++] = static_cast<std::uint32_t>(i);
+    // Each key's end; dealt out from the last item on, all come to stand at their beginnings.
+    std::uint32_t sum = 0;
+    for (std::uint32_t& list : result.first) list = sum += list;
+    result.items.resize(sum);
+    for (std::size_t i = items; i-- > 0;) {
+      if (const std::size_t key = key_of(i); key < keys) {
+        result.items[--result.first[key]] = static_cast<std::uint32_t>(i);
+      }
     }
     return result;
   }

@@ -405,25 +405,60 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
   struct Sums {
     Vec3d middle{};
     double area = 0, flux = 0, most = 0;
+    void add_middle(const SideFace& face) {
+      middle += face.middle * face.area;
+      area += face.area;
+    }
+    void add_flux(const SideFace& face, const Sums& part) {
+      const Vec3d way = face.middle - part.middle * (1 / part.area);
+      flux += face.area * dot(way, face.normal);
+      most += face.area * length(way);
+    }
+    bool may_face_inwards() const { return flux < kPerhapsInward * most; }
   };
-  std::vector<Sums> sums(mesh.positions.size());
+  // Numbers of parts, by the vertex that stands for one.
+  std::vector<std::uint32_t> number(mesh.positions.size(), 0);
+  std::vector<Sums> sums;
+  for (const Triangle& t : triangles) {
+    std::uint32_t& of = number[sets.find(t[0])];
+    if (of != 0) continue;
+    sums.emplace_back();
+    of = static_cast<std::uint32_t>(sums.size());
+  }
+  if (sums.size() == 1) {  // All threads sum up pieces.
+    std::vector<Sums> pieces((triangles.size() + kGrain - 1) / kGrain);
+    const auto each = [&](const auto& add) {
+      parallel_for(triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) {
+          if (const SideFace face = face_of(mesh, t); face.area != 0)
+            add(pieces[begin / kGrain], face);
+        }
+      });
+    };
+    each([](Sums& piece, const SideFace& face) { piece.add_middle(face); });
+    Sums whole;
+    for (const Sums& piece : pieces) {
+      whole.middle += piece.middle;
+      whole.area += piece.area;
+    }
+    each([&](Sums& piece, const SideFace& face) { piece.add_flux(face, whole); });
+    for (const Sums& piece : pieces) {
+      whole.flux += piece.flux;
+      whole.most += piece.most;
+    }
+    return whole.may_face_inwards();
+  }
+  const auto part = [&](std::size_t t) -> Sums& {
+    return sums[number[sets.find(triangles[t][0])] - 1];
+  };
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const SideFace face = face_of(mesh, t);
-    if (face.area == 0) continue;
-    Sums& part = sums[sets.find(triangles[t][0])];
-    part.middle += face.middle * face.area;
-    part.area += face.area;
+    if (const SideFace face = face_of(mesh, t); face.area != 0) part(t).add_middle(face);
   }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const SideFace face = face_of(mesh, t);
-    if (face.area == 0) continue;
-    Sums& part = sums[sets.find(triangles[t][0])];
-    const Vec3d way = face.middle - part.middle * (1 / part.area);
-    part.flux += face.area * dot(way, face.normal);
-    part.most += face.area * length(way);
+    if (const SideFace face = face_of(mesh, t); face.area != 0) part(t).add_flux(face, part(t));
   }
   return std::any_of(sums.begin(), sums.end(),
-                     [](const Sums& part) { return part.flux < kMaxSuspectFlux * part.most; });
+                     [](const Sums& of) { return of.may_face_inwards(); });
 }
 
 }  // namespace

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <vector>
 
 #include "base/formatted.h"
+#include "base/parallel.h"
 #include "mesh/usable.h"
 
 namespace kiln {
@@ -89,12 +91,21 @@ std::vector<std::uint32_t> sample_vertices(const SteppedMesh& mesh) {
 double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
   const double least = kExtremeOutlierRatio * bulk.radius;
   double farthest = least;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    double reach = 0;
-    for (const std::uint32_t v : mesh.triangles[t]) reach = std::max(reach, bulk.distance(mesh, v));
-    // counts() is slow, and rarely called here
-    if (reach > farthest && mesh.counts(t)) farthest = reach;
-  }
+  std::mutex mutex;
+  parallel_for(mesh.triangles.size(), std::size_t{1} << 15,
+               [&](std::size_t begin, std::size_t end) {
+                 double part = least;
+                 for (std::size_t t = begin; t < end; ++t) {
+                   double reach = 0;
+                   for (const std::uint32_t v : mesh.triangles[t]) {
+                     reach = std::max(reach, bulk.distance(mesh, v));
+                   }
+                   if (reach > part && mesh.counts(t))
+                     part = reach;  // few are asked whether they count
+                 }
+                 const std::scoped_lock lock(mutex);
+                 farthest = std::max(farthest, part);
+               });
   return farthest > least ? farthest / bulk.radius : 0;
 }
 

@@ -14,8 +14,8 @@
 #include "base/parallel.h"
 #include "kiln/mesh.h"
 #include "kiln/validate.h"
+#include "mesh/high_poly_normals.h"
 #include "mesh/vector.h"
-#include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
 
 namespace kiln {
@@ -56,38 +56,63 @@ bool has_repeated_side(std::span<const Triangle> triangles, std::size_t vertices
   return std::find(found.begin(), found.end(), 1) != found.end();
 }
 
-/// An adjacent triangle at an edge of exactly two triangles.
-struct Neighbour {
-  std::uint32_t triangle;
-  bool against;  ///< True if it has the opposite orientation
-};
-
 bool same_corners(Triangle a, Triangle b) {
   std::sort(a.begin(), a.end());
   std::sort(b.begin(), b.end());
   return a == b;
 }
 
-/// Up to three neighbours per triangle.
-struct Neighbours {
-  std::vector<std::array<Neighbour, 3>> of;
-  std::vector<std::uint8_t> count;
-  std::vector<std::uint8_t> open;  ///< By triangle, 1 if it has an edge of other than two triangles
-
-  Neighbours(std::span<const Triangle> triangles, std::size_t vertices)
-      : of(triangles.size()), count(triangles.size(), 0), open(triangles.size(), 0) {
-    SideLists(triangles, vertices)
-        .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
-          const std::uint32_t a = sides[0].index / 3, b = sides.back().index / 3;
-          if (sides.size() != 2 || a == b || same_corners(triangles[a], triangles[b])) {
-            for (const SideLists::Item& side : sides) open[side.index / 3] = 1;
-            return;
-          }
-          const bool against = SideLists::forward(sides[0]) == SideLists::forward(sides[1]);
-          of[a][count[a]++] = {b, against};
-          of[b][count[b]++] = {a, against};
-        });
+/// The other side at each side's edge, where two triangles share it that are not the same; else FacingParts::kNone. Side
+/// 3 t + k runs from corner k of triangle t to the next one.
+class SideTwins {
+ public:
+  SideTwins(std::span<const Triangle> triangles, std::size_t vertices)
+      : triangles_(triangles), twins_(3 * triangles.size(), FacingParts::kNone) {
+    const Adjacency by_vertex = Adjacency::make(
+        vertices, twins_.size(), [&](std::size_t side) { return std::size_t{ends(side)[0]}; });
+    constexpr std::size_t kListsOfPiece = std::size_t{1} << 14;
+    parallel_for(vertices, kListsOfPiece, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;  // by the higher end
+      for (std::size_t v = begin; v < end; ++v) {
+        sides.clear();
+        for (const std::uint32_t side : by_vertex.of(v)) sides.push_back({ends(side)[1], side});
+        std::sort(sides.begin(), sides.end());
+        for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
+          while (last < sides.size() && sides[last].first == sides[first].first) ++last;
+          if (last != first + 2) continue;
+          const std::uint32_t a = sides[first].second, b = sides[first + 1].second;
+          if (a / 3 == b / 3 || same_corners(triangles[a / 3], triangles[b / 3])) continue;
+          twins_[a] = b;
+          twins_[b] = a;
+        }
+      }
+    });
   }
+
+  std::uint32_t of(std::size_t side) const { return twins_[side]; }
+  /// True if both triangles run along the edge from the same end: they face different ways.
+  bool against(std::size_t side) const {
+    return triangles_[side / 3][side % 3] == triangles_[twins_[side] / 3][twins_[side] % 3];
+  }
+  /// A triangle's sides in the order of their edges' vertices.
+  std::array<std::uint32_t, 3> sides_in_order(std::uint32_t t) const {
+    std::array<std::uint32_t, 3> sides{3 * t, 3 * t + 1, 3 * t + 2};
+    std::sort(sides.begin(), sides.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return ends(a) < ends(b); });
+    return sides;
+  }
+
+ private:
+  /// The lower end first.
+  std::array<std::uint32_t, 2> ends(std::size_t side) const {
+    const Triangle& t = triangles_[side / 3];
+    const std::size_t k = side % 3;
+    const std::uint32_t a = t[k], b = t[k == 2 ? 0 : k + 1];
+    return {std::min(a, b), std::max(a, b)};
+  }
+
+  std::span<const Triangle> triangles_;
+  std::vector<std::uint32_t> twins_;
 };
 
 /// Finds the wrong side of a part: the side with less area, or else the side that makes a closed part face inwards.
@@ -158,7 +183,7 @@ class TurnedNormals {
 
 FacingParts::FacingParts(std::span<const Triangle> triangles, std::size_t vertices)
     : of(triangles.size(), kNone), side(triangles.size(), 0) {
-  const Neighbours beside(triangles, vertices);
+  const SideTwins twins(triangles, vertices);
   std::vector<std::uint32_t> walk;
   for (std::uint32_t first = 0; first < triangles.size(); ++first) {
     if (of[first] != kNone) continue;
@@ -168,16 +193,20 @@ FacingParts::FacingParts(std::span<const Triangle> triangles, std::size_t vertic
     walk.assign(1, first);
     for (std::size_t i = 0; i < walk.size(); ++i) {
       const std::uint32_t t = walk[i];
-      part.closed = part.closed && beside.open[t] == 0;
       part.agrees = part.agrees && side[t] == 0;
-      for (std::size_t k = 0; k < beside.count[t]; ++k) {
-        const Neighbour next = beside.of[t][k];
-        const std::uint8_t faces = side[t] ^ static_cast<std::uint8_t>(next.against);
-        if (of[next.triangle] == kNone) {
-          of[next.triangle] = number;
-          side[next.triangle] = faces;
-          walk.push_back(next.triangle);
-        } else if (side[next.triangle] != faces) {
+      for (const std::uint32_t own : twins.sides_in_order(t)) {
+        const std::uint32_t twin = twins.of(own);
+        if (twin == kNone) {
+          part.closed = false;
+          continue;
+        }
+        const std::uint32_t next = twin / 3;
+        const std::uint8_t faces = side[t] ^ static_cast<std::uint8_t>(twins.against(own));
+        if (of[next] == kNone) {
+          of[next] = number;
+          side[next] = faces;
+          walk.push_back(next);
+        } else if (side[next] != faces) {
           part.one_sided = true;
         }
       }

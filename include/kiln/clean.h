@@ -35,18 +35,20 @@ struct Cleaned {
 
 /// Repairs that clean_mesh() made.
 struct CleanReport {
-  Cleaned welded = {};      ///< Vertices that were moved to one nearby
-  Cleaned junctions = {};   ///< Triangles that were cut where vertices lie on their open edges
-  Cleaned degenerate = {};  ///< Triangles without area, left out
-  Cleaned duplicates = {};  ///< Triangles that repeated another, left out
-  Cleaned fins = {};      ///< Groups of faces that hung on an edge which two others share, left out
-  Cleaned turned = {};    ///< Triangles that were turned round
-  Cleaned inward = {};    ///< 1: views from outside see almost only backs of faces; these were kept
-  Cleaned holes = {};     ///< Holes that were filled
-  Cleaned floaters = {};  ///< Bodies that were left out
-  Cleaned inner = {};     ///< Parts that no view sees, left out
-  double seconds = 0;     ///< Duration
-  std::vector<Warning> warnings = {};  ///< One for each count above 0
+  Cleaned welded;      ///< Vertices that were moved to one nearby
+  Cleaned junctions;   ///< Triangles that were cut where vertices lie on their open edges
+  Cleaned degenerate;  ///< Triangles without area, left out
+  Cleaned duplicates;  ///< Triangles that repeated another, left out
+  Cleaned fins;        ///< Groups of faces that hung on an edge which two others share, left out
+  Cleaned turned;      ///< Triangles that were turned round
+  Cleaned inward;      ///< 1: views from outside see backs of faces almost alone; they were left so
+  Cleaned holes;       ///< Holes that were filled
+  Cleaned floaters;    ///< Bodies that were left out
+  Cleaned inner;       ///< Parts that no view sees, left out
+  /// True if, with CleanOptions::windings_alone, nothing had to be turned since every part is closed and faces outwards
+  bool faces_outwards = false;
+  double seconds = 0;             ///< That it took
+  std::vector<Warning> warnings;  ///< One for each of these that is not 0
 };
 
 /// Repairs typical faults of generated and scanned meshes, before any other step. A sound mesh is unchanged to the bit:

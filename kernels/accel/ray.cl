@@ -19,11 +19,13 @@
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
 //          KILN_BVH_PLAIN       the tree has no prisms (prism.clh)
 //
-// Strengths: neighbouring samples (blocks of 8 x 8) share one traversal. Limits: rays that have
-// little in common are traced one by one. Origins beyond 2^20 frame units and directions longer than
-// 2 miss.
+// Strengths: neighbouring samples (blocks of 8 x 8, or halves of them) share one walk. Limits: rays that have little in
+// common are walked one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.
 #include "accel/beam.clh"
 #include "accel/traverse_scalar.clh"
+
+/// Samples of a work-item: one beam of 64 rays or two of 32.
+#define KILN_ITEM_RAYS 64
 
 #ifdef KILN_RAY_SCALAR
 
@@ -50,17 +52,13 @@ kernel void kiln_ray_closest_scalar(
 
 #else
 
-kernel void kiln_ray_closest_beam(
-    const kiln_ray_params params,
-    global const kiln_bvh_node* restrict nodes,
-    global const kiln_bvh_block* restrict blocks,
-    global const float* restrict points,
-    global uint* restrict triangle,
-    global float* restrict barycentric,
-    global float* restrict distance,
-    global uchar* restrict status) {
-  const uint first = params.first + (uint)get_global_id(0) * KILN_BEAM_RAYS;
-  if (first >= params.end) return;
+/// The rays of one beam.
+static inline void ray_closest_beam(const kiln_ray_params params,
+                                    global const kiln_bvh_node* nodes,
+                                    global const kiln_bvh_block* blocks,
+                                    global const float* points, uint first, global uint* triangle,
+                                    global float* barycentric, global float* distance,
+                                    global uchar* status) {
   const int order = ray_order(params);
   beam_rays rays;
   beam_bounds bounds;
@@ -82,6 +80,22 @@ kernel void kiln_ray_closest_beam(
       wide_trace(nodes, blocks, &ray, order, false, &hit);
     }
     ray_store(first + i, params, &ray, &hit, triangle, barycentric, distance, status);
+  }
+}
+
+kernel void kiln_ray_closest_beam(
+    const kiln_ray_params params,
+    global const kiln_bvh_node* restrict nodes,
+    global const kiln_bvh_block* restrict blocks,
+    global const float* restrict points,
+    global uint* restrict triangle,
+    global float* restrict barycentric,
+    global float* restrict distance,
+    global uchar* restrict status) {
+  const uint first = params.first + (uint)get_global_id(0) * KILN_ITEM_RAYS;
+  const uint end = min(first + KILN_ITEM_RAYS, params.end);
+  for (uint at = first; at < end; at += KILN_BEAM_RAYS) {
+    ray_closest_beam(params, nodes, blocks, points, at, triangle, barycentric, distance, status);
   }
 }
 

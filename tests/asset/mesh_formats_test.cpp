@@ -16,6 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::mesh_files::binary_stl;
+using test::mesh_files::expect_bad_text;
 using test::mesh_files::hard_edge;
 using test::mesh_files::load;
 using test::mesh_files::load_text;
@@ -47,6 +48,65 @@ TEST(MeshIo, ReadsEveryPlyVariant) {
     read(pyramid_ply<float, std::uint16_t, std::uint16_t>(encoding, "float", "ushort", "uint16"));
     read(pyramid_ply<double, std::uint8_t, std::int32_t>(encoding, "double", "uchar", "int"));
     read(pyramid_ply<double, std::int8_t, std::int8_t>(encoding, "float64", "char", "int8"));
+  }
+}
+
+/// 70,000 faces, so that threads share them, over 300 vertices with all that these may have.
+std::string many_faces(const std::string& encoding, std::uint32_t quad, std::uint32_t wrong) {
+  constexpr std::uint32_t kVertices = 300, kFaces = 70000;
+  PlyText ply(encoding,
+              "element vertex 300\nproperty uchar red\nproperty float y\nproperty double x\n"
+              "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+              "property short spare\nproperty float s\nproperty float t\nproperty uchar green\n"
+              "property uchar blue\nelement face 70000\nproperty list uchar uint vertex_index\n");
+  for (std::uint32_t v = 0; v < kVertices; ++v) {
+    const auto f = [&](double factor) {
+      return static_cast<float>(std::fmod(factor * (v + 1), 7.0));
+    };
+    ply.put(static_cast<std::uint8_t>(v)).put(f(2.3)).put(double{f(3.1)} + 1e-9).put(f(1.7));
+    ply.put(0.6F).put(0.0F).put(v % 2 == 0 ? 0.8F : -0.8F);
+    ply.put(std::int16_t{-7}).put(f(0.11)).put(f(0.13));
+    ply.put(static_cast<std::uint8_t>(v / 2)).put(static_cast<std::uint8_t>(v / 3));
+  }
+  for (std::uint32_t i = 0; i < kFaces; ++i) {
+    const bool four = i == quad;
+    ply.put(static_cast<std::uint8_t>(four ? 4 : 3));
+    for (std::uint32_t k = 0; k < (four ? 4U : 3U); ++k) {
+      const std::uint32_t vertex = (i + k * (1 + i / kVertices % 90)) % kVertices;
+      ply.put(i == wrong && k == 2 ? kVertices : vertex);
+    }
+  }
+  return ply.text();
+}
+
+TEST(MeshIo, BinaryPlyOfManyFacesIsThatOfText) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  for (const std::uint32_t quad : {kNone, 0U, 69'999U}) {
+    SCOPED_TRACE(quad);
+    const Mesh text = load_text("many.ply", many_faces("ascii", quad, kNone)).mesh;
+    ASSERT_EQ(text.triangles.size(), quad == kNone ? 70000 : 70001);
+    ASSERT_FALSE(text.uv_triangles.empty());
+    ASSERT_FALSE(text.normal_triangles.empty());
+    ASSERT_EQ(text.colors.size(), 300);
+    for (const std::string encoding : {"binary_little_endian", "binary_big_endian"}) {
+      SCOPED_TRACE(encoding);
+      const Mesh mesh = load_text("many.ply", many_faces(encoding, quad, kNone)).mesh;
+      EXPECT_EQ(mesh.origin, text.origin);
+      EXPECT_EQ(mesh.positions, text.positions);
+      EXPECT_EQ(mesh.triangles, text.triangles);
+      EXPECT_EQ(mesh.uv_triangles, text.uv_triangles);
+      EXPECT_EQ(mesh.normal_triangles, text.normal_triangles);
+      EXPECT_EQ(mesh.normals, text.normals);
+      EXPECT_EQ(mesh.colors, text.colors);
+      EXPECT_EQ(mesh.uvs, text.uvs);
+    }
+  }
+}
+
+TEST(MeshIo, NamesTheFaceOfABinaryPlyWhoseVertexIsMissing) {
+  for (const std::uint32_t wrong : {0U, 69'999U}) {
+    expect_bad_text("many.ply", many_faces("binary_little_endian", 0xFFFFFFFFU, wrong),
+                    {"face " + std::to_string(wrong) + " uses vertex 300"});
   }
 }
 

@@ -674,5 +674,48 @@ TEST(Clean, OptionsOutOfRangeAreRefused) {
   EXPECT_THROW(clean_mesh(mesh, {.floater = -1}), Error);
 }
 
+/// Copies of a box in one place cover pictures so often that these are smaller, and the box is drawn once.
+TEST(OutsideViews, RepeatedTrianglesCountAsTheFirstOfThemAlone) {
+  constexpr std::uint32_t kCopies = 200;
+  const Mesh box = test::cube();
+  Mesh copies = join(std::vector<Mesh>(kCopies, box));
+  std::vector<std::uint32_t> group(copies.triangles.size());
+  for (std::size_t t = 0; t < group.size(); ++t) {
+    group[t] = static_cast<std::uint32_t>(t / box.triangles.size());
+  }
+  for (std::size_t t = box.triangles.size(); t < 3 * box.triangles.size(); ++t) turn(copies, t);
+  const std::vector<SeenPixels> seen = look_from_outside(copies, group, kCopies, {});
+  // Half of a box's area, 6, in a picture of twice its radius, sqrt(3) / 2: covered once by a box.
+  OutsideViews views;
+  views.pixels = static_cast<std::uint32_t>(views.pixels * std::sqrt(32.0 / kCopies));
+  const SeenPixels alone =
+      look_from_outside(box, std::vector<std::uint32_t>(box.triangles.size()), 1, views)[0];
+  EXPECT_GT(alone.front, 10000);
+  for (std::uint32_t copy = 0; copy < kCopies; ++copy) {
+    EXPECT_EQ(seen[copy].drawn, alone.drawn) << copy;
+    EXPECT_EQ(seen[copy].front, copy == 0 ? alone.front : 0) << copy;
+    EXPECT_EQ(seen[copy].back, copy == 0 ? alone.back : 0) << copy;
+  }
+}
+
+TEST(Clean, SaysWhetherAllPartsFaceOutwards) {
+  const Mesh one = test::cube();
+  Mesh other = one;
+  move(other, {3, 0, 0});
+  const auto outwards = [](Mesh mesh) {
+    CleanOptions options;
+    options.windings_alone = true;
+    return clean_mesh(mesh, options).faces_outwards;
+  };
+  EXPECT_TRUE(outwards(one));
+  EXPECT_TRUE(outwards(join({one, other})));
+  EXPECT_FALSE(outwards(turned(one)));
+  EXPECT_FALSE(outwards(join({one, turned(other)})));
+  EXPECT_FALSE(outwards(without(one, {0})));
+  Mesh wrong = one;
+  turn(wrong, 3);
+  EXPECT_FALSE(outwards(wrong));
+}
+
 }  // namespace
 }  // namespace kiln

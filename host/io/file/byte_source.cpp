@@ -45,12 +45,8 @@ class FileSource final : public ByteSource {
       throw;
     }
     size_ = facts->bytes;
-<<<<<<< HEAD
     modified_ns_ = facts->modified_ns;
     note_read(facts->id);
-=======
-    register_input(facts->id);
->>>>>>> words3
   }
   ~FileSource() override { os::close(file_); }
   FileSource(const FileSource&) = delete;
