@@ -12,7 +12,7 @@
 namespace kiln {
 
 /// True if a file lies in a folder or the folders in it once all symbolic links are followed. What is not there counts
-/// by its name.
+/// by its name. Relative paths begin at the current folder; an empty one is that folder.
 bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
 
 /// Begins what note_answer() is asked of a folder, before a name: see FileFinder::named().

@@ -483,9 +483,7 @@ class Expander {
                              "--allow-own-maps.");
       }
       if (path_option(*row) == PathOption::output && !setting.origin.file.empty() &&
-          !options_.allow_outside &&
-          !lies_within(fs::absolute(file_.folder.empty() ? fs::path(".") : file_.folder),
-                       fs::absolute(setting.words[0]))) {
+          !options_.allow_outside && !lies_within(file_.folder, setting.words[0])) {
         fail_in(
             setting,
             "'" + setting.words[0] +
