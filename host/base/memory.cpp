@@ -15,6 +15,7 @@
 #include <limits>
 #include <string>
 
+#include "base/control_group.h"
 #include "kiln/error.h"
 
 #ifdef __GLIBC__
@@ -24,29 +25,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
-
-/// The number after `key` in a file of lines "KEY NUMBER ..."; kMost where there is none.
-std::uint64_t number_of(const char* path, const std::string& key) {
-  std::ifstream file(path);
-  std::string word;
-  while (file >> word) {
-    std::uint64_t value = 0;
-    if (word == key && file >> value) return value;
-  }
-  return kMost;
-}
-
-std::uint64_t first_number(const char* path) {
-  std::ifstream file(path);
-  std::uint64_t value = 0;
-  return file >> value ? value : kMost;  // "max" is no number
-}
-
-std::uint64_t left_of(std::uint64_t limit, std::uint64_t used) {
-  if (limit == kMost || used == kMost) return kMost;
-  return limit > used ? limit - used : 0;
-}
+constexpr std::uint64_t kMost = kNoNumber;
 
 #ifdef _WIN32
 std::uint64_t free_addresses() { return kMost; }
@@ -54,27 +33,17 @@ std::uint64_t free_addresses() { return kMost; }
 std::uint64_t free_addresses() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kMost;
-  const std::uint64_t pages = first_number("/proc/self/statm");
+  const std::uint64_t pages = first_number_in("/proc/self/statm");
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  return left_of(limit.rlim_cur, pages == kMost ? kMost : pages * page);
+  return bytes_left(limit.rlim_cur, pages == kMost ? kMost : pages * page);
 }
 #endif
 
 std::uint64_t free_in_machine() {
-  const std::uint64_t available = number_of("/proc/meminfo", "MemAvailable:");
-  const std::uint64_t swap = number_of("/proc/meminfo", "SwapFree:");
+  const std::uint64_t available = number_in("/proc/meminfo", "MemAvailable:");
+  const std::uint64_t swap = number_in("/proc/meminfo", "SwapFree:");
   if (available == kMost) return kMost;
   return (available + (swap == kMost ? 0 : swap)) * 1024;
-}
-
-/// Memory left in the control group, version 2 as a container sees it. Cached files count as used there but
-/// are given back at need.
-std::uint64_t free_in_group() {
-  const std::uint64_t limit = first_number("/sys/fs/cgroup/memory.max");
-  if (limit == kMost) return kMost;
-  const std::uint64_t used = first_number("/sys/fs/cgroup/memory.current");
-  const std::uint64_t cached = number_of("/sys/fs/cgroup/memory.stat", "file");
-  return left_of(limit, used == kMost ? kMost : left_of(used, cached == kMost ? 0 : cached));
 }
 
 /// Bytes that the process holds in memory; 0 where the system does not say. Allocates nothing.
@@ -122,7 +91,7 @@ std::string mebibytes(std::uint64_t bytes) {
 }
 
 std::uint64_t free_memory() {
-  return std::min({free_in_machine(), free_in_group(), free_addresses()});
+  return std::min({free_in_machine(), free_in_control_groups(), free_addresses()});
 }
 
 std::uint64_t memory_limit() {
@@ -140,7 +109,7 @@ void set_memory_limit(std::uint64_t bytes) noexcept { limit_that_was_set = bytes
 
 std::uint64_t memory_left() {
   const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
-  return left_of(std::min(left_of(memory_limit(), held_memory()), free_memory()), more);
+  return bytes_left(std::min(bytes_left(memory_limit(), held_memory()), free_memory()), more);
 }
 
 void count_untouched(std::int64_t bytes) noexcept { untouched += bytes; }
