@@ -500,11 +500,21 @@ class Expander {
     if (!asset.problem.empty()) return;
     try {
       check(asset.job);
+      check_values(asset.job);
     } catch (const Error& error) {
       throw Error(ErrorCode::usage, file_.bakes[asset.rule].find("high")->origin.place() + ": '" +
                                         asset.name + "': " + error.what());
     }
     asset.expected_seconds = expected_seconds(asset.job);
+  }
+
+  /// Options within others, such as those of a map's variant. Files that they name may be a hook's to make.
+  static void check_values(const Job& job) {
+    try {
+      options_of(settled(job));
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::usage) throw;
+    }
   }
 
   /// Two rules may capture one name.
