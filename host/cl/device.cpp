@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "cl/context.h"
 #include "cl/describe.h"
+#include "cl/device_order.h"
 #include "cl/driver.h"
 #include "cl/driver_state.h"
 #include "cl/kernel_folder.h"
@@ -24,6 +25,7 @@ struct Found {
   cl_platform_id platform = nullptr;
   cl_device_id device = nullptr;
   DeviceInfo info;
+  DeviceRank rank;
 };
 
 std::string device_text(cl_device_id device, cl_device_info what) {
@@ -125,11 +127,17 @@ std::vector<Found> ask_for_devices(PlatformsCall get_platforms) {
           device_value<cl_bool>(device, CL_DEVICE_COMPILER_AVAILABLE) == CL_FALSE) {
         continue;
       }
-      found.push_back({platform, device, describe(platform, device)});
+      const DeviceInfo info = describe(platform, device);
+      const bool is_integrated =
+          device_value<cl_bool>(device, CL_DEVICE_HOST_UNIFIED_MEMORY) != CL_FALSE;
+      found.push_back({platform,
+                       device,
+                       info,
+                       {info.is_gpu, is_integrated, info.memory_bytes, info.compute_units}});
     }
   }
   std::stable_sort(found.begin(), found.end(),
-                   [](const Found& a, const Found& b) { return a.info.is_gpu > b.info.is_gpu; });
+                   [](const Found& a, const Found& b) { return is_preferred(a.rank, b.rank); });
   for (std::size_t i = 0; i < found.size(); ++i) found[i].info.index = static_cast<int>(i);
   return found;
 }
@@ -241,6 +249,18 @@ Device Device::open(std::string_view selector) {
   }
   return sound_device(
       std::make_shared<cl::Context>(chosen->platform, chosen->device, chosen->info));
+}
+
+std::string describe_device_choice() {
+  if (std::getenv("KILN_DEVICE") != nullptr) return {};
+  std::string none;
+  const std::vector<Found> found = find_devices(none);
+  const Found* const chosen = select(found, {});
+  if (found.size() < 2 || chosen != found.data()) return {};
+  std::vector<DeviceRank> ranks;
+  for (const Found& entry : found) ranks.push_back(entry.rank);
+  return "device: " + chosen->info.name + ", " + explain_preference(ranks) + " (of " +
+         std::to_string(found.size()) + " devices)";
 }
 
 Device::Device(std::shared_ptr<cl::Context> context) : context_(std::move(context)) {}

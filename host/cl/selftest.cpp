@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 
+#include "base/fused.h"
 #include "cl/binary_cache.h"
 #include "cl/embedded.h"
 #include "shared/bvh.h"
@@ -50,7 +51,7 @@ std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const kiln_selftest_
   const std::uint32_t shift = v & 31U;
   std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> words{};
   words[KILN_SELFTEST_SUMS] = bits_of((a * b + c) - b * c);
-  words[KILN_SELFTEST_FMA] = bits_of(std::fma(a, b, c));
+  words[KILN_SELFTEST_FMA] = bits_of(fused_multiply_add(a, b, c));
   words[KILN_SELFTEST_DIVISION] = bits_of(a / b - std::sqrt(std::fabs(c)));
   const float clamped = std::clamp(std::max(std::min(a, b), c), -1.5F, 3.25F);
   words[KILN_SELFTEST_ROUNDING] =

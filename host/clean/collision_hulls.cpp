@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -87,6 +88,18 @@ std::vector<Shape> shapes_of(const std::vector<std::string>& names) {
   return shapes;
 }
 
+/// Of groups: one of OBJ may have several names ("g skin UCX_crate"), and is a hull by any of them.
+std::vector<Shape> shapes_of_groups(const std::vector<std::string>& names) {
+  std::vector<Shape> shapes;
+  for (const std::string& name : names) {
+    Shape shape = shape_of(name);
+    std::istringstream words(name);
+    for (std::string word; words >> word;) shape = std::max(shape, shape_of(word));
+    shapes.push_back(shape);
+  }
+  return shapes;
+}
+
 /// Name of a hull's triangle: its object's, or its group's, as OBJ may have it.
 const std::string& hull_name(const Mesh& hulls, const std::vector<Shape>& objects, std::size_t t) {
   const bool by_object =
@@ -98,7 +111,7 @@ std::vector<Shape> shapes_of_triangles(const Mesh& mesh) {
   const std::size_t count = mesh.triangles.size();
   const bool has_objects = mesh.objects.size() == count, has_groups = mesh.groups.size() == count;
   const std::vector<Shape> objects = shapes_of(mesh.object_names),
-                           groups = shapes_of(mesh.group_names);
+                           groups = shapes_of_groups(mesh.group_names);
   std::vector<Shape> shapes(count, Shape::shown);
   for (std::size_t t = 0; t < count; ++t) {
     if (has_objects) shapes[t] = objects[mesh.objects[t]];

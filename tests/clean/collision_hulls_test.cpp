@@ -69,6 +69,13 @@ TEST(CollisionHulls, AreToldByTheirNames) {
             std::vector<int>(10, 0));
 }
 
+// A group of OBJ lists its names; an object of FBX or glTF has one, which may hold spaces.
+TEST(CollisionHulls, AreToldByAnyNameOfAGroup) {
+  const Names names{"crate", "skin UCX_crate", "crate door-colonly", "skin my_UCX_crate"};
+  EXPECT_EQ(hulls_of(names, false), (std::vector<int>{0, 1, 1, 0}));
+  EXPECT_EQ(hulls_of(names, true), (std::vector<int>{0, 0, 1, 0}));
+}
+
 TEST(CollisionHulls, WhatGodotDrawsStaysWhereNothingElseIsDrawn) {
   EXPECT_EQ(hulls_of({"floor-col", "wall-convcol"}), (std::vector<int>{0, 0}));
   EXPECT_EQ(hulls_of({"floor-col", "hull-colonly", "UCX_x"}), (std::vector<int>{0, 1, 1}));

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
@@ -142,6 +143,19 @@ TEST(MissedPatch, IsNoneWhereNothingIsMissedAsAWhole) {
   const std::vector<std::uint8_t> coverage = {0, 1, 3, 1};
   EXPECT_FALSE(largest_missed_patch(coverage, 2, 2, square()).has_value());
   EXPECT_NE(describe(std::optional<MissedPatch>()).find("No texel"), std::string::npos);
+}
+
+/// A name of a file may hold a line break, and a log's next line would be the name's.
+TEST(Terminal, FurtherLinesOfAMessageAreIndented) {
+  std::FILE* const to = std::tmpfile();
+  ASSERT_NE(to, nullptr);
+  print_line(to, "kiln: 'a\nkiln: all is well.obj' is missing");
+  print_text(to, "[[bake]]\nlow = 'x'");
+  std::rewind(to);
+  std::string written(200, '\0');
+  written.resize(std::fread(written.data(), 1, written.size(), to));
+  std::fclose(to);
+  EXPECT_EQ(written, "kiln: 'a\n  kiln: all is well.obj' is missing\n[[bake]]\nlow = 'x'\n");
 }
 
 }  // namespace

@@ -45,6 +45,7 @@ class FileSource final : public ByteSource {
       throw;
     }
     size_ = facts->bytes;
+    modified_ns_ = facts->modified_ns;
     note_read(facts->id);
   }
   ~FileSource() override { os::close(file_); }
@@ -55,6 +56,10 @@ class FileSource final : public ByteSource {
   std::uint64_t size_now() const override {
     const std::optional<os::FileFacts> facts = os::facts_of(file_);
     return facts ? facts->bytes : size_;
+  }
+  bool was_written() const override {
+    const std::optional<os::FileFacts> facts = os::facts_of(file_);
+    return facts && facts->modified_ns != modified_ns_;
   }
   std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
     std::size_t have = 0;
@@ -76,6 +81,7 @@ class FileSource final : public ByteSource {
   FailWith fail_;
   int file_ = -1;
   std::uint64_t size_ = 0;
+  std::int64_t modified_ns_ = 0;
 };
 
 class MemorySource final : public ByteSource {
@@ -189,10 +195,13 @@ std::string read_whole(const ByteSource& source, const FailWith& fail) {
   std::string bytes(static_cast<std::size_t>(source.size()), '\0');
   const std::size_t got = source.read_at(0, bytes.data(), bytes.size());
   const std::uint64_t now = source.size_now();
-  if (got != bytes.size() || now != source.size()) {
+  const bool resized = got != bytes.size() || now != source.size();
+  if (resized || source.was_written()) {
     fail("",
-         "it changed while it was read: it had " + std::to_string(source.size()) +
-             " bytes, and then " + std::to_string(got != bytes.size() ? got : now),
+         "it changed while it was read" +
+             (resized ? ": it had " + std::to_string(source.size()) + " bytes, and then " +
+                            std::to_string(got != bytes.size() ? got : now)
+                      : ""),
          "Wait until the program that writes it is done, and read it again.");
   }
   return bytes;

@@ -24,6 +24,8 @@ class ByteSource {
   virtual std::uint64_t size() const = 0;
   /// The same as it is now: another process may have written to the file since it was opened.
   virtual std::uint64_t size_now() const { return size(); }
+  /// True if another process wrote to the file since it was opened, whatever size it has now.
+  virtual bool was_written() const { return false; }
   /// Up to `count` bytes from `offset`; fewer only at the end.
   virtual std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const = 0;
 
@@ -35,7 +37,7 @@ class ByteSource {
 /// \throws what `fail` throws
 std::unique_ptr<ByteSource> open_file(const std::filesystem::path& path, FailWith fail);
 
-/// The whole file. \throws what `fail` throws: where memory is short, or the file got shorter or longer meanwhile
+/// The whole file. \throws what `fail` throws: where memory is short, or another process wrote to the file meanwhile
 std::string read_whole(const ByteSource& source, const FailWith& fail);
 
 /// `bytes` must outlive the source.

@@ -7,6 +7,7 @@
 
 #include "arguments/command_options.h"
 #include "batch/job_file.h"
+#include "cl/device_order.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "job/run.h"
@@ -89,8 +90,14 @@ int run_bake(const Job& job) {
   Console console(job.quiet, job.json);
   std::optional<RunningProgram> python;
   RunHooks hooks = drawing_hooks(job, python);
+  const auto open_device = [&] {
+    const Device device = Device::open(job.device);
+    const std::string choice = job.device.empty() ? describe_device_choice() : "";
+    if (!choice.empty()) console.line(choice + "; --device takes another");
+    return device;
+  };
   const JobResult result = run_job(
-      [&] { return Device::open(job.device); }, job,
+      open_device, job,
       [&](double share, std::string_view stage) { return console.progress(share, stage); }, hooks);
   if (result.cancelled) return kExitCancelled;
   if (job.json == "-") save_report("-", result.report);
@@ -119,7 +126,7 @@ Run add_bake(Command& app) {
     if (*prints) {
       job->given.erase("--print-job");
       check(*job);
-      print_line(stdout, job_file_of(to_json(*job)));
+      print_text(stdout, job_file_of(to_json(*job)));
       return 0;
     }
     return run_bake(*job);

@@ -71,6 +71,15 @@ std::string_view first_columns(std::string_view text, std::size_t columns) {
 }
 
 void print_line(std::FILE* to, std::string_view text) {
+  std::string indented;
+  for (const char c : text) {
+    indented += c;
+    if (c == '\n') indented += "  ";
+  }
+  print_text(to, indented);
+}
+
+void print_text(std::FILE* to, std::string_view text) {
   std::fprintf(to, "%s\n", printable(text).c_str());
   std::fflush(to);
 }

@@ -22,8 +22,11 @@ std::string printable(std::string_view text);
 /// The first `columns` characters. \param text  printable
 std::string_view first_columns(std::string_view text, std::size_t columns);
 
-/// A line of text: all that the command prints goes this way. Flushed.
+/// A message, and a line break. All that the command says of a run goes this way. Flushed. Where the message has line
+/// breaks, further lines are indented: a file's name, in which line breaks are legal, cannot begin a line of a log.
 void print_line(std::FILE* to, std::string_view text);
+/// A text of any lines, such as a job file, as it stands, and a line break. Flushed.
+void print_text(std::FILE* to, std::string_view text);
 
 /// Columns of the terminal that standard error is; 80 where it does not say.
 std::size_t terminal_columns();
