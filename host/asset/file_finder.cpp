@@ -34,9 +34,17 @@ std::size_t count_shared_parts(const std::vector<std::string>& a,
 
 bool lies_within(const fs::path& folder, const fs::path& file) {
   std::error_code error;
-  const fs::path whole = fs::weakly_canonical(folder.empty() ? fs::path(".") : folder, error);
+  // weakly_canonical() leaves a relative path relative where its first folder is not there.
+  const auto resolved = [&](const fs::path& path) {
+    const fs::path absolute = fs::absolute(path.empty() ? fs::path(".") : path, error);
+    if (error) return fs::path();
+    const fs::path found = fs::weakly_canonical(absolute, error);
+    // "folder/" that is not there keeps an empty last part.
+    return found.has_filename() ? found : found.parent_path();
+  };
+  const fs::path whole = resolved(folder);
   if (error) return false;
-  const fs::path target = fs::weakly_canonical(file, error);
+  const fs::path target = resolved(file);
   if (error) return false;
   return std::mismatch(whole.begin(), whole.end(), target.begin(), target.end()).first ==
          whole.end();

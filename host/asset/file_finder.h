@@ -12,7 +12,7 @@
 namespace kiln {
 
 /// True if a file lies in a folder or below it after all symbolic links are followed. Missing files are judged by
-/// their names.
+/// their names. Relative paths start at the working directory; an empty path is that directory.
 bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
 
 /// Prefix of the key that note_answer() records for a search by name: see FileFinder::named().

@@ -15,6 +15,7 @@
 #include <limits>
 #include <string>
 
+#include "base/control_group.h"
 #include "base/option.h"
 #include "kiln/error.h"
 
@@ -25,29 +26,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
-
-/// The number after `key` in a file of lines "KEY NUMBER ..."; kUnlimited: not found.
-std::uint64_t number_of(const char* path, const std::string& key) {
-  std::ifstream file(path);
-  std::string word;
-  while (file >> word) {
-    std::uint64_t value = 0;
-    if (word == key && file >> value) return value;
-  }
-  return kUnlimited;
-}
-
-std::uint64_t first_number(const char* path) {
-  std::ifstream file(path);
-  std::uint64_t value = 0;
-  return file >> value ? value : kUnlimited;  // "max" does not parse
-}
-
-std::uint64_t remaining(std::uint64_t limit, std::uint64_t used) {
-  if (limit == kUnlimited || used == kUnlimited) return kUnlimited;
-  return limit > used ? limit - used : 0;
-}
+constexpr std::uint64_t kUnlimited = kNoNumber;
 
 #ifdef _WIN32
 std::uint64_t free_addresses() { return kUnlimited; }
@@ -55,31 +34,20 @@ std::uint64_t free_addresses() { return kUnlimited; }
 std::uint64_t free_addresses() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;
-  const std::uint64_t pages = first_number("/proc/self/statm");
+  const std::uint64_t pages = first_number_in("/proc/self/statm");
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  return remaining(limit.rlim_cur, pages == kUnlimited ? kUnlimited : pages * page);
+  return bytes_left(limit.rlim_cur, pages == kUnlimited ? kUnlimited : pages * page);
 }
 #endif
 
 std::uint64_t free_in_machine() {
-  const std::uint64_t available = number_of("/proc/meminfo", "MemAvailable:");
-  const std::uint64_t swap = number_of("/proc/meminfo", "SwapFree:");
+  const std::uint64_t available = number_in("/proc/meminfo", "MemAvailable:");
+  const std::uint64_t swap = number_in("/proc/meminfo", "SwapFree:");
   if (available == kUnlimited) return kUnlimited;
   return (available + (swap == kUnlimited ? 0 : swap)) * 1024;
 }
 
-/// Memory left in the control group, version 2, as seen in a container. The page cache counts as used there, but is
-/// reclaimed on demand.
-std::uint64_t free_in_group() {
-  const std::uint64_t limit = first_number("/sys/fs/cgroup/memory.max");
-  if (limit == kUnlimited) return kUnlimited;
-  const std::uint64_t used = first_number("/sys/fs/cgroup/memory.current");
-  const std::uint64_t cached = number_of("/sys/fs/cgroup/memory.stat", "file");
-  return remaining(
-      limit, used == kUnlimited ? kUnlimited : remaining(used, cached == kUnlimited ? 0 : cached));
-}
-
-/// Resident bytes of the process; 0: unknown. Does not allocate.
+/// Bytes that the process holds in memory; 0 where the system does not say. Allocates nothing.
 #ifdef _WIN32
 std::uint64_t resident_memory() noexcept { return 0; }
 #else
@@ -124,7 +92,7 @@ std::string mebibytes(std::uint64_t bytes) {
 }
 
 std::uint64_t free_memory() {
-  return std::min({free_in_machine(), free_in_group(), free_addresses()});
+  return std::min({free_in_machine(), free_in_control_groups(), free_addresses()});
 }
 
 std::uint64_t memory_limit() {
@@ -142,7 +110,7 @@ void set_memory_limit(std::uint64_t bytes) noexcept { explicit_limit = bytes; }
 
 std::uint64_t memory_left() {
   const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
-  return remaining(std::min(remaining(memory_limit(), resident_memory()), free_memory()), more);
+  return bytes_left(std::min(bytes_left(memory_limit(), held_memory()), free_memory()), more);
 }
 
 void count_untouched(std::int64_t bytes) noexcept { untouched += bytes; }

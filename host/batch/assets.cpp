@@ -484,9 +484,7 @@ class Expander {
                              "--allow-own-maps.");
       }
       if (path_option(*row) == PathOption::output && !setting.origin.file.empty() &&
-          !options_.allow_outside &&
-          !lies_within(fs::absolute(file_.folder.empty() ? fs::path(".") : file_.folder),
-                       fs::absolute(setting.words[0]))) {
+          !options_.allow_outside && !lies_within(file_.folder, setting.words[0])) {
         fail_in(
             setting,
             "'" + setting.words[0] +
@@ -503,11 +501,21 @@ class Expander {
     if (!asset.problem.empty()) return;
     try {
       check(asset.job);
+      check_values(asset.job);
     } catch (const Error& error) {
       throw Error(ErrorCode::usage, file_.bakes[asset.rule].find("high")->origin.place() + ": '" +
                                         asset.name + "': " + error.message());
     }
     asset.expected_seconds = expected_seconds(asset.job);
+  }
+
+  /// Options within others, such as those of a map's variant. Files that they name may be a hook's to make.
+  static void check_values(const Job& job) {
+    try {
+      options_of(settled(job));
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::usage) throw;
+    }
   }
 
   /// Two rules may capture one name.

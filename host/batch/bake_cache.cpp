@@ -535,6 +535,30 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   return true;
 }
 
+std::string BakeCache::beside_key(const BatchAsset& asset, const std::vector<std::string>& files,
+                                  std::string_view what) const {
+  ContentHash hash;
+  hash.add(what);
+  hash.add(std::string_view(key_of(options_of(asset))));
+  std::vector<std::string> all = high_files(asset.job);
+  const std::vector<std::string> low = low_files(asset.job);
+  all.insert(all.end(), low.begin(), low.end());
+  all.insert(all.end(), files.begin(), files.end());
+  for (const std::string& file : all) {
+    hash.add(std::string_view(relative(file)));
+    hash.add(std::string_view(identify(file)));
+  }
+  return hash.text();
+}
+
+std::optional<std::string> BakeCache::get_beside(const std::string& key) {
+  return store_ == nullptr ? std::nullopt : store_->get("entries/" + key);
+}
+
+void BakeCache::put_beside(const std::string& key, std::string_view text) {
+  if (store_ != nullptr) store_->put("entries/" + key, text);
+}
+
 std::vector<std::string> BakeCache::inputs_of(const BatchAsset& asset) {
   std::vector<std::string> inputs;
   if (const std::optional<Record> record = load(asset)) {

@@ -70,6 +70,14 @@ class BakeCache {
   /// a hook may have changed them
   void note_outputs(const BatchAsset& asset, bool read);
 
+  /// A key of something that is made from an asset's inputs and outputs, such as its pictures: of options, this program,
+  /// the contents of its meshes and of `files`, and what it is.
+  std::string beside_key(const BatchAsset& asset, const std::vector<std::string>& files,
+                         std::string_view what) const;
+  /// What was kept by such a key; none: nothing.
+  std::optional<std::string> get_beside(const std::string& key);
+  void put_beside(const std::string& key, std::string_view text);
+
   /// Inputs of an asset's record, absolute; none where there is none.
   std::vector<std::string> inputs_of(const BatchAsset& asset);
 

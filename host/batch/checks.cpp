@@ -23,12 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_picture(const fs::path& path) {
-  constexpr std::array kEndings = {".png", ".exr", ".tif", ".tiff", ".tga", ".webp"};
-  const std::string ending = lower_case(path.extension().string());
-  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
-}
-
 std::string bytes_of(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
@@ -66,7 +60,7 @@ const CheckLimit* limit_of(const CheckRules& rules, const std::string& map,
 std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
                                 const fs::path& golden, const Image* mask) {
   if (bytes_of(output) == bytes_of(golden)) return {};
-  if (!is_picture(output)) return "its bytes are not those of '" + golden.string() + "'";
+  if (!is_map_file(output)) return "its bytes are not those of '" + golden.string() + "'";
   const Image ours = load_image(output), theirs = load_image(golden);
   if (ours.width != theirs.width || ours.height != theirs.height ||
       ours.channels != theirs.channels) {
@@ -114,18 +108,26 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
   return {};
 }
 
+/// Stem of the map `mask` that goes with a map; empty: the file is none of a map.
+std::string mask_stem(const fs::path& file) {
+  const MapInfo* const info = map_of(file);
+  if (info == nullptr) return {};
+  std::string name = file.stem().string();
+  name.replace(name.rfind("_" + std::string(info->kind.name)) + 1, info->kind.name.size(), "mask");
+  return name;
+}
+
+bool is_mask(const fs::path& file) {
+  const MapInfo* const info = map_of(file);
+  return info != nullptr && info->type == MapType::coverage && info->kind.name == "mask";
+}
+
 /// The coverage beside an output, where it was baked, too.
 std::optional<Image> mask_of(const AssetResult& result, const fs::path& output) {
-  const MapInfo* const info = map_of(output);
-  if (info == nullptr) return std::nullopt;
+  const std::string name = mask_stem(output);
   for (const std::string& file : result.files) {
-    const MapInfo* const other = map_of(file);
-    if (other == nullptr || other->type != MapType::coverage || other->kind.name != "mask")
-      continue;
-    std::string name = fs::path(output).stem().string();
-    const std::size_t at = name.rfind("_" + std::string(info->kind.name));
-    name.replace(at + 1, info->kind.name.size(), "mask");
-    if (fs::path(file).stem().string() == name) return load_image(file);
+    if (!name.empty() && is_mask(file) && fs::path(file).stem().string() == name)
+      return load_image(file);
   }
   return std::nullopt;
 }
@@ -135,6 +137,12 @@ fs::path whole(const fs::path& path) {
 }
 
 }  // namespace
+
+bool is_map_file(const fs::path& path) {
+  constexpr std::array kEndings = {".png", ".exr", ".tif", ".tiff", ".tga", ".webp"};
+  const std::string ending = lower_case(path.extension().string());
+  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
 
 fs::path golden_of(const JobFile& file, const std::string& output) {
   const fs::path below = whole(output).lexically_relative(whole(file.folder / "x").parent_path());
@@ -157,7 +165,7 @@ std::vector<std::string> check_asset(const JobFile& file, const AssetResult& res
                          "': look at the map, and take it by --accept '" + result.name + "'");
       continue;
     }
-    const std::optional<Image> mask = is_picture(output) ? mask_of(result, output) : std::nullopt;
+    const std::optional<Image> mask = is_map_file(output) ? mask_of(result, output) : std::nullopt;
     const std::string problem =
         compare_with_golden(file.check, output, golden, mask ? &*mask : nullptr);
     if (!problem.empty()) problems.push_back("'" + output + "': " + problem);
@@ -205,9 +213,25 @@ std::vector<std::string> golden_without_outputs(const JobFile& file,
   return missing;
 }
 
+bool holds_directions(const fs::path& map) {
+  const MapInfo* const info = map_of(map);
+  return info != nullptr && info->type == MapType::unit_vector;
+}
+
+fs::path mask_beside(const fs::path& map) {
+  const std::string name = mask_stem(map);
+  std::error_code error;
+  const fs::path file = map.parent_path() / (name + map.extension().string());
+  return !name.empty() && file != map && is_mask(file) && fs::is_regular_file(file, error)
+             ? file
+             : fs::path();
+}
+
 std::string pixel_hash(const fs::path& path) {
-  if (!is_picture(path)) return file_hash(path).value_or("");
-  const Image image = load_image(path);
+  return is_map_file(path) ? pixel_hash(load_image(path)) : file_hash(path).value_or("");
+}
+
+std::string pixel_hash(const Image& image) {
   ContentHash hash;
   const std::array<std::uint32_t, 3> sizes = {image.width, image.height, image.channels};
   hash.add(std::as_bytes(std::span(sizes)));

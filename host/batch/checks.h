@@ -7,6 +7,7 @@
 
 #include "batch/job_file.h"
 #include "batch/runner.h"
+#include "kiln/image.h"
 
 namespace kiln {
 
@@ -21,8 +22,16 @@ std::vector<std::string> accept_asset(const JobFile& file, const AssetResult& re
 std::vector<std::string> golden_without_outputs(const JobFile& file,
                                                 const std::vector<AssetResult>& results);
 
+/// True if a file may be a map whose texels can be compared, by its ending.
+bool is_map_file(const std::filesystem::path& path);
+/// True if a file's name is that of a map of unit vectors: "low_normal.png".
+bool holds_directions(const std::filesystem::path& map);
+/// The map `mask` beside a map of the same low poly: its texels that are 0 do not count. Empty: there is none.
+std::filesystem::path mask_beside(const std::filesystem::path& map);
 /// Hash of a picture's size, channels and values, whatever its file is packed like; of other files that of their bytes.
 std::string pixel_hash(const std::filesystem::path& path);
+/// The same of a picture that was read.
+std::string pixel_hash(const Image& image);
 /// "HASH  PATH" a line. \param hashes  by path
 std::string hashes_text(const std::map<std::string, std::string>& hashes);
 /// Of such a text. \param file  for messages \throws Error(input)

@@ -1,7 +1,9 @@
 // Golden maps, limits, hashes, JUnit and shards.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -85,6 +87,30 @@ TEST(Checks, GoldenMapsHoldWithinLimits) {
   expect_exit(run(folder), 1, {"a_low_normal.png", "no map of its name"});
 }
 
+TEST(Checks, TheMaskSaysWhichTexelsOfGoldenMapsCount) {
+  const fs::path folder = make_studio({"a"});
+  // Three quarters of the texels are not covered.
+  Mesh low = BumpySphere::light();
+  for (Vec2& uv : low.uvs) uv = {uv.x / 2, uv.y / 2};
+  save_obj(low, folder / "assets/a_low.obj");
+  write(folder / "job.toml",
+        kMask + "gutter = 0\nmaps = [\"height\", \"mask\"]\n[check]\ngolden = \"golden\"\n");
+  ASSERT_EQ(run(folder, {"--accept", "*"}).exit_code, 0);
+  const fs::path golden = folder / "golden/out/a_low_height.png";
+  const Image heights = load_image(golden), mask = load_image(folder / "out/a_low_mask.png");
+  std::size_t inside = heights.pixels.size(), outside = inside;
+  for (std::size_t i = 0; i < heights.pixels.size(); ++i)
+    (mask.pixels[i * mask.channels] > 0 ? inside : outside) = i;
+  ASSERT_LT(inside, heights.pixels.size());
+  ASSERT_LT(outside, heights.pixels.size());
+  for (const auto& [texel, code] : {std::pair{outside, 0}, std::pair{inside, 1}}) {
+    Image changed = heights;
+    changed.pixels[texel] = changed.pixels[texel] > 0.5F ? 0 : 1;
+    save_image(changed, golden, {ImageFormat::png16});
+    EXPECT_EQ(run(folder).exit_code, code);
+  }
+}
+
 TEST(Checks, MissedSamplesAreHeldEachTime) {
   const fs::path folder = make_studio({"a"});
   write(folder / "job.toml", kMask +
@@ -135,6 +161,100 @@ TEST(Checks, JUnitHasACaseAnAsset) {
   EXPECT_NE(xml.find("name=\"a\""), std::string::npos) << xml;
   EXPECT_NE(xml.find("<failure type=\"input\""), std::string::npos) << xml;
   EXPECT_EQ(xml.find("<nonsense>"), std::string::npos) << xml;
+}
+
+/// A map of one value.
+void save_flat(const fs::path& path, float value, std::uint32_t channels = 1,
+               std::uint32_t side = 4) {
+  Image image{side, side, channels, {}};
+  image.pixels.assign(std::size_t{side} * side * channels, value);
+  fs::create_directories(path.parent_path());
+  save_image(image, path, {ImageFormat::png16});
+}
+
+TEST(DiffFolders, ComparesFileByFile) {
+  const fs::path folder = scratch_folder(), golden = folder / "golden", out = folder / "out";
+  const auto diff = [&](std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"diff", golden.string(), out.string()});
+    return call_kiln(more);
+  };
+  const auto states = [&](std::vector<std::string> more = {}) {
+    more.insert(more.end(), {"--json", (folder / "diff.json").string()});
+    diff(more);
+    std::map<std::string, std::string> states;
+    const json report = json::parse(read(folder / "diff.json"));
+    for (const json& file : report["files"]) states[file["file"]] = file["state"];
+    return states;
+  };
+  for (const fs::path& side : {golden, out}) {
+    save_flat(side / "a/low_height.png", 0.5F);
+    save_flat(side / "b_normal.png", 0.5F, 3);
+    write(side / "b.obj", "v 0 0 0\n");
+    write(side / ".b.kiln.json", side.string());  // hidden, and other
+  }
+  ProcessResult result = diff();
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find("3 files: 3 equal"), std::string::npos) << result.output;
+  // The same texels in other bytes are equal.
+  save_image(load_image(golden / "a/low_height.png"), out / "a/low_height.png",
+             {.format = ImageFormat::png16, .texts = {{"Author", "another"}}});
+  EXPECT_EQ(diff().exit_code, 0);
+  // 1/16 of difference; limits are inclusive.
+  save_flat(out / "a/low_height.png", 0.5625F);
+  EXPECT_EQ(states()["a/low_height.png"], "beyond");
+  EXPECT_EQ(diff({"--max-error", "0.062"}).exit_code, 1);
+  EXPECT_EQ(states({"--max-error", "0.063"})["a/low_height.png"], "within");
+  // A limit of angles is none of heights, nor one of channels of normals.
+  EXPECT_EQ(diff({"--max-angle", "180"}).exit_code, 1);
+  Image normals = load_image(out / "b_normal.png");
+  for (std::size_t i = 0; i < normals.pixels.size(); ++i) normals.pixels[i] = i % 3 == 2 ? 1 : 0.5F;
+  save_image(normals, golden / "b_normal.png", {ImageFormat::png16});
+  const double tilt = 10.0 * 3.14159265358979 / 180;
+  for (std::size_t i = 0; i < normals.pixels.size(); i += 3) {
+    normals.pixels[i] = static_cast<float>(0.5 + 0.5 * std::sin(tilt));
+    normals.pixels[i + 2] = static_cast<float>(0.5 + 0.5 * std::cos(tilt));
+  }
+  save_image(normals, out / "b_normal.png", {ImageFormat::png16});
+  EXPECT_EQ(states({"--max-error", "1"})["b_normal.png"], "beyond");
+  EXPECT_EQ(states({"--max-error", "1", "--max-angle", "9.9"})["b_normal.png"], "beyond");
+  EXPECT_EQ(states({"--max-error", "1", "--max-angle", "10.1"})["b_normal.png"], "within");
+  EXPECT_EQ(diff({"--max-error", "1", "--max-angle", "10.1"}).exit_code, 0);
+  EXPECT_EQ(diff({"--max-error", "1", "--max-mean-angle", "9.9"}).exit_code, 1);
+  // Where the mask beside the golden map is 0, nothing counts.
+  Image mask{4, 4, 1, std::vector<float>(16, 1)};
+  mask.pixels[5] = 0;
+  for (const fs::path& side : {golden, out})
+    save_image(mask, side / "a/low_mask.png", {ImageFormat::png8});
+  save_flat(out / "a/low_height.png", 0.5F);
+  Image heights = load_image(out / "a/low_height.png");
+  heights.pixels[5] = 1;
+  save_image(heights, out / "a/low_height.png", {ImageFormat::png16});
+  EXPECT_EQ(states()["a/low_height.png"], "equal");
+  heights.pixels[6] = 1;
+  save_image(heights, out / "a/low_height.png", {ImageFormat::png16});
+  EXPECT_EQ(states()["a/low_height.png"], "beyond");
+  // Other bytes, another size, gone, new.
+  write(out / "b.obj", "v 0 0 1\n");
+  save_flat(out / "b_normal.png", 0.5F, 3, 8);
+  fs::remove(out / "a/low_mask.png");
+  save_flat(out / "c_normal.png", 0.5F);
+  auto all = states({"--max-error", "1", "--max-angle", "180"});
+  EXPECT_EQ(all["b.obj"], "beyond");
+  EXPECT_EQ(all["b_normal.png"], "beyond");
+  EXPECT_EQ(all["a/low_mask.png"], "missing");
+  EXPECT_EQ(all["c_normal.png"], "new");
+  EXPECT_EQ(all["a/low_height.png"], "within");
+  EXPECT_EQ(diff({"--max-error", "1", "--max-angle", "180", "--junit", (folder / "x.xml").string()})
+                .exit_code,
+            1);
+  const std::string xml = read(folder / "x.xml");
+  EXPECT_NE(xml.find("tests=\"5\" failures=\"4\""), std::string::npos) << xml;
+  expect_exit(diff({"--mask", "mask.png"}), 2, {"--mask"});
+  expect_exit(diff({"--out", "out.png"}), 2, {"--out"});
+  expect_exit(call_kiln({"diff", golden.string(), (out / "b.obj").string()}), 2, {"is a folder"});
+  expect_exit(call_kiln({"diff", golden.string(), (out / "none").string()}), 3, {"none"});
+  fs::create_directories(folder / "empty");
+  expect_exit(call_kiln({"diff", (folder / "empty").string(), out.string()}), 3, {"has no file"});
 }
 
 TEST(Checks, ShardsShareSecondsAndAssets) {

@@ -10,6 +10,8 @@
 
 #include "batch/assets.h"
 #include "batch/batch_scene.h"
+#include "batch/schema_check.h"
+#include "cli/call.h"
 #include "job/job_options.h"
 #include "kiln/error.h"
 #include "kiln/options.h"
@@ -370,54 +372,6 @@ TEST(JobFile, OnlyKeepsNames) {
                {"prosp/a", "did you mean props/a?"});
 }
 
-/// A part of JSON Schema that the schema of job files uses. \returns why it does not fit; empty: it does
-std::string misfit(const json& schema, const json& value) {
-  if (schema.contains("anyOf")) {
-    for (const json& one : schema["anyOf"]) {
-      if (misfit(one, value).empty()) return {};
-    }
-    return value.dump() + " fits none of " + schema["anyOf"].dump();
-  }
-  if (schema.contains("type")) {
-    const auto is = [&](const std::string& type) {
-      return (type == "string" && value.is_string()) || (type == "number" && value.is_number()) ||
-             (type == "integer" && value.is_number_integer()) ||
-             (type == "boolean" && value.is_boolean()) || (type == "array" && value.is_array()) ||
-             (type == "object" && value.is_object());
-    };
-    const json types = schema["type"].is_array() ? schema["type"] : json::array({schema["type"]});
-    if (std::none_of(types.begin(), types.end(), is))
-      return value.dump() + " is no " + types.dump();
-  }
-  if (schema.contains("enum") &&
-      std::find(schema["enum"].begin(), schema["enum"].end(), value) == schema["enum"].end()) {
-    return value.dump() + " is none of " + schema["enum"].dump();
-  }
-  if (value.is_number() && schema.contains("minimum") && value < schema["minimum"])
-    return value.dump() + " is too little";
-  if (value.is_array() && schema.contains("items")) {
-    for (const json& element : value) {
-      if (const std::string why = misfit(schema["items"], element); !why.empty()) return why;
-    }
-  }
-  if (!value.is_object()) return {};
-  for (const json& key : schema.value("required", json::array())) {
-    if (!value.contains(key)) return "no " + key.dump();
-  }
-  const json properties = schema.value("properties", json::object());
-  for (const auto& [key, member] : value.items()) {
-    if (!properties.contains(key) && schema.contains("additionalProperties") &&
-        schema["additionalProperties"] == false)
-      return "no key " + key;
-    const json& of = properties.contains(key)
-                         ? properties[key]
-                         : schema.value("additionalProperties", json::object());
-    if (!of.is_object()) continue;
-    if (const std::string why = misfit(of, member); !why.empty()) return key + ": " + why;
-  }
-  return {};
-}
-
 json json_of(const TomlValue& value) {
   using Kind = TomlValue::Kind;
   if (value.kind == Kind::table) {
@@ -469,6 +423,36 @@ limits = { missed = "5%", normal.mean = 0.5, ao.max = 0.02, outliers = "0.1%" }
       continue;  // looser, for fractions
     EXPECT_NE(misfit(schema, json_of(parse_toml(text, "job.toml"))), "") << line;
   }
+}
+
+TEST(JobFile, ExamplesOfTheRepositoryAreGood) {
+  const json schema = json::parse(job_file_schema());
+  // Files that the examples name, of kinds that they name.
+  const fs::path folder = make_studio({"crate", "props/barrel", "wip/sketch"});
+  write(folder / "scans/rock.ply", "ply\n");  // not read by --check
+  std::size_t examples = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(KILN_EXAMPLES)) {
+    if (entry.path().extension() != ".toml") continue;
+    SCOPED_TRACE(entry.path());
+    ++examples;
+    const std::string text = read(entry.path());
+    EXPECT_EQ(misfit(schema, json_of(parse_toml(text, "job.toml"))), "");
+    write(folder / "job.toml", text);
+    ProcessResult result = call_kiln({"run", (folder / "job.toml").string(), "--check"});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    const TomlValue file = parse_toml(text, "job.toml");
+    const TomlValue* const profiles = file.find("profile");
+    for (const std::string& profile :
+         profiles == nullptr ? std::vector<std::string>() : profiles->keys) {
+      result = call_kiln({"run", (folder / "job.toml").string(), "--check", "--profile", profile});
+      EXPECT_EQ(result.exit_code, 0) << result.errors;
+    }
+  }
+  EXPECT_GE(examples, 1U);
+  // The manual shows the example as it is.
+  const std::string manual = read(fs::path(KILN_EXAMPLES) / "../kiln/README.md");
+  EXPECT_NE(manual.find("```toml\n" + read(fs::path(KILN_EXAMPLES) / "job/job.toml") + "```"),
+            std::string::npos);
 }
 
 TEST(JobFile, PrintsACommandAsAJob) {

@@ -142,7 +142,7 @@ TEST(RunCommand, ALimitThatIsMissedIsAFailureWithFiles) {
 }
 
 TEST(RunCommand, RefusesMapsOfOneNameFromTwoAssets) {
-  // "a_b" of "normal" and "a" of a map that is called "b_normal".
+  // "a_low_b" of "normal" and "a_low" of a map that is called "b_normal".
   const fs::path folder = make_studio({"a", "a_low_b"});
   fs::rename(folder / "assets/a_low_b_low.obj", folder / "assets/a_low_b.obj");
   write(folder / "job.toml", R"([defaults]
@@ -151,14 +151,14 @@ out = "out"
 [[bake]]
 low = "assets/a_low.obj"
 high = "assets/a_high.obj"
-maps = ["b_normal=normal:space=object"]
+maps = ["b_normal=ao:ao-distance=2%"]
 [[bake]]
 low = "assets/a_low_b.obj"
 high = "assets/a_high.obj"
 maps = ["normal"]
 )");
   const ProcessResult result = run_job(folder, {"--at-once", "1"});
-  EXPECT_NE(result.exit_code, 0) << result.errors << result.output;
+  expect_exit(result, 1, {"a_low_b_normal.png", "was written by another bake of this run"});
 }
 
 TEST(RunCommand, RunsHooksWithTheAsset) {
@@ -191,6 +191,11 @@ TEST(RunCommand, ListsChecksAndExplains) {
   EXPECT_FALSE(fs::exists(folder / "out"));
   fs::remove(folder / "assets/b_high.obj");
   expect_exit(run_job(folder, {"--check"}), 3, {"b: there is no high"});
+  // Options within options are wrong before any work, too.
+  write(folder / "job.toml",
+        std::string(kStudioJob) + "maps = [\"normal\", \"other=normal:space=object\"]\n");
+  expect_exit(run_job(folder, {"--only", "a"}), 2, {"job.toml:", "space=object"});
+  EXPECT_FALSE(fs::exists(folder / "out"));
   result = call_kiln({"run", "--print-schema"});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_TRUE(json::parse(result.output).is_object());

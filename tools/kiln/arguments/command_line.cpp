@@ -113,7 +113,11 @@ Option* Command::add_flag(std::string_view name, Option::Take take, std::string_
 }
 void Command::add_text_flag(std::string_view name, std::function<std::string()> text,
                             const std::string& help) {
-  app_->set_version_flag(std::string(name), std::move(text), help);
+  // As CLI11's flag of a version, of which a command has but one.
+  app_->add_flag_callback(
+          std::string(name), [text = std::move(text)] { throw CLI::CallForVersion(text(), 0); },
+          help)
+      ->configurable(false);
 }
 
 std::string Command::get_name() const { return app_->get_name(); }

@@ -1,13 +1,20 @@
 #include <cstdio>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "arguments/command_options.h"
+#include "base/stopwatch.h"
 #include "cl/driver_state.h"
+#include "cl/kernel_folder.h"
 #include "commands.h"
 #include "job/describe.h"
+#include "kiln/job.h"
 #include "kiln/kiln.h"
+#include "kiln/options.h"
 #include "options/json.h"
 #include "options/option_table.h"
+#include "options/parse.h"
 #include "report/console.h"
 
 namespace kiln::cli {
@@ -46,18 +53,81 @@ void print(const DeviceInfo& info) {
   print_line(stdout, "   computes as it should: " + (fault.empty() ? "yes" : "no. " + fault));
 }
 
+/// A sheet of squares over the unit square, with UVs, normals by default, and colours: every map can be baked of it.
+/// \param height  of its bumps
+Mesh sheet(std::uint32_t squares, float height) {
+  Mesh mesh;
+  mesh.name = "sheet";
+  const std::uint32_t points = squares + 1;
+  for (std::uint32_t i = 0; i < points * points; ++i) {
+    const float u = static_cast<float>(i % points) / static_cast<float>(squares),
+                v = static_cast<float>(i / points) / static_cast<float>(squares);
+    const bool odd = (i % points + i / points) % 2 != 0;
+    mesh.positions.push_back({u, v, odd ? height : 0});
+    mesh.uvs.push_back({u, v});
+    mesh.colors.push_back({128, 160, 192, 255});
+  }
+  for (std::uint32_t i = 0; i < squares * squares; ++i) {
+    const std::uint32_t a = i / squares * points + i % squares, b = a + 1, c = a + points,
+                        d = c + 1;
+    mesh.triangles.push_back({a, b, d});
+    mesh.triangles.push_back({a, d, c});
+  }
+  mesh.uv_triangles = mesh.triangles;
+  return mesh;
+}
+
+/// Bakes a small sheet, so that the kernels of these maps are kept. \throws Error(usage) for what is no map
+int warm(const std::string& device, const std::vector<std::string>& maps) {
+  constexpr std::uint32_t kTexels = 16, kSquares = 8;
+  constexpr float kBumps = 0.02F;
+  Job job;
+  job.high.emplace_back(sheet(kSquares, kBumps));
+  job.low = JobLow(sheet(1, 0));
+  job.out = "warm";
+  job.in_memory = true;
+  job.bake.width = job.bake.height = kTexels;
+  if (!maps.empty()) set_option(job, "maps", maps);
+  const Stopwatch watch;
+  const Device opened = Device::open(device);
+  const JobResult result = run(opened, job);
+  Console console(/*quiet=*/false);
+  for (const Warning& warning : kernel_folder_warnings()) console.warning(warning.message);
+  std::string made;
+  for (const JobMap& map : result.maps) made += (made.empty() ? "" : ", ") + map.name;
+  console.line(opened.info().name + ": kernels of " + made + " are in '" +
+               ocl::kernel_folder().kiln.parent_path().string() +
+               formatted("', %.1f s", watch.total()));
+  return 0;
+}
+
 }  // namespace
 
 Run add_devices(Command& app) {
   Command* command = app.add_command("devices", "List the OpenCL devices");
   struct Arguments {
-    bool json = false;
+    bool json = false, warm = false;
+    std::vector<std::string> maps;
+    std::string device;
   };
   auto arguments = std::make_shared<Arguments>();
   const OptionRow rows[] = {
-      {.flag = "--json", .value = toggle(KILN_MEMBER(Arguments, json)), .help = "Print JSON"}};
+      {.flag = "--json", .value = toggle(KILN_MEMBER(Arguments, json)), .help = "Print JSON"},
+      {.flag = "--warm",
+       .value = toggle(KILN_MEMBER(Arguments, warm)),
+       .help = "Compile the kernels of --maps, so that a first bake finds them: for images of "
+               "containers"},
+      {.flag = "--maps",
+       .value = texts(KILN_MEMBER(Arguments, maps), ','),
+       .help = "Maps of --warm (default: normal)"},
+      device_row<Arguments>("")};
   add_options(*command, rows, arguments.get());
   return [arguments] {
+    refuse_if(!arguments->warm && !arguments->maps.empty(), "--maps is of --warm: add --warm.");
+    refuse_if(!arguments->warm && !arguments->device.empty(),
+              "--device is of --warm: without it, all devices are listed.");
+    refuse_if(arguments->warm && arguments->json, "--warm prints no JSON: leave --json out.");
+    if (arguments->warm) return warm(arguments->device, arguments->maps);
     const std::vector<DeviceInfo> devices = list_devices();
     if (arguments->json) {
       Json list = Json::array();

@@ -1,15 +1,24 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "arguments/command_options.h"
+#include "base/counted.h"
+#include "batch/checks.h"
+#include "batch/content_hash.h"
 #include "command/render_parts.h"
 #include "commands.h"
 #include "job/describe.h"
 #include "job/files.h"
 #include "job/map_file.h"
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "options/option_table.h"
 #include "options/parse.h"
@@ -23,7 +32,7 @@ namespace {
 std::string error_text(double value) { return formatted(value < 1e6 ? "%.6f" : "%.6g", value); }
 
 struct DiffArguments {
-  std::string a, b, mask, out, json;
+  std::string a, b, mask, out, json, junit;
   std::optional<double> max_mean_angle, max_angle, max_error;
 };
 
@@ -66,7 +75,174 @@ void save_difference(const DiffArguments& arguments, Image& a, Image& b, const I
   save_image(make_sheet(panels, scale), arguments.out, {ImageFormat::png8});
 }
 
+/// How a file of one folder is beside that of the other.
+struct FileDifference {
+  std::string file;   ///< Below both folders
+  const char* state;  ///< equal, within, beyond, missing, new
+  std::string problem;
+  std::optional<ImageDifference> figures;
+};
+
+bool is_problem(const FileDifference& file) { return !file.problem.empty(); }
+
+/// Regular files of a folder and those in it, below it, sorted. Names that begin with a dot are left out.
+std::set<std::string> files_below(const std::filesystem::path& folder, const std::string& name) {
+  namespace fs = std::filesystem;
+  std::set<std::string> files;
+  std::error_code error;
+  fs::recursive_directory_iterator at(folder, error);
+  for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
+    if (at->path().filename().string().starts_with('.')) {
+      at.disable_recursion_pending();
+      continue;
+    }
+    std::error_code gone;
+    if (at->is_regular_file(gone))
+      files.insert(at->path().lexically_relative(folder).generic_string());
+  }
+  if (error) {
+    throw Error(ErrorCode::input,
+                name + " '" + folder.string() + "' cannot be read: " + error.message() + ".");
+  }
+  return files;
+}
+
+/// Holds a map to the limits of its kind: angles of directions, channel differences of all others.
+FileDifference compare_maps(const DiffArguments& arguments, const std::string& file) {
+  const std::filesystem::path golden = std::filesystem::path(arguments.a) / file,
+                              ours = std::filesystem::path(arguments.b) / file;
+  FileDifference result{file, "equal", {}, {}};
+  if (file_hash(golden) == file_hash(ours)) return result;
+  if (!is_map_file(golden)) {
+    result.state = "beyond";
+    result.problem = "it has other bytes";
+    return result;
+  }
+  const Image a = load_image(golden), b = load_image(ours);
+  std::optional<Image> mask;
+  if (const auto beside = mask_beside(golden); !beside.empty()) {
+    mask = load_mask(beside);
+    if (mask->width != a.width || mask->height != a.height) mask.reset();
+  }
+  ImageDifference figures;
+  try {
+    figures = compare_images(a, b, mask ? &*mask : nullptr);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::input) throw;
+    result.state = "beyond";
+    result.problem = error.what();
+    if (result.problem.ends_with('.')) result.problem.pop_back();
+    return result;
+  }
+  result.figures = figures;
+  if (figures.max_error == 0) return result;
+  const auto hold = [&](const std::optional<double>& limit, double value, const char* what) {
+    if (!limit || value <= *limit) return;
+    result.problem += (result.problem.empty() ? "" : ", ") + std::string(what) + " " +
+                      error_text(value) + formatted(" (allowed: %g)", *limit);
+  };
+  const bool directions = holds_directions(golden) && a.channels >= 3;
+  const bool limited = directions ? arguments.max_mean_angle || arguments.max_angle
+                                  : arguments.max_error.has_value();
+  if (directions) {
+    hold(arguments.max_mean_angle, figures.mean_angle_degrees, "mean angle");
+    hold(arguments.max_angle, figures.max_angle_degrees, "greatest angle");
+  } else {
+    hold(arguments.max_error, figures.max_error, "greatest error");
+  }
+  if (!limited) {
+    result.problem =
+        directions ? "it differs by up to " + error_text(figures.max_angle_degrees) + " degrees"
+                   : "it differs by up to " + error_text(figures.max_error);
+  }
+  result.state = result.problem.empty() ? "within" : "beyond";
+  return result;
+}
+
+Json difference_json(const FileDifference& file) {
+  Json json = {{"file", file.file},
+               {"state", file.state},
+               {"problem", file.problem.empty() ? Json() : Json(file.problem)}};
+  if (!file.figures) return json;
+  json["compared"] = file.figures->compared;
+  json["mean_angle_degrees"] = file.figures->mean_angle_degrees;
+  json["max_angle_degrees"] = file.figures->max_angle_degrees;
+  json["mean_error"] = file.figures->mean_error;
+  json["max_error"] = file.figures->max_error;
+  json["worst"] = {file.figures->worst_x, file.figures->worst_y};
+  return json;
+}
+
+/// A folder of golden files beside one of ours.
+int diff_folders(const DiffArguments& arguments) {
+  refuse_if(!arguments.mask.empty(),
+            "--mask is for two maps; of folders, the map 'mask' beside a golden map says which "
+            "texels count.");
+  refuse_if(!arguments.out.empty(),
+            "--out is for two maps: compare those that differ by themselves.");
+  check_paths({}, {arguments.json, arguments.junit});
+  if (arguments.json != "-") prepare_parent(arguments.json);
+  prepare_parent(arguments.junit);
+  const std::set<std::string> golden = files_below(arguments.a, "GOLDEN"),
+                              ours = files_below(arguments.b, "OUT");
+  if (golden.empty()) {
+    throw Error(ErrorCode::input,
+                "'" + arguments.a + "' has no file: name the folder of golden maps.");
+  }
+  std::vector<FileDifference> files;
+  for (const std::string& file : golden) {
+    if (ours.count(file) == 0) {
+      files.push_back({file, "missing", "it is golden, and was not written", {}});
+    } else {
+      files.push_back(compare_maps(arguments, file));
+    }
+  }
+  for (const std::string& file : ours) {
+    if (golden.count(file) == 0)
+      files.push_back({file, "new", "there is no golden file of its name", {}});
+  }
+  std::map<std::string, std::size_t> counts;
+  Json described = Json::array(), cases = Json::array();
+  std::FILE* const to = arguments.json == "-" ? stderr : stdout;
+  for (const FileDifference& file : files) {
+    ++counts[file.state];
+    described.push_back(difference_json(file));
+    Json one = {{"asset", file.file}, {"state", file.state}, {"seconds", 0.0}, {"error", Json()}};
+    if (is_problem(file))
+      one["error"] = {{"message", file.problem}, {"id", file.state}, {"code", 1}};
+    cases.push_back(std::move(one));
+    if (is_problem(file)) print_line(to, file.file + ": " + file.problem);
+  }
+  const bool within = std::none_of(files.begin(), files.end(), is_problem);
+  print_line(to, formatted("%s: %zu equal, %zu within the limits, %zu beyond, %zu missing, %zu new",
+                           counted(files.size(), "file").c_str(), counts["equal"], counts["within"],
+                           counts["beyond"], counts["missing"], counts["new"]));
+  if (!arguments.json.empty()) {
+    save_report(arguments.json, Json{{"version", version()},
+                                     {"a", arguments.a},
+                                     {"b", arguments.b},
+                                     {"files", described},
+                                     {"within", within}});
+  }
+  if (!arguments.junit.empty()) save_text(arguments.junit, junit_text("diff", cases));
+  return within ? 0 : 1;
+}
+
 int run_diff(const DiffArguments& arguments) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const bool folder_a = fs::is_directory(arguments.a, error),
+             folder_b = fs::is_directory(arguments.b, error);
+  const std::string &folder = folder_a ? arguments.a : arguments.b,
+                    &other = folder_a ? arguments.b : arguments.a;
+  if (folder_a != folder_b && !fs::exists(other, error)) {
+    throw Error(ErrorCode::input, "There is no folder '" + other + "' to compare with '" + folder +
+                                      "': check the path.");
+  }
+  refuse_if(folder_a != folder_b,
+            "'" + folder + "' is a folder and '" + other + "' a file: give two of a kind.");
+  if (folder_a && folder_b) return diff_folders(arguments);
+  refuse_if(!arguments.junit.empty(), "--junit is for two folders: leave it out.");
   check(arguments);
   Image a = load_normal_map(arguments.a);
   // The other one, and an angle a texel.
@@ -126,13 +302,19 @@ int run_diff(const DiffArguments& arguments) {
 
 Run add_diff(Command& app) {
   Command* command = app.add_command("diff",
-                                     "Compare two maps; exit code 0 within the limits, 1 "
-                                     "beyond (without limits: 0 only if equal)");
+                                     "Compare two maps, or two folders of maps; exit code 0 within "
+                                     "the limits, 1 beyond (without limits: 0 only if equal)");
   auto arguments = std::make_shared<DiffArguments>();
 #define AT(member) KILN_MEMBER(DiffArguments, member)
   const OptionRow rows[] = {
-      {.flag = "A", .value = text(AT(a)), .help = "A map (PNG or EXR)", .required = true},
-      {.flag = "B", .value = text(AT(b)), .help = "Another of the same size", .required = true},
+      {.flag = "A",
+       .value = text(AT(a)),
+       .help = "A map (PNG or EXR), or a folder of golden files",
+       .required = true},
+      {.flag = "B",
+       .value = text(AT(b)),
+       .help = "Another map of the same size, or a folder of the same files",
+       .required = true},
       {.flag = "--max-mean-angle",
        .value = number(AT(max_mean_angle), 0, 180).in("degrees"),
        .help = "Degrees, between normals"},
@@ -154,6 +336,9 @@ Run add_diff(Command& app) {
       {.flag = "--json",
        .value = text(AT(json)),
        .help = "Write the figures to this file, or - for standard output"},
+      {.flag = "--junit",
+       .value = text(AT(junit), "FILE"),
+       .help = "Of two folders: write the result as JUnit's XML, a case a file"},
   };
 #undef AT
   add_options(*command, rows, arguments.get());

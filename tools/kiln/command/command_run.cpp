@@ -18,11 +18,17 @@
 #include "batch/checks.h"
 #include "batch/job_file.h"
 #include "batch/path_pattern.h"
+#include "batch/report.h"
 #include "batch/runner.h"
+#include "command/http_store.h"
+#include "command/run_page.h"
+#include "command/run_watch.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "job/files.h"
+#include "job/job_options.h"
 #include "kiln/files.h"
+#include "kiln/options.h"
 #include "kiln/version.h"
 #include "options/near_words.h"
 #include "picture/plot.h"
@@ -33,12 +39,13 @@ namespace kiln::cli {
 namespace {
 
 struct RunArguments {
-  std::string file, profile, explain, device, json, cache, cache_limit = "10G", depfile, junit,
-                                                           hashes, check_hashes, shard;
-  std::vector<std::string> accept;
+  std::string file, profile, explain, device, json, cache,
+      cache_limit = "10G", depfile, junit, hashes, check_hashes, shard, report, baseline;
+  std::vector<std::string> accept, merge;
   std::vector<std::string> only;
   std::uint32_t at_once = 0;
   bool check = false, list = false, quiet = false, plan = false, no_cache = false, rebake = false;
+  bool watch = false;
   bool allow_outside = false, allow_own_maps = false, allow_hooks = false;
   OptionLayer options{"command line", {}};  ///< Of kiln bake
 };
@@ -89,25 +96,75 @@ int list(const Batch& batch) {
   return 0;
 }
 
-Json report_json(const RunArguments& arguments, const Batch& batch,
-                 const std::vector<AssetResult>& results, double seconds) {
-  Json assets = Json::array();
-  std::map<std::string, std::size_t> counts;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    ++counts[name_of(results[i].state)];
-    Json asset = to_json(batch.assets[i], results[i]);
-    asset["report"] = results[i].report.empty() ? Json() : Json::parse(results[i].report);
-    assets.push_back(std::move(asset));
+ReportHead head_of(const RunArguments& arguments, double seconds) {
+  return {arguments.file, arguments.profile, arguments.shard, seconds};
+}
+
+/// Notes in a report how it differs from a former one, and says so.
+void compare(const RunArguments& arguments, const Json& former, Json& report, Console& console) {
+  add_baseline(report, former);
+  report["baseline"] = arguments.baseline;
+  std::vector<const Json*> changed;
+  for (const Json& asset : report.at("assets").elements()) {
+    if (asset.at("baseline.state").text() != "same") changed.push_back(&asset);
   }
-  Json states = Json::object();
-  for (const auto& [state, count] : counts) states[state] = count;
-  return {{"version", version()},
-          {"job", arguments.file},
-          {"profile", arguments.profile.empty() ? Json() : Json(arguments.profile)},
-          {"seconds", seconds},
-          {"states", states},
-          {"warnings", describe(batch.warnings)},
-          {"assets", assets}};
+  std::stable_sort(changed.begin(), changed.end(), [](const Json* a, const Json* b) {
+    return a->at("baseline.worse").number() > b->at("baseline.worse").number();
+  });
+  console.line("beside '" + arguments.baseline + "': " + std::to_string(changed.size()) + " of " +
+               counted(report.at("assets").size(), "asset") + " changed, " +
+               std::to_string(report.at("gone").size()) + " gone");
+  constexpr std::size_t kMostLines = 10;
+  for (std::size_t i = 0; i < std::min(kMostLines, changed.size()); ++i) {
+    std::string what;
+    for (const Json& one : changed[i]->at("baseline.what").elements())
+      what += (what.empty() ? "" : "; ") + one.text();
+    console.line("  " + changed[i]->at("asset").text() + ": " + what);
+  }
+}
+
+/// Writes all reports that were asked for.
+void save_reports(const RunArguments& arguments, const Json& report) {
+  if (!arguments.json.empty() && arguments.json != "-")
+    save_report(arguments.json, without_pictures(report));
+  if (!arguments.report.empty()) save_page(arguments.report, report);
+  if (!arguments.junit.empty()) {
+    save_text(arguments.junit, junit_text(std::filesystem::path(arguments.file).stem().string(),
+                                          report.at("assets")));
+  }
+}
+
+/// Reports of the parts of a run as one.
+int merge(const RunArguments& arguments, Console& console) {
+  refuse_if(arguments.json.empty() && arguments.report.empty() && arguments.junit.empty(),
+            "--merge joins reports: say where to, --json FILE, --report FILE or --junit FILE.");
+  std::vector<Json> reports;
+  for (const std::string& file : arguments.merge) {
+    reports.push_back(read_report(file, "--merge '" + file + "'"));
+    const std::filesystem::path job = reports.back().at("job").text();
+    refuse_if(job.filename() != std::filesystem::path(arguments.file).filename(),
+              "--merge '" + file + "' is of the job file '" + job.string() + "', not of '" +
+                  arguments.file + "': give reports of one run.");
+  }
+  Json report = merge_reports(reports, arguments.merge);
+  if (!arguments.baseline.empty()) {
+    compare(arguments, read_report(arguments.baseline, "--baseline '" + arguments.baseline + "'"),
+            report, console);
+  }
+  std::size_t failed = 0;
+  for (const Json& asset : report.at("assets").elements()) {
+    if (arguments.json == "-") print_line(stdout, asset.with_texts(escape_bytes).dump());
+    const std::string& state = asset.at("state").text();
+    if (state != "failed" && state != "cancelled" && state != "not run") continue;
+    ++failed;
+    print_line(stderr,
+               "kiln: " + asset.at("asset").text() + ": " +
+                   (asset.at("error").is_null() ? state : asset.at("error.message").text()));
+  }
+  save_reports(arguments, report);
+  console.line(counted(report.at("assets").size(), "asset") + " of " +
+               counted(reports.size(), "report") + ": " + std::to_string(failed) + " failed");
+  return failed == 0 ? 0 : 1;
 }
 
 /// Runs a command by the shell, in the job file's folder. \returns its exit code
@@ -126,16 +183,47 @@ int run_shell(const JobFile& file, const std::string& command, const std::string
   return result.exit_code;
 }
 
+/// What a server of results has to say, from any thread, for the end of a run.
+class LateWarnings {
+ public:
+  void add(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    texts_.push_back(text);
+  }
+  void print(Console& console) {
+    const std::lock_guard lock(mutex_);
+    for (const std::string& text : texts_) console.warning(text);
+    texts_.clear();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> texts_;
+};
+
+/// The folder of results; empty: they are on a server.
+std::filesystem::path cache_folder(const RunArguments& arguments, const JobFile& file) {
+  if (arguments.cache.empty()) return file.folder / ".kiln";
+  return is_cache_server(arguments.cache) ? "" : arguments.cache;
+}
+
 /// What was baked before; null: nothing is kept.
-std::unique_ptr<BakeCache> open_cache(const RunArguments& arguments, const JobFile& file) {
+std::unique_ptr<BakeCache> open_cache(const RunArguments& arguments, const JobFile& file,
+                                      LateWarnings& late) {
   refuse_if(arguments.no_cache && !arguments.cache.empty(),
             "--no-cache keeps nothing, so that --cache has no use: leave one out.");
   if (arguments.no_cache) return nullptr;
-  const std::filesystem::path own = file.folder / ".kiln";
-  const std::filesystem::path folder =
-      arguments.cache.empty() ? own : std::filesystem::path(arguments.cache);
-  return std::make_unique<BakeCache>(file.folder, own / "records",
-                                     std::make_unique<FolderStore>(folder));
+  const std::filesystem::path folder = cache_folder(arguments, file);
+  std::unique_ptr<CacheStore> store;
+  if (folder.empty()) {
+    store =
+        open_cache_server(arguments.cache, [&late](const std::string& text) { late.add(text); });
+  } else {
+    store = std::make_unique<FolderStore>(folder);
+  }
+  // Two job files of one folder may have assets of one name.
+  const std::filesystem::path records = file.folder / ".kiln" / "records" / file.path.filename();
+  return std::make_unique<BakeCache>(file.folder, records, std::move(store));
 }
 
 int plan(const Batch& batch, BakeCache& cache, const std::string& device) {
@@ -274,17 +362,73 @@ class Holder {
   std::vector<std::string> golden_;
 };
 
-int run_job_file(const RunArguments& arguments) {
-  Console console(arguments.quiet, arguments.json);
-  const Stopwatch watch;
-  const JobFile file = read_job_file(arguments.file, arguments.profile);
+ExpandOptions expand_options(const RunArguments& arguments) {
   ExpandOptions expand;
   expand.allow_outside = arguments.allow_outside;
   expand.allow_own_maps = arguments.allow_own_maps;
   expand.allow_hooks = arguments.allow_hooks;
   expand.only = arguments.only;
   expand.command_line = arguments.options;
-  Batch batch = expand_job_file(file, expand);
+  return expand;
+}
+
+/// What a run would make, as a text: what is wrong with the job file where it cannot be read.
+std::string plan_text(const RunArguments& arguments) {
+  try {
+    const JobFile file = read_job_file(arguments.file, arguments.profile);
+    std::string text;
+    for (const BatchAsset& asset : expand_job_file(file, expand_options(arguments)).assets)
+      text += asset.name + "\n" + to_json(asset.job) + "\n" + asset.problem + "\n";
+    return text;
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+/// Files that a run depends on, as far as they are known.
+std::set<std::string> watched_files(const RunArguments& arguments) {
+  std::set<std::string> files = {arguments.file};
+  try {
+    const JobFile file = read_job_file(arguments.file, arguments.profile);
+    LateWarnings late;
+    RunArguments local = arguments;
+    local.cache = "";  // records alone are asked
+    const std::unique_ptr<BakeCache> cache = open_cache(local, file, late);
+    for (const BatchAsset& asset : expand_job_file(file, expand_options(arguments)).assets) {
+      for (const std::vector<std::string>& some :
+           {high_files(asset.job), low_files(asset.job), cache->inputs_of(asset)}) {
+        files.insert(some.begin(), some.end());
+      }
+      for (const Setting& setting : asset.settings) {
+        if (!setting.origin.file.empty()) files.insert(setting.origin.file);
+      }
+    }
+  } catch (const Error&) {
+    // The run says what is wrong; the job file is watched.
+  }
+  return files;
+}
+
+int run_job_file(const RunArguments& arguments) {
+  Console console(arguments.quiet, arguments.json);
+  const Stopwatch watch;
+  refuse_if(!arguments.baseline.empty() && arguments.report.empty() &&
+                (arguments.json.empty() || arguments.json == "-"),
+            "--baseline is of a report: add --report FILE or --json FILE.");
+  check_paths({arguments.file}, {arguments.json, arguments.report, arguments.junit,
+                                 arguments.hashes, arguments.depfile});
+  if (arguments.watch) {
+    refuse_if(arguments.plan || arguments.list || arguments.check || arguments.rebake ||
+                  arguments.no_cache || !arguments.explain.empty() || !arguments.merge.empty() ||
+                  !arguments.accept.empty(),
+              "--watch bakes what changed: leave out --plan, --list, --check, --explain, --merge, "
+              "--accept, --rebake and --no-cache.");
+    return run_watched([&] { return watched_files(arguments); },
+                       [&] { return plan_text(arguments); }, console);
+  }
+  if (!arguments.merge.empty()) return merge(arguments, console);
+  const JobFile file = read_job_file(arguments.file, arguments.profile);
+  Batch batch = expand_job_file(file, expand_options(arguments));
   if (!arguments.shard.empty()) keep_shard(arguments.shard, batch);
   for (const Warning& warning : batch.warnings) console.warning(warning.message);
   if (!arguments.explain.empty()) return explain(batch, arguments.explain);
@@ -301,15 +445,24 @@ int run_job_file(const RunArguments& arguments) {
                                      counted(batch.assets.size(), "asset") + " cannot be baked");
     return problems == 0 ? 0 : static_cast<int>(ErrorCode::input);
   }
-  const std::unique_ptr<BakeCache> cache = open_cache(arguments, file);
+  LateWarnings late;
+  const std::unique_ptr<BakeCache> cache = open_cache(arguments, file, late);
   refuse_if(cache == nullptr && (arguments.plan || arguments.rebake || !arguments.depfile.empty()),
             "--plan, --rebake and --depfile go by what was kept: leave --no-cache out.");
   const std::uint64_t limit = parse_memory("--cache-limit", arguments.cache_limit);
-  if (arguments.plan) return plan(batch, *cache, arguments.device);
-  if (!arguments.json.empty() && arguments.json != "-") {
-    check_paths({arguments.file}, {arguments.json});
-    prepare_parent(arguments.json);
+  if (arguments.plan) {
+    const int code = plan(batch, *cache, arguments.device);
+    late.print(console);
+    return code;
   }
+  // What is wrong with a report's place or a former one is said before the work.
+  for (const std::string* const output : {&arguments.json, &arguments.report, &arguments.junit,
+                                          &arguments.hashes, &arguments.depfile}) {
+    if (*output != "-") prepare_parent(*output);
+  }
+  Json former;
+  if (!arguments.baseline.empty())
+    former = read_report(arguments.baseline, "--baseline '" + arguments.baseline + "'");
   RunBatchOptions options;
   options.device = arguments.device;
   options.cache = cache.get();
@@ -323,7 +476,7 @@ int run_job_file(const RunArguments& arguments) {
   options.run_command = [&file](const std::string& hook, const std::string& input,
                                 std::string& said) { return run_shell(file, hook, input, said); };
   options.on_progress = [&](double share, std::string_view stage) {
-    console.progress(share, stage);
+    console.progress(share, time_left(share, watch.total()) + std::string(stage));
   };
   std::size_t done = 0;
   options.on_result = [&](const BatchAsset& asset, const AssetResult& result) {
@@ -356,24 +509,27 @@ int run_job_file(const RunArguments& arguments) {
     const bool wrote = std::any_of(results.begin(), results.end(), [](const AssetResult& result) {
       return result.state == AssetState::baked;
     });
-    if (wrote)
-      FolderStore(arguments.cache.empty() ? file.folder / ".kiln"
-                                          : std::filesystem::path(arguments.cache))
-          .prune(limit);
+    // A server's limit is its own.
+    const std::filesystem::path folder = cache_folder(arguments, file);
+    if (wrote && !folder.empty()) FolderStore(folder).prune(limit);
+    late.print(console);
     if (!arguments.depfile.empty()) save_depfile(arguments, batch, results, *cache);
-  }
-  if (!arguments.json.empty() && arguments.json != "-") {
-    save_report(arguments.json, report_json(arguments, batch, results, seconds));
   }
   const bool whole = arguments.only.empty() && arguments.shard.empty() &&
                      std::none_of(results.begin(), results.end(), [](const AssetResult& result) {
                        return result.state == AssetState::failed && result.files.empty();
                      });
   const std::vector<std::string> problems = holder.finish(console, results, whole);
-  if (!arguments.junit.empty()) {
-    save_text(arguments.junit,
-              junit_text(std::filesystem::path(arguments.file).stem().string(),
-                         report_json(arguments, batch, results, seconds).at("assets")));
+  if (!arguments.json.empty() || !arguments.report.empty() || !arguments.junit.empty()) {
+    Json report = report_of(head_of(arguments, seconds), batch, results);
+    if (!arguments.report.empty() &&
+        !add_pictures(
+            report, batch.assets, results, [&] { return Device::open(arguments.device); },
+            cache.get(), console)) {
+      return kExitCancelled;
+    }
+    if (!arguments.baseline.empty()) compare(arguments, former, report, console);
+    save_reports(arguments, report);
   }
   std::vector<const AssetResult*> failed;
   for (const AssetResult& result : results) {
@@ -444,10 +600,14 @@ Run add_run(Command& app) {
       {.flag = "--plan",
        .value = toggle(AT(plan)),
        .help = "Print what would be baked and why, and bake nothing"},
+      {.flag = "--watch",
+       .value = toggle(AT(watch)),
+       .help = "Bake, and bake again what depends on a file whenever one is saved, until Ctrl-C"},
       {.flag = "--cache",
-       .value = text(AT(cache), "DIR"),
+       .value = text(AT(cache), "DIR|URL"),
        .help =
-           "Keep results in this folder, which may be shared (default: .kiln beside the job file)"},
+           "Keep results in this folder, which may be shared, or on a server that takes PUT and "
+           "GET, http://HOST/FOLDER (default: .kiln beside the job file)"},
       {.flag = "--no-cache", .value = toggle(AT(no_cache)), .help = "Bake all, and keep nothing"},
       {.flag = "--rebake", .value = toggle(AT(rebake)), .help = "Bake all, and keep the results"},
       {.flag = "--cache-limit",
@@ -464,6 +624,17 @@ Run add_run(Command& app) {
       {.flag = "--junit",
        .value = text(AT(junit), "FILE"),
        .help = "Write the results as JUnit's XML"},
+      {.flag = "--report",
+       .value = text(AT(report), "FILE.html"),
+       .help =
+           "Write a page with pictures of each asset, its maps, figures and warnings: one file"},
+      {.flag = "--baseline",
+       .value = text(AT(baseline), "FORMER"),
+       .help = "Say in reports what changed since a former one, a file of --json or --report"},
+      {.flag = "--merge",
+       .value = texts(AT(merge)),
+       .help = "Join the reports of the parts of --shard, files of --json or --report, and bake "
+               "nothing. Given once for each"},
       {.flag = "--hashes",
        .value = text(AT(hashes), "FILE"),
        .help = "Write a hash of every map's pixels, by which two machines can be compared"},
@@ -499,6 +670,8 @@ Run add_run(Command& app) {
   add_bake_options(*command, *arguments);
   command->add_text_flag("--print-schema", job_file_schema,
                          "A JSON Schema of job files, for editors");
+  command->add_text_flag("--print-report-schema", report_schema,
+                         "A JSON Schema of the reports of --json");
   return [arguments] { return run_job_file(*arguments); };
 }
 

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/formatted.h"
 #include "interrupt.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
@@ -158,6 +159,15 @@ void Console::line(const std::string& text) {
 void Console::warning(const Message& message) {
   clear_bar();
   print_line(stderr, "warning: " + message.text(option_as_flag));
+}
+
+std::string time_left(double share, double seconds) {
+  constexpr double kLeastShare = 0.01, kLeastSeconds = 2;
+  if (!(share >= kLeastShare) || share >= 1 || seconds < kLeastSeconds) return {};
+  const double left = seconds * (1 - share) / share;
+  if (left < 60) return formatted("about %.0f s left, ", std::max(1.0, left));
+  if (left < 3600) return formatted("about %.0f min left, ", left / 60);
+  return formatted("about %.1f h left, ", left / 3600);
 }
 
 void print_warnings(Console& console, const std::vector<Warning>& general,

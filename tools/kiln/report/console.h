@@ -72,6 +72,10 @@ class Console {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// "about 40 s left, ": what the rest takes where it goes on as the first share did. Empty at the beginning, when
+/// nobody knows. \param seconds  that the share took
+std::string time_left(double share, double seconds);
+
 /// Every general warning; and of the settings' every kind once, with how often it came.
 /// \param report  where the others are: "see REPORT"
 void print_warnings(Console& console, const std::vector<Warning>& general,

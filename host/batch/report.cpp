@@ -1,0 +1,391 @@
+#include "batch/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <set>
+
+#include "job/describe.h"
+#include "job/files.h"
+#include "kiln/error.h"
+#include "kiln/files.h"
+#include "kiln/version.h"
+#include "options/values.h"
+
+namespace kiln {
+namespace {
+
+/// Largest report that is read: ten thousand assets with pictures are some 100 MB.
+constexpr std::size_t kMostReportBytes = std::size_t{1} << 30;
+
+/// How much worse an asset is than before. Degrees of rendered normals are the unit; what cannot be measured in
+/// degrees is ordered around them: a failure comes before any error, a new kind of warning counts a tenth, and other
+/// pixels whose error is as it was come last.
+struct Worse {
+  static constexpr double kFailed = 1000, kMissedShare = 100, kWarning = 0.1, kPixels = 0.001;
+};
+/// Least differences that are told: below them a rounding changes.
+constexpr double kLeastDegrees = 0.005, kLeastShare = 0.0005;
+/// Seconds are told where they doubled, and are no noise.
+constexpr double kSlower = 2, kLeastSeconds = 1;
+
+bool is_failure(const Json& asset) {
+  const std::string& state = asset.at("state").text();
+  return state == name_of(AssetState::failed) || state == name_of(AssetState::not_run) ||
+         state == name_of(AssetState::cancelled);
+}
+
+std::map<std::string, const Json*> by_text(const Json& list, const char* key) {
+  std::map<std::string, const Json*> found;
+  for (const Json& element : list.elements()) found.try_emplace(element.at(key).text(), &element);
+  return found;
+}
+
+std::string size_text(const Json& map) {
+  return formatted("%.0f x %.0f x %.0f", map.at("width").number(), map.at("height").number(),
+                   map.at("channels").number());
+}
+
+class Comparison {
+ public:
+  Json of(const Json& former, const Json& now) {
+    const bool failed = is_failure(now), had_failed = is_failure(former);
+    if (failed && !had_failed) say(Worse::kFailed, "it failed, which it did not before");
+    if (!failed && had_failed) say(-Worse::kFailed, "it failed before");
+    if (!failed && !had_failed) {
+      compare_figures(former, now);
+      compare_maps(former.at("maps"), now.at("maps"));
+    }
+    compare_warnings(former.at("warnings"), now.at("warnings"));
+    return {{"state", what_.empty() ? "same" : "changed"}, {"what", what_}, {"worse", worse_}};
+  }
+
+ private:
+  void say(double worse, const std::string& what) {
+    worse_ += worse;
+    what_.push_back(what);
+  }
+
+  void compare_figures(const Json& former, const Json& now) {
+    const Json &was = former.at("rendered.mean_degrees"), &is = now.at("rendered.mean_degrees");
+    if (was.is_number() && is.is_number() &&
+        std::abs(is.number() - was.number()) >= kLeastDegrees) {
+      say(is.number() - was.number(),
+          formatted("rendered normals are %.2f degrees off, not %.2f", is.number(), was.number()));
+    }
+    const double missed = now.at("missed").number(), missed_before = former.at("missed").number();
+    if (std::abs(missed - missed_before) >= kLeastShare) {
+      say(Worse::kMissedShare * (missed - missed_before),
+          formatted("%.3g%% of the samples are missed, not %.3g%%", 100 * missed,
+                    100 * missed_before));
+    }
+    const bool both = former.at("state").text() == name_of(AssetState::baked) &&
+                      now.at("state").text() == name_of(AssetState::baked);
+    const double seconds = now.at("seconds").number(), before = former.at("seconds").number();
+    if (both && seconds >= kLeastSeconds && seconds > kSlower * before)
+      say(0, formatted("it took %.3g s, not %.3g s", seconds, before));
+  }
+
+  void compare_maps(const Json& former, const Json& now) {
+    // A report without a page has no maps.
+    if (!former.is_array() || !now.is_array()) return;
+    const auto before = by_text(former, "name"), after = by_text(now, "name");
+    for (const auto& [name, map] : after) {
+      const auto old = before.find(name);
+      if (old == before.end()) {
+        say(0, name + " is new");
+      } else if (size_text(*old->second) != size_text(*map)) {
+        say(Worse::kPixels, name + " is " + size_text(*map) + ", not " + size_text(*old->second));
+      } else if (old->second->at("hash").text() != map->at("hash").text()) {
+        say(Worse::kPixels, name + " has other pixels");
+      }
+    }
+    for (const auto& [name, map] : before) {
+      if (after.count(name) == 0) say(Worse::kPixels, name + " is gone");
+    }
+  }
+
+  void compare_warnings(const Json& former, const Json& now) {
+    const auto before = by_text(former, "code"), after = by_text(now, "code");
+    for (const auto& [code, warning] : after) {
+      if (before.count(code) == 0) say(Worse::kWarning, "it warns now: " + code);
+    }
+    for (const auto& [code, warning] : before) {
+      if (after.count(code) == 0) say(-Worse::kWarning, "it does not warn any more: " + code);
+    }
+  }
+
+  double worse_ = 0;
+  std::vector<std::string> what_;
+};
+
+/// The part of "2/8". \returns false where there is none
+bool read_shard(const Json& report, double& part, double& count) {
+  const std::string& text = report.at("shard").text();
+  const std::size_t slash = text.find('/');
+  return slash != std::string::npos && read_number(text.substr(0, slash), part) &&
+         read_number(text.substr(slash + 1), count);
+}
+
+}  // namespace
+
+Json states_of(const Json& assets) {
+  std::map<std::string, std::size_t> counts;
+  for (const Json& asset : assets.elements()) ++counts[asset.at("state").text()];
+  Json states = Json::object();
+  for (const auto& [state, count] : counts) states[state] = count;
+  return states;
+}
+
+Json report_of(const ReportHead& head, const Batch& batch,
+               const std::vector<AssetResult>& results) {
+  Json assets = Json::array();
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Json asset = to_json(batch.assets[i], results[i]);
+    asset["report"] = results[i].report.empty() ? Json() : Json::parse(results[i].report);
+    assets.push_back(std::move(asset));
+  }
+  const auto or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
+  const Json states = states_of(assets);
+  return {{"version", version()},
+          {"job", head.job},
+          {"profile", or_null(head.profile)},
+          {"shard", or_null(head.shard)},
+          {"seconds", head.seconds},
+          {"states", states},
+          {"warnings", describe(batch.warnings)},
+          {"assets", std::move(assets)}};
+}
+
+std::string report_schema() {
+  const Json text = {{"type", "string"}}, number = {{"type", "number"}},
+             whole = {{"type", "integer"}, {"minimum", 0}};
+  const Json or_text = {{"type", Json::array({"string", "null"})}};
+  const Json or_number = {{"type", Json::array({"number", "null"})}};
+  const auto list = [](const Json& of) { return Json{{"type", "array"}, {"items", of}}; };
+  const auto object = [](const Json& properties, const Json& required) {
+    return Json{{"type", "object"}, {"properties", properties}, {"required", required}};
+  };
+  const Json warning =
+      object({{"code", text}, {"message", text}, {"count", whole}}, Json::array({"code", "message"}));
+  const Json map = object({{"name", text},
+                           {"file", or_text},
+                           {"width", whole},
+                           {"height", whole},
+                           {"channels", whole},
+                           {"min", list(or_number)},
+                           {"mean", list(or_number)},
+                           {"max", list(or_number)},
+                           {"shown", list(number)},
+                           {"hash", text},
+                           {"picture", text},
+                           {"alpha", text}},
+                          Json::array({"name", "width", "height", "channels", "hash"}));
+  const Json error = {
+      {"type", Json::array({"object", "null"})},
+      {"properties", {{"message", text}, {"id", text}, {"code", {{"type", "integer"}}}}},
+      {"required", Json::array({"message", "id", "code"})}};
+  const Json baseline = object({{"state", {{"enum", Json::array({"same", "changed", "new"})}}},
+                                {"what", list(text)},
+                                {"worse", number},
+                                {"pictures", {{"type", "object"}}},
+                                {"maps", {{"type", "object"}}}},
+                               Json::array({"state", "what", "worse"}));
+  const Json rendered = object({{"mean_degrees", or_number},
+                                {"without_maps_degrees", or_number},
+                                {"scale_degrees", or_number},
+                                {"note", or_text}},
+                               Json::array());
+  Json states = Json::array();
+  for (const AssetState state : {AssetState::not_run, AssetState::baked, AssetState::unchanged,
+                                 AssetState::restored, AssetState::failed, AssetState::cancelled}) {
+    states.push_back(name_of(state));
+  }
+  const Json asset = object(
+      {{"asset", text},
+       {"state", {{"enum", states}}},
+       {"seconds", number},
+       {"attempts", whole},
+       {"high", list(text)},
+       {"low", list(text)},
+       {"out", text},
+       {"files", list(text)},
+       {"warnings", list(warning)},
+       {"missed", number},
+       {"reason", or_text},
+       {"error", error},
+       {"report", {{"type", Json::array({"object", "null"})}}},
+       {"rendered", rendered},
+       {"maps", list(map)},
+       {"pictures", {{"type", "object"}, {"additionalProperties", text}}},
+       {"baseline", baseline}},
+      Json::array({"asset", "state", "seconds", "attempts", "high", "low", "out", "files",
+                   "warnings", "missed", "reason", "error"}));
+  const Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                       {"title", "A report of kiln run"},
+                       {"type", "object"},
+                       {"properties",
+                        {{"version", text},
+                         {"job", text},
+                         {"profile", or_text},
+                         {"shard", or_text},
+                         {"seconds", number},
+                         {"states", {{"type", "object"}, {"additionalProperties", whole}}},
+                         {"warnings", list(warning)},
+                         {"assets", list(asset)},
+                         {"baseline", or_text},
+                         {"gone", list(text)}}},
+                       {"required", Json::array({"version", "job", "seconds", "states", "warnings",
+                                                 "assets"})}};
+  return schema.dump(1);
+}
+
+std::string report_in_page(const Json& report) {
+  const std::string text = report.with_texts(escape_bytes).dump();
+  std::string escaped;
+  escaped.reserve(text.size() + text.size() / 64);
+  // "<" stands within texts alone, where JSON may write it so. U+2028 and U+2029 do no harm in an element of data.
+  for (const char c : text) {
+    if (c == '<') {
+      escaped += "\\u003c";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+Json read_report(const std::filesystem::path& path, const std::string& what) {
+  std::string text = read_small_file(path, kMostReportBytes, what);
+  if (const std::size_t begin = text.find(kReportBegin); begin != std::string::npos) {
+    const std::size_t from = begin + kReportBegin.size();
+    text = text.substr(from, std::min(text.find(kReportEnd, from), text.size()) - from);
+  }
+  Json report = Json::parse(text).with_texts(unescape_bytes);
+  const Json& assets = report.at("assets");
+  const bool good = assets.is_array() &&
+                    std::all_of(assets.elements().begin(), assets.elements().end(),
+                                [](const Json& asset) {
+                                  return asset.at("asset").is_string() &&
+                                         asset.at("state").is_string() &&
+                                         asset.at("seconds").is_number() &&
+                                         asset.at("missed").is_number();
+                                });
+  if (!good) {
+    throw Error(ErrorCode::input, what +
+                                      " is no report of kiln run: give a file that --json or "
+                                      "--report wrote.");
+  }
+  return report;
+}
+
+Json merge_reports(const std::vector<Json>& reports, const std::vector<std::string>& names) {
+  Json merged = reports.at(0);
+  std::map<std::string, std::size_t> owners;
+  std::set<double> parts;
+  double seconds = 0, count = 0;
+  Json assets = Json::array(), warnings = Json::array();
+  std::set<std::string> known_warnings;
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    for (const char* const key : {"version", "profile"}) {
+      if (reports[i].at(key).dump() == merged.at(key).dump()) continue;
+      throw Error(ErrorCode::usage, std::string("--merge: '") + names[0] + "' and '" + names[i] +
+                                        "' have another " + key +
+                                        ": run all parts alike.");
+    }
+    double part = 0, of = 0;
+    if (read_shard(reports[i], part, of)) {
+      if (count != 0 && of != count) {
+        throw Error(ErrorCode::usage, "--merge: '" + names[i] + "' is part " +
+                                          reports[i].at("shard").text() + ", others are of " +
+                                          formatted("%.0f", count) + ": run all parts alike.");
+      }
+      count = of;
+      parts.insert(part);
+    }
+    seconds = std::max(seconds, reports[i].at("seconds").number());
+    for (const Json& asset : reports[i].at("assets").elements()) {
+      const auto [owner, added] = owners.try_emplace(asset.at("asset").text(), i);
+      if (!added) {
+        throw Error(ErrorCode::usage, "--merge: '" + asset.at("asset").text() + "' is in '" +
+                                          names[owner->second] + "' and in '" + names[i] +
+                                          "': give each part once.");
+      }
+      assets.push_back(asset);
+    }
+    for (const Json& warning : reports[i].at("warnings").elements()) {
+      if (known_warnings.insert(warning.dump()).second) warnings.push_back(warning);
+    }
+  }
+  for (double part = 1; part <= count; ++part) {
+    if (parts.count(part) != 0) continue;
+    throw Error(ErrorCode::usage, formatted("--merge: part %.0f/%.0f is missing: ", part, count) +
+                                      "give the reports of all parts.");
+  }
+  // As one run has them: by name, since parts lie across each other.
+  std::vector<Json> sorted = assets.elements();
+  std::sort(sorted.begin(), sorted.end(), [](const Json& a, const Json& b) {
+    return a.at("asset").text() < b.at("asset").text();
+  });
+  merged["shard"] = Json();
+  merged["seconds"] = seconds;
+  merged["states"] = states_of(assets);
+  merged["warnings"] = std::move(warnings);
+  merged["assets"] = Json(sorted);
+  return merged;
+}
+
+void add_baseline(Json& report, const Json& former) {
+  const auto before = by_text(former.at("assets"), "asset");
+  std::set<std::string> now;
+  Json assets = Json::array();
+  for (Json asset : report.at("assets").elements()) {
+    const std::string name = asset.at("asset").text();
+    now.insert(name);
+    const auto old = before.find(name);
+    if (old == before.end()) {
+      asset["baseline"] = {{"state", "new"},
+                           {"what", Json::array({"it is new"})},
+                           {"worse", is_failure(asset) ? Worse::kFailed : 0.0}};
+    } else {
+      Json baseline = Comparison().of(*old->second, asset);
+      if (baseline.at("state").text() == "changed") {
+        // What a page shows beside.
+        if (old->second->at("pictures").is_object())
+          baseline["pictures"] = old->second->at("pictures");
+        Json maps = Json::object();
+        for (const Json& map : old->second->at("maps").elements()) {
+          if (map.at("picture").is_string()) maps[map.at("name").text()] = map;
+        }
+        baseline["maps"] = std::move(maps);
+      }
+      asset["baseline"] = std::move(baseline);
+    }
+    assets.push_back(std::move(asset));
+  }
+  Json gone = Json::array();
+  for (const auto& [name, asset] : before) {
+    if (now.count(name) == 0) gone.push_back(name);
+  }
+  report["assets"] = std::move(assets);
+  report["gone"] = std::move(gone);
+}
+
+std::string base64(std::string_view bytes) {
+  constexpr const char* kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      group = group << 8U | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += k <= count ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
+}  // namespace kiln

@@ -1,0 +1,181 @@
+#include "command/http_store.h"
+
+#include <atomic>
+#include <cstddef>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/formatted.h"
+#include "kiln/error.h"
+
+#ifdef KILN_HAS_CURL
+#include <curl/curl.h>
+#endif
+
+namespace kiln::cli {
+
+bool is_cache_server(const std::string& cache) {
+  return cache.starts_with("http://") || cache.starts_with("https://");
+}
+
+#ifdef KILN_HAS_CURL
+
+namespace {
+
+/// Calls that fail in a row before a server is left alone.
+constexpr int kMostFailures = 3;
+/// Seconds to connect; and of a transfer without a byte a second, so that a server that hangs ends.
+constexpr long kConnectSeconds = 5, kStalledSeconds = 20;
+/// Largest result that is taken.
+constexpr std::size_t kMostBytes = std::size_t{4} << 30;
+
+/// Without user and password, for messages.
+std::string without_secret(const std::string& url) {
+  const std::size_t host = url.find("//") + 2, at = url.find('@', host), end = url.find('/', host);
+  return at == std::string::npos || at > end ? url : url.substr(0, host) + url.substr(at + 1);
+}
+
+struct Upload {
+  std::string_view bytes;
+  std::size_t at = 0;
+};
+
+std::size_t take(char* data, std::size_t, std::size_t count, void* to) {
+  std::string& bytes = *static_cast<std::string*>(to);
+  if (bytes.size() + count > kMostBytes) return 0;
+  bytes.append(data, count);
+  return count;
+}
+
+std::size_t give(char* data, std::size_t, std::size_t most, void* from) {
+  Upload& upload = *static_cast<Upload*>(from);
+  const std::size_t count = upload.bytes.copy(data, most, upload.at);
+  upload.at += count;
+  return count;
+}
+
+std::size_t ignore(char*, std::size_t, std::size_t count, void*) { return count; }
+
+class HttpStore : public CacheStore {
+ public:
+  HttpStore(std::string url, std::function<void(const std::string&)> warn)
+      : url_(std::move(url)), warn_(std::move(warn)) {
+    static std::once_flag once;
+    std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
+    while (url_.ends_with('/')) url_.pop_back();
+    CURLU* const parts = curl_url();
+    const bool good = curl_url_set(parts, CURLUPART_URL, url_.c_str(), 0) == CURLUE_OK;
+    curl_url_cleanup(parts);
+    if (!good || url_.find_first_of("?#") != std::string::npos) {
+      throw Error(ErrorCode::usage, "--cache '" + without_secret(url_) +
+                                        "' is no URL of a folder: give http://HOST:PORT/FOLDER.");
+    }
+  }
+  ~HttpStore() override {
+    for (CURL* const handle : idle_) curl_easy_cleanup(handle);
+  }
+
+ private:
+  std::optional<std::string> load(const std::string& name) override {
+    std::string bytes;
+    const long answer = call(name, [&](CURL* handle) {
+      curl_easy_setopt(handle, CURLOPT_HTTPGET, 1L);
+      curl_easy_setopt(handle, CURLOPT_WRITEFUNCTION, take);
+      curl_easy_setopt(handle, CURLOPT_WRITEDATA, &bytes);
+    });
+    return answer == 200 ? std::optional(std::move(bytes)) : std::nullopt;
+  }
+
+  bool store(const std::string& name, std::string_view bytes) override {
+    Upload upload{bytes};
+    const long answer = call(name, [&](CURL* handle) {
+      upload.at = 0;
+      curl_easy_setopt(handle, CURLOPT_UPLOAD, 1L);
+      curl_easy_setopt(handle, CURLOPT_READFUNCTION, give);
+      curl_easy_setopt(handle, CURLOPT_READDATA, &upload);
+      curl_easy_setopt(handle, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(bytes.size()));
+      curl_easy_setopt(handle, CURLOPT_WRITEFUNCTION, ignore);
+    });
+    return answer >= 200 && answer < 300;
+  }
+
+  /// \returns the answer's status; 0: there was none
+  template <typename Prepare>
+  long call(const std::string& name, const Prepare& prepare) {
+    if (failures_ >= kMostFailures) return 0;
+    CURL* const handle = borrow();
+    if (handle == nullptr) return 0;
+    std::string why(CURL_ERROR_SIZE, '\0');
+    const std::string url = url_ + "/" + name;
+    curl_easy_setopt(handle, CURLOPT_URL, url.c_str());
+    curl_easy_setopt(handle, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(handle, CURLOPT_ERRORBUFFER, why.data());
+    curl_easy_setopt(handle, CURLOPT_NOSIGNAL, 1L);
+    curl_easy_setopt(handle, CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
+    curl_easy_setopt(handle, CURLOPT_LOW_SPEED_LIMIT, 1L);
+    curl_easy_setopt(handle, CURLOPT_LOW_SPEED_TIME, kStalledSeconds);
+    // Waiting for "100 Continue" takes a second where a server does not know it.
+    curl_slist* const headers = curl_slist_append(nullptr, "Expect:");
+    curl_easy_setopt(handle, CURLOPT_HTTPHEADER, headers);
+    prepare(handle);
+    const CURLcode code = curl_easy_perform(handle);
+    long answer = 0;
+    if (code == CURLE_OK) curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &answer);
+    curl_slist_free_all(headers);
+    curl_easy_reset(handle);  // connections stay
+    give_back(handle);
+    const bool good = code == CURLE_OK && ((answer >= 200 && answer < 300) || answer == 404);
+    if (good) {
+      failures_ = 0;
+    } else if (++failures_ == kMostFailures) {
+      why.resize(why.find('\0'));
+      if (why.empty())
+        why = code == CURLE_OK ? formatted("it answers %ld", answer) : curl_easy_strerror(code);
+      warn_("--cache: '" + without_secret(url_) + "' is left alone: " + why +
+            ". What it would have kept is baked.");
+    }
+    return code == CURLE_OK ? answer : 0;
+  }
+
+  CURL* borrow() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return curl_easy_init();
+    CURL* const handle = idle_.back();
+    idle_.pop_back();
+    return handle;
+  }
+
+  void give_back(CURL* handle) {
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(handle);
+  }
+
+  std::string url_;
+  std::function<void(const std::string&)> warn_;
+  std::atomic<int> failures_{0};
+  std::mutex mutex_;
+  std::vector<CURL*> idle_;
+};
+
+}  // namespace
+
+std::unique_ptr<CacheStore> open_cache_server(const std::string& url,
+                                              std::function<void(const std::string&)> warn) {
+  return std::make_unique<HttpStore>(url, std::move(warn));
+}
+
+#else
+
+std::unique_ptr<CacheStore> open_cache_server(const std::string&,
+                                              std::function<void(const std::string&)>) {
+  throw Error(ErrorCode::usage,
+              "--cache names a server, but this build has no libcurl: give a folder, or build with "
+              "libcurl4-openssl-dev.");
+}
+
+#endif
+
+}  // namespace kiln::cli

@@ -1,0 +1,195 @@
+#include "command/run_page.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "batch/checks.h"
+#include "batch/report.h"
+#include "interrupt.h"
+#include "job/run.h"
+#include "kiln/error.h"
+#include "kiln/files.h"
+#include "kiln/image.h"
+#include "picture/asset_pictures.h"
+
+namespace kiln::cli {
+
+extern const char kReportPage[];
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Sides of pictures and maps. Each is halved until all of a page are expected within its bytes, so that browsers open
+/// pages of thousands of assets, too: packed texels take about a byte and a half.
+struct PageSizes {
+  std::uint32_t picture = 256, map = 512;
+};
+constexpr double kBytesOfTexel = 1.5, kMostPictureBytes = 48e6, kMostMapBytes = 96e6;
+constexpr std::uint32_t kLeastPicture = 64, kLeastMap = 32;
+constexpr double kPicturesOfAsset = 4;
+
+PageSizes sizes_of(const std::vector<AssetResult>& results) {
+  std::size_t assets = 0, maps = 0;
+  for (const AssetResult& result : results) {
+    if (!result.files.empty()) ++assets;
+    maps += static_cast<std::size_t>(std::count_if(
+        result.files.begin(), result.files.end(),
+        [](const std::string& file) { return is_map_file(file); }));
+  }
+  const auto fit = [](std::uint32_t side, std::uint32_t least, double count, double most) {
+    while (side > least && count * side * side * kBytesOfTexel > most) side /= 2;
+    return side;
+  };
+  PageSizes sizes;
+  sizes.picture = fit(sizes.picture, kLeastPicture,
+                      kPicturesOfAsset * static_cast<double>(assets), kMostPictureBytes);
+  sizes.map = fit(sizes.map, kLeastMap, static_cast<double>(maps), kMostMapBytes);
+  return sizes;
+}
+
+/// A picture as a page has it within.
+Json data_uri(const Image& image) {
+  if (image.width == 0) return {};
+  const std::vector<std::byte> bytes = encode(image, {ImageFormat::png8});
+  return "data:image/png;base64," +
+         base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+Json map_json(const MapPicture& map) {
+  Json json = {{"name", map.name},
+               {"file", map.file.empty() ? Json() : Json(map.file)},
+               {"width", map.width},
+               {"height", map.height},
+               {"channels", map.channels},
+               {"min", map.least},
+               {"mean", map.mean},
+               {"max", map.most},
+               {"shown", Json::array({map.shown_from, map.shown_to})},
+               {"hash", map.hash},
+               {"picture", data_uri(map.picture)}};
+  if (map.alpha.width != 0) json["alpha"] = data_uri(map.alpha);
+  return json;
+}
+
+/// "pictures", "rendered" and "maps" of an asset.
+Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
+          const std::function<Device()>& device, const PageSizes& sizes) {
+  Json drawn = {{"pictures", Json::object()}, {"rendered", Json::object()}, {"maps", Json::array()}};
+  std::string note;
+  try {
+    for (const MapPicture& map : picture_maps(asset.job, result.files, sizes.map))
+      drawn["maps"].push_back(map_json(map));
+  } catch (const Error& error) {
+    note = error.what();
+  }
+  try {
+    const AssetPictures pictures = draw_asset(device(), asset.job, result.files, sizes.picture);
+    for (const auto& [name, image] : {std::pair{"high", &pictures.high},
+                                      std::pair{"low", &pictures.low},
+                                      std::pair{"with_maps", &pictures.with_maps},
+                                      std::pair{"errors", &pictures.errors}}) {
+      if (image->width != 0) drawn["pictures"][name] = data_uri(*image);
+    }
+    drawn["rendered"] = {{"mean_degrees", pictures.with_maps_degrees},
+                         {"without_maps_degrees", pictures.without_maps_degrees},
+                         {"scale_degrees", pictures.scale_degrees}};
+    if (note.empty()) note = pictures.note;
+  } catch (const Error& error) {
+    note = std::string("No pictures: ") + error.what();
+  }
+  if (!note.empty()) drawn["rendered"]["note"] = note;
+  return drawn;
+}
+
+}  // namespace
+
+bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
+                  const std::vector<AssetResult>& results, const std::function<Device()>& device,
+                  BakeCache* cache, Console& console) {
+  const PageSizes sizes = sizes_of(results);
+  std::optional<Device> opened;
+  const auto open = [&] {
+    if (!opened) opened = device();
+    return *opened;
+  };
+  Json described = Json::array();
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Json asset = report.at("assets")[i];
+    if (!results[i].files.empty()) {
+      const double share = static_cast<double>(i) / static_cast<double>(results.size());
+      if (!console.progress(share, assets[i].name + ": pictures")) return false;
+      const std::string key =
+          cache == nullptr ? ""
+                           : cache->beside_key(assets[i], results[i].files,
+                                               "page " + std::to_string(sizes.picture) + " " +
+                                                   std::to_string(sizes.map));
+      Json drawn;
+      if (cache != nullptr) drawn = Json::parse(cache->get_beside(key).value_or(""));
+      if (!drawn.is_object()) {
+        drawn = drawn_asset(assets[i], results[i], open, sizes);
+        if (cache != nullptr) cache->put_beside(key, drawn.with_texts(escape_bytes).dump());
+      } else {
+        drawn = drawn.with_texts(unescape_bytes);
+      }
+      asset.update(drawn);
+    }
+    described.push_back(std::move(asset));
+  }
+  report["assets"] = std::move(described);
+  return true;
+}
+
+Json without_pictures(const Json& report) {
+  Json result = report;
+  Json assets = Json::array();
+  const auto without = [](const Json& object, std::initializer_list<std::string_view> left_out) {
+    Json rest = Json::object();
+    for (const std::string& key : object.keys()) {
+      if (std::find(left_out.begin(), left_out.end(), key) == left_out.end())
+        rest[key] = object.at(key);
+    }
+    return rest;
+  };
+  for (const Json& asset : report.at("assets").elements()) {
+    Json rest = without(asset, {"pictures"});
+    if (asset.at("maps").is_array()) {
+      Json maps = Json::array();
+      for (const Json& map : asset.at("maps").elements())
+        maps.push_back(without(map, {"picture", "alpha"}));
+      rest["maps"] = std::move(maps);
+    }
+    if (asset.at("baseline").is_object())
+      rest["baseline"] = without(asset.at("baseline"), {"pictures", "maps"});
+    assets.push_back(std::move(rest));
+  }
+  result["assets"] = std::move(assets);
+  return result;
+}
+
+void save_page(const fs::path& path, const Json& report) {
+  // Links begin at the page.
+  const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
+  Json linked = report, assets = Json::array();
+  for (Json asset : report.at("assets").elements()) {
+    Json maps = Json::array();
+    for (Json map : asset.at("maps").elements()) {
+      if (map.at("file").is_string()) {
+        map["href"] = fs::absolute(map.at("file").text())
+                          .lexically_normal()
+                          .lexically_proximate(folder)
+                          .generic_string();
+      }
+      maps.push_back(std::move(map));
+    }
+    if (asset.at("maps").is_array()) asset["maps"] = std::move(maps);
+    assets.push_back(std::move(asset));
+  }
+  linked["assets"] = std::move(assets);
+  const std::string page = kReportPage, mark = "@REPORT@";
+  const std::size_t at = page.find(mark);
+  save_text(path, page.substr(0, at) + std::string(kReportBegin) + report_in_page(linked) +
+                      std::string(kReportEnd) + page.substr(at + mark.size()));
+}
+
+}  // namespace kiln::cli

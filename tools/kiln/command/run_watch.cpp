@@ -1,0 +1,117 @@
+#include "command/run_watch.h"
+
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <thread>
+#include <vector>
+
+#include "base/counted.h"
+#include "base/file.h"
+#include "interrupt.h"
+#include "kiln/error.h"
+
+extern char** environ;
+
+namespace kiln::cli {
+namespace {
+
+/// Between two looks; a look that takes longer has as long a pause, so that half a core at most is used.
+constexpr std::chrono::milliseconds kPause(100);
+/// Without a change for so long, a file counts as saved.
+constexpr std::chrono::milliseconds kSettled(60);
+
+/// Size, times and number of a file; empty: it is not there.
+std::string state_of(const std::string& path) {
+  const auto facts = os::facts_of(std::filesystem::path(path));
+  if (!facts) return {};
+  return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
+         std::to_string(facts->changed_ns) + ":" + std::to_string(facts->id.file);
+}
+
+struct Look {
+  std::map<std::string, std::string> states;
+  std::string plan;
+  bool operator==(const Look&) const = default;
+};
+
+/// The words that this program was called by, without --watch.
+std::vector<std::string> own_words() {
+  std::ifstream in("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(in, word, '\0');) {
+    if (word != "--watch") words.push_back(word);
+  }
+  if (words.empty()) {
+    throw Error(ErrorCode::internal,
+                "--watch reads /proc/self/cmdline, which is not there: run without it.");
+  }
+  return words;
+}
+
+/// Runs it, and waits. An interrupt is passed on.
+void run_again(const std::vector<std::string>& words) {
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  pid_t child = 0;
+  if (posix_spawn(&child, "/proc/self/exe", nullptr, nullptr, arguments.data(), environ) != 0) {
+    throw Error(ErrorCode::internal, "--watch cannot start a process: end others, and run again.");
+  }
+  bool told = false;
+  for (int status = 0; waitpid(child, &status, WNOHANG) == 0;) {
+    if (interrupted() && !told) {
+      kill(child, SIGINT);
+      told = true;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+}  // namespace
+
+int run_watched(const std::function<std::set<std::string>()>& files,
+          const std::function<std::string()>& plan, Console& console) {
+  const std::vector<std::string> words = own_words();
+  std::set<std::string> known = files();
+  const auto look = [&] {
+    Look now;
+    for (const std::string& file : known) now.states[file] = state_of(file);
+    now.plan = plan();
+    return now;
+  };
+  for (;;) {
+    const Look before = look();
+    run_again(words);
+    if (interrupted()) return kExitCancelled;
+    known = files();
+    Look seen = look();
+    // What was saved while it ran is a change; files that it found are taken as they are now.
+    for (const auto& [file, state] : before.states) {
+      if (seen.states.count(file) != 0) seen.states[file] = state;
+    }
+    seen.plan = before.plan;
+    console.line("watching " + counted(known.size(), "file") + ": Ctrl-C ends");
+    for (;;) {
+      const auto start = std::chrono::steady_clock::now();
+      if (look() != seen) break;
+      const auto took = std::chrono::steady_clock::now() - start;
+      std::this_thread::sleep_for(std::max<std::chrono::nanoseconds>(kPause, took));
+      if (interrupted()) return kExitCancelled;
+    }
+    for (Look last = look();;) {
+      std::this_thread::sleep_for(kSettled);
+      Look now = look();
+      if (interrupted()) return kExitCancelled;
+      if (now == last) break;
+      last = std::move(now);
+    }
+  }
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,241 @@
+#include "picture/asset_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "base/lower_case.h"
+#include "batch/checks.h"
+#include "job/high_poly_input.h"
+#include "job/job_options.h"
+#include "job/map_file.h"
+#include "job/match_inputs.h"
+#include "job/mesh_files.h"
+#include "job/run.h"
+#include "kiln/asset.h"
+#include "kiln/kiln.h"
+#include "kiln/render.h"
+#include "kiln/texture_sets.h"
+#include "picture/dressed.h"
+#include "picture/sheet.h"
+#include "picture/view_arguments.h"
+
+namespace kiln::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Samples a pixel, and rays of occlusion: thumbnails need fewer than a picture that stands alone.
+constexpr std::uint32_t kSamples = 2, kAmbientRays = 16;
+
+/// The low poly as it was written, or else as it was given. \param own  true: its materials name its maps
+MeshFiles shown_low(const Job& job, const std::vector<std::string>& files, bool& own,
+                    std::vector<Warning>& warnings) {
+  const std::string asset = asset_file(job);
+  own = !asset.empty();
+  if (own) return load_meshes({asset}, LoadMeshOptions(), false, warnings, true);
+  const auto made = std::find_if(files.begin(), files.end(), [](const std::string& file) {
+    return lower_case(fs::path(file).extension().string()) == ".obj";
+  });
+  if (made != files.end()) return load_meshes({*made}, LoadMeshOptions(), false, warnings);
+  return load_low_files(job, warnings);
+}
+
+/// What follows the stem in the name of a map's file.
+std::string map_name(const Job& job, const std::string& file) {
+  const std::string name = fs::path(file).stem().string(), before = low_stem(job) + "_";
+  return name.size() > before.size() && name.starts_with(before) ? name.substr(before.size())
+                                                                 : name;
+}
+
+/// The file of a folder that a material would have in a place; empty: there is none.
+std::string file_for(const Image* AssetMaps::*place, const Job& job,
+                     const std::vector<std::string>& files) {
+  AssetMaps places;
+  for (const std::string& file : files) {
+    if (is_map_file(file) && slot_of(places, map_name(job, file)) == &(places.*place)) return file;
+  }
+  return {};
+}
+
+/// The mean of blocks of texels, so that no side is longer than it may be.
+Image shrunk(const Image& image, std::uint32_t side) {
+  const std::uint32_t step =
+      std::max(1U, (std::max(image.width, image.height) + side - 1) / std::max(1U, side));
+  if (step == 1) return image;
+  Image result{
+      (image.width + step - 1) / step, (image.height + step - 1) / step, image.channels, {}};
+  result.pixels.resize(std::size_t{result.width} * result.height * result.channels);
+  for (std::uint32_t y = 0; y < result.height; ++y) {
+    for (std::uint32_t x = 0; x < result.width; ++x) {
+      const std::uint32_t right = std::min(image.width, (x + 1) * step),
+                          bottom = std::min(image.height, (y + 1) * step);
+      for (std::uint32_t c = 0; c < image.channels; ++c) {
+        double sum = 0;
+        std::size_t count = 0;
+        for (std::uint32_t v = y * step; v < bottom; ++v) {
+          for (std::uint32_t u = x * step; u < right; ++u) {
+            const float value = image.at(u, v)[c];
+            if (!std::isfinite(value)) continue;
+            sum += double{value};
+            ++count;
+          }
+        }
+        result.at(x, y)[c] = count != 0 ? static_cast<float>(sum / static_cast<double>(count)) : 0;
+      }
+    }
+  }
+  return result;
+}
+
+/// Some channels of an image, moved into [0, 1].
+Image channels_of(const Image& image, std::uint32_t first, std::uint32_t count, double from,
+                  double to) {
+  Image result{image.width, image.height, count, {}};
+  result.pixels.reserve(std::size_t{image.width} * image.height * count);
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  for (std::size_t i = 0; i < texels; ++i) {
+    for (std::uint32_t c = first; c < first + count; ++c) {
+      const double value = c < image.channels ? double{image.pixels[i * image.channels + c]} : 0;
+      const double share = (value - from) / (to - from);
+      result.pixels.push_back(std::isfinite(share) ? static_cast<float>(std::clamp(share, 0.0, 1.0))
+                                                   : 0.0F);
+    }
+  }
+  return result;
+}
+
+MapPicture picture_of(const std::string& name, const Image& map, std::uint32_t side) {
+  MapPicture result;
+  result.name = name;
+  result.width = map.width;
+  result.height = map.height;
+  result.channels = map.channels;
+  result.hash = pixel_hash(map);
+  const std::size_t texels = std::size_t{map.width} * map.height;
+  double least = 0, most = 1;
+  for (std::uint32_t c = 0; c < map.channels; ++c) {
+    double low = HUGE_VAL, high = -HUGE_VAL, sum = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < texels; ++i) {
+      const double value = double{map.pixels[i * map.channels + c]};
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
+      sum += value;
+      ++count;
+    }
+    const bool any = count != 0;
+    result.least.push_back(any ? std::optional(low) : std::nullopt);
+    result.most.push_back(any ? std::optional(high) : std::nullopt);
+    result.mean.push_back(any ? std::optional(sum / static_cast<double>(count)) : std::nullopt);
+    if (!any || c == 3) continue;
+    least = std::min(least, low);
+    most = std::max(most, high);
+  }
+  // Values as they are may lie anywhere; those of pictures in [0, 1].
+  result.shown_from = least;
+  result.shown_to = most;
+  const Image small = shrunk(map, side);
+  // PNG has grey and RGB: of two channels the third is 0.
+  result.picture = channels_of(small, 0, small.channels == 1 ? 1 : 3, least, most);
+  if (map.channels == 4) result.alpha = channels_of(small, 3, 1, 0, 1);
+  return result;
+}
+
+/// Three channels of what a scene is painted with; none of an empty path.
+Dress dress_of(const Job& job, const std::vector<std::string>& files) {
+  DressMaps maps;
+  maps.color = file_for(&AssetMaps::color, job, files);
+  maps.occlusion = file_for(&AssetMaps::occlusion, job, files);
+  return load_dress(maps);
+}
+
+}  // namespace
+
+AssetPictures draw_asset(const Device& device, const Job& job,
+                         const std::vector<std::string>& files, std::uint32_t size) {
+  std::vector<Warning> warnings;  // the bake gave them
+  AssetPictures result;
+  bool own = false;
+  MeshFiles low_files = shown_low(job, files, own, warnings);
+  Mesh low_mesh = std::move(low_files.mesh);
+  HighPolyInput dense = load_high(job.high, job.heights, load_options(job, MeshSide::high),
+                                  has_more_files(job), warnings);
+  if (!dense.heights) {
+    clean_high(dense.mesh, clean_options(settled(job)), warnings);
+    shade(job.frame.shading, dense, warnings);
+  }
+  NormalMap map;
+  Image normals;
+  Dress worn;
+  if (own) {
+    OwnMaps maps = take_own_maps(low_files.beside.materials, low_mesh, warnings);
+    worn = {std::move(maps.color), std::move(maps.occlusion), {}};
+    normals = std::move(maps.normal);
+  } else if (choose_texture_sets(low_mesh) != SetsBy::none) {
+    result.note = "It has several texture sets, whose maps are not shown over it.";
+  } else {
+    if (const std::string file = file_for(&AssetMaps::normal, job, files); !file.empty()) {
+      normals = load_normal_map(file);
+      map.space = job.bake.encoding.space;
+      map.flip_y = job.bake.encoding.flip_y;
+      map.bitangent = job.bake.encoding.bitangent;
+    }
+    worn = dress_of(job, files);
+  }
+  if (normals.width != 0) map.image = &normals;
+  if (map.image == nullptr && !worn.any() && result.note.empty())
+    result.note = "No map of normals, colours or occlusion was written.";
+  ViewArguments view;
+  view.square = true;
+  RenderOptions options = view_options(view, dense.heights.has_value());
+  options.size = size;
+  options.samples = kSamples;
+  options.ambient_rays = kAmbientRays;
+  options.frame = &dense.mesh;
+  const Scene high(device, dense.mesh), low(device, low_mesh, map);
+  result.high = high.draw(options);
+  RenderOptions plain = options;
+  plain.ignore_map = true;
+  result.low = low.draw(plain);
+  AnglePictures without;
+  without.add(high, low, plain);
+  result.without_maps_degrees = without.mean(0);
+  AnglePictures with;
+  with.add(high, low, options);
+  result.with_maps_degrees = with.mean(0);
+  const Scale scale = with.scale();
+  result.scale_degrees = scale.end;
+  result.errors = with.picture(0, scale);
+  if (map.image == nullptr && !worn.any()) return result;
+  result.with_maps = low.draw(options);
+  dress({device, low_mesh}, worn, options, result.with_maps);
+  return result;
+}
+
+std::vector<MapPicture> picture_maps(const Job& job, const std::vector<std::string>& files,
+                                     std::uint32_t side) {
+  std::vector<MapPicture> maps;
+  const std::string asset = asset_file(job);
+  if (!asset.empty()) {
+    std::vector<Warning> warnings;
+    MeshFiles low = load_meshes({asset}, LoadMeshOptions(), false, warnings, true);
+    const OwnMaps own = take_own_maps(low.beside.materials, low.mesh, warnings);
+    for (const auto& [name, image] :
+         {std::pair{"normals", &own.normal}, std::pair{"colors", &own.color},
+          std::pair{"occlusion", &own.occlusion}}) {
+      if (image->width != 0) maps.push_back(picture_of(name, *image, side));
+    }
+    return maps;
+  }
+  for (const std::string& file : files) {
+    if (!is_map_file(file)) continue;
+    maps.push_back(picture_of(map_name(job, file), load_image(file), side));
+    maps.back().file = file;
+  }
+  return maps;
+}
+
+}  // namespace kiln::cli
