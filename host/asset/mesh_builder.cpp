@@ -113,9 +113,9 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
 
 bool MeshBuilder::add_triangles(std::uint64_t count, bool has_uvs, bool has_normals,
                                 const std::function<bool(std::span<Triangle>)>& fill) {
-  if (faces_ != 0 || count > kLargestCount) return false;
+  if (faces_ != 0 || count > kMaxCount) return false;
   const FailWith fail = [this](const std::string& place, const std::string& problem,
-                               const std::string& remedy) { input_.fail(place, problem, remedy); };
+                               const Message& remedy) { input_.fail(place, problem, remedy); };
   const std::uint64_t lists = 1 + (has_uvs ? 1 : 0) + (has_normals ? 1 : 0);
   require_memory("its faces", lists * count * sizeof(Triangle), memory_failure(fail, ""));
   triangles_.resize(count);
@@ -126,7 +126,7 @@ bool MeshBuilder::add_triangles(std::uint64_t count, bool has_uvs, bool has_norm
   if (has_uvs) uv_triangles_ = triangles_;
   if (has_normals) normal_triangles_ = triangles_;
   faces_ = count;
-  for (Names* names : {&groups_, &objects_, &materials_, &smoothing_}) names->reach(count);
+  for (Names* names : {&groups_, &objects_, &materials_, &smoothing_}) names->extend_to(count);
   return true;
 }
 

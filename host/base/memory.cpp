@@ -110,7 +110,7 @@ void set_memory_limit(std::uint64_t bytes) noexcept { explicit_limit = bytes; }
 
 std::uint64_t memory_left() {
   const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
-  return bytes_left(std::min(bytes_left(memory_limit(), held_memory()), free_memory()), more);
+  return bytes_left(std::min(bytes_left(memory_limit(), resident_memory()), free_memory()), more);
 }
 
 void count_untouched(std::int64_t bytes) noexcept { untouched += bytes; }

@@ -414,7 +414,7 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
       flux += face.area * dot(way, face.normal);
       most += face.area * length(way);
     }
-    bool may_face_inwards() const { return flux < kPerhapsInward * most; }
+    bool may_face_inwards() const { return flux < kMaxSuspectFlux * most; }
   };
   // Numbers of parts, by the vertex that stands for one.
   std::vector<std::uint32_t> number(mesh.positions.size(), 0);

@@ -46,7 +46,7 @@ class FileSource final : public ByteSource {
     }
     size_ = facts->bytes;
     modified_ns_ = facts->modified_ns;
-    note_read(facts->id);
+    register_input(facts->id);
   }
   ~FileSource() override { os::close(file_); }
   FileSource(const FileSource&) = delete;
