@@ -212,7 +212,7 @@ TEST(ReadWhole, FilesThatChangeMeanwhileAreTold) {
   const auto problem_of = [&](std::size_t size) -> std::string {
     const fs::path path = write_file("a.bin", std::string(1000, 'a'));
     const std::unique_ptr<ByteSource> source = open_file(path, fail);
-    fs::resize_file(path, size);
+    if (size != 1000) fs::resize_file(path, size);  // else its time of change would be another
     try {
       read_whole(*source, fail);
     } catch (const Error& error) {
