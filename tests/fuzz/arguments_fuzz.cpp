@@ -27,11 +27,11 @@ using kiln::cli::Program;
 
 // As one program.
 constexpr kiln::cli::CommandEntry kCommands[] = {
-    {"bake", kiln::cli::add_bake},      {"simplify", kiln::cli::add_simplify},
-    {"render", kiln::cli::add_render},  {"measure", kiln::cli::add_measure},
-    {"chart", kiln::cli::add_chart},    {"gallery", kiln::cli::add_gallery},
-    {"diff", kiln::cli::add_diff},      {"volume", kiln::cli::add_volume},
-    {"devices", kiln::cli::add_devices}};
+    {"bake", kiln::cli::add_bake},     {"simplify", kiln::cli::add_simplify},
+    {"render", kiln::cli::add_render}, {"measure", kiln::cli::add_measure},
+    {"chart", kiln::cli::add_chart},   {"gallery", kiln::cli::add_gallery},
+    {"diff", kiln::cli::add_diff},     {"volume", kiln::cli::add_volume},
+    {"view", kiln::cli::add_view},     {"devices", kiln::cli::add_devices}};
 
 constexpr std::size_t kMostWords = 64;
 constexpr const char* kValues[] = {"0",         "1",        "-1",
@@ -61,8 +61,8 @@ bool stays_here(const std::string& word) {
 
 /// Those that read a file before they do anything.
 bool needs_input(const std::string& command) {
-  static const std::vector<std::string> names = {"bake",    "simplify", "render",
-                                                 "measure", "diff",     "volume"};
+  static const std::vector<std::string> names = {"bake", "simplify", "render", "measure",
+                                                 "diff", "volume",   "view"};
   return std::find(names.begin(), names.end(), command) != names.end();
 }
 

@@ -49,6 +49,7 @@ Run add_measure(Command& app);
 Run add_chart(Command& app);
 Run add_gallery(Command& app);
 Run add_diff(Command& app);
+Run add_view(Command& app);
 Run add_volume(Command& app);
 Run add_devices(Command& app);
 

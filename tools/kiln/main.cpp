@@ -5,10 +5,10 @@
 int main(int argc, char** argv) {
   using namespace kiln::cli;
   if (const char* command = asked_of_lab(argc, argv)) return run_lab(command, argv);
-  constexpr CommandEntry kCommands[] = {{"bake", add_bake},         {"run", add_run},
-                                        {"simplify", add_simplify}, {"render", add_render},
-                                        {"measure", nullptr},       {"chart", nullptr},
-                                        {"gallery", nullptr},       {"diff", add_diff},
-                                        {"volume", add_volume},     {"devices", add_devices}};
+  constexpr CommandEntry kCommands[] = {
+      {"bake", add_bake},     {"run", add_run},        {"simplify", add_simplify},
+      {"render", add_render}, {"measure", nullptr},    {"chart", nullptr},
+      {"gallery", nullptr},   {"diff", add_diff},      {"view", add_view},
+      {"volume", add_volume}, {"devices", add_devices}};
   return program_main(argc, argv, kCommands);
 }

@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""Pages of `kiln view` in a headless Chromium: opened, turned, each switch clicked, pictures compared.
+
+python3 view_test.py KILN     exit code 69 where Chromium or three.js is missing
+"""
+
+import http.server
+import json
+import math
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+KILN = os.path.abspath(sys.argv.pop())
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+THREE = pathlib.Path(os.environ.get("KILN_THREE") or "/usr/share/javascript/three")
+FLAGS = ["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+         "--disable-dev-shm-usage", "--window-size=640,480"]  # fmt: skip
+
+# Clicks what a list names, and notes the mean and the deviation of each picture's colours, and a hash.
+ROBOT = """
+<script>
+(() => {
+const steps = @STEPS@, pictures = {};
+const waitFrames = (count) => new Promise((done) => {
+  const wait = () => (count-- > 0 ? requestAnimationFrame(wait) : done());
+  wait();
+});
+function look() {
+  const from = document.querySelector("#view canvas"), to = document.createElement("canvas");
+  to.width = 320; to.height = 240;
+  const context = to.getContext("2d");
+  context.drawImage(from, 0, 0, 320, 240);
+  const data = context.getImageData(160, 0, 160, 240).data;
+  const sum = [0, 0, 0], squares = [0, 0, 0];
+  let hash = 0, shown = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    if (Math.abs(data[i] - 0x23) + Math.abs(data[i + 1] - 0x26) + Math.abs(data[i + 2] - 0x2b) < 6) continue;
+    ++shown;
+    for (let c = 0; c < 3; ++c) { sum[c] += data[i + c]; squares[c] += data[i + c] ** 2; hash = (hash * 31 + data[i + c]) | 0; }
+  }
+  const mean = sum.map((s) => s / Math.max(1, shown));
+  return { mean, shown, hash, deviation: squares.map((s, c) => Math.sqrt(Math.max(0, s / Math.max(1, shown) - mean[c] ** 2))) };
+}
+async function run() {
+  while (!window.kiln.ready && !document.documentElement.dataset.failure) await new Promise((r) => setTimeout(r, 50));
+  for (const [name, clicks] of steps) {
+    for (const id of clicks) {
+      if (id.includes("=")) {
+        const [slider, value] = id.split("=");
+        document.getElementById(slider).value = value;
+      } else document.getElementById(id).click();
+    }
+    await waitFrames(3);
+    pictures[name] = look();
+  }
+}
+async function report() {
+  let failure = null;
+  try { await run(); } catch (error) { failure = String(error); }
+  failure = document.documentElement.dataset.failure || failure;
+  fetch("http://127.0.0.1:@PORT@/", { method: "POST", mode: "no-cors", body: JSON.stringify({ pictures, failure }) });
+}
+report();
+})();
+</script>
+"""
+
+
+def run_kiln(*words):
+    done = subprocess.run([KILN, *map(str, words)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"kiln {words}: {done.stdout}{done.stderr}"
+    return done.stdout + done.stderr
+
+
+def write_ball(path):
+    """A ball with waves, whose halves have two colours."""
+    rows, columns = 60, 120
+    lines = []
+    for j in range(rows + 1):
+        for i in range(columns):
+            up, around = math.pi * j / rows, 2 * math.pi * i / columns
+            radius = 1 + 0.03 * math.sin(8 * up) * math.sin(8 * around)
+            x, y, z = math.sin(up) * math.cos(around), math.cos(up), math.sin(up) * math.sin(around)
+            colour = (0.9, 0.2, 0.1) if y > 0 else (0.1, 0.3, 0.9)
+            lines.append("v " + " ".join(f"{value:.6f}" for value in (radius * x, radius * y, radius * z, *colour)))
+    for j in range(rows):
+        for i in range(columns):
+            a, b = j * columns + i + 1, j * columns + (i + 1) % columns + 1
+            lines.append(f"f {a} {b} {b + columns} {a + columns}")
+    path.write_text("\n".join(lines) + "\n")
+
+
+def pictures_of(page, steps, folder):
+    """What the robot saw: it sends its pictures to a server of this process."""
+    received = []
+
+    class Receiver(http.server.BaseHTTPRequestHandler):
+        def do_POST(self):
+            received.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+            self.send_response(204)
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    with http.server.HTTPServer(("127.0.0.1", 0), Receiver) as server:
+        server.timeout = 1
+        robot = folder / "robot.html"
+        text = ROBOT.replace("@STEPS@", json.dumps(steps)).replace("@PORT@", str(server.server_port))
+        robot.write_text(page.read_text().replace("</html>", text + "</html>"))
+        browser = subprocess.Popen([CHROMIUM, *FLAGS, f"--user-data-dir={folder / 'profile'}", robot.as_uri()],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+        try:
+            end = time.monotonic() + 240
+            while not received and time.monotonic() < end and browser.poll() is None:
+                server.handle_request()
+        finally:
+            browser.terminate()
+            browser.wait()
+    assert received, f"{page}: the page sent nothing"
+    assert received[0]["failure"] is None, f"{page}: {received[0]['failure']}"
+    return received[0]["pictures"]
+
+
+class View(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        cls.ball = cls.folder / "ball.obj"
+        write_ball(cls.ball)
+        cls.glb = cls.folder / "ball.glb"
+        run_kiln("bake", cls.ball, "--out", cls.glb, "--faces", 400, "--size", 256, "--ao-rays", 16)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def page(self, name, *words):
+        page = self.folder / name
+        run_kiln("view", *words, "--out", page)
+        return page
+
+    def test_each_switch_changes_the_picture(self):
+        page = self.page("both.html", self.glb, "--reference", self.ball)
+        steps = [("lit", []), ("wire", ["wire"]), ("flat", ["wire", "flat"]), ("again", ["flat"]),
+                 ("dark", ["strength=20"]), ("turned", ["strength=100", "azimuth=-120"]), ("lit2", ["azimuth=40"]),
+                 ("color", ["mode-color"]), ("normal", ["mode-normal"]), ("occlusion", ["mode-occlusion"]),
+                 ("normals", ["mode-normals"]), ("error", ["mode-error"]), ("error_flat", ["flat"]),
+                 ("alone", ["flat", "mode-lit", "split"]), ("spun", ["turn"])]  # fmt: skip
+        found = pictures_of(page, steps, self.folder)
+        for name, picture in found.items():
+            self.assertGreater(picture["shown"], 2000, name)
+            self.assertGreater(max(picture["deviation"]), 2, name)
+        for one in ("again", "lit2"):
+            self.assertEqual(found[one]["hash"], found["lit"]["hash"], one)
+        for name in ("wire", "flat", "dark", "turned", "color", "normal", "occlusion", "normals", "error", "spun"):
+            self.assertNotEqual(found[name]["hash"], found["lit"]["hash"], name)
+        self.assertLess(sum(found["dark"]["mean"]), 0.6 * sum(found["lit"]["mean"]))
+        # A normal map is blue; occlusion is grey.
+        self.assertGreater(found["normal"]["mean"][2], found["normal"]["mean"][0] + 50)
+        grey = found["occlusion"]["mean"]
+        self.assertLess(max(grey) - min(grey), 3)
+        # Red and blue halves.
+        self.assertGreater(found["color"]["deviation"][0], 40)
+        # The scale goes from dark blue to red: without the map the normals are farther off.
+        self.assertGreater(found["error_flat"]["mean"][0], found["error"]["mean"][0] + 20)
+        # The low poly alone is what stands to the right of the bar; here the whole half is.
+        self.assertGreater(found["alone"]["shown"], 2000)
+
+    def test_every_encoding_shows_the_same(self):
+        plain = pictures_of(self.page("plain.html", self.glb), [("color", ["mode-color"]), ("lit", ["mode-lit"])], self.folder)
+        for words in (("--format", "webp"), ("--format", "jpeg"), ("--mesh-compression", "meshopt"), ("--mesh-compression", "draco")):
+            glb = self.folder / f"{words[1]}.glb"
+            run_kiln("bake", self.ball, "--out", glb, "--faces", 400, "--size", 256, "--ao-rays", 16, *words)
+            other = pictures_of(self.page(f"{words[1]}.html", glb), [("color", ["mode-color"]), ("lit", ["mode-lit"])], self.folder)
+            for step, picture in other.items():
+                for a, b in zip(picture["mean"], plain[step]["mean"]):
+                    self.assertLess(abs(a - b), 3, f"{words[1]} {step}")
+
+    def test_names_are_text(self):
+        odd = self.folder / "a<b id=x>&'.glb"
+        shutil.copy(self.glb, odd)
+        page = self.page("odd.html", odd)
+        text = page.read_text()
+        self.assertNotIn("<b id=x>", text)
+        self.assertNotIn("http://", re.sub(r"(?s)<script>.*?</script>", "", text))
+        pictures_of(page, [("lit", [])], self.folder)
+
+    def test_bad_input_is_told(self):
+        for words, part in ((["no.glb", "--out", "x.html"], "no.glb"), ([self.glb, "--out", "x.htm"], ".html")):
+            done = subprocess.run([KILN, "view", *map(str, words)], capture_output=True, text=True, cwd=self.folder, check=False)
+            self.assertIn(done.returncode, (2, 3))
+            self.assertIn(part, done.stderr)
+        done = subprocess.run([KILN, "view", self.glb, "--out", self.folder / "x.html"], capture_output=True, text=True,
+                              env={**os.environ, "KILN_THREE": "/nowhere"}, check=False)  # fmt: skip
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("libjs-three", done.stderr)
+        self.assertFalse((self.folder / "x.html").exists())
+
+
+if __name__ == "__main__":
+    if CHROMIUM is None or not (THREE / "three.min.js").exists():
+        print("skipped: there is no chromium, or no three.js (libjs-three)")
+        sys.exit(69)
+    unittest.main(verbosity=2)

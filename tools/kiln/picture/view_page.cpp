@@ -1,0 +1,383 @@
+#include "picture/view_page.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <unordered_map>
+
+#include "kiln/error.h"
+#include "kiln/image.h"
+#include "kiln/texture_sets.h"
+#include "mesh/normals.h"
+
+namespace kiln::cli {
+
+extern const char kViewPage[];
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string base64(std::span<const std::byte> bytes) {
+  constexpr const char* kLetters =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8U | (k < count ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= count ? kLetters[group >> (18 - 6 * k) & 63U] : '=';
+    }
+  }
+  return text;
+}
+
+static_assert(std::endian::native == std::endian::little,
+              "Typed arrays of browsers are little-endian.");
+
+template <typename T>
+std::string base64(const std::vector<T>& values) {
+  return base64(std::as_bytes(std::span(values)));
+}
+
+std::int16_t packed(float value) {
+  return static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0F, 1.0F) * 32767));
+}
+
+/// Vertices as a GPU takes them: corners that agree in position, normal, UV and tangent are one.
+class VertexBuffer {
+ public:
+  VertexBuffer(const Mesh& mesh, bool with_uvs)
+      : mesh_(mesh), with_uvs_(with_uvs && !mesh.uv_triangles.empty()) {
+    normals_ = corner_normals(mesh, mesh.positions);
+    if (with_uvs_) tangents_ = tangents_of(mesh);
+    std::vector<std::uint32_t> order(mesh.triangles.size());
+    for (std::uint32_t t = 0; t < order.size(); ++t) order[t] = t;
+    if (!mesh.materials.empty()) {
+      std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return mesh.materials[a] < mesh.materials[b];
+      });
+    }
+    for (const std::uint32_t t : order) add(t);
+  }
+
+  Json to_json() const {
+    Json groups = Json::array();
+    for (const auto& [material, range] : groups_) {
+      groups.push_back(Json::array({range[0], range[1], material}));
+    }
+    Json json = {{"faces", mesh_.triangles.size()}, {"vertices", positions_.size() / 3},
+                 {"position", base64(positions_)},  {"normal", base64(normal_)},
+                 {"index", base64(index_)},         {"groups", groups}};
+    if (with_uvs_) {
+      json["uv"] = base64(uv_);
+      json["tangent"] = base64(tangent_);
+    }
+    if (!mesh_.colors.empty()) json["color"] = base64(color_);
+    return json;
+  }
+
+ private:
+  using Key = std::array<std::uint32_t, 4>;
+  struct KeyHash {
+    std::size_t operator()(const Key& key) const {
+      std::uint64_t hash = 0;
+      for (const std::uint32_t part : key) hash = (hash ^ part) * 0x9E3779B97F4A7C15U;
+      return static_cast<std::size_t>(hash ^ hash >> 32U);
+    }
+  };
+
+  void add(std::uint32_t t) {
+    const std::uint32_t material = mesh_.materials.empty() ? 0 : mesh_.materials[t];
+    if (groups_.empty() || groups_.back().first != material) {
+      groups_.push_back({material, {static_cast<std::uint32_t>(index_.size()), 0}});
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      Key key{mesh_.triangles[t][k], normals_.triangles[t][k], 0, 0};
+      std::array<std::int16_t, 4> tangent{};
+      if (with_uvs_) {
+        const Tangent& of = tangents_[std::size_t{3} * t + k];
+        const Vec3& d = of.direction;
+        const float length = std::hypot(d.x, d.y, d.z);
+        const float scale = length > 0 ? 1 / length : 0;
+        tangent = {packed(d.x * scale), packed(d.y * scale), packed(d.z * scale),
+                   packed(of.sign < 0 ? -1.0F : 1.0F)};
+        key[2] = mesh_.uv_triangles[t][k];
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, tangent.data(), sizeof bits);
+        key[3] = static_cast<std::uint32_t>(bits ^ bits >> 32U);
+      }
+      const auto [entry, added] =
+          vertices_.try_emplace(key, static_cast<std::uint32_t>(positions_.size() / 3));
+      index_.push_back(entry->second);
+      ++groups_.back().second[1];
+      if (!added) continue;
+      const Vec3 &p = mesh_.positions[key[0]], &n = normals_.normals[key[1]];
+      positions_.insert(positions_.end(), {p.x, p.y, p.z});
+      normal_.insert(normal_.end(), {packed(n.x), packed(n.y), packed(n.z)});
+      if (with_uvs_) {
+        const Vec2& uv = mesh_.uvs[key[2]];
+        uv_.insert(uv_.end(), {uv.x, uv.y});
+        tangent_.insert(tangent_.end(), tangent.begin(), tangent.end());
+      }
+      if (!mesh_.colors.empty()) {
+        const auto& color = mesh_.colors[key[0]];
+        color_.insert(color_.end(), color.begin(), color.begin() + 3);
+      }
+    }
+  }
+
+  const Mesh& mesh_;
+  bool with_uvs_ = false;
+  CornerNormals normals_;
+  std::vector<Tangent> tangents_;
+  std::unordered_map<Key, std::uint32_t, KeyHash> vertices_;
+  std::vector<float> positions_, uv_;
+  std::vector<std::int16_t> normal_, tangent_;
+  std::vector<std::uint8_t> color_;
+  std::vector<std::uint32_t> index_;
+  std::vector<std::pair<std::uint32_t, std::array<std::uint32_t, 2>>> groups_;
+};
+
+/// Pictures of the page, each once.
+class PictureList {
+ public:
+  /// \param channel  the one that counts, written as grey; none: colours, with their alpha if `with_alpha`
+  std::size_t add(const std::shared_ptr<const Image>& image, std::optional<std::uint32_t> channel,
+                  const Texture::Factor& factor, bool with_alpha, const std::string& name) {
+    const Key key{image.get(),
+                  channel      ? static_cast<int>(*channel)
+                  : with_alpha ? -2
+                               : -1,
+                  factor.times[0], factor.plus};
+    const auto [entry, added] = known_.try_emplace(key, known_.size());
+    if (!added) return entry->second;
+    held_.push_back(image);
+    Image shown{image->width, image->height, channel ? 1U : with_alpha ? 4U : 3U, {}};
+    shown.pixels.resize(std::size_t{shown.width} * shown.height * shown.channels);
+    for (std::size_t i = 0; i < std::size_t{shown.width} * shown.height; ++i) {
+      const float* const from = &image->pixels[i * image->channels];
+      float* const to = &shown.pixels[i * shown.channels];
+      if (channel) {
+        to[0] = *channel < image->channels ? from[*channel] * factor.times[0] + factor.plus : 1;
+        continue;
+      }
+      for (std::size_t c = 0; c < 3; ++c) to[c] = from[image->channels < 3 ? 0 : c];
+      if (with_alpha) to[3] = image->channels % 2 == 0 ? from[image->channels - 1] : 1;
+    }
+    SaveImageOptions options;
+    options.format = ImageFormat::png8;
+    const std::vector<std::byte> bytes = encode(shown, options);
+    list_.push_back(Json{{"uri", "data:image/png;base64," + base64(bytes)},
+                         {"name", name},
+                         {"width", image->width},
+                         {"height", image->height}});
+    return entry->second;
+  }
+  const Json& list() const { return list_; }
+
+ private:
+  using Key = std::tuple<const Image*, int, float, float>;
+  std::map<Key, std::size_t> known_;
+  std::vector<std::shared_ptr<const Image>> held_;  ///< So that addresses stay those of one image
+  Json list_ = Json::array();
+};
+
+const char* wrap_name(TextureWrap wrap) {
+  return wrap == TextureWrap::repeat ? "repeat" : wrap == TextureWrap::clamp ? "clamp" : "mirror";
+}
+
+struct SlotRow {
+  const char* name;
+  MaterialSlot slot;
+  MaterialPicture Material::*picture;
+  bool is_number;
+};
+constexpr std::array kSlots = {
+    SlotRow{"color", MaterialSlot::color, &Material::color_map, false},
+    SlotRow{"normal", MaterialSlot::normal, &Material::normal_map, false},
+    SlotRow{"roughness", MaterialSlot::roughness, &Material::roughness_map, true},
+    SlotRow{"metallic", MaterialSlot::metallic, &Material::metallic_map, true},
+    SlotRow{"occlusion", MaterialSlot::occlusion, &Material::occlusion_map, true},
+    SlotRow{"emission", MaterialSlot::emission, &Material::emission_map, false},
+};
+
+/// One slot of a material: its picture, or its value.
+Json slot_json(const SlotRow& row, const Texture& texture, std::size_t material, const Material& of,
+               PictureList& pictures) {
+  const Texture::Factor factor =
+      texture.factors.empty() ? Texture::Factor{} : texture.factors[material];
+  const std::uint32_t image = texture.image_of.empty() ? 0 : texture.image_of[material];
+  if (image == Texture::kNone) {
+    const auto& plain = texture.plain[material];
+    return {{"value", Json::array({plain[0], plain[1], plain[2]})}};
+  }
+  const bool with_alpha =
+      row.slot == MaterialSlot::color && of.alpha_mode != AlphaMode::opaque && of.multiplies;
+  const std::size_t number =
+      row.is_number ? pictures.add(texture.images[image], texture.channel, factor, false, row.name)
+                    : pictures.add(texture.images[image], std::nullopt, {}, with_alpha, row.name);
+  Json json = {{"image", number},
+               {"value", Json::array({factor.times[0], factor.times[1], factor.times[2]})}};
+  const std::array<TextureWrap, 2> wrap =
+      texture.wraps.empty() ? std::array<TextureWrap, 2>{} : texture.wraps[material];
+  json["wrap"] = Json::array({wrap_name(wrap[0]), wrap_name(wrap[1])});
+  if (!texture.uv_transforms.empty()) json["matrix"] = Json(texture.uv_transforms[material]);
+  return json;
+}
+
+Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
+                    std::vector<Warning>& warnings) {
+  std::vector<Material> materials = viewed.materials;
+  if (materials.empty())
+    materials.resize(std::max<std::size_t>(1, viewed.mesh->material_names.size()));
+  Json list = Json::array();
+  for (const Material& of : materials) {
+    const char* const alpha = !of.multiplies || of.alpha_mode == AlphaMode::opaque ? "opaque"
+                              : of.alpha_mode == AlphaMode::mask                   ? "cutout"
+                                                                                   : "blend";
+    list.push_back(Json{{"name", of.name},
+                        {"alpha", alpha},
+                        {"cutoff", of.alpha_cutoff},
+                        {"opacity", of.opacity},
+                        {"double_sided", of.double_sided},
+                        {"normal_scale", of.normal_scale},
+                        {"slots", Json::object()}});
+  }
+  if (viewed.materials.empty() || viewed.mesh->uvs.empty()) return list;
+  std::vector<Json> slots(materials.size(), Json::object());
+  for (const SlotRow& row : kSlots) {
+    const bool any = std::any_of(materials.begin(), materials.end(),
+                                 [&](const Material& of) { return !(of.*row.picture).empty(); });
+    if (!any) {
+      for (std::size_t m = 0; m < materials.size(); ++m) {
+        const Material& of = materials[m];
+        const auto number = [&](float value) {
+          slots[m][row.name] = {{"value", Json::array({value, value, value})}};
+        };
+        if (row.slot == MaterialSlot::color && of.color_from != MaterialNumber::none)
+          slots[m][row.name] = {{"value", Json::array({of.color[0], of.color[1], of.color[2]})}};
+        if (row.slot == MaterialSlot::roughness && of.roughness_from != MaterialNumber::none)
+          number(of.roughness);
+        if (row.slot == MaterialSlot::metallic && of.metallic_from != MaterialNumber::none)
+          number(of.metallic);
+      }
+      continue;
+    }
+    const Texture texture = load_material_texture(materials, row.slot, *viewed.mesh, &warnings);
+    if (!texture.tiles.empty()) {
+      warnings.push_back({"view-udim",
+                          std::string("UDIM sets are not shown: ") + row.name + " of '" +
+                              viewed.mesh->name + "' is left out.",
+                          1});
+      continue;
+    }
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+      const bool is_normal = row.slot == MaterialSlot::normal;
+      if (is_normal && (materials[m].*row.picture).empty()) continue;
+      slots[m][row.name] = slot_json(row, texture, m, materials[m], pictures);
+    }
+  }
+  Json result = Json::array();
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    Json material = list[m];
+    material["slots"] = slots[m];
+    result.push_back(material);
+  }
+  return result;
+}
+
+/// The text of a file of three.js: where this program's package put it, or Debian's libjs-three.
+std::string library_text(const fs::path& name) {
+  const char* const given = std::getenv("KILN_THREE");
+  const fs::path folder =
+      given != nullptr && *given != '\0' ? given : "/usr/share/javascript/three";
+  std::ifstream file(folder / name, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file || text.empty()) {
+    throw Error(ErrorCode::input,
+                "'" + (folder / name).string() +
+                    "' is missing: the page draws with three.js. Install it with 'apt install "
+                    "libjs-three', or name its folder in KILN_THREE.",
+                "three-missing");
+  }
+  return text;
+}
+
+/// JSON as the text of a script element: a name may hold "</script>".
+std::string script_text(const Json& json) {
+  std::string text;
+  for (const char c : json.dump()) {
+    if (c == '<') {
+      text += "\\u003c";
+    } else {
+      text += c;
+    }
+  }
+  return text;
+}
+
+std::string html_text(const std::string& plain) {
+  std::string text;
+  for (const char c : plain) {
+    text += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string view_page(const ViewPage& page, const ViewedMesh& low, const ViewedMesh* high,
+                      std::vector<Warning>& warnings) {
+  PictureList pictures;
+  Json meshes = Json::array();
+  const auto add = [&](const ViewedMesh& viewed) {
+    Json json = VertexBuffer(*viewed.mesh, !viewed.materials.empty()).to_json();
+    json["materials"] = materials_json(viewed, pictures, warnings);
+    meshes.push_back(json);
+  };
+  add(low);
+  if (high != nullptr) add(*high);
+  Json facts = Json::array();
+  for (const auto& [name, value] : page.facts) facts.push_back(Json::array({name, value}));
+  const Json data = {{"title", page.title},
+                     {"facts", facts},
+                     {"z_up", page.z_up},
+                     {"meshes", meshes},
+                     {"images", pictures.list()}};
+  const std::map<std::string, std::string> texts = {
+      {"@TITLE@", html_text(page.title)},
+      {"@DATA@", script_text(data)},
+      {"@THREE@", library_text("three.min.js")},
+      {"@CONTROLS@", library_text("examples/js/controls/OrbitControls.js")}};
+  std::string result;
+  std::string_view rest = kViewPage;
+  while (!rest.empty()) {
+    const std::size_t at = rest.find('@');
+    result += rest.substr(0, at);
+    if (at == std::string_view::npos) break;
+    rest.remove_prefix(at);
+    const auto text = std::find_if(texts.begin(), texts.end(), [&](const auto& entry) {
+      return rest.starts_with(entry.first);
+    });
+    result += text != texts.end() ? text->second : "@";
+    rest.remove_prefix(text != texts.end() ? text->first.size() : 1);
+  }
+  return result;
+}
+
+}  // namespace kiln::cli
