@@ -33,17 +33,17 @@ PageSizes sizes_of(const std::vector<AssetResult>& results) {
   std::size_t assets = 0, maps = 0;
   for (const AssetResult& result : results) {
     if (!result.files.empty()) ++assets;
-    maps += static_cast<std::size_t>(std::count_if(
-        result.files.begin(), result.files.end(),
-        [](const std::string& file) { return is_map_file(file); }));
+    maps += static_cast<std::size_t>(
+        std::count_if(result.files.begin(), result.files.end(),
+                      [](const std::string& file) { return is_map_file(file); }));
   }
   const auto fit = [](std::uint32_t side, std::uint32_t least, double count, double most) {
     while (side > least && count * side * side * kBytesOfTexel > most) side /= 2;
     return side;
   };
   PageSizes sizes;
-  sizes.picture = fit(sizes.picture, kLeastPicture,
-                      kPicturesOfAsset * static_cast<double>(assets), kMostPictureBytes);
+  sizes.picture = fit(sizes.picture, kLeastPicture, kPicturesOfAsset * static_cast<double>(assets),
+                      kMostPictureBytes);
   sizes.map = fit(sizes.map, kLeastMap, static_cast<double>(maps), kMostMapBytes);
   return sizes;
 }
@@ -53,7 +53,7 @@ Json data_uri(const Image& image) {
   if (image.width == 0) return {};
   const std::vector<std::byte> bytes = encode(image, {ImageFormat::png8});
   return "data:image/png;base64," +
-         base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+         kiln::base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 Json map_json(const MapPicture& map) {
@@ -74,8 +74,9 @@ Json map_json(const MapPicture& map) {
 
 /// "pictures", "rendered" and "maps" of an asset.
 Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
-          const std::function<Device()>& device, const PageSizes& sizes) {
-  Json drawn = {{"pictures", Json::object()}, {"rendered", Json::object()}, {"maps", Json::array()}};
+                 const std::function<Device()>& device, const PageSizes& sizes) {
+  Json drawn = {
+      {"pictures", Json::object()}, {"rendered", Json::object()}, {"maps", Json::array()}};
   std::string note;
   try {
     for (const MapPicture& map : picture_maps(asset.job, result.files, sizes.map))
@@ -85,10 +86,9 @@ Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
   }
   try {
     const AssetPictures pictures = draw_asset(device(), asset.job, result.files, sizes.picture);
-    for (const auto& [name, image] : {std::pair{"high", &pictures.high},
-                                      std::pair{"low", &pictures.low},
-                                      std::pair{"with_maps", &pictures.with_maps},
-                                      std::pair{"errors", &pictures.errors}}) {
+    for (const auto& [name, image] :
+         {std::pair{"high", &pictures.high}, std::pair{"low", &pictures.low},
+          std::pair{"with_maps", &pictures.with_maps}, std::pair{"errors", &pictures.errors}}) {
       if (image->width != 0) drawn["pictures"][name] = data_uri(*image);
     }
     drawn["rendered"] = {{"mean_degrees", pictures.with_maps_degrees},
@@ -119,11 +119,11 @@ bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
     if (!results[i].files.empty()) {
       const double share = static_cast<double>(i) / static_cast<double>(results.size());
       if (!console.progress(share, assets[i].name + ": pictures")) return false;
-      const std::string key =
-          cache == nullptr ? ""
-                           : cache->beside_key(assets[i], results[i].files,
-                                               "page " + std::to_string(sizes.picture) + " " +
-                                                   std::to_string(sizes.map));
+      const std::string key = cache == nullptr
+                                  ? ""
+                                  : cache->beside_key(assets[i], results[i].files,
+                                                      "page " + std::to_string(sizes.picture) +
+                                                          " " + std::to_string(sizes.map));
       Json drawn;
       if (cache != nullptr) drawn = Json::parse(cache->get_beside(key).value_or(""));
       if (!drawn.is_object()) {
