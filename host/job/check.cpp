@@ -251,7 +251,9 @@ void check_low_poly_plan(const Job& a) {
                 " or more.");
   refuse_if(!a.low.make.max_angle.empty() && !a.low.make.max_error.empty(),
             "--max-angle and --max-error both say what is to be reached: leave one of them out.");
-  parse_degrees(a.low.make.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
+  if (const std::string bound = angle_bound(a); !bound.empty()) {
+    parse_degrees(a.low.make.max_angle.empty() ? "--max-error" : "--max-angle", bound);
+  }
   refuse_if(
       has_cage_mesh(a) || a.cage_auto || a.parts_by == PartsBy::name,
       "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
@@ -260,8 +262,24 @@ void check_low_poly_plan(const Job& a) {
   refuse_if(
       by_uvs || (!a.match_auto && needs_direction(find_match(a.bake.match.method.name))),
       "--match " + match_word(a) + " is for a LOW of yours: leave it out, or give LOW or --faces.");
-  refuse_if(!bakes_shading_map(a), "--max-error normal=DEGREES measures normal maps: add " +
-                                       std::string(shading_map().name) + " to --maps.");
+  refuse_if(!bakes_shading_map(a),
+            std::string(a.max_bytes != 0 ? "--max-bytes" : "--max-error normal=DEGREES") +
+                " measures normal maps: add " + std::string(shading_map().name) + " to --maps.");
+}
+
+/// A bound on the bytes of a GLB.
+void check_bytes(const Job& a) {
+  if (a.max_bytes == 0) return;
+  refuse_if(lower_extension(asset_file(a)) != ".glb",
+            "--max-bytes bounds one file that holds all: name --out NAME.glb, or leave it out.");
+  refuse_if(a.low.make.lods != 0, "--max-bytes is for one low poly: leave it out, or --lod.");
+  refuse_if(a.pictures.fallback,
+            "--fallback-textures stores pictures twice, which --max-bytes has no bytes for: leave "
+            "one of them out.");
+  refuse_if(
+      !map_bounds(a).empty(),
+      "--max-bytes gives each map the bytes that serve it best: beside it, --max-error bounds "
+      "normals alone, normal=DEGREES.");
 }
 
 /// Checks --density, which is for charts that Kiln lays out.
@@ -283,6 +301,7 @@ void check_texels(const Job& a) {
 void check_low(const Job& a) {
   refuse_if(!a.match_auto && !a.low.make.max_angle.empty(),
             "--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
+  check_bytes(a);
   check_low_poly_plan(a);
   check_lods(a);
   const bool bounded = !deviation_bound(a).empty();
@@ -568,7 +587,8 @@ Job settled(const Job& given) {
   if (has_heights(job) && !job.given.contains("--match")) {
     job.bake.match.method = first_match("match.uv");
   }
-  if (bounds_maps(job) && !job.given.contains("--match")) job.match_auto = true;
+  const bool plans = bounds_maps(job) || (job.max_bytes != 0 && plans_low_poly(job));
+  if (plans && !job.given.contains("--match")) job.match_auto = true;
   settle_asset(job);
   start_asset_maps(job);
   if (writes_gltf(job)) smooth_occlusion(job);

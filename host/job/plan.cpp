@@ -17,7 +17,9 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   const Job& a = run.arguments;
   LowPolyPlanOptions options;
   const char* flag = a.low.make.max_angle.empty() ? "--max-error" : "--max-angle";
-  options.max_error = parse_degrees(flag, angle_bound(a));
+  if (const std::string bound = angle_bound(a); !bound.empty()) {
+    options.max_error = parse_degrees(flag, bound);
+  }
   options.bounds = map_bounds(a);
   options.choose_rays = !a.given.contains("--ao-rays");
   if (!a.low.make.screen.empty()) options.screen = parse_pixels("--screen", a.low.make.screen);

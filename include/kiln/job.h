@@ -141,8 +141,11 @@ struct Job {
   SaveImageOptions image = {ImageFormat::png16};  ///< Format of maps; webp is a GLB's, too
   EncodeMapsOptions pictures = {};                ///< Of a GLB or glTF
   MeshCompression mesh_compression = MeshCompression::none;  ///< Of a GLB
-  RayTraversal traversal = RayTraversal::automatic;          ///< See Source
-  HeightFieldOptions heights = {};  ///< Where the high poly is an image of heights
+  /// The most bytes that a GLB may have; 0: any. Sizes and encodings of its pictures, up to `bake`'s size, follow: the least
+  /// rendered error that fits. A low poly that is made without a number of faces, or a bound on its shape, is planned with them.
+  std::uint64_t max_bytes = 0;
+  RayTraversal traversal = RayTraversal::automatic;  ///< See Source
+  HeightFieldOptions heights = {};                   ///< Where the high poly is an image of heights
 
   bool match_auto =
       false;               ///< The match and the map's size are chosen by error: see bake_planned()
