@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "asset/gltf_draco_write.h"
+#include "asset/gltf_pictures.h"
 #include "asset/hierarchy.h"
 #include "base/fnv.h"
 #include "base/json_depth.h"
@@ -970,12 +971,51 @@ std::uint32_t normal_quality(const Image& normal, PictureEncoding encoding, doub
 
 }  // namespace
 
-AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& options) {
-  const PictureFormat format = options.format;
-  if (options.quality > 100) {
-    throw Error(ErrorCode::usage, "EncodeMapsOptions::quality is " +
-                                      std::to_string(options.quality) + "; use 1 to 100, or 0.");
+std::string_view name_of(PictureSlot picture) {
+  switch (picture) {
+    case PictureSlot::normal:
+      return "normal";
+    case PictureSlot::color:
+      return "color";
+    case PictureSlot::surface:
+      return "surface";
+    case PictureSlot::emission:
+      break;
   }
+  return "emission";
+}
+
+std::vector<std::byte>& file_of(AssetPictures& pictures, PictureSlot picture) {
+  switch (picture) {
+    case PictureSlot::normal:
+      return pictures.normal;
+    case PictureSlot::color:
+      return pictures.color;
+    case PictureSlot::surface:
+      return pictures.surface;
+    case PictureSlot::emission:
+      break;
+  }
+  return pictures.emission;
+}
+
+Image color_picture(const AssetMaps& maps) {
+  check_map(maps.color, 3, "colour");
+  if (maps.color == nullptr && maps.opacity == nullptr) return {};
+  std::vector<std::pair<const Image*, float>> channels(3, {maps.color, 1.0F});
+  if (maps.opacity != nullptr) channels.emplace_back(maps.opacity, 1.0F);
+  return combine_channels(channels, maps.color);
+}
+
+Image surface_picture(const AssetMaps& maps) {
+  if (maps.occlusion == nullptr && maps.roughness == nullptr && maps.metallic == nullptr) return {};
+  return combine_channels({{maps.occlusion, 1.0F},
+                 {maps.roughness, 1.0F},
+                 {maps.metallic, maps.metallic != nullptr ? 1.0F : 0.0F}},
+                nullptr);
+}
+
+AssetPictures described_pictures(const AssetMaps& maps) {
   check_map(maps.normal, 3, "normals");
   check_map(maps.color, 3, "colour");
   check_map(maps.emission, 3, "emission");
@@ -986,6 +1026,16 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
   pictures.has_metallic = maps.metallic != nullptr;
   pictures.has_surface = pictures.has_metallic || maps.roughness != nullptr;
   pictures.emission_strength = maps.emission_strength;
+  return pictures;
+}
+
+AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& options) {
+  const PictureFormat format = options.format;
+  if (options.quality > 100) {
+    throw Error(ErrorCode::usage, "EncodeMapsOptions::quality is " +
+                                      std::to_string(options.quality) + "; use 1 to 100, or 0.");
+  }
+  AssetPictures pictures = described_pictures(maps);
   const auto stored = [&](TextureUse use, bool lossless) {
     PictureEncoding encoding{.format = format, .dither = options.dither, .use = use};
     encoding.smallest = options.smallest;
@@ -1025,18 +1075,11 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
   note("emission", maps.emission, 3, of_emission);
 
   // Pictures are encoded one after the other, since most formats use all threads.
-  if (pictures.has_color || pictures.has_opacity) {
-    std::vector<std::pair<const Image*, float>> channels(3, {maps.color, 1.0F});
-    if (pictures.has_opacity) channels.emplace_back(maps.opacity, 1.0F);
-    pictures.color = encode_picture(combine_channels(channels, maps.color), of_color);
+  if (const Image color = color_picture(maps); !color.pixels.empty()) {
+    pictures.color = encode_picture(color, of_color);
   }
-  if (pictures.has_surface || pictures.has_occlusion) {
-    pictures.surface =
-        encode_picture(combine_channels({{maps.occlusion, 1.0F},
-                                         {maps.roughness, 1.0F},
-                                         {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
-                                        nullptr),
-                       of_surface);
+  if (const Image surface = surface_picture(maps); !surface.pixels.empty()) {
+    pictures.surface = encode_picture(surface, of_surface);
   }
   if (maps.normal != nullptr) pictures.normal = encode_picture(*maps.normal, of_normals);
   if (maps.emission != nullptr) pictures.emission = encode_picture(*maps.emission, of_emission);

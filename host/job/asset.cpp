@@ -71,8 +71,8 @@ void describe_surface(const BakeRun& run, const Material* of_high, const Materia
   material.extras = of_low != nullptr ? of_low->extras : shown->extras;
 }
 
-AssetMesh with_materials(const BakeRun& run) {
-  AssetMesh result{run.low.mesh, {}, {}};
+AssetMesh with_materials(const BakeRun& run, const Mesh& low_poly) {
+  AssetMesh result{low_poly, {}, {}};
   Mesh& mesh = result.mesh;
   const std::vector<Material>&high = run.high.beside.materials, &low = run.low.beside.materials;
   const std::string plain = mesh.name.empty() ? "mesh" : mesh.name;
@@ -261,6 +261,11 @@ void encode_asset_maps(BakeRun& run) {
   run.has_opacity |= maps.opacity != nullptr;
   maps.coverage = run.result.coverage;
   const Job& job = run.arguments;
+  if (job.max_bytes != 0) {
+    fit_asset_maps(run, maps);
+    note_materials_hit(run);
+    return;
+  }
   run.pictures.push_back(std::make_shared<const AssetPictures>(encode_maps(maps, job.pictures)));
   if (job.pictures.format == PictureFormat::jpeg && maps.opacity != nullptr) {
     run.warnings.push_back({"jpeg-alpha",
@@ -286,13 +291,15 @@ void encode_asset_maps(BakeRun& run) {
   note_materials_hit(run);
 }
 
-bool save_asset(BakeRun& run) {
+namespace {
+
+/// What an asset holds beside mesh, materials and asset_extras().
+SaveAssetOptions asset_options(const BakeRun& run, const Mesh& written) {
   const Job& arguments = run.arguments;
   const Asset& beside = arguments.low.given.empty() ? run.high.beside : run.low.beside;
-  const AssetMesh written = with_materials(run);
   SaveAssetOptions options;
   options.nodes = beside.nodes;
-  if (!options.nodes.empty()) options.object_nodes = object_nodes(beside, written.mesh);
+  if (!options.nodes.empty()) options.object_nodes = object_nodes(beside, written);
   if (!run.low.hulls.triangles.empty()) {
     options.hulls = &run.low.hulls;
     if (!options.nodes.empty()) options.hull_nodes = object_nodes(beside, run.low.hulls);
@@ -302,6 +309,13 @@ bool save_asset(BakeRun& run) {
   options.copyright = beside.copyright;
   options.scene = beside.scene;
   options.compression = arguments.mesh_compression;
+  return options;
+}
+
+}  // namespace
+
+std::string asset_extras(const BakeRun& run) {
+  const Job& arguments = run.arguments;
   const BakeReport& report = run.result.report;
   Json extras = {{"version", version()},
                  {"inputs", {{"high", hashes_of(arguments.high)}}},
@@ -311,7 +325,35 @@ bool save_asset(BakeRun& run) {
   if (!report.errors.empty()) extras["errors"] = describe(report.errors);
   if (run.sets.empty()) extras["stored_errors"] = run.stored_errors;
   if (!run.sets.empty()) extras["sets"] = run.set_reports;
-  options.kiln_extras = to_text(extras);
+  return to_text(extras);
+}
+
+std::uint64_t bytes_without_pictures(const BakeRun& run, const Mesh& low) {
+  AssetMesh written = with_materials(run, low);
+  const auto placeholder = std::make_shared<AssetPictures>();
+  for (auto* picture :
+       {&placeholder->color, &placeholder->surface, &placeholder->normal, &placeholder->emission}) {
+    picture->resize(1);
+  }
+  placeholder->has_color = placeholder->has_opacity = placeholder->has_occlusion =
+      placeholder->has_surface = placeholder->has_metallic = true;
+  for (AssetMaterial& material : written.materials) material.pictures = placeholder;
+  return encode_glb(written.mesh, written.materials, asset_options(run, written.mesh)).size();
+}
+
+bool save_asset(BakeRun& run) {
+  const Job& arguments = run.arguments;
+  AssetMesh written = with_materials(run, run.low.mesh);
+  SaveAssetOptions options = asset_options(run, written.mesh);
+  options.kiln_extras = asset_extras(run);
+  if (arguments.max_bytes != 0) {
+    fit_pictures(run, [&] {
+      for (std::size_t i = 0; i < written.materials.size(); ++i) {
+        written.materials[i].pictures = run.pictures[written.sets[i]];
+      }
+      return encode_glb(written.mesh, written.materials, options).size();
+    });
+  }
   if (!announce(run, asset_file(arguments))) return false;
   if (arguments.in_memory) {
     run.glb = encode_glb(written.mesh, written.materials, options);
@@ -327,7 +369,7 @@ bool save_asset(BakeRun& run) {
 bool save_obj_with_mtl(BakeRun& run) {
   const Job& arguments = run.arguments;
   const std::filesystem::path path = asset_file(arguments), mtl = path.stem().string() + ".mtl";
-  AssetMesh written = with_materials(run);
+  AssetMesh written = with_materials(run, run.low.mesh);
   std::string text = "# Kiln " + std::string(version()) + "\n\n";
   std::set<std::string> taken;
   for (std::size_t i = 0; i < written.materials.size(); ++i) {

@@ -4,6 +4,7 @@
 #include "asset/gltf_draco_write.h"
 #include "job/job_options.h"
 #include "job/map_words.h"
+#include "job/run.h"
 #include "job/transfers.h"
 #include "kiln/plan.h"
 #include "options/parse.h"
@@ -267,8 +268,9 @@ void check_low_poly_plan(const Job& a) {
   refuse_if(!a.low.make.max_angle.empty() && !a.low.make.max_error.empty(),
             option("max_angle") + " and " + option("max_error") +
                 " both say what is to be reached: leave one of them out.");
-  parse_degrees(a.low.make.max_angle.empty() ? option("max_error") : option("max_angle"),
-                angle_bound(a));
+  if (const std::string bound = angle_bound(a); !bound.empty()) {
+    parse_degrees(a.low.make.max_angle.empty() ? option("max_error") : option("max_angle"), bound);
+  }
   refuse_if(has_cage_mesh(a) || a.cage_auto || a.parts_by == PartsBy::name,
             option("cage_mesh") + ", " + option("cage", "auto") + " and " +
                 option("match_by", "name") + " need a LOW, yours or with " + option("faces", "N") +
@@ -279,8 +281,25 @@ void check_low_poly_plan(const Job& a) {
             option("match", match_word(a)) +
                 " is for a LOW of yours: leave it out, or give LOW or " + option("faces") + ".");
   refuse_if(!bakes_shading_map(a),
-            option("max_error", "normal=DEGREES") + " measures normal maps: add " +
-                std::string(shading_map().name) + " to " + option("maps") + ".");
+            (a.max_bytes != 0 ? option("max_bytes") : option("max_error", "normal=DEGREES")) +
+                " measures normal maps: add " + std::string(shading_map().name) + " to " +
+                option("maps") + ".");
+}
+
+/// Checks a bound on the bytes of a GLB.
+void check_bytes(const Job& a) {
+  if (a.max_bytes == 0) return;
+  refuse_if(lower_extension(asset_file(a)) != ".glb",
+            option("max_bytes") + " bounds one file that holds all: name " +
+                option("out", "NAME.glb") + ", or leave it out.");
+  refuse_if(a.low.make.lods != 0,
+            option("max_bytes") + " is for one low poly: leave it out, or " + option("lod") + ".");
+  refuse_if(a.pictures.fallback, option("fallback_textures") + " stores pictures twice, which " +
+                                     option("max_bytes") +
+                                     " has no bytes for: leave one of them out.");
+  refuse_if(!map_bounds(a).empty(),
+            option("max_bytes") + " gives each map the bytes that serve it best: beside it, " +
+                option("max_error") + " bounds normals alone, normal=DEGREES.");
 }
 
 /// Checks --density, which is for charts that Kiln lays out.
@@ -303,6 +322,7 @@ void check_low(const Job& a) {
   refuse_if(!a.match_auto && !a.low.make.max_angle.empty(),
             option("max_angle") + " is for " + option("match", "auto") + ": leave it out, or " +
                 option("max_error") + " bounds the low poly.");
+  check_bytes(a);
   check_low_poly_plan(a);
   check_lods(a);
   const bool bounded = !deviation_bound(a).empty();
@@ -625,7 +645,8 @@ Job settled(const Job& given) {
   if (has_heights(job) && !job.given.contains("--match")) {
     job.bake.match.method = first_match("match.uv");
   }
-  if (bounds_maps(job) && !job.given.contains("--match")) job.match_auto = true;
+  const bool plans = bounds_maps(job) || (job.max_bytes != 0 && plans_low_poly(job));
+  if (plans && !job.given.contains("--match")) job.match_auto = true;
   settle_asset(job);
   start_asset_maps(job);
   if (writes_gltf(job)) smooth_occlusion(job);

@@ -239,7 +239,8 @@ std::string deviation_bound(const Job& job) {
 
 bool plans_low_poly(const Job& job) {
   const bool own = job.low.given.empty() && job.low.make.faces == 0;
-  return own && !has_saved_match(job) && !angle_bound(job).empty();
+  const bool by_bytes = job.max_bytes != 0 && deviation_bound(job).empty();
+  return own && !has_saved_match(job) && (by_bytes || !angle_bound(job).empty());
 }
 
 bool shares_uvs(const Job& job) { return job.low.make.lods > 0 && job.low.make.lods_share_uvs; }

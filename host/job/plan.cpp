@@ -17,7 +17,9 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   const Job& a = run.arguments;
   LowPolyPlanOptions options;
   const Message name = option(a.low.make.max_angle.empty() ? "max_error" : "max_angle");
-  options.max_error = parse_degrees(name, angle_bound(a));
+  if (const std::string bound = angle_bound(a); !bound.empty()) {
+    options.max_error = parse_degrees(name, bound);
+  }
   options.bounds = map_bounds(a);
   options.choose_rays = !a.given.contains("--ao-rays");
   if (!a.low.make.screen.empty())

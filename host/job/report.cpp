@@ -95,7 +95,8 @@ void add_parts(const BakeRun& run, Json& json) {
   if (report.curvature_radius > 0) json["curvature_radius"] = report.curvature_radius;
   if (run.options.encoding.mips && run.sets.empty()) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
-  if (run.plan) {
+  if (run.fitted) json["bytes"] = bytes_json(run);
+  if (run.plan && !run.byte_plan) {
     const std::string& screen = run.arguments.low.make.screen;
     json["plan"] =
         low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels(option("screen"), screen));

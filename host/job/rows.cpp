@@ -410,6 +410,16 @@ OptionValue format_value() {
   return value;
 }
 
+OptionValue bytes_value() {
+  OptionValue value = value_of<Job>(
+      "max_bytes", "bytes", "BYTES|500K|2M",
+      [](Job& job, Flagged flag, Given words) {
+        job.max_bytes = parse_bytes(flag.c_str(), words.back());
+      },
+      [](Job& job) { return job.max_bytes == 0 ? Json() : Json(job.max_bytes); });
+  return value;
+}
+
 /// With a value, or none: on.
 OptionValue dither_value() {
   const std::vector<std::string> names = names_of(Words(kDithers));
@@ -574,6 +584,13 @@ std::vector<OptionRow> make_rows() {
        .help =
            "Of a GLB's triangles: meshopt (with KHR_mesh_quantization), draco, or none. Readers "
            "need the extension"},
+      {.flag = "--max-bytes",
+       .group = kMap,
+       .value = bytes_value(),
+       .help = "Of a GLB: the least rendered error within so many bytes, such as 500K (K, M, G: "
+               "thousands; KiB, MiB, GiB: 1024). Sizes and encodings of its pictures follow, up to "
+               "--size: PNG and JPEG, or --format alone; and the faces, without LOW, --faces and "
+               "--max-error P%"},
       {.flag = "--dither",
        .group = kMap,
        .value = dither_value(),

@@ -415,8 +415,9 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
     run.options.match.saved = &*run.match;
   }
   if (plans_low_poly(run.arguments)) {
-    const bool made =
-        run.arguments.low.make.lods > 0 ? make_lods(run, source) : make_plan(run, source);
+    const bool made = run.arguments.low.make.lods > 0 ? make_lods(run, source)
+                      : run.arguments.max_bytes != 0  ? make_byte_plan(run, source)
+                                                      : make_plan(run, source);
     if (!made || !finish_plan(run, source)) return false;
     warn_of_heavy_low(run.low.mesh, run.high_mesh(), run.warnings);
     if (run.low.simplified) {
@@ -514,6 +515,7 @@ bool run_stages(BakeRun& run, const std::function<Device()>& open, JobResult& re
     }
   }
   const Source& source = run.hooks.high != nullptr ? run.hooks.high->source : *built;
+  run.source = &source;
   run.stages.build = run.watch.lap();
   find_sets(run, source);
   judge_seams(run, source);
@@ -530,7 +532,7 @@ bool run_stages(BakeRun& run, const std::function<Device()>& open, JobResult& re
   if (run.hooks.writes && run.sets.empty() && !(run.lods ? save_lods(run) : save_outputs(run)))
     return false;
   if (!run.sets.empty() && !save_found_cage(run)) return false;
-  if (run.plan && run.hooks.draw_plan &&
+  if (run.plan && !run.byte_plan && run.hooks.draw_plan &&
       !run.hooks.draw_plan(*run.plan, out_folder(run.arguments), run.low.stem, run.outputs,
                            run.warnings)) {
     return false;

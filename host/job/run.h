@@ -25,6 +25,7 @@
 #include "kiln/simplify.h"
 #include "kiln/texture_sets.h"
 #include "kiln/unwrap.h"
+#include "plan/byte_plan.h"
 
 namespace kiln {
 
@@ -79,6 +80,19 @@ struct PreparedHigh {
       {};                      ///< Of the mesh; empty: read from the file that Job::high names
   bool height_field = false;   ///< The mesh is that of one
   bool faces_inwards = false;  ///< inward_parts() found some
+};
+
+struct HighPolyView;
+
+/// How the pictures of a GLB within Job::max_bytes may be stored, and how they are.
+struct FittedPictures {
+  std::vector<PictureLadder> ladders;         ///< Of all sets
+  std::vector<std::size_t> sets;              ///< Per ladder
+  std::vector<AssetPictures> described;       ///< Per set, without pictures
+  std::shared_ptr<const HighPolyView> shown;  ///< To measure rendered normals by
+  std::vector<TrialPicture> pictures;         ///< That were chosen, a ladder each
+  std::uint64_t bytes = 0;                    ///< Of the file
+  double error = 0;                           ///< Steps of 1/255
 };
 
 struct BakeRun;
@@ -156,8 +170,11 @@ struct BakeRun {
   std::optional<Match> match;  // that was loaded
   std::optional<Reasons> reasons;
   std::optional<PlannedBake> planned;
-  std::optional<LowPolyPlan> plan;  // its mesh and maps are `low` and `result`
-  std::optional<LodChain> lods;     // its first level is `low`
+  std::optional<LowPolyPlan> plan;       // its mesh and maps are `low` and `result`
+  const Source* source = nullptr;        // as long as stages run
+  std::optional<BytePlan> byte_plan;     // its trials; its low poly and maps are `plan`
+  std::optional<FittedPictures> fitted;  // of Job::max_bytes
+  std::optional<LodChain> lods;          // its first level is `low`
   Json lod_levels = Json::array();
   std::vector<BakedSet> sets;     // none: one layout for all
   const BakedSet* set = nullptr;  // of `sets`, that is baked and written; null: all in one
@@ -217,6 +234,19 @@ Json low_poly_plan_json(const LowPolyPlan& plan, std::uint32_t screen);
 /// Tells a plan to whoever draws it, as soon as it is known.
 void watch_plan(BakeRun& run, LowPolyPlanOptions& options);
 
+// ---- bytes.cpp ----
+
+/// make_plan() within Job::max_bytes. \returns false where it was cancelled. \throws Error(usage) where nothing fits
+bool make_byte_plan(BakeRun& run, const Source& source);
+/// Encodes maps of the next set, or of the only one, in all ways that may be chosen.
+void fit_asset_maps(BakeRun& run, const AssetMaps& maps);
+/// Chooses the pictures of all sets. \param file_bytes  of the asset with BakeRun::pictures
+/// \throws Error(usage) where even the smallest are too large
+void fit_pictures(BakeRun& run, const std::function<std::uint64_t()>& file_bytes);
+Json bytes_json(const BakeRun& run);
+/// What was tried and chosen, as lines.
+std::vector<std::string> bytes_table(const BakeRun& run);
+
 // ---- lods.cpp ----
 
 /// Plans and makes a chain of low polys; the first is the run's. \returns false where it was cancelled
@@ -256,6 +286,10 @@ void keep_asset_match(BakeRun& run);
 void encode_asset_maps(BakeRun& run);
 /// Notes, for each triangle of LOW that has texels, which special material of HIGH they show; where the match is kept.
 void note_materials_hit(BakeRun& run);
+/// JSON that says of the asset how it was made.
+std::string asset_extras(const BakeRun& run);
+/// Bytes of a low poly's GLB with the run's materials, without pictures and asset_extras().
+std::uint64_t bytes_without_pictures(const BakeRun& run, const Mesh& low);
 /// Writes the run's low poly with all sets' pictures as one asset. \returns false where it was cancelled
 bool save_asset(BakeRun& run);
 /// Writes the run's low poly with an MTL that names its maps. \returns false where it was cancelled

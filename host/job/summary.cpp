@@ -202,8 +202,11 @@ void add_summary(BakeRun& run, const Source::Stats& source, double total) {
     console.line("LOW: tangents of its file (" + option("tangents", "mikktspace") +
                  " computes them)");
   }
-  if (run.plan) {
+  if (run.plan && !run.byte_plan) {
     for (const std::string& line : trade_table(*run.plan)) console.line(line);
+  }
+  if (run.fitted) {
+    for (const std::string& line : bytes_table(run)) console.line(line);
   }
   if (run.lods) {
     for (const std::string& line : lod_table(*run.lods)) console.line(line);

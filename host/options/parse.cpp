@@ -206,6 +206,27 @@ std::uint32_t parse_pixels(const Message& name, const std::string& text) {
   return static_cast<std::uint32_t>(value);
 }
 
+std::uint64_t parse_bytes(const char* flag, const std::string& text) {
+  constexpr double kMost = 4294967295.0;  // of a GLB's lengths
+  const std::size_t digits = text.find_first_not_of("0123456789.");
+  const std::string number = text.substr(0, digits);
+  const std::string unit = digits == std::string::npos ? "" : lower_case(text.substr(digits));
+  constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"", 1},         {"b", 1},         {"k", 1e3},         {"kb", 1e3},        {"m", 1e6},
+      {"mb", 1e6},     {"g", 1e9},       {"gb", 1e9},        {"ki", 1024},       {"kib", 1024},
+      {"mi", 1048576}, {"mib", 1048576}, {"gi", 1073741824}, {"gib", 1073741824}};
+  const auto* const found = std::find_if(std::begin(kUnits), std::end(kUnits),
+                                         [&](const auto& known) { return known.first == unit; });
+  double value = 0;
+  const bool known = found != std::end(kUnits) && read_number(number, value);
+  const double bytes = known ? std::floor(value * found->second) : 0;
+  refuse_if(!(bytes >= 1 && bytes <= kMost) || (found->second == 1 && bytes != value),
+            std::string(flag) + " is '" + text +
+                "': give bytes, 1 to 4294967295, such as 500000, 500K (thousands), 1.5M or 488KiB "
+                "(1024).");
+  return static_cast<std::uint64_t>(bytes);
+}
+
 std::int32_t parse_gutter(const std::string& text) {
   if (text == "inf" || text == "infinite") return -1;
   std::int32_t value = 0;

@@ -151,8 +151,12 @@ struct Job {
                                                   ///< pictures
   EncodeMapsOptions pictures = {};                ///< Encoding of pictures in a GLB or glTF
   MeshCompression mesh_compression = MeshCompression::none;  ///< Compression of geometry in a GLB
-  RayTraversal traversal = RayTraversal::automatic;          ///< See Source
-  HeightFieldOptions heights = {};  ///< If the high poly is an image of heights
+  /// Largest size of a GLB, bytes; 0: unbounded. The sizes, up to that of `bake`, and encodings of its pictures are chosen
+  /// for the least rendered error that fits. A low poly that is made without a number of faces or a bound on its shape is
+  /// planned with them.
+  std::uint64_t max_bytes = 0;
+  RayTraversal traversal = RayTraversal::automatic;  ///< See Source
+  HeightFieldOptions heights = {};                   ///< If the high poly is an image of heights
 
   bool match_auto = false;     ///< Choose the match and the map's size by error: see bake_planned()
   bool cage_auto = false;      ///< Find a cage by find_cage()

@@ -630,6 +630,21 @@ def test_encodings_reach_a_glb():
         kiln.to_glb(vertices, faces, quality=60, **how)
 
 
+def test_a_glb_stays_within_bytes():
+    vertices, faces = ball(32)
+    how = {"texture_size": 128, "maps": ["normal", "ao"], "ao_rays": 8}
+    small = kiln.to_glb(vertices, faces, max_bytes=20_000, **how)
+    assert len(small.data) <= 20_000
+    assert kiln.to_glb(vertices, faces, max_bytes="20K", **how).data == small.data
+    large = kiln.to_glb(vertices, faces, max_bytes="60K", **how)
+    assert len(small.data) < len(large.data) <= 60_000
+    fixed = kiln.to_glb(vertices, faces, max_bytes="60K", faces_target=300, **how)
+    assert len(fixed.faces) <= 300 and len(fixed.data) <= 60_000
+    for bad in (0, -1, "few", 900):
+        with pytest.raises(kiln.Error, match="max.bytes"):
+            kiln.to_glb(vertices, faces, max_bytes=bad, **how)
+
+
 def test_simplify_and_unwrap_take_arrays():
     low = kiln.simplify(*ball(16), target=200)
     assert isinstance(low, kiln.Mesh) and len(low.faces) == 200 == low.report["faces"]

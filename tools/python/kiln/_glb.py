@@ -12,7 +12,7 @@ from ._bake import Bake, error_bound
 from ._core import Mesh
 from ._errors import Error, count_of, device_of, path_of, untold
 from ._meshes import as_mesh, kept_file
-from ._options import checked, json_of
+from ._options import checked, json_of, plain
 from ._plan import screen_of
 from ._progress import callback_of
 from ._surface import cleaned
@@ -314,6 +314,7 @@ def to_glb(
     colors: Any = None,
     faces_target: int | None = None,
     max_error: str | float | None = None,
+    max_bytes: int | str | None = None,
     texture_size: int = 2048,
     maps: Sequence[str] | None = None,
     sample: Callable[[np.ndarray], Any] | None = None,
@@ -344,7 +345,9 @@ def to_glb(
     colors           (V, 3) or (V, 4) of the vertices, sRGB-encoded: uint8, or float in [0, 1]
     faces_target     triangles of the light mesh; without: 10,000. A mesh with fewer keeps them all
     max_error        instead of faces_target: how near rendered normals come, such as "normal=3deg"; see kiln.plan()
-    texture_size     texels a side; with max_error, the most
+    max_bytes        the most bytes of the file, such as 500_000 or "500K": the least rendered error that fits. Triangles
+                     (without faces_target), sizes and encodings of pictures follow: PNG and JPEG, or `format` alone
+    texture_size     texels a side; with max_error or max_bytes, the most
     maps             of normal, ao, color, opacity, and roughness, metallic, emission of materials; without: normal and
                      ao, and what vertices and materials have, their normal maps and occlusion, too; with `sample`,
                      normal and ao
@@ -384,7 +387,11 @@ def to_glb(
     options: dict[str, Any] = checked({"size": texture_size, **keywords})
     options |= {"sets": "one", "device": device_of(device) or None, "alpha": alpha, "double_sided": sides}
     options |= {"screen": screen_of(screen), "max_outline": max_outline, "high_normals": str(high_normals)}
-    options |= {"max_error": error_bound(max_error)} if max_error is not None else {"faces": count}
+    options["max_bytes"] = plain(max_bytes)
+    if max_error is not None:
+        options["max_error"] = error_bound(max_error)
+    elif max_bytes is None or faces_target is not None:
+        options["faces"] = count
     options |= {"format": format, "quality": quality, "normal_error": normal_error, "dither": dither}
     options |= {"fallback_textures": fallback_textures or None, "mesh_compression": mesh_compression}
     wanted, left_out = _maps_of(maps, sample is not None)

@@ -1,0 +1,260 @@
+// A bound on the bytes of a GLB: which low poly, and how its pictures are stored.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "asset/gltf_pictures.h"
+#include "job/map_words.h"
+#include "job/run.h"
+#include "measure/normal_probe.h"
+#include "options/json.h"
+#include "options/parse.h"
+#include "plan/byte_plan.h"
+#include "source/high_poly.h"
+
+namespace kiln {
+namespace {
+
+/// Bytes that the JSON of a GLB may grow by once the sizes of its parts are known: digits of lengths, offsets and counts.
+constexpr std::uint64_t kJsonSlack = 512;
+/// Share of the bytes that a plan leaves to pictures of the caller's own, which are not known yet.
+constexpr double kOwnPicturesShare = 1.0 / 3;
+
+PictureFitOptions fit_options(const BakeRun& run) {
+  PictureFitOptions fit;
+  fit.encode = run.arguments.pictures;
+  fit.any_format = !run.arguments.given.contains("--format");
+  fit.most_bytes = run.arguments.max_bytes;
+  return fit;
+}
+
+std::uint32_t screen_of(const BakeRun& run) {
+  const std::string& screen = run.arguments.low.make.screen;
+  return screen.empty() ? 0 : parse_pixels(option("screen"), screen);
+}
+
+/// Area of a texture set's share of LOW's surface.
+double surface_share(const BakeRun& run) {
+  if (run.set == nullptr) return 1;
+  const Mesh& low = run.low.mesh;
+  const auto area = [&](std::size_t t) {
+    const auto at = [&](std::size_t k) { return low.positions[low.triangles[t][k]]; };
+    const Vec3 a = at(0), b = at(1), c = at(2);
+    const double u[] = {double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
+    const double v[] = {double{c.x} - a.x, double{c.y} - a.y, double{c.z} - a.z};
+    const double twice =
+        std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+    return std::isfinite(twice) ? twice / 2 : 0;
+  };
+  double all = 0, own = 0;
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) all += area(t);
+  for (const std::uint32_t t : run.set->set.members) own += area(t);
+  return all > 0 ? own / all : 1;
+}
+
+const char* word_of(PictureFormat format) {
+  return format == PictureFormat::png ? "png" : format == PictureFormat::webp ? "webp" : "jpeg";
+}
+
+Json pictures_json(const std::vector<TrialPicture>& pictures) {
+  Json list = Json::array();
+  for (const TrialPicture& picture : pictures) {
+    Json entry = {{"picture", name_of(picture.picture)},
+                  {"width", picture.width},
+                  {"height", picture.height},
+                  {"format", word_of(picture.format)},
+                  {"quality", picture.quality == 0 ? Json() : Json(picture.quality)},
+                  {"bytes", picture.bytes},
+                  {"error_steps", picture.error.steps}};
+    if (picture.picture == PictureSlot::normal) entry["error_degrees"] = picture.error.degrees;
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+/// "normal 512 x 512 jpeg 88, surface 256 x 256 png".
+std::string pictures_in_words(const std::vector<TrialPicture>& pictures) {
+  std::string text;
+  for (const TrialPicture& picture : pictures) {
+    text += formatted("%s%s %u x %u %s", text.empty() ? "" : ", ",
+                      std::string(name_of(picture.picture)).c_str(), picture.width, picture.height,
+                      word_of(picture.format));
+    if (picture.quality != 0) text += " " + std::to_string(picture.quality);
+  }
+  return text;
+}
+
+void take_fit(BakeRun& run, const PictureFit& fit) {
+  FittedPictures& fitted = *run.fitted;
+  std::vector<AssetPictures> sets = fitted.described;
+  for (std::size_t i = 0; i < fitted.ladders.size(); ++i) {
+    const PictureLadder& ladder = fitted.ladders[i];
+    AssetPictures& of = sets[fitted.sets[i]];
+    file_of(of, ladder.picture) = ladder.choices[fit.choices[i]].data;
+  }
+  run.pictures.clear();
+  for (AssetPictures& set : sets) {
+    run.pictures.push_back(std::make_shared<const AssetPictures>(std::move(set)));
+  }
+  fitted.pictures = trial_pictures(fitted.ladders, fit);
+  fitted.error = fit.error;
+}
+
+}  // namespace
+
+bool make_byte_plan(BakeRun& run, const Source& source) {
+  BytePlanOptions options;
+  options.plan = low_poly_options(run);
+  options.plan.may_leave_map_out = false;
+  options.max_bytes = run.arguments.max_bytes;
+  if (run.hooks.sample) {
+    options.max_bytes = static_cast<std::uint64_t>(static_cast<double>(options.max_bytes) *
+                                                   (1 - kOwnPicturesShare));
+  }
+  options.pictures = fit_options(run);
+  options.maps_of = [](std::vector<BakedMap>& maps) {
+    return asset_maps(maps, [](BakedMap& map, const std::string&) {
+      if (map.info.type == MapType::color) to_srgb(map.image);
+    });
+  };
+  const std::uint64_t extras = asset_extras(run).size();
+  options.mesh_bytes = [&](const Mesh& low) {
+    return bytes_without_pictures(run, low) + extras + kJsonSlack;
+  };
+  try {
+    run.byte_plan = plan_within_bytes(source, run.high_mesh(), options);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::usage) throw;
+    fail_usage(option("max_bytes") + ": " + error.message() +
+               " Allow more, bake fewer maps, or give " + option("mesh_compression") + " or " +
+               option("format") + ".");
+  }
+  BytePlan& plan = *run.byte_plan;
+  if (plan.plan.cancelled) return false;
+  take_plan(run, std::move(plan.plan));
+  plan.plan = {};
+  const LowPolyPlan& taken = *run.plan;
+  if (taken.wanted > 0 && taken.chosen.measured > taken.wanted) {
+    run.warnings.push_back(
+        {"error-not-reached",
+         formatted("Within --max-bytes rendered normals come within %.3g degrees, but --max-error "
+                   "asks for %.3g. Allow more bytes, or accept more.",
+                   taken.chosen.measured, taken.wanted),
+         1});
+  } else if (!taken.reached) {
+    run.warnings.push_back(plan_not_reached(taken));
+  }
+  warn_of_outline(taken, {}, run.warnings);
+  return true;
+}
+
+void fit_asset_maps(BakeRun& run, const AssetMaps& maps) {
+  if (!run.fitted) run.fitted.emplace();
+  FittedPictures& fitted = *run.fitted;
+  PictureFitOptions options = fit_options(run);
+  options.all_qualities = true;
+  std::optional<NormalProbe> probe;
+  if (run.sets.empty() && maps.normal != nullptr) {
+    if (!fitted.shown) {
+      fitted.shown = std::make_shared<const HighPolyView>(
+          shown_from(impl_of(*run.source), screen_of(run), plan_directions()));
+    }
+    probe.emplace(impl_of(*run.source), run.low.mesh, *fitted.shown);
+    options.normal_error = [&](const Image& picture) {
+      const NormalError error = probe->with_map(picture, run.options);
+      return PictureError{error.mean_8bit, error.mean_degrees};
+    };
+  }
+  const double weight = surface_share(run);
+  for (PictureLadder& ladder : picture_ladders(maps, options)) {
+    ladder.weight = weight;
+    for (const auto& [picture, steps] : run.byte_plan
+                                            ? run.byte_plan->coarseness
+                                            : std::vector<std::pair<PictureSlot, double>>()) {
+      if (picture != ladder.picture) continue;
+      // What the texels of this bake leave out is independent of what its pictures lose.
+      for (PictureChoice& choice : ladder.choices) {
+        choice.error.steps = std::hypot(choice.error.steps, steps);
+      }
+    }
+    fitted.ladders.push_back(std::move(ladder));
+    fitted.sets.push_back(fitted.described.size());
+  }
+  fitted.described.push_back(described_pictures(maps));
+  run.pictures.push_back(std::make_shared<const AssetPictures>(fitted.described.back()));
+}
+
+void fit_pictures(BakeRun& run, const std::function<std::uint64_t()>& file_bytes) {
+  const std::uint64_t most = run.arguments.max_bytes;
+  FittedPictures& fitted = *run.fitted;
+  const PictureFit smallest = *least_error(fitted.ladders, least_bytes(fitted.ladders));
+  take_fit(run, smallest);
+  fitted.bytes = file_bytes();
+  if (fitted.bytes > most) {
+    fail_usage(option("max_bytes") +
+               formatted(": %llu bytes are too few for this low poly with these maps: the smallest "
+                         "file has %llu. Allow more, give fewer faces or maps, or ",
+                         static_cast<unsigned long long>(most),
+                         static_cast<unsigned long long>(fitted.bytes)) +
+               option("mesh_compression") + ".");
+  }
+  const std::uint64_t rest = fitted.bytes - std::min(fitted.bytes, smallest.bytes);
+  // Lengths of pictures are written in the JSON, so that other pictures may need some more digits there.
+  for (std::uint64_t left = most - std::min(most, rest);;) {
+    const std::optional<PictureFit> fit = least_error(fitted.ladders, left);
+    take_fit(run, fit ? *fit : smallest);
+    fitted.bytes = file_bytes();
+    if (!fit || fitted.bytes <= most) return;
+    left -= std::min(left, fitted.bytes - most);
+  }
+}
+
+Json bytes_json(const BakeRun& run) {
+  const FittedPictures& fitted = *run.fitted;
+  Json json = {{"max", run.arguments.max_bytes},
+               {"file", fitted.bytes},
+               {"error_steps", fitted.error},
+               {"pictures", pictures_json(fitted.pictures)}};
+  if (!run.byte_plan) return json;
+  Json trials = Json::array();
+  for (const ByteTrial& trial : run.byte_plan->trials) {
+    trials.push_back({{"faces", trial.faces},
+                      {"baked", trial.baked},
+                      {"mesh_bytes", trial.mesh_bytes},
+                      {"bytes", trial.bytes},
+                      {"fits", trial.fits},
+                      {"expected_steps", trial.expected > 0 ? Json(trial.expected) : Json()},
+                      {"error_steps", trial.fits ? Json(trial.error) : Json()},
+                      {"normal_degrees", trial.fits ? Json(trial.degrees) : Json()},
+                      {"pictures", pictures_json(trial.pictures)}});
+  }
+  json["trials"] = std::move(trials);
+  json["chosen"] = run.byte_plan->chosen;
+  return json;
+}
+
+std::vector<std::string> bytes_table(const BakeRun& run) {
+  std::vector<std::string> lines;
+  const FittedPictures& fitted = *run.fitted;
+  if (run.byte_plan) {
+    for (const ByteTrial& trial : run.byte_plan->trials) {
+      const bool chosen = &trial == &run.byte_plan->trials[run.byte_plan->chosen];
+      lines.push_back(formatted(
+          "tried %s faces: %s", with_commas(trial.faces).c_str(),
+          trial.fits
+              ? formatted("%.3g degrees, error %.3g of 255; %s%s", trial.degrees, trial.error,
+                          pictures_in_words(trial.pictures).c_str(), chosen ? "  <- chosen" : "")
+                    .c_str()
+              : "nothing fits"));
+    }
+  }
+  lines.push_back(formatted("%s of %s bytes: %s; error %.3g of 255",
+                            with_commas(fitted.bytes).c_str(),
+                            with_commas(run.arguments.max_bytes).c_str(),
+                            pictures_in_words(fitted.pictures).c_str(), fitted.error));
+  return lines;
+}
+
+}  // namespace kiln

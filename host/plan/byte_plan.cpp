@@ -1,0 +1,453 @@
+#include "plan/byte_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "bake/pipeline.h"
+#include "bake/progress.h"
+#include "base/formatted.h"
+#include "base/progress_guard.h"
+#include "base/stopwatch.h"
+#include "detail/registry.h"
+#include "kiln/progress.h"
+#include "plan/candidate.h"
+#include "plan/low_poly_plan.h"
+#include "plan/settings.h"
+#include "plan/widen_search.h"
+#include "simplify/transfer_colors.h"
+
+namespace kiln {
+namespace {
+
+/// Constants of the search for faces within a number of bytes.
+struct BytePlanSettings {
+  /// Low polys that are made: each is laid out, baked and measured.
+  static constexpr std::size_t kMostTrials = 6;
+  /// Another is made only if its error is expected below this share of the least so far.
+  static constexpr double kWorthwhile = 0.98;
+  /// The first low poly has this share of the bytes, at this many bytes a face (48 a vertex, 6 of indices).
+  static constexpr double kFirstShare = 0.3, kBytesPerFace = 45;
+  /// Bytes a texel of the largest map that is tried, if it took all bytes: with loss, and without. Less is not worth it: a map
+  /// of half the size with less loss is nearer.
+  static constexpr double kLeastLossy = 0.15, kLeastLossless = 0.5;
+  /// Levels that are compared around the best: half the faces, then ever nearer ones.
+  static constexpr std::size_t kFirstStep = plan_settings::kNodeStep, kLastStep = 3;
+  /// Added to errors of levels that lost a part of the surface.
+  static constexpr double kLostSteps = 1000;
+};
+using Settings = BytePlanSettings;
+
+class BytePlanner {
+ public:
+  BytePlanner(const Source& source, const Mesh& high, const BytePlanOptions& options)
+      : source_(source),
+        high_(high),
+        options_(options),
+        most_mismatch_(options.plan.max_outline > 0 ? options.plan.max_outline
+                                                    : plan_settings::kMostMismatch),
+        bake_(options.plan.bake),
+        alive_(bake_.progress),
+        evaluator_(source, high, options.plan, bake_, result_.plan, cache_) {
+    result_.plan.wanted = options.plan.max_error;
+    result_.plan.max_outline = options.plan.max_outline;
+    for (std::uint32_t size = std::min(bake_.width, bake_.height);; size /= 2) {
+      sizes_.push_back(size);
+      if (size % 2 != 0 || size / 2 < kSmallestMap) break;
+    }
+    Mesh triangle;
+    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    triangle.triangles = {{0, 1, 2}};
+    fixed_bytes_ = options.mesh_bytes(with_any_uvs(std::move(triangle)));
+  }
+
+  BytePlan run() {
+    const double faces =
+        Settings::kFirstShare * static_cast<double>(options_.max_bytes) / Settings::kBytesPerFace;
+    if (faces > plan_settings::kFinestFaces) evaluator_.refine();
+    std::size_t level = 0;
+    while (level + 1 < evaluator_.count() && evaluator_.faces(level) > faces) ++level;
+    if (options_.plan.choose_match) evaluator_.choose_match(level);
+    make(level, first_size(), /*all_maps=*/true, 0);
+    while (made_.size() < Settings::kMostTrials) {
+      const std::optional<Expected> next = best_expected();
+      if (!next || next->error >= Settings::kWorthwhile * error_of(best())) break;
+      make(next->level, next->size, /*all_maps=*/false, next->error);
+    }
+    if (!best().trial.fits) make_smallest();
+    mend();
+    return finish();
+  }
+
+ private:
+  struct Made {
+    std::size_t level = 0;
+    Mesh low;
+    UnwrapReport unwrapped;
+    BakeOptions bake;
+    std::optional<BakeResult> result;  ///< Of all maps
+    std::vector<PictureLadder> ladders;
+    double bytes_per_face = 0;
+    NormalError normals;  ///< Of the largest map
+    ByteTrial trial;
+  };
+  struct Expected {
+    std::size_t level = 0;
+    std::uint32_t size = 0;
+    double error = 0;
+  };
+
+  std::uint32_t first_size() const {
+    const PictureFitOptions& pictures = options_.pictures;
+    const bool lossless = !pictures.any_format && pictures.encode.format == PictureFormat::png;
+    const double least = lossless ? Settings::kLeastLossless : Settings::kLeastLossy;
+    for (const std::uint32_t size : sizes_) {
+      if (least * size * size <= static_cast<double>(options_.max_bytes)) return size;
+    }
+    return sizes_.back();
+  }
+
+  double error_of(const Made& made) const {
+    const bool lost = made.normals.one_sided_share > most_mismatch_;
+    if (!made.trial.fits) return too_large(made.trial.bytes);
+    return made.trial.error + (lost ? Settings::kLostSteps : 0);
+  }
+  /// An error above all others, by how much is too much.
+  double too_large(std::uint64_t bytes) const {
+    return 2 * Settings::kLostSteps +
+           static_cast<double>(bytes) / static_cast<double>(options_.max_bytes);
+  }
+  Made& best() {
+    return *std::min_element(made_.begin(), made_.end(), [&](const Made& a, const Made& b) {
+      return error_of(a) < error_of(b);
+    });
+  }
+  const Made& nearest(std::size_t level) const {
+    const auto apart = [level](const Made& made) {
+      return std::max(made.level, level) - std::min(made.level, level);
+    };
+    return *std::min_element(made_.rbegin(), made_.rend(),
+                             [&](const Made& a, const Made& b) { return apart(a) < apart(b); });
+  }
+
+  /// A finer level without folds, if one is near.
+  std::size_t without_flaws(std::size_t level) const {
+    const SimplifyLevels& levels = evaluator_.levels();
+    for (std::size_t finer = 0; finer <= 8 && finer <= level; ++finer) {
+      const std::size_t at = level - finer;
+      if (!levels.has_flaws(at) || levels.can_be_solved(at)) return at;
+    }
+    return level;
+  }
+
+  BakeOptions bake_options(std::uint32_t size) const {
+    BakeOptions bake = bake_;
+    bake.width = bake.height = size;
+    if (options_.plan.choose_samples) bake.samples = std::clamp(1024 / std::max(size, 1U), 1U, 4U);
+    return bake;
+  }
+
+  BakeResult bake_all(const Mesh& low, BakeOptions& bake) const {
+    const std::string doing =
+        "trying " + std::to_string(bake.width) + " x " + std::to_string(bake.height);
+    if (options_.plan.bake.progress) {
+      bake.progress = [this, doing](double, std::string_view) {
+        return options_.plan.bake.progress(0.5, doing);
+      };
+    }
+    BakeResult result = widen_search(
+        bake,
+        [&](const BakeOptions& wide) { return bake_drawn(impl_of(source_), low, wide, nullptr); },
+        [](const BakeResult& baked) {
+          const BakeReport& report = baked.report;
+          return report.samples == 0 ? 0 : static_cast<double>(report.missed) / report.samples;
+        });
+    bake.progress = options_.plan.bake.progress;
+    return result;
+  }
+
+  void make(std::size_t asked, std::uint32_t size, bool all_maps, double expected) {
+    Made& made = made_.emplace_back();
+    made.level = without_flaws(asked);
+    const LaidOut& laid_out = evaluator_.laid_out(made.level, size);
+    made.low = laid_out.mesh;
+    made.unwrapped = laid_out.report;
+    made.bake = bake_options(size);
+    BakeOptions bake = made.bake;
+    if (!all_maps) {
+      ask_for(bake, {shading_map(bake).value()});
+      bake.report.errors = bake.report.keep_match = false;
+      bake.report.recall = 0;
+      bake.match.visibility.directions =
+          std::min(bake.match.visibility.directions, plan_settings::kDirections);
+    }
+    BakeResult result = bake_all(made.low, bake);
+    made.bake.match.max_distance = bake.match.max_distance;
+    std::vector<BakedMap> maps = result.maps;
+    AssetMaps pictures = options_.maps_of(maps);
+    pictures.coverage = result.coverage;
+    const Stopwatch watch;
+    const NormalProbe probe(impl_of(source_), made.low, evaluator_.shown());
+    PictureFitOptions fit = options_.pictures;
+    fit.most_bytes = options_.max_bytes;
+    fit.normal_error = [&](const Image& picture) {
+      ProgressGuard::poll_at(0.6, "encoding pictures");
+      const NormalError error = probe.with_map(picture, bake);
+      return PictureError{error.mean_8bit, error.mean_degrees};
+    };
+    made.ladders = picture_ladders(pictures, fit);
+    const LevelErrors errors = evaluator_.mapped_errors(probe);
+    evaluator_.set_made(made.level, /*mapped=*/true, errors);
+    const PictureLadder& normals = made.ladders.front();
+    for (std::size_t i = 0; i < normals.levels.size(); ++i) {
+      model_.add_measurement(evaluator_.faces(made.level), errors, size >> i,
+                             normals.levels[i].degrees, i == 0);
+    }
+    made.normals = probe.with_map(*pictures.normal, bake);
+    result_.plan.seconds_measure += watch.total();
+    if (all_maps) {
+      made.result = std::move(result);
+      others_.assign(made.ladders.begin() + 1, made.ladders.end());
+      for (PictureLadder& ladder : others_) {
+        for (PictureChoice& choice : ladder.choices) choice.data.clear();
+      }
+      others_size_ = size;
+    }
+    Mesh weighed = made.low;  // with colours, which only the chosen one gets
+    if (!high_.colors.empty())
+      weighed.colors.assign(weighed.positions.size(), high_.colors.front());
+    made.trial.mesh_bytes = options_.mesh_bytes(weighed);
+    const auto faces = static_cast<double>(made.low.triangles.size());
+    made.bytes_per_face =
+        (static_cast<double>(made.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) / faces;
+    std::vector<PictureLadder> all = {stripped(made.ladders.front())};
+    const std::vector<PictureLadder> others = others_up_to(size);
+    all.insert(all.end(), others.begin(), others.end());
+    made.trial.faces = made.low.triangles.size();
+    made.trial.expected = expected;
+    made.trial.baked = size;
+    choose(all, made.trial);
+    made.ladders.resize(1);
+    for (PictureChoice& choice : made.ladders.front().choices) choice.data.clear();
+  }
+
+  static PictureLadder stripped(const PictureLadder& ladder) {
+    PictureLadder copy{ladder.picture, ladder.weight, {}, ladder.levels};
+    for (const PictureChoice& choice : ladder.choices) {
+      PictureChoice& next = copy.choices.emplace_back();
+      next.level = choice.level;
+      next.width = choice.width;
+      next.height = choice.height;
+      next.encoding = choice.encoding;
+      next.bytes = choice.bytes;
+      next.error = choice.error;
+    }
+    return copy;
+  }
+
+  /// The other pictures' choices that a bake of a size can have.
+  std::vector<PictureLadder> others_up_to(std::uint32_t size) const {
+    std::vector<PictureLadder> list = others_;
+    for (PictureLadder& ladder : list) {
+      const PictureChoice least = ladder.choices.front();
+      std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
+        return std::min(choice.width, choice.height) > size;
+      });
+      if (ladder.choices.empty()) ladder.choices.push_back(least);
+    }
+    return list;
+  }
+
+  void choose(const std::vector<PictureLadder>& ladders, ByteTrial& trial) const {
+    const std::uint64_t left = options_.max_bytes - std::min(options_.max_bytes, trial.mesh_bytes);
+    const std::optional<PictureFit> fit = least_error(ladders, left);
+    trial.fits = fit.has_value() && trial.mesh_bytes < options_.max_bytes;
+    if (!trial.fits) {
+      trial.bytes = trial.mesh_bytes + least_bytes(ladders);
+      return;
+    }
+    trial.bytes = trial.mesh_bytes + fit->bytes;
+    trial.error = fit->error;
+    trial.pictures = trial_pictures(ladders, *fit);
+    trial.degrees = trial.pictures.front().error.degrees;
+  }
+
+  /// What a level is expected to reach with the pictures that fit beside it.
+  Expected expect(std::size_t level) {
+    const Made& known = nearest(level);
+    const LevelErrors errors = evaluator_.at(level, /*mapped=*/true);
+    const double faces = evaluator_.faces(level);
+    std::vector<PictureLadder> ladders = {known.ladders.front()};
+    const PictureLadder& measured = known.ladders.front();
+    const double steps_a_degree =
+        measured.levels.front().degrees > 0
+            ? measured.levels.front().steps / measured.levels.front().degrees
+            : 0;
+    for (PictureChoice& choice : ladders.front().choices) {
+      const double plain = model_.expected(faces, errors, known.trial.baked >> choice.level);
+      const double of_level = measured.levels[choice.level].degrees;
+      const double is = choice.error.degrees;
+      // What is lost in the encoding is independent of what the mesh and its texels leave out.
+      const double lost = std::max(0.0, is * is - of_level * of_level);
+      choice.error.degrees = std::sqrt(plain * plain + lost);
+      choice.error.steps = steps_a_degree * choice.error.degrees;
+    }
+    const std::vector<PictureLadder> others = others_up_to(others_size_);
+    ladders.insert(ladders.end(), others.begin(), others.end());
+    for (PictureLadder& ladder : ladders) {  // as expected, more bytes need not be better
+      double least = HUGE_VAL;
+      std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
+        if (choice.error.steps >= least) return true;
+        least = choice.error.steps;
+        return false;
+      });
+    }
+    ByteTrial trial;
+    trial.mesh_bytes =
+        fixed_bytes_ + static_cast<std::uint64_t>(std::max(0.0, known.bytes_per_face) * faces);
+    choose(ladders, trial);
+    Expected expected{level, sizes_.back(), too_large(trial.bytes)};
+    if (!trial.fits) return expected;
+    expected.error =
+        trial.error + (errors.silhouette_mismatch > most_mismatch_ ? Settings::kLostSteps : 0);
+    for (const TrialPicture& picture : trial.pictures) {
+      expected.size = std::max(expected.size, std::min(picture.width, picture.height));
+    }
+    return expected;
+  }
+
+  /// Descends from the best level, in ever smaller steps, to the least error that is expected. Levels that were made have their
+  /// own.
+  std::optional<Expected> best_expected() {
+    std::map<std::size_t, Expected> known;
+    const auto at = [&](std::size_t level) -> const Expected& {
+      const auto found = known.find(level);
+      if (found != known.end()) return found->second;
+      for (const Made& made : made_) {
+        if (made.level == level) {
+          return known[level] = {level, made.trial.baked, error_of(made)};
+        }
+      }
+      return known[level] = expect(level);
+    };
+    std::size_t level = best().level;
+    for (std::size_t step = Settings::kFirstStep; step >= Settings::kLastStep; step /= 2) {
+      for (bool moved = true; moved;) {
+        moved = false;
+        for (const bool finer : {true, false}) {
+          while (finer ? level >= step : level + step < evaluator_.count()) {
+            const std::size_t next = finer ? level - step : level + step;
+            if (at(next).error >= at(level).error) break;
+            level = next;
+            moved = true;
+          }
+        }
+      }
+    }
+    const auto was_made = [&](const Made& made) { return without_flaws(level) == made.level; };
+    if (std::any_of(made_.begin(), made_.end(), was_made)) return std::nullopt;
+    return at(level);
+  }
+
+  /// Nothing fits so far: makes the smallest file. \throws Error(usage) that says its bytes, where it does not fit, either
+  void make_smallest() {
+    make(evaluator_.count() - 1, sizes_.back(), /*all_maps=*/true, 0);
+    if (best().trial.fits) return;
+    const std::uint64_t least = made_.back().trial.bytes;
+    throw Error(ErrorCode::usage,
+                formatted("%llu bytes are too few for a low poly with these maps: "
+                          "the smallest file has %llu.",
+                          static_cast<unsigned long long>(options_.max_bytes),
+                          static_cast<unsigned long long>(least)));
+  }
+
+  /// Makes the best again, if presimplification left flaws that take long to mend.
+  void mend() {
+    const std::size_t level = best().level;
+    if (!evaluator_.levels().can_be_solved(level)) return;
+    evaluator_.solve(level);
+    const std::uint32_t size = best().trial.baked;
+    std::erase_if(made_, [&](const Made& made) { return made.level == level; });
+    make(level, size, /*all_maps=*/true, 0);
+    if (!best().trial.fits) make_smallest();
+  }
+
+  BytePlan finish() {
+    Made& chosen = best();
+    LowPolyPlan& plan = result_.plan;
+    if (!chosen.result) {
+      BakeOptions bake = chosen.bake;
+      chosen.result = bake_all(chosen.low, bake);
+      chosen.bake.match.max_distance = bake.match.max_distance;
+    }
+    for (const PictureLadder& ladder : others_) {
+      for (std::size_t level = 0; level < ladder.levels.size(); ++level) {
+        if (others_size_ >> level != chosen.trial.baked) continue;
+        result_.coarseness.emplace_back(ladder.picture, ladder.levels[level].steps);
+      }
+    }
+    plan.result = std::move(chosen.result);
+    plan.bake = chosen.bake;
+    plan.unwrapped = chosen.unwrapped;
+    plan.simplified = evaluator_.levels().report(chosen.level);
+    plan.low = std::move(chosen.low);
+    transfer_colors(high_, plan.low);
+    Candidate& candidate = plan.chosen;
+    candidate.faces = plan.low.triangles.size();
+    candidate.positions = plan.low.positions.size();
+    candidate.vertices = split_vertices(plan.low);
+    candidate.charts = chosen.unwrapped.charts;
+    candidate.size = chosen.trial.baked;
+    candidate.samples = chosen.bake.samples;
+    candidate.method = bake_.match.method;
+    candidate.expected = candidate.measured = chosen.trial.degrees;
+    candidate.standard_error = chosen.normals.standard_error_degrees;
+    candidate.silhouette_mismatch = chosen.normals.one_sided_share;
+    plan.reached = (plan.wanted == 0 || candidate.measured <= plan.wanted) &&
+                   (plan.max_outline == 0 || candidate.silhouette_mismatch <= plan.max_outline);
+    for (const Made& made : made_) {
+      if (&made == &chosen) result_.chosen = result_.trials.size();
+      result_.trials.push_back(made.trial);
+    }
+    return std::move(result_);
+  }
+
+  const Source& source_;
+  const Mesh& high_;
+  const BytePlanOptions& options_;
+  const double most_mismatch_;
+  BakeOptions bake_;
+  ProgressScope alive_;
+  LevelCache cache_;
+  BytePlan result_;
+  LevelEvaluator evaluator_;
+  ErrorModel model_;
+  std::vector<std::uint32_t> sizes_;  ///< Falling
+  std::vector<Made> made_;
+  std::vector<PictureLadder> others_;  ///< All but normals, of the first bake of all maps
+  std::uint32_t others_size_ = 0;
+  std::uint64_t fixed_bytes_ = 0;  ///< Of the file, whatever its mesh
+};
+
+}  // namespace
+
+std::vector<TrialPicture> trial_pictures(std::span<const PictureLadder> ladders,
+                                         const PictureFit& fit) {
+  std::vector<TrialPicture> list;
+  for (std::size_t i = 0; i < ladders.size(); ++i) {
+    const PictureChoice& choice = ladders[i].choices[fit.choices[i]];
+    const bool lossy = choice.encoding.is_lossy();
+    list.push_back({ladders[i].picture, choice.width, choice.height, choice.encoding.format,
+                    lossy ? choice.encoding.quality : 0, choice.bytes, choice.error});
+  }
+  return list;
+}
+
+BytePlan plan_within_bytes(const Source& source, const Mesh& high, const BytePlanOptions& options) {
+  return unless_cancelled<BytePlan>([&] { return BytePlanner(source, high, options).run(); },
+                                    [](BytePlan& none) { none.plan.cancelled = true; });
+}
+
+}  // namespace kiln

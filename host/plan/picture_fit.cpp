@@ -1,0 +1,353 @@
+#include "plan/picture_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "base/parallel.h"
+#include "base/srgb.h"
+#include "kiln/image.h"
+#include "kiln/map.h"
+
+namespace kiln {
+namespace {
+
+/// Constants of the choice of pictures.
+struct PictureFitSettings {
+  /// Smaller maps are all border.
+  static constexpr std::uint32_t kSmallestSide = 16;
+  /// Qualities of lossy pictures: steps of a quarter of the bytes or so. Below 35 a smaller size is nearer.
+  static constexpr std::array<std::uint32_t, 7> kQualities = {35, 50, 65, 78, 88, 94, 98};
+  /// A picture of twice the side takes 2.2 to 4 times the bytes.
+  static constexpr double kLeastGrowth = 2.2;
+  /// Sums of several pictures are kept for so many classes of bytes: 0.05% of the bound each.
+  static constexpr std::uint64_t kByteClasses = 2048;
+};
+using Fit = PictureFitSettings;
+
+bool is_covered(std::span<const std::uint8_t> coverage, std::size_t texel) {
+  if (coverage.empty()) return true;
+  const auto state = TexelState{coverage[texel]};
+  return state == TexelState::baked || state == TexelState::missed;
+}
+
+/// Values that may be averaged, and back.
+void to_mean_space(TextureUse use, std::uint32_t channels, const float* texel, double* sum) {
+  for (std::uint32_t c = 0; c < channels; ++c) {
+    const double value = texel[c];
+    sum[c] = use == TextureUse::normal && c < 3  ? 2 * value - 1
+             : use == TextureUse::color && c < 3 ? from_srgb(value)
+                                                 : value;
+  }
+}
+void from_mean_space(TextureUse use, std::uint32_t channels, std::array<double, 4> mean,
+                     float* texel) {
+  if (use == TextureUse::normal) {
+    const double length = std::hypot(mean[0], mean[1], mean[2]);
+    if (!(length > 0)) mean = {0, 0, 1, mean[3]};
+    for (std::size_t c = 0; c < 3 && length > 0; ++c) mean[c] /= length;
+  }
+  for (std::uint32_t c = 0; c < channels; ++c) {
+    texel[c] = use == TextureUse::normal && c < 3  ? static_cast<float>(mean[c] / 2 + 0.5)
+               : use == TextureUse::color && c < 3 ? to_srgb(static_cast<float>(mean[c]))
+                                                   : static_cast<float>(mean[c]);
+  }
+}
+
+/// An image and its halves, quarters...: each texel is the mean of the covered texels that it stands for; one that stands for
+/// none has the value of the coarser level there.
+std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_t> coverage,
+                                  TextureUse use) {
+  const std::uint32_t channels = full.channels;
+  std::vector<Image> levels = {full};
+  std::vector<std::vector<double>> weights(1);
+  const std::size_t texels = std::size_t{full.width} * full.height;
+  if (coverage.size() != texels) coverage = {};
+  weights[0].resize(texels);
+  for (std::size_t i = 0; i < texels; ++i) weights[0][i] = is_covered(coverage, i) ? 1 : 0;
+  std::size_t kept = 1;
+  // Down to one texel, whose value fills what no chart is near; levels that are not half of the one before are for that alone.
+  while (levels.back().width > 1 || levels.back().height > 1) {
+    const Image& from = levels.back();
+    const std::vector<double>& of = weights.back();
+    Image half;
+    half.width = (from.width + 1) / 2;
+    half.height = (from.height + 1) / 2;
+    const bool is_half = from.width % 2 == 0 && from.height % 2 == 0;
+    if (kept == levels.size() && is_half &&
+        std::min(half.width, half.height) >= Fit::kSmallestSide) {
+      ++kept;
+    }
+    half.channels = channels;
+    half.pixels.resize(std::size_t{half.width} * half.height * channels);
+    std::vector<double> weight(std::size_t{half.width} * half.height);
+    parallel_for(half.height, 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t y = begin; y < end; ++y) {
+        for (std::size_t x = 0; x < half.width; ++x) {
+          std::array<double, 4> sum{};
+          double total = 0;
+          for (std::size_t k = 0; k < 4; ++k) {
+            const std::size_t at_x = 2 * x + k % 2, at_y = 2 * y + k / 2;
+            if (at_x >= from.width || at_y >= from.height) continue;
+            const double w = of[at_y * from.width + at_x];
+            if (w == 0) continue;
+            std::array<double, 4> value{};
+            to_mean_space(use, channels, from.at(at_x, at_y), value.data());
+            for (std::size_t c = 0; c < 4; ++c) sum[c] += w * value[c];
+            total += w;
+          }
+          weight[y * half.width + x] = total / 4;
+          if (total == 0) continue;
+          for (double& value : sum) value /= total;
+          from_mean_space(use, channels, sum, half.at(x, y));
+        }
+      }
+    });
+    levels.push_back(std::move(half));
+    weights.push_back(std::move(weight));
+  }
+  for (std::size_t level = levels.size() - 1; level-- > 1;) {
+    const Image& coarse = levels[level + 1];
+    Image& fine = levels[level];
+    for (std::size_t y = 0; y < fine.height; ++y) {
+      for (std::size_t x = 0; x < fine.width; ++x) {
+        if (weights[level][y * fine.width + x] != 0) continue;
+        std::copy_n(coarse.at(x / 2, y / 2), channels, fine.at(x, y));
+      }
+    }
+  }
+  levels.resize(kept);
+  return levels;
+}
+
+/// An image's channels at a place of another size's texel, bilinear, clamped to the edges.
+void read_bilinear(const Image& image, double x, double y, double* values) {
+  const double column = std::clamp(x * image.width - 0.5, 0.0, image.width - 1.0);
+  const double row = std::clamp(y * image.height - 0.5, 0.0, image.height - 1.0);
+  const auto x0 = static_cast<std::size_t>(column), y0 = static_cast<std::size_t>(row);
+  const std::size_t x1 = std::min<std::size_t>(x0 + 1, image.width - 1);
+  const std::size_t y1 = std::min<std::size_t>(y0 + 1, image.height - 1);
+  const double u = column - static_cast<double>(x0), v = row - static_cast<double>(y0);
+  const float *const a = image.at(x0, y0), *const b = image.at(x1, y0), *const c = image.at(x0, y1),
+                     *const d = image.at(x1, y1);
+  for (std::uint32_t k = 0; k < image.channels; ++k) {
+    values[k] = (1 - v) * ((1 - u) * a[k] + u * b[k]) + v * ((1 - u) * c[k] + u * d[k]);
+  }
+}
+
+/// Differences of a decoded picture of any size from the map, over the map's covered texels.
+PictureError error_over_texels(const Image& map, const Image& picture,
+                               std::span<const std::uint8_t> coverage, TextureUse use) {
+  struct Sum {
+    double steps = 0, degrees = 0;
+    std::uint64_t texels = 0;
+  };
+  if (coverage.size() != std::size_t{map.width} * map.height) coverage = {};
+  std::vector<Sum> rows(map.height);
+  parallel_for(map.height, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y) {
+      for (std::size_t x = 0; x < map.width; ++x) {
+        if (!is_covered(coverage, y * map.width + x)) continue;
+        std::array<double, 4> shown{1, 1, 1, 1};  // without alpha where all of it is opaque
+        const bool same = picture.width == map.width && picture.height == map.height;
+        if (same) {
+          for (std::uint32_t c = 0; c < picture.channels; ++c) shown[c] = picture.at(x, y)[c];
+        } else {
+          read_bilinear(picture, (static_cast<double>(x) + 0.5) / map.width,
+                        (static_cast<double>(y) + 0.5) / map.height, shown.data());
+        }
+        if (picture.channels < 3) shown[1] = shown[2] = shown[0];
+        const float* const own = map.at(x, y);
+        double squares = 0;
+        if (use == TextureUse::normal) {
+          std::array<double, 3> a{}, b{};
+          double dot = 0, of_a = 0, of_b = 0;
+          for (std::size_t c = 0; c < 3; ++c) {
+            a[c] = 2.0 * own[c] - 1;
+            b[c] = 2 * shown[c] - 1;
+            dot += a[c] * b[c];
+            of_a += a[c] * a[c];
+            of_b += b[c] * b[c];
+          }
+          const double cosine =
+              std::clamp(dot / std::sqrt(std::max(of_a * of_b, 1e-30)), -1.0, 1.0);
+          rows[y].degrees += std::acos(cosine) * 180 / 3.14159265358979323846;
+          squares = (1 - cosine) / 2;  // the square of half the chord
+        } else {
+          for (std::uint32_t c = 0; c < map.channels; ++c) {
+            const double off = own[c] - shown[c];
+            squares += std::isfinite(off) ? off * off : 1;
+          }
+        }
+        rows[y].steps += 255 * std::sqrt(squares);
+        ++rows[y].texels;
+      }
+    }
+  });
+  Sum all;
+  for (const Sum& row : rows) {
+    all.steps += row.steps;
+    all.degrees += row.degrees;
+    all.texels += row.texels;
+  }
+  const double count = static_cast<double>(std::max<std::uint64_t>(all.texels, 1));
+  return {all.steps / count, all.degrees / count};
+}
+
+/// The ways to encode a picture, lossless ones first.
+std::vector<PictureEncoding> encodings_of(const PictureFitOptions& options, TextureUse use,
+                                          bool has_alpha) {
+  const EncodeMapsOptions& encode = options.encode;
+  const bool is_normal = use == TextureUse::normal;
+  PictureEncoding lossless{.dither = encode.dither, .use = use, .smallest = encode.smallest};
+  PictureFormat lossy = options.any_format ? PictureFormat::jpeg : encode.format;
+  if (lossy == PictureFormat::webp) lossless.format = lossy;
+  const bool can_lose = lossy != PictureFormat::png && !(has_alpha && lossy == PictureFormat::jpeg);
+  const std::uint32_t fixed = is_normal ? 0 : encode.quality;
+  std::vector<PictureEncoding> list;
+  const bool jpeg_alone = !options.any_format && lossy == PictureFormat::jpeg;
+  if (!can_lose || (fixed == 0 && (is_normal || !jpeg_alone))) list.push_back(lossless);
+  if (!can_lose) return list;
+  std::vector<std::uint32_t> qualities(Fit::kQualities.begin(), Fit::kQualities.end());
+  if (options.all_qualities) {
+    qualities.clear();
+    for (std::uint32_t quality = Fit::kQualities.front(); quality <= Fit::kQualities.back();
+         quality += 3) {
+      qualities.push_back(quality);
+    }
+  }
+  if (fixed != 0) qualities = {fixed};
+  for (const std::uint32_t quality : qualities) {
+    PictureEncoding& next = list.emplace_back(lossless);
+    next.format = lossy;
+    next.quality = quality;
+  }
+  return list;
+}
+
+/// The file of a picture; none where the format is not built in.
+std::optional<std::vector<std::byte>> encoded(const Image& image, const PictureEncoding& encoding,
+                                              bool any_format) {
+  if (!any_format) return encode_picture(image, encoding);
+  try {
+    return encode_picture(image, encoding);
+  } catch (const Error&) {
+    if (encoding.format == PictureFormat::png) throw;
+    return std::nullopt;  // without libjpeg: PNG alone
+  }
+}
+
+PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
+                        std::span<const std::uint8_t> coverage, const PictureFitOptions& options) {
+  const std::vector<Image> levels = covered_levels(full, coverage, use);
+  const auto error_of = [&](const Image& decoded) {
+    if (use == TextureUse::normal && options.normal_error) return options.normal_error(decoded);
+    return error_over_texels(full, decoded, coverage, use);
+  };
+  const bool has_alpha = full.channels == 4;
+  const std::vector<PictureEncoding> encodings = encodings_of(options, use, has_alpha);
+  PictureLadder ladder;
+  ladder.picture = picture;
+  ladder.levels.resize(levels.size());
+  std::vector<double> before(encodings.size(), 0);
+  const auto most = static_cast<double>(options.most_bytes);
+  for (std::size_t level = levels.size(); level-- > 0;) {
+    Image rounded = levels[level];
+    for (float& value : rounded.pixels) {
+      value = std::floor(std::clamp(value, 0.0F, 1.0F) * 255 + 0.5F) / 255;
+    }
+    ladder.levels[level] = error_of(rounded);
+    for (std::size_t i = 0; i < encodings.size(); ++i) {
+      if (Fit::kLeastGrowth * before[i] > most) continue;
+      PictureChoice choice;
+      choice.level = level;
+      choice.width = levels[level].width;
+      choice.height = levels[level].height;
+      choice.encoding = encodings[i];
+      auto data = encoded(levels[level], encodings[i], options.any_format);
+      if (!data) continue;
+      choice.bytes = (data->size() + 3) / 4 * 4;
+      before[i] = static_cast<double>(choice.bytes);
+      choice.data = std::move(*data);
+      choice.error = error_of(load_image(choice.data));
+      if (use == TextureUse::normal && options.encode.max_normal_error > 0 &&
+          choice.encoding.is_lossy() &&
+          error_over_texels(levels[level], load_image(choice.data), {}, use).degrees >
+              options.encode.max_normal_error) {
+        continue;
+      }
+      ladder.choices.push_back(std::move(choice));
+    }
+  }
+  std::stable_sort(ladder.choices.begin(), ladder.choices.end(),
+                   [](const PictureChoice& a, const PictureChoice& b) {
+                     return std::pair(a.bytes, a.error.steps) < std::pair(b.bytes, b.error.steps);
+                   });
+  double least = HUGE_VAL;
+  std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
+    if (choice.error.steps >= least) return true;
+    least = choice.error.steps;
+    return false;
+  });
+  return ladder;
+}
+
+}  // namespace
+
+std::vector<PictureLadder> picture_ladders(const AssetMaps& maps,
+                                           const PictureFitOptions& options) {
+  std::vector<PictureLadder> ladders;
+  const auto add = [&](PictureSlot picture, const Image& image, TextureUse use) {
+    if (image.pixels.empty()) return;
+    ladders.push_back(ladder_of(picture, image, use, maps.coverage, options));
+  };
+  if (maps.normal != nullptr) add(PictureSlot::normal, *maps.normal, TextureUse::normal);
+  add(PictureSlot::color, color_picture(maps), TextureUse::color);
+  add(PictureSlot::surface, surface_picture(maps), TextureUse::values);
+  if (maps.emission != nullptr) add(PictureSlot::emission, *maps.emission, TextureUse::color);
+  return ladders;
+}
+
+std::uint64_t least_bytes(std::span<const PictureLadder> ladders) {
+  std::uint64_t sum = 0;
+  for (const PictureLadder& ladder : ladders) sum += ladder.choices.front().bytes;
+  return sum;
+}
+
+std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes) {
+  // Of all sums within one class of bytes the one with the least error stands for all: a knapsack whose classes are so fine that
+  // the loss is below that of the qualities' steps.
+  const std::uint64_t step = bytes / Fit::kByteClasses + 1;
+  std::map<std::uint64_t, PictureFit> sums;
+  sums[0] = {};
+  for (const PictureLadder& ladder : ladders) {
+    std::map<std::uint64_t, PictureFit> next;
+    for (const auto& [of, sum] : sums) {
+      for (std::size_t i = 0; i < ladder.choices.size(); ++i) {
+        const PictureChoice& choice = ladder.choices[i];
+        const std::uint64_t all = sum.bytes + choice.bytes;
+        if (all > bytes) break;
+        const double error = sum.error + ladder.weight * choice.error.steps;
+        const auto [known, added] = next.try_emplace(all / step);
+        if (!added && known->second.error <= error) continue;
+        known->second.choices = sum.choices;
+        known->second.choices.push_back(i);
+        known->second.bytes = all;
+        known->second.error = error;
+      }
+    }
+    sums.clear();
+    double least = HUGE_VAL;
+    for (auto& [of, sum] : next) {
+      if (sum.error >= least) continue;
+      least = sum.error;
+      sums.emplace(of, std::move(sum));
+    }
+    if (sums.empty()) return std::nullopt;
+  }
+  return std::prev(sums.end())->second;
+}
+
+}  // namespace kiln

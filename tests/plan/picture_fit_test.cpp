@@ -1,0 +1,243 @@
+// Sizes and encodings of pictures within a number of bytes.
+#include "plan/picture_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "kiln/image.h"
+#include "kiln/map.h"
+
+namespace kiln {
+namespace {
+
+Image image_of(std::uint32_t side, std::uint32_t channels) {
+  Image image{side, side, channels, {}};
+  image.pixels.resize(std::size_t{side} * side * channels);
+  return image;
+}
+
+/// Waves of a normal map, fine enough that half the texels lose some of them.
+Image waves(std::uint32_t side) {
+  Image image = image_of(side, 3);
+  for (std::uint32_t y = 0; y < side; ++y) {
+    for (std::uint32_t x = 0; x < side; ++x) {
+      const double a = 0.3 * std::sin(0.9 * x), b = 0.3 * std::cos(0.7 * y);
+      const double length = std::sqrt(a * a + b * b + 1);
+      image.at(x, y)[0] = static_cast<float>(a / length / 2 + 0.5);
+      image.at(x, y)[1] = static_cast<float>(b / length / 2 + 0.5);
+      image.at(x, y)[2] = static_cast<float>(1 / length / 2 + 0.5);
+    }
+  }
+  return image;
+}
+
+PictureFitOptions png_alone() {
+  PictureFitOptions options;
+  options.any_format = false;
+  options.encode.dither = Dither::off;
+  options.most_bytes = 1U << 30U;
+  return options;
+}
+
+PictureLadder ladder_of(std::vector<std::pair<std::uint64_t, double>> choices, double weight = 1) {
+  PictureLadder ladder{PictureSlot::color, weight, {}, {}};
+  for (const auto& [bytes, error] : choices) {
+    PictureChoice& choice = ladder.choices.emplace_back();
+    choice.bytes = bytes;
+    choice.error.steps = error;
+  }
+  return ladder;
+}
+
+/// Random ladders of few choices, so small that every byte is a class of its own: all combinations are tried.
+TEST(PictureFit, IsTheBestOfAllCombinations) {
+  std::mt19937 random(7);
+  const auto number = [&](int most) {
+    return static_cast<int>(random() % static_cast<unsigned>(most));
+  };
+  for (int round = 0; round < 50; ++round) {
+    std::vector<PictureLadder> ladders;
+    for (int i = 0; i < 3; ++i) {
+      std::vector<std::pair<std::uint64_t, double>> choices;
+      std::uint64_t bytes = 1;
+      double error = 100;
+      for (int k = 0; k < 5; ++k) {
+        bytes += 4 + static_cast<std::uint64_t>(number(60));
+        error -= 1 + number(15);
+        choices.emplace_back(bytes, error);
+      }
+      ladders.push_back(ladder_of(choices, 1 + i));
+    }
+    for (std::uint64_t most = 10; most < 700; most += 37) {
+      double least = HUGE_VAL;
+      for (std::size_t c = 0; c < 125; ++c) {
+        const std::size_t of[] = {c % 5, c / 5 % 5, c / 25};
+        std::uint64_t bytes = 0;
+        double error = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+          bytes += ladders[i].choices[of[i]].bytes;
+          error += ladders[i].weight * ladders[i].choices[of[i]].error.steps;
+        }
+        if (bytes <= most) least = std::min(least, error);
+      }
+      const std::optional<PictureFit> fit = least_error(ladders, most);
+      ASSERT_EQ(fit.has_value(), least < HUGE_VAL) << most;
+      if (!fit) continue;
+      EXPECT_LE(fit->bytes, most);
+      EXPECT_DOUBLE_EQ(fit->error, least);
+    }
+    EXPECT_TRUE(least_error(ladders, least_bytes(ladders)));
+    EXPECT_FALSE(least_error(ladders, least_bytes(ladders) - 1));
+  }
+}
+
+TEST(PictureFit, LaddersRiseInBytesAndFallInError) {
+  const Image normal = waves(128);
+  AssetMaps maps;
+  maps.normal = &normal;
+  PictureFitOptions options;
+  options.most_bytes = 1U << 30U;
+  const std::vector<PictureLadder> ladders = picture_ladders(maps, options);
+  ASSERT_EQ(ladders.size(), 1U);
+  const std::vector<PictureChoice>& choices = ladders[0].choices;
+  ASSERT_GT(choices.size(), 4U);
+  bool has_png = false, has_jpeg = false;
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    const PictureChoice& choice = choices[i];
+    EXPECT_EQ(choice.bytes, (choice.data.size() + 3) / 4 * 4);
+    const Image back = load_image(choice.data);
+    EXPECT_EQ(back.width, choice.width);
+    EXPECT_EQ(back.height, choice.height);
+    EXPECT_EQ(choice.width, 128U >> choice.level);
+    (choice.encoding.format == PictureFormat::png ? has_png : has_jpeg) = true;
+    if (i == 0) continue;
+    EXPECT_GT(choice.bytes, choices[i - 1].bytes);
+    EXPECT_LT(choice.error.steps, choices[i - 1].error.steps);
+  }
+  EXPECT_TRUE(has_png && has_jpeg);
+  // Whole and without loss: rounding to 8 bits alone, at most half a step a channel.
+  EXPECT_LT(choices.back().error.steps, 0.5 * std::sqrt(3.0));
+  EXPECT_EQ(choices.back().level, 0U);
+}
+
+/// What is not covered has no part in smaller sizes: white on a black ground stays white.
+TEST(PictureFit, GroundDoesNotBleedIntoSmallerSizes) {
+  Image color = image_of(64, 3);
+  std::vector<std::uint8_t> coverage(64 * 64, static_cast<std::uint8_t>(TexelState::empty));
+  for (std::uint32_t y = 0; y < 64; ++y) {
+    for (std::uint32_t x = 0; x < 64; ++x) {
+      if (x < 21 || y < 13) continue;
+      std::fill_n(color.at(x, y), 3, 1.0F);
+      coverage[y * 64 + x] = static_cast<std::uint8_t>(TexelState::baked);
+    }
+  }
+  AssetMaps maps;
+  maps.color = &color;
+  maps.coverage = coverage;
+  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
+  ASSERT_EQ(ladders.size(), 1U);
+  EXPECT_EQ(ladders[0].levels.size(), 3U);  // 64, 32, 16
+  for (const PictureError& level : ladders[0].levels) EXPECT_EQ(level.steps, 0);
+  // All sizes are right, so that the smallest file is the only one worth it.
+  ASSERT_EQ(ladders[0].choices.size(), 1U);
+  const Image small = load_image(ladders[0].choices[0].data);
+  for (const float value : small.pixels) EXPECT_EQ(value, 1);
+}
+
+/// Colours are averaged as light: black and white make 188 of 255.
+TEST(PictureFit, ColoursAreAveragedInLinearLight) {
+  Image color = image_of(32, 3);
+  for (std::uint32_t y = 0; y < 32; ++y) {
+    for (std::uint32_t x = 0; x < 32; ++x)
+      std::fill_n(color.at(x, y), 3, (x + y) % 2 == 0 ? 1.0F : 0.0F);
+  }
+  AssetMaps maps;
+  maps.color = &color;
+  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
+  const Image small = load_image(ladders[0].choices[0].data);
+  ASSERT_EQ(small.width, 16U);
+  EXPECT_EQ(std::lround(255 * small.at(3, 5)[0]), 188);
+}
+
+/// A mean of normals is a direction, of unit length.
+TEST(PictureFit, NormalsAreAveragedAsDirections) {
+  Image normal = image_of(32, 3);
+  const float tilt = static_cast<float>(std::sqrt(0.5) / 2);
+  for (std::uint32_t y = 0; y < 32; ++y) {
+    for (std::uint32_t x = 0; x < 32; ++x) {
+      const float side = x % 2 == 0 ? tilt : -tilt;
+      float* const texel = normal.at(x, y);
+      texel[0] = 0.5F + side;
+      texel[1] = 0.5F;
+      texel[2] = 0.5F + tilt;
+    }
+  }
+  AssetMaps maps;
+  maps.normal = &normal;
+  const std::vector<PictureLadder> ladders = picture_ladders(maps, png_alone());
+  const auto& choices = ladders[0].choices;
+  const Image small = load_image(choices[0].data);
+  ASSERT_EQ(small.width, 16U);
+  EXPECT_EQ(std::lround(255 * small.at(8, 8)[2]), 255);
+  // Each texel is 45 degrees off: by that angle, and by half its chord in steps.
+  EXPECT_NEAR(choices[0].error.degrees, 45, 0.5);
+  EXPECT_NEAR(choices[0].error.steps, 255 * std::sin(22.5 * 3.14159265 / 180), 1);
+}
+
+TEST(PictureFit, OptionsLeaveWaysOut) {
+  const Image normal = waves(64), color = waves(64);
+  AssetMaps maps;
+  maps.normal = &normal;
+  maps.color = &color;
+  for (const PictureLadder& ladder : picture_ladders(maps, png_alone())) {
+    for (const PictureChoice& choice : ladder.choices) {
+      EXPECT_EQ(choice.encoding.format, PictureFormat::png);
+    }
+  }
+  PictureFitOptions jpeg = png_alone();
+  jpeg.encode.format = PictureFormat::jpeg;
+  jpeg.encode.quality = 77;
+  jpeg.encode.max_normal_error = 0.4;
+  for (const PictureLadder& ladder : picture_ladders(maps, jpeg)) {
+    for (const PictureChoice& choice : ladder.choices) {
+      if (ladder.picture == PictureSlot::color) {
+        EXPECT_EQ(choice.encoding.format, PictureFormat::jpeg);
+        EXPECT_EQ(choice.encoding.quality, 77U);
+      } else if (choice.level == 0) {
+        EXPECT_LE(choice.error.degrees, 0.4);  // or a PNG
+      }
+    }
+  }
+  // JPEG has no alpha.
+  Image opacity = image_of(64, 1);
+  maps.opacity = &opacity;
+  jpeg.any_format = true;
+  for (const PictureLadder& ladder : picture_ladders(maps, jpeg)) {
+    if (ladder.picture != PictureSlot::color) continue;
+    for (const PictureChoice& choice : ladder.choices) {
+      EXPECT_EQ(choice.encoding.format, PictureFormat::png);
+      EXPECT_EQ(load_image(choice.data).channels, 4U);
+    }
+  }
+}
+
+/// What cannot fit is not kept; the smallest size always is.
+TEST(PictureFit, KeepsWhatMayFit) {
+  const Image normal = waves(256);
+  AssetMaps maps;
+  maps.normal = &normal;
+  PictureFitOptions options = png_alone();
+  options.most_bytes = 8000;
+  const std::vector<PictureLadder> ladders = picture_ladders(maps, options);
+  EXPECT_GE(ladders[0].choices.size(), 2U);
+  EXPECT_LT(ladders[0].choices.front().bytes, 8000U);
+  options.most_bytes = 1;
+  EXPECT_EQ(picture_ladders(maps, options)[0].choices.size(), 1U);
+}
+
+}  // namespace
+}  // namespace kiln
