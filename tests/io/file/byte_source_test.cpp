@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 FailWith failure() {
-  return [](const std::string&, const std::string& problem, const std::string&) {
+  return [](const std::string&, const std::string& problem, const Message&) {
     throw std::runtime_error(problem);
   };
 }
