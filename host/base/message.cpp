@@ -25,13 +25,12 @@ Message Message::option(std::string_view name, std::string_view value) {
 }
 
 Message& Message::operator+=(const Message& other) {
-  const std::size_t count = other.pieces_.size();  // of a message that is added to itself
-  for (std::size_t i = 0; i < count; ++i) {
-    const MessagePiece& piece = other.pieces_[i];
+  if (&other == this) return *this += Message(other);
+  for (const MessagePiece& piece : other.pieces_) {
     if (piece.option.empty() && !pieces_.empty() && pieces_.back().option.empty()) {
       pieces_.back().text += piece.text;
     } else {
-      pieces_.push_back(MessagePiece(piece));
+      pieces_.push_back(piece);
     }
   }
   return *this;
