@@ -139,9 +139,10 @@ bool make_byte_plan(BakeRun& run, const Source& source) {
   if (taken.wanted > 0 && taken.chosen.measured > taken.wanted) {
     run.warnings.push_back(
         {"error-not-reached",
-         formatted("Within --max-bytes rendered normals come within %.3g degrees, but --max-error "
-                   "asks for %.3g. Allow more bytes, or accept more.",
-                   taken.chosen.measured, taken.wanted),
+         "Within " + option("max_bytes") +
+             formatted(" rendered normals come within %.3g degrees, but ", taken.chosen.measured) +
+             option("max_error") +
+             formatted(" asks for %.3g. Allow more bytes, or accept more.", taken.wanted),
          1});
   } else if (!taken.reached) {
     run.warnings.push_back(plan_not_reached(taken));

@@ -414,7 +414,7 @@ OptionValue bytes_value() {
   OptionValue value = value_of<Job>(
       "max_bytes", "bytes", "BYTES|500K|2M",
       [](Job& job, Flagged flag, Given words) {
-        job.max_bytes = parse_bytes(flag.c_str(), words.back());
+        job.max_bytes = parse_bytes(flag, words.back());
       },
       [](Job& job) { return job.max_bytes == 0 ? Json() : Json(job.max_bytes); });
   return value;

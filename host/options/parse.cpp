@@ -206,7 +206,7 @@ std::uint32_t parse_pixels(const Message& name, const std::string& text) {
   return static_cast<std::uint32_t>(value);
 }
 
-std::uint64_t parse_bytes(const char* flag, const std::string& text) {
+std::uint64_t parse_bytes(const Message& name, const std::string& text) {
   constexpr double kMost = 4294967295.0;  // of a GLB's lengths
   const std::size_t digits = text.find_first_not_of("0123456789.");
   const std::string number = text.substr(0, digits);
@@ -221,7 +221,7 @@ std::uint64_t parse_bytes(const char* flag, const std::string& text) {
   const bool known = found != std::end(kUnits) && read_number(number, value);
   const double bytes = known ? std::floor(value * found->second) : 0;
   refuse_if(!(bytes >= 1 && bytes <= kMost) || (found->second == 1 && bytes != value),
-            std::string(flag) + " is '" + text +
+            name + " is '" + text +
                 "': give bytes, 1 to 4294967295, such as 500000, 500K (thousands), 1.5M or 488KiB "
                 "(1024).");
   return static_cast<std::uint64_t>(bytes);

@@ -66,7 +66,7 @@ std::uint32_t parse_pixels(const Message& name, const std::string& text);
 
 /// "500000", "500K" (also 500KB; thousands) or "488KiB" (1024), also with a fraction: "1.5M". A whole number of bytes, 1 to those
 /// of a GLB, 2^32 - 1. \throws Error(usage)
-std::uint64_t parse_bytes(const char* flag, const std::string& text);
+std::uint64_t parse_bytes(const Message& name, const std::string& text);
 
 /// "16" or "inf" (-1). \throws Error(usage)
 std::int32_t parse_gutter(const std::string& text);
