@@ -87,13 +87,13 @@ std::uint32_t first_row(const char* parameter, std::optional<std::uint32_t> firs
   const std::string has = "but the high poly has " + std::to_string(all);
   if (!first && given != all) {
     throw Error(ErrorCode::usage,
-                std::string(parameter) + ": " + std::to_string(given) + " rows were given, " + has +
+                option(parameter) + ": " + std::to_string(given) + " rows were given, " + has +
                     ": give all, in the order of session.mesh, or first=, where they begin.",
                 "array-shape");
   }
   if (first && (*first > all || given > all - *first)) {
     throw Error(ErrorCode::usage,
-                std::string(parameter) + ": rows " + std::to_string(*first) + " to " +
+                option(parameter) + ": rows " + std::to_string(*first) + " to " +
                     std::to_string(*first + given - 1) + " were given, " + has + ".",
                 "array-range");
   }
