@@ -121,7 +121,7 @@ def test_errors_carry_their_data(scene: Path) -> None:
 def test_warnings_name_arguments(scene: Path) -> None:
     files = {"high": scene / "high.obj", "low": scene / "low.obj", "size": 64}
     far = scene / "far.obj"
-    far.write_text("v 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n")
+    far.write_text("v 0 0 0.0499\nv 1 0 0.0499\nv 1 1 0.0499\nv 0 1 0.0499\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n")
     with pytest.raises(kiln.Error) as caught:
         kiln.run(high=scene / "high.obj", low=far, size=64, out=scene / "out", max_distance=1e-6)
     assert caught.value.parameter == "max_distance" and caught.value.code == "input"
