@@ -30,6 +30,13 @@ PictureFitOptions fit_options(const BakeRun& run) {
   return fit;
 }
 
+/// Bytes by which the file of another bound may be longer, since its extras name the bound: up to ten digits.
+std::uint64_t digits_to_come(const BakeRun& run) {
+  constexpr std::uint64_t kMaxDigits = 10;
+  return kMaxDigits - std::min<std::uint64_t>(
+                          kMaxDigits, std::to_string(run.arguments.max_bytes).size());
+}
+
 std::uint32_t screen_of(const BakeRun& run) {
   const std::string& screen = run.arguments.low.make.screen;
   return screen.empty() ? 0 : parse_pixels(option("screen"), screen);
@@ -119,7 +126,7 @@ bool make_byte_plan(BakeRun& run, const Source& source) {
       if (map.info.type == MapType::color) to_srgb(map.image);
     });
   };
-  const std::uint64_t extras = asset_extras(run).size();
+  const std::uint64_t extras = asset_extras(run).size() + digits_to_come(run);
   options.mesh_bytes = [&](const Mesh& low) {
     return bytes_without_pictures(run, low) + extras + kJsonSlack;
   };
@@ -198,7 +205,7 @@ void fit_pictures(BakeRun& run, const std::function<std::uint64_t()>& file_bytes
                formatted(": %llu bytes are too few for this low poly with these maps: the smallest "
                          "file has %llu. Allow more, give fewer faces or maps, or ",
                          static_cast<unsigned long long>(most),
-                         static_cast<unsigned long long>(fitted.bytes)) +
+                         static_cast<unsigned long long>(fitted.bytes + digits_to_come(run))) +
                option("mesh_compression") + ".");
   }
   const std::uint64_t rest = fitted.bytes - std::min(fitted.bytes, smallest.bytes);

@@ -19,7 +19,8 @@ namespace {
 constexpr cli::CommandEntry kCommands[] = {
     {"bake", cli::add_bake},       {"run", cli::add_run},         {"simplify", cli::add_simplify},
     {"render", cli::add_render},   {"measure", cli::add_measure}, {"chart", cli::add_chart},
-    {"gallery", cli::add_gallery}, {"diff", cli::add_diff},       {"volume", cli::add_volume},
+    {"gallery", cli::add_gallery}, {"diff", cli::add_diff},       {"view", cli::add_view},
+    {"volume", cli::add_volume},
     {"devices", cli::add_devices}};
 
 /// A stream of the process that goes to a file.
