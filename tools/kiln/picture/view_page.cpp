@@ -12,9 +12,9 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <unordered_map>
 
+#include "batch/report.h"
 #include "kiln/error.h"
 #include "kiln/image.h"
 #include "kiln/texture_sets.h"
@@ -28,30 +28,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string base64(std::span<const std::byte> bytes) {
-  constexpr const char* kLetters =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8U | (k < count ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= count ? kLetters[group >> (18 - 6 * k) & 63U] : '=';
-    }
-  }
-  return text;
-}
-
 static_assert(std::endian::native == std::endian::little,
               "Typed arrays of browsers are little-endian.");
 
 template <typename T>
-std::string base64(const std::vector<T>& values) {
-  return base64(std::as_bytes(std::span(values)));
+std::string encoded(const std::vector<T>& values) {
+  return base64({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
 }
 
 std::int16_t packed(float value) {
@@ -81,13 +63,13 @@ class VertexBuffer {
       groups.push_back(Json::array({range[0], range[1], material}));
     }
     Json json = {{"faces", mesh_.triangles.size()}, {"vertices", positions_.size() / 3},
-                 {"position", base64(positions_)},  {"normal", base64(normal_)},
-                 {"index", base64(index_)},         {"groups", groups}};
+                 {"position", encoded(positions_)}, {"normal", encoded(normal_)},
+                 {"index", encoded(index_)},        {"groups", groups}};
     if (with_uvs_) {
-      json["uv"] = base64(uv_);
-      json["tangent"] = base64(tangent_);
+      json["uv"] = encoded(uv_);
+      json["tangent"] = encoded(tangent_);
     }
-    if (!mesh_.colors.empty()) json["color"] = base64(color_);
+    if (!mesh_.colors.empty()) json["color"] = encoded(color_);
     return json;
   }
 
@@ -182,7 +164,7 @@ class PictureList {
     SaveImageOptions options;
     options.format = ImageFormat::png8;
     const std::vector<std::byte> bytes = encode(shown, options);
-    list_.push_back(Json{{"uri", "data:image/png;base64," + base64(bytes)},
+    list_.push_back(Json{{"uri", "data:image/png;base64," + encoded(bytes)},
                          {"name", name},
                          {"width", image->width},
                          {"height", image->height}});
