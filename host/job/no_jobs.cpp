@@ -2,6 +2,7 @@
 #include "kiln/asset.h"
 #include "kiln/error.h"
 #include "kiln/job.h"
+#include "kiln/option_error.h"
 #include "kiln/options.h"
 
 namespace kiln {
@@ -35,5 +36,16 @@ std::string to_json(const Job& /*job*/) { fail(); }
 Job job_from_json(std::string_view /*json*/) { fail(); }
 std::string options_json() { fail(); }
 std::string job_schema() { fail(); }
+
+// There is no table of options by which to spell them: they keep their names.
+std::string option_as_flag(std::string_view name, std::string_view /*value*/) {
+  return std::string(name);
+}
+std::string option_as_keyword(std::string_view name, std::string_view /*value*/) {
+  return std::string(name);
+}
+std::string option_as_member(std::string_view name, std::string_view /*value*/) {
+  return std::string(name);
+}
 
 }  // namespace kiln
