@@ -33,8 +33,8 @@ PictureFitOptions fit_options(const BakeRun& run) {
 /// Bytes by which the file of another bound may be longer, since its extras name the bound: up to ten digits.
 std::uint64_t digits_to_come(const BakeRun& run) {
   constexpr std::uint64_t kMaxDigits = 10;
-  return kMaxDigits - std::min<std::uint64_t>(
-                          kMaxDigits, std::to_string(run.arguments.max_bytes).size());
+  return kMaxDigits -
+         std::min<std::uint64_t>(kMaxDigits, std::to_string(run.arguments.max_bytes).size());
 }
 
 std::uint32_t screen_of(const BakeRun& run) {

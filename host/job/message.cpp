@@ -42,25 +42,6 @@ std::string key_of(std::string_view name) {
 
 }  // namespace
 
-OptionError::OptionError(const Message& message, ErrorCode code, const char* id)
-    : Error(code, message, message.text(option_as_member), id),
-      data_(std::make_shared<const Data>()) {}
-
-OptionError::OptionError(const OptionError& error, std::string value, std::string allowed)
-    : Error(error),
-      data_(std::make_shared<const Data>(Data{std::move(value), std::move(allowed)})) {}
-
-OptionError::~OptionError() = default;
-
-std::vector<MessagePiece> remedies_of(const Message& message) {
-  std::vector<MessagePiece> options;
-  for (const MessagePiece& piece : message.pieces()) {
-    if (!piece.option.empty()) options.push_back(piece);
-  }
-  if (!options.empty()) options.erase(options.begin());
-  return options;
-}
-
 void fail_usage(const Message& message) {
   if (message.names_options()) throw OptionError(message);
   throw Error(ErrorCode::usage, message);

@@ -30,6 +30,7 @@ void set_option(Job& /*job*/, std::string_view /*name*/,
                 const std::vector<std::string>& /*values*/) {
   fail();
 }
+void set_options(Job& /*job*/, std::string_view /*json*/) { fail(); }
 std::vector<std::string> option_values(const Job& /*job*/, std::string_view /*name*/) { fail(); }
 bool is_given(const Job& /*job*/, std::string_view /*name*/) { fail(); }
 std::string to_json(const Job& /*job*/) { fail(); }

@@ -413,9 +413,7 @@ OptionValue format_value() {
 OptionValue bytes_value() {
   OptionValue value = value_of<Job>(
       "max_bytes", "bytes", "BYTES|500K|2M",
-      [](Job& job, Flagged flag, Given words) {
-        job.max_bytes = parse_bytes(flag, words.back());
-      },
+      [](Job& job, Flagged flag, Given words) { job.max_bytes = parse_bytes(flag, words.back()); },
       [](Job& job) { return job.max_bytes == 0 ? Json() : Json(job.max_bytes); });
   return value;
 }
