@@ -1010,9 +1010,9 @@ Image color_picture(const AssetMaps& maps) {
 Image surface_picture(const AssetMaps& maps) {
   if (maps.occlusion == nullptr && maps.roughness == nullptr && maps.metallic == nullptr) return {};
   return combine_channels({{maps.occlusion, 1.0F},
-                 {maps.roughness, 1.0F},
-                 {maps.metallic, maps.metallic != nullptr ? 1.0F : 0.0F}},
-                nullptr);
+                           {maps.roughness, 1.0F},
+                           {maps.metallic, maps.metallic != nullptr ? 1.0F : 0.0F}},
+                          nullptr);
 }
 
 AssetPictures described_pictures(const AssetMaps& maps) {

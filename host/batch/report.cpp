@@ -167,8 +167,8 @@ std::string report_schema() {
   const auto object = [](const Json& properties, const Json& required) {
     return Json{{"type", "object"}, {"properties", properties}, {"required", required}};
   };
-  const Json warning =
-      object({{"code", text}, {"message", text}, {"count", whole}}, Json::array({"code", "message"}));
+  const Json warning = object({{"code", text}, {"message", text}, {"count", whole}},
+                              Json::array({"code", "message"}));
   const Json map = object({{"name", text},
                            {"file", or_text},
                            {"width", whole},
@@ -202,42 +202,41 @@ std::string report_schema() {
                                  AssetState::restored, AssetState::failed, AssetState::cancelled}) {
     states.push_back(name_of(state));
   }
-  const Json asset = object(
-      {{"asset", text},
-       {"state", {{"enum", states}}},
-       {"seconds", number},
-       {"attempts", whole},
-       {"high", list(text)},
-       {"low", list(text)},
-       {"out", text},
-       {"files", list(text)},
-       {"warnings", list(warning)},
-       {"missed", number},
-       {"reason", or_text},
-       {"error", error},
-       {"report", {{"type", Json::array({"object", "null"})}}},
-       {"rendered", rendered},
-       {"maps", list(map)},
-       {"pictures", {{"type", "object"}, {"additionalProperties", text}}},
-       {"baseline", baseline}},
-      Json::array({"asset", "state", "seconds", "attempts", "high", "low", "out", "files",
-                   "warnings", "missed", "reason", "error"}));
-  const Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                       {"title", "A report of kiln run"},
-                       {"type", "object"},
-                       {"properties",
-                        {{"version", text},
-                         {"job", text},
-                         {"profile", or_text},
-                         {"shard", or_text},
-                         {"seconds", number},
-                         {"states", {{"type", "object"}, {"additionalProperties", whole}}},
-                         {"warnings", list(warning)},
-                         {"assets", list(asset)},
-                         {"baseline", or_text},
-                         {"gone", list(text)}}},
-                       {"required", Json::array({"version", "job", "seconds", "states", "warnings",
-                                                 "assets"})}};
+  const Json asset = object({{"asset", text},
+                             {"state", {{"enum", states}}},
+                             {"seconds", number},
+                             {"attempts", whole},
+                             {"high", list(text)},
+                             {"low", list(text)},
+                             {"out", text},
+                             {"files", list(text)},
+                             {"warnings", list(warning)},
+                             {"missed", number},
+                             {"reason", or_text},
+                             {"error", error},
+                             {"report", {{"type", Json::array({"object", "null"})}}},
+                             {"rendered", rendered},
+                             {"maps", list(map)},
+                             {"pictures", {{"type", "object"}, {"additionalProperties", text}}},
+                             {"baseline", baseline}},
+                            Json::array({"asset", "state", "seconds", "attempts", "high", "low",
+                                         "out", "files", "warnings", "missed", "reason", "error"}));
+  const Json schema = {
+      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+      {"title", "A report of kiln run"},
+      {"type", "object"},
+      {"properties",
+       {{"version", text},
+        {"job", text},
+        {"profile", or_text},
+        {"shard", or_text},
+        {"seconds", number},
+        {"states", {{"type", "object"}, {"additionalProperties", whole}}},
+        {"warnings", list(warning)},
+        {"assets", list(asset)},
+        {"baseline", or_text},
+        {"gone", list(text)}}},
+      {"required", Json::array({"version", "job", "seconds", "states", "warnings", "assets"})}};
   return schema.dump(1);
 }
 
@@ -264,14 +263,12 @@ Json read_report(const std::filesystem::path& path, const std::string& what) {
   }
   Json report = Json::parse(text).with_texts(unescape_bytes);
   const Json& assets = report.at("assets");
-  const bool good = assets.is_array() &&
-                    std::all_of(assets.elements().begin(), assets.elements().end(),
-                                [](const Json& asset) {
-                                  return asset.at("asset").is_string() &&
-                                         asset.at("state").is_string() &&
-                                         asset.at("seconds").is_number() &&
-                                         asset.at("missed").is_number();
-                                });
+  const bool good =
+      assets.is_array() &&
+      std::all_of(assets.elements().begin(), assets.elements().end(), [](const Json& asset) {
+        return asset.at("asset").is_string() && asset.at("state").is_string() &&
+               asset.at("seconds").is_number() && asset.at("missed").is_number();
+      });
   if (!good) {
     throw Error(ErrorCode::input, what +
                                       " is no report of kiln run: give a file that --json or "
@@ -291,8 +288,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
     for (const char* const key : {"version", "profile"}) {
       if (reports[i].at(key).dump() == merged.at(key).dump()) continue;
       throw Error(ErrorCode::usage, std::string("--merge: '") + names[0] + "' and '" + names[i] +
-                                        "' have another " + key +
-                                        ": run all parts alike.");
+                                        "' have another " + key + ": run all parts alike.");
     }
     double part = 0, of = 0;
     if (read_shard(reports[i], part, of)) {

@@ -28,8 +28,7 @@ Json report_of(const ReportHead& head, const Batch& batch, const std::vector<Ass
 std::string report_schema();
 
 /// Before and after the report in a page, which is JSON whose "<" are escaped.
-inline constexpr std::string_view kReportBegin =
-    "<script type=\"application/json\" id=\"report\">";
+inline constexpr std::string_view kReportBegin = "<script type=\"application/json\" id=\"report\">";
 inline constexpr std::string_view kReportEnd = "</script>";
 
 /// A report as a page holds it: no byte of it ends its element.

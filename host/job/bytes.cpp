@@ -9,6 +9,7 @@
 #include "job/map_words.h"
 #include "job/run.h"
 #include "measure/normal_probe.h"
+#include "mesh/triangle_shape.h"
 #include "options/json.h"
 #include "options/parse.h"
 #include "plan/byte_plan.h"
@@ -42,23 +43,24 @@ std::uint32_t screen_of(const BakeRun& run) {
   return screen.empty() ? 0 : parse_pixels(option("screen"), screen);
 }
 
+/// Area of a triangle of LOW.
+double area_of(const BakeRun& run, std::size_t triangle) {
+  const std::vector<Vec3>& at = run.low.mesh.positions;
+  const Triangle& corners = run.low.mesh.triangles[triangle];
+  return triangle_shape(at[corners[0]], at[corners[1]], at[corners[2]]).area;
+}
+
 /// Area of a texture set's share of LOW's surface.
-double surface_share(const BakeRun& run) {
+double surface_share(BakeRun& run) {
   if (run.set == nullptr) return 1;
-  const Mesh& low = run.low.mesh;
-  const auto area = [&](std::size_t t) {
-    const auto at = [&](std::size_t k) { return low.positions[low.triangles[t][k]]; };
-    const Vec3 a = at(0), b = at(1), c = at(2);
-    const double u[] = {double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
-    const double v[] = {double{c.x} - a.x, double{c.y} - a.y, double{c.z} - a.z};
-    const double twice =
-        std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
-    return std::isfinite(twice) ? twice / 2 : 0;
-  };
-  double all = 0, own = 0;
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) all += area(t);
-  for (const std::uint32_t t : run.set->set.members) own += area(t);
-  return all > 0 ? own / all : 1;
+  std::optional<double>& all = run.fitted->surface;
+  if (!all) {
+    all = 0;
+    for (std::size_t t = 0; t < run.low.mesh.triangles.size(); ++t) *all += area_of(run, t);
+  }
+  double own = 0;
+  for (const std::uint32_t t : run.set->set.members) own += area_of(run, t);
+  return *all > 0 ? own / *all : 1;
 }
 
 const char* word_of(PictureFormat format) {

@@ -89,6 +89,7 @@ struct FittedPictures {
   std::vector<PictureLadder> ladders;         ///< Of all sets
   std::vector<std::size_t> sets;              ///< Per ladder
   std::vector<AssetPictures> described;       ///< Per set, without pictures
+  std::optional<double> surface;              ///< Area of LOW, once a set needs it
   std::shared_ptr<const HighPolyView> shown;  ///< To measure rendered normals by
   std::vector<TrialPicture> pictures;         ///< That were chosen, a ladder each
   std::uint64_t bytes = 0;                    ///< Of the file

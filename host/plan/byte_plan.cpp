@@ -198,6 +198,10 @@ class BytePlanner {
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
     made.ladders = picture_ladders(pictures, fit);
+    // Sizes and errors are what a plan compares: the job encodes the chosen ones again.
+    for (PictureLadder& ladder : made.ladders) {
+      for (PictureChoice& choice : ladder.choices) choice.data = {};
+    }
     const LevelErrors errors = evaluator_.mapped_errors(probe);
     evaluator_.set_made(made.level, /*mapped=*/true, errors);
     const PictureLadder& normals = made.ladders.front();
@@ -210,9 +214,6 @@ class BytePlanner {
     if (all_maps) {
       made.result = std::move(result);
       others_.assign(made.ladders.begin() + 1, made.ladders.end());
-      for (PictureLadder& ladder : others_) {
-        for (PictureChoice& choice : ladder.choices) choice.data.clear();
-      }
       others_size_ = size;
     }
     Mesh weighed = made.low;  // with colours, which only the chosen one gets
@@ -222,29 +223,14 @@ class BytePlanner {
     const auto faces = static_cast<double>(made.low.triangles.size());
     made.bytes_per_face =
         (static_cast<double>(made.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) / faces;
-    std::vector<PictureLadder> all = {stripped(made.ladders.front())};
+    made.ladders.resize(1);  // the others' are in others_
+    std::vector<PictureLadder> all = made.ladders;
     const std::vector<PictureLadder> others = others_up_to(size);
     all.insert(all.end(), others.begin(), others.end());
     made.trial.faces = made.low.triangles.size();
     made.trial.expected = expected;
     made.trial.baked = size;
     choose(all, made.trial);
-    made.ladders.resize(1);
-    for (PictureChoice& choice : made.ladders.front().choices) choice.data.clear();
-  }
-
-  static PictureLadder stripped(const PictureLadder& ladder) {
-    PictureLadder copy{ladder.picture, ladder.weight, {}, ladder.levels};
-    for (const PictureChoice& choice : ladder.choices) {
-      PictureChoice& next = copy.choices.emplace_back();
-      next.level = choice.level;
-      next.width = choice.width;
-      next.height = choice.height;
-      next.encoding = choice.encoding;
-      next.bytes = choice.bytes;
-      next.error = choice.error;
-    }
-    return copy;
   }
 
   /// The other pictures' choices that a bake of a size can have.

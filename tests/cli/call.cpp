@@ -20,8 +20,7 @@ constexpr cli::CommandEntry kCommands[] = {
     {"bake", cli::add_bake},       {"run", cli::add_run},         {"simplify", cli::add_simplify},
     {"render", cli::add_render},   {"measure", cli::add_measure}, {"chart", cli::add_chart},
     {"gallery", cli::add_gallery}, {"diff", cli::add_diff},       {"view", cli::add_view},
-    {"volume", cli::add_volume},
-    {"devices", cli::add_devices}};
+    {"volume", cli::add_volume},   {"devices", cli::add_devices}};
 
 /// A stream of the process that goes to a file.
 class Caught {

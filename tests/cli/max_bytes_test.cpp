@@ -41,7 +41,8 @@ struct Scene {
 
   ProcessResult bake(const std::string& out, std::vector<std::string> more,
                      const std::map<std::string, std::string>& environment = {}) const {
-    std::vector<std::string> words = {"bake", folder / "high.obj", "--json", folder / "report.json"};
+    std::vector<std::string> words = {"bake", folder / "high.obj", "--json",
+                                      folder / "report.json"};
     if (std::find(more.begin(), more.end(), "--size") == more.end())
       words.insert(words.end(), {"--size", "128"});
     if (!out.empty()) words.insert(words.end(), {"--out", folder / out});

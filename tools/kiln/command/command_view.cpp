@@ -18,6 +18,7 @@
 #include "kiln/simplify.h"
 #include "options/option_table.h"
 #include "picture/dressed.h"
+#include "picture/view_arguments.h"
 #include "picture/view_page.h"
 #include "report/console.h"
 
@@ -76,8 +77,8 @@ void add_errors(const ViewCommandArguments& arguments, Mesh low,
   NormalMap map;
   if (maps.normal.width != 0) map.image = &maps.normal;
   const Scene low_scene(device, low, map), high_scene(device, high);
-  const std::vector<ViewAngles> views = {{30, 15}, {0, 0},  {90, 0}, {180, 0},
-                                         {270, 0}, {0, 90}, {0, -90}};
+  const std::vector<ViewAngles> views =
+      measured_views(view_options(ViewArguments(), /*height_field=*/false));
   const NormalReference reference(high_scene, high, views, 512, arguments.z_up);
   const NormalError without = reference.compare(low_scene, true);
   const NormalError with = reference.compare(low_scene);

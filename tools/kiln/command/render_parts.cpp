@@ -144,17 +144,21 @@ void require_pictures(const PictureGeometry& size, std::uint64_t count) {
                   option("memory_limit") + ".");
 }
 
+std::vector<ViewAngles> measured_views(const RenderOptions& options) {
+  return {{options.azimuth_degrees, options.elevation_degrees},
+          {0, 0},
+          {90, 0},
+          {180, 0},
+          {270, 0},
+          {0, 90},
+          {0, -90}};
+}
+
 /// Measures how near the low poly comes to the reference, from the view shown and along the six
 /// axes. Says so, and returns it for the report. The same pixels whatever the picture's own size.
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map) {
-  const std::vector<ViewAngles> views = {{options.azimuth_degrees, options.elevation_degrees},
-                                         {0, 0},
-                                         {90, 0},
-                                         {180, 0},
-                                         {270, 0},
-                                         {0, 90},
-                                         {0, -90}};
+  const std::vector<ViewAngles> views = measured_views(options);
   const NormalReference reference(high, frame, views, 512, options.z_up);
   const NormalError without = reference.compare(low, true);
   Json json = {{"views", views.size()}, {"without_map", describe(without)}};

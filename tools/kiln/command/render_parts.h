@@ -52,6 +52,9 @@ Image join(std::vector<Image> panels);
 /// Asks for pictures before the first is drawn. \param count  held at a time, at most
 /// \throws Error(internal) where they do not fit
 void require_pictures(const PictureGeometry& size, std::uint64_t count);
+/// The seven views that angles of a page and of `kiln render` are stated over: that of the options, and both ways along
+/// each axis.
+std::vector<ViewAngles> measured_views(const RenderOptions& options);
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map);
 Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options);

@@ -85,7 +85,7 @@ Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
     note = error.what();
   }
   try {
-    const AssetPictures pictures = draw_asset(device(), asset.job, result.files, sizes.picture);
+    const DrawnAsset pictures = draw_asset(device(), asset.job, result.files, sizes.picture);
     for (const auto& [name, image] :
          {std::pair{"high", &pictures.high}, std::pair{"low", &pictures.low},
           std::pair{"with_maps", &pictures.with_maps}, std::pair{"errors", &pictures.errors}}) {

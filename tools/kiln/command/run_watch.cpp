@@ -76,7 +76,7 @@ void run_again(const std::vector<std::string>& words) {
 }  // namespace
 
 int run_watched(const std::function<std::set<std::string>()>& files,
-          const std::function<std::string()>& plan, Console& console) {
+                const std::function<std::string()>& plan, Console& console) {
   const std::vector<std::string> words = own_words();
   std::set<std::string> known = files();
   const auto look = [&] {

@@ -16,6 +16,6 @@ namespace kiln::cli {
 /// \returns the exit code of an interrupt, by which alone it ends
 /// \throws Error(internal) where the system does not say how the program was called
 int run_watched(const std::function<std::set<std::string>()>& files,
-          const std::function<std::string()>& plan, Console& console);
+                const std::function<std::string()>& plan, Console& console);
 
 }  // namespace kiln::cli

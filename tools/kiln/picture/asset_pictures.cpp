@@ -154,10 +154,10 @@ Dress dress_of(const Job& job, const std::vector<std::string>& files) {
 
 }  // namespace
 
-AssetPictures draw_asset(const Device& device, const Job& job,
-                         const std::vector<std::string>& files, std::uint32_t size) {
+DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<std::string>& files,
+                      std::uint32_t size) {
   std::vector<Warning> warnings;  // the bake gave them
-  AssetPictures result;
+  DrawnAsset result;
   bool own = false;
   MeshFiles low_files = shown_low(job, files, own, warnings);
   Mesh low_mesh = std::move(low_files.mesh);

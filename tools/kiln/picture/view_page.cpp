@@ -241,7 +241,9 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
                         {"slots", Json::object()}});
   }
   if (viewed.materials.empty() || viewed.mesh->uvs.empty()) return list;
-  std::vector<Json> slots(materials.size(), Json::object());
+  const auto slot_of = [&](std::size_t material, const SlotRow& row) -> Json& {
+    return list[material]["slots"][row.name];
+  };
   for (const SlotRow& row : kSlots) {
     const bool any = std::any_of(materials.begin(), materials.end(),
                                  [&](const Material& of) { return !(of.*row.picture).empty(); });
@@ -249,10 +251,10 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
       for (std::size_t m = 0; m < materials.size(); ++m) {
         const Material& of = materials[m];
         const auto number = [&](float value) {
-          slots[m][row.name] = {{"value", Json::array({value, value, value})}};
+          slot_of(m, row) = {{"value", Json::array({value, value, value})}};
         };
         if (row.slot == MaterialSlot::color && of.color_from != MaterialNumber::none)
-          slots[m][row.name] = {{"value", Json::array({of.color[0], of.color[1], of.color[2]})}};
+          slot_of(m, row) = {{"value", Json::array({of.color[0], of.color[1], of.color[2]})}};
         if (row.slot == MaterialSlot::roughness && of.roughness_from != MaterialNumber::none)
           number(of.roughness);
         if (row.slot == MaterialSlot::metallic && of.metallic_from != MaterialNumber::none)
@@ -271,16 +273,10 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
     for (std::size_t m = 0; m < materials.size(); ++m) {
       const bool is_normal = row.slot == MaterialSlot::normal;
       if (is_normal && (materials[m].*row.picture).empty()) continue;
-      slots[m][row.name] = slot_json(row, texture, m, materials[m], pictures);
+      slot_of(m, row) = slot_json(row, texture, m, materials[m], pictures);
     }
   }
-  Json result = Json::array();
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    Json material = list[m];
-    material["slots"] = slots[m];
-    result.push_back(material);
-  }
-  return result;
+  return list;
 }
 
 /// The text of a file of three.js: where this program's package put it, or Debian's libjs-three.

@@ -24,8 +24,7 @@ struct ViewPage {
   bool z_up = false;
 };
 
-/// The text of a page: the low poly, and beside it the high poly where there is one. Pictures are PNGs of 8 bits, except
-/// those that the mesh's file embeds as PNG, JPEG or WebP with the channels that three.js reads, which stay as they are.
+/// The text of a page: the low poly, and beside it the high poly where there is one. Pictures are PNGs of 8 bits.
 /// \param high      null: none. Without UVs and pictures where it has no materials
 /// \param warnings  where to append what the page leaves out
 /// \throws Error(input) where three.js is not installed, or a picture cannot be read
