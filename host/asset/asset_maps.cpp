@@ -1,10 +1,11 @@
 // Conversion of baked maps to pictures of a material.
+#include "asset/asset_maps.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include "kiln/asset.h"
 #include "kiln/bake.h"
 
 namespace kiln {
@@ -43,7 +44,7 @@ void combine_occlusion(Image& ao, const Image& picture) {
 }  // namespace
 
 AssetMaps asset_maps(std::span<BakedMap> maps,
-                     const std::function<void(BakedMap&, const std::string&)>& store,
+                     const std::function<void(BakedMap&, const std::string&)>& before,
                      std::string* left) {
   AssetMaps places;
   Image* ao = nullptr;
@@ -53,7 +54,8 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
       places.emission_strength = scale_emission(map.image);
       if (places.emission_strength == 0) continue;  // this set does not emit
     }
-    if (store) store(map, name);
+    if (before) before(map, name);
+    to_stored(map, ImageFormat::png8);
     if (name == "emission") expand_grey(map.image);
     if (name == "occlusion" && places.occlusion != nullptr) {
       combine_occlusion(*ao, map.image);
@@ -68,6 +70,10 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
     }
   }
   return places;
+}
+
+AssetMaps asset_maps(std::span<BakedMap> maps, std::string* left) {
+  return asset_maps(maps, {}, left);
 }
 
 }  // namespace kiln

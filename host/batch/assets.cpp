@@ -12,7 +12,6 @@
 #include "batch/path_pattern.h"
 #include "job/job_options.h"
 #include "job/map_words.h"
-#include "job/run.h"
 #include "kiln/error.h"
 #include "kiln/options.h"
 #include "options/near_words.h"

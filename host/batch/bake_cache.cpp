@@ -13,7 +13,6 @@
 #include "io/file/atomic_file.h"
 #include "job/files.h"
 #include "job/job_options.h"
-#include "job/run.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 #include "kiln/options.h"

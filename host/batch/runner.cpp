@@ -18,6 +18,8 @@
 #include "base/stopwatch.h"
 #include "batch/source_cache.h"
 #include "io/file/output_set.h"
+#include "job/describe.h"
+#include "job/job_options.h"
 #include "job/run.h"
 #include "kiln/error.h"
 #include "kiln/files.h"

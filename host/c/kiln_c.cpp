@@ -478,7 +478,7 @@ kiln_status kiln_glb_save(const kiln_mesh* low, const kiln_bake* bake, const cha
   return guarded([&] {
     check_given(low, "low");
     AssetMaps maps;
-    std::vector<Image> stored(kiln_bake_map_count(bake));
+    std::vector<BakedMap> stored(kiln_bake_map_count(bake));
     for (std::size_t i = 0; i < stored.size(); ++i) {
       const BakedMap& map = bake->result.maps[i];
       const Image** const slot = slot_of(maps, map.kind.name);
@@ -489,9 +489,9 @@ kiln_status kiln_glb_save(const kiln_mesh* low, const kiln_bake* bake, const cha
                     "and flip_y.",
                     "option-contradiction");
       }
-      stored[i] = map.image;
-      if (map.info.type == MapType::color) to_srgb(stored[i]);
-      *slot = &stored[i];
+      stored[i] = map;
+      to_stored(stored[i], ImageFormat::png8);
+      *slot = &stored[i].image;
     }
     Files read = low->read;
     if (bake != nullptr) read.insert(read.end(), bake->read.begin(), bake->read.end());

@@ -8,9 +8,10 @@
 #include <map>
 #include <set>
 
+#include "asset/asset_maps.h"
 #include "base/fnv.h"
 #include "job/map_words.h"
-#include "job/run.h"
+#include "job/stages.h"
 #include "job/transfers.h"
 #include "kiln/files.h"
 #include "options/json.h"
@@ -38,12 +39,11 @@ struct AssetMesh {
 };
 
 /// The alpha mode that all materials have; none: each that of its source.
-std::optional<AlphaMode> common_alpha_mode(const BakeRun& run) {
-  if (run.arguments.alpha) return run.arguments.alpha;
-  const std::vector<Material>& high = run.high.beside.materials;
-  const bool own = run.own_images.contains("opacity");
+std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetParts& asset) {
+  if (scene.run.job.alpha) return scene.run.job.alpha;
+  const std::vector<Material>& high = scene.high.input.beside.materials;
   const bool any = std::any_of(high.begin(), high.end(), is_transparent);
-  if (!run.has_opacity || (any && !own)) return std::nullopt;
+  if (!asset.has_opacity || (any && !asset.own_opacity)) return std::nullopt;
   const bool blends = std::any_of(high.begin(), high.end(), [](const Material& m) {
     return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
   });
@@ -51,43 +51,43 @@ std::optional<AlphaMode> common_alpha_mode(const BakeRun& run) {
 }
 
 /// Look of a material of LOW, by the one of HIGH; else by LOW's own.
-void describe_surface(const BakeRun& run, const Material* of_high, const Material* of_low,
-                      AssetMaterial& material) {
+void describe_surface(const BakeScene& scene, const AssetParts& asset, const Material* of_high,
+                      const Material* of_low, AssetMaterial& material) {
   const Material* const shown = of_high != nullptr ? of_high : of_low;
-  const std::optional<AlphaMode> common = common_alpha_mode(run);
+  const std::optional<AlphaMode> common = common_alpha_mode(scene, asset);
   material.alpha_mode = common.value_or(AlphaMode::opaque);
   if (of_high != nullptr && is_transparent(*of_high)) {
     material.alpha_mode = common.value_or(of_high->alpha_mode);
     const bool cuts = of_high->alpha_mode == material.alpha_mode;
-    if (cuts && !run.own_images.contains("opacity")) {
-      material.alpha_cutoff = of_high->alpha_cutoff;
-    }
+    if (cuts && !asset.own_opacity) material.alpha_cutoff = of_high->alpha_cutoff;
   }
   if (shown != nullptr) {
     material.double_sided = shown->double_sided || (of_low != nullptr && of_low->double_sided);
   }
-  material.double_sided = run.arguments.double_sided.value_or(material.double_sided);
+  material.double_sided = scene.run.job.double_sided.value_or(material.double_sided);
   if (shown == nullptr) return;
   material.extras = of_low != nullptr ? of_low->extras : shown->extras;
 }
 
-AssetMesh with_materials(const BakeRun& run, const Mesh& low_poly) {
+AssetMesh with_materials(const BakeScene& scene, const Mesh& low_poly, const AssetParts& asset) {
   AssetMesh result{low_poly, {}, {}};
   Mesh& mesh = result.mesh;
-  const std::vector<Material>&high = run.high.beside.materials, &low = run.low.beside.materials;
+  const std::span<const BakedSet> sets = scene.sets;
+  const std::vector<Material>&high = scene.high.input.beside.materials,
+        &low = scene.low.beside.materials;
   const std::string plain = mesh.name.empty() ? "mesh" : mesh.name;
-  const bool by_material = run.arguments.sets == SetsBy::material;
-  if (!run.sets.empty()) mesh.tangents = tangents_of(mesh);  // before UVs move
+  const bool by_material = scene.run.job.sets == SetsBy::material;
+  if (!sets.empty()) mesh.tangents = tangents_of(mesh);  // before UVs move
   std::vector<std::size_t> set_of(mesh.triangles.size(), 0);
-  for (std::size_t s = 0; s < run.sets.size(); ++s) {
-    for (const std::uint32_t t : run.sets[s].set.members) set_of[t] = s;
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    for (const std::uint32_t t : sets[s].set.members) set_of[t] = s;
   }
-  if (std::any_of(run.sets.begin(), run.sets.end(),
+  if (std::any_of(sets.begin(), sets.end(),
                   [](const BakedSet& set) { return set.set.tile_u > 0 || set.set.tile_v > 0; })) {
     move_uvs(
         set_of,
         [&](std::size_t s, const Vec2& uv) {
-          const TextureSet& set = run.sets[s].set;
+          const TextureSet& set = sets[s].set;
           return Vec2{uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
         },
         mesh);  // each tile's to the unit square
@@ -106,28 +106,28 @@ AssetMesh with_materials(const BakeRun& run, const Mesh& low_poly) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::string& own = names.empty() ? plain : names[of[t]];
     const Material* of_high = find_material(high, own);
-    Key key{set_of[t], of[t], BakeRun::kNoMaterial};
-    if (of_high == nullptr && !run.materials_hit.empty()) key.hit = run.materials_hit[t];
+    Key key{set_of[t], of[t], AssetParts::kNoMaterial};
+    if (of_high == nullptr && !asset.materials_hit.empty()) key.hit = asset.materials_hit[t];
     const auto [entry, added] =
         known.emplace(key, static_cast<std::uint32_t>(mesh.material_names.size()));
     mesh.materials.push_back(entry->second);
     if (!added) continue;
     AssetMaterial& material = result.materials.emplace_back();
     material.name = own;
-    if (key.hit != BakeRun::kNoMaterial) {
+    if (key.hit != AssetParts::kNoMaterial) {
       of_high = &high[key.hit];
       material.name = high[key.hit].name;
     }
-    if (!run.sets.empty()) {
-      const BakedSet& set = run.sets[key.set];
+    if (!sets.empty()) {
+      const BakedSet& set = sets[key.set];
       const std::string tile = set.set.tile.empty() ? "" : "." + set.set.tile;
       material.set = set.word + tile;
       if (!by_material) material.name += "." + set.set.name;
       material.name += tile;
     }
-    if (!run.pictures.empty()) material.pictures = run.pictures[key.set];
+    if (!asset.pictures.empty()) material.pictures = asset.pictures[key.set];
     result.sets.push_back(key.set);
-    describe_surface(run, of_high, find_material(low, own), material);
+    describe_surface(scene, asset, of_high, find_material(low, own), material);
     mesh.material_names.push_back(material.name);
   }
   return result;
@@ -179,12 +179,12 @@ Mesh with_hulls(const Mesh& low, const Mesh& hulls) {
   return whole;
 }
 
-void note_materials_hit(BakeRun& run) {
-  if (!run.result.match) return;
-  const Match& match = *run.result.match;
-  const Mesh &low = run.low.mesh, &high = run.high_mesh();
-  const std::vector<Material>& materials = run.high.beside.materials;
-  run.materials_hit.resize(low.triangles.size(), BakeRun::kNoMaterial);
+void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetParts& asset) {
+  if (!result.match) return;
+  const Match& match = *result.match;
+  const Mesh &low = scene.low.mesh, &high = scene.high.mesh();
+  const std::vector<Material>& materials = scene.high.input.beside.materials;
+  asset.materials_hit.resize(low.triangles.size(), AssetParts::kNoMaterial);
   constexpr int kSteps = 8;  // places along an edge
   const auto texel = [](double value, std::uint32_t size) {
     const double inside = (value - std::floor(value)) * size;
@@ -208,67 +208,60 @@ void note_materials_hit(BakeRun& run) {
     }
     const auto most = std::max_element(
         hits.begin(), hits.end(), [](const auto& x, const auto& y) { return x.second < y.second; });
-    if (most != hits.end()) run.materials_hit[t] = most->first;
+    if (most != hits.end()) asset.materials_hit[t] = most->first;
   }
 }
 
-void start_asset_maps(Job& arguments) {
-  if (!asset_file(arguments).empty() && !arguments.given.contains("--maps")) {
-    arguments.bake.maps = {MapKind::normal, "ao"};
-  }
+bool add_material_maps(Job& job, const LoadedHigh& high, RunLog& log) {
+  if (asset_file(job).empty() || job.given.contains("--maps")) return false;
+  const MaterialMaps found =
+      material_maps(high.mesh(), high.input.beside.materials, writes_gltf(job), log.warnings);
+  for (const std::string& name : found.maps) job.bake.maps.emplace_back(name);
+  job.transfers.insert(job.transfers.end(), found.transfers.begin(), found.transfers.end());
+  return true;
 }
 
-void choose_asset_maps(BakeRun& run) {
-  Job& arguments = run.arguments;
-  if (asset_file(arguments).empty()) return;
-  if (arguments.given.contains("--maps")) return;
-  const MaterialMaps found = material_maps(run.high_mesh(), run.high.beside.materials,
-                                           writes_gltf(arguments), run.warnings);
-  for (const std::string& name : found.maps) arguments.bake.maps.emplace_back(name);
-  arguments.transfers.insert(arguments.transfers.end(), found.transfers.begin(),
-                             found.transfers.end());
-  run.options = options_of(arguments);
+bool needs_asset_match(const BakeScene& scene) {
+  const Job& job = scene.run.job;
+  if (asset_file(job).empty() || job.low.given.empty()) return false;
+  const std::vector<Material>& materials = scene.high.input.beside.materials;
+  if (std::none_of(materials.begin(), materials.end(), is_special)) return false;
+  const std::vector<std::string>& names = scene.low.mesh.material_names;
+  return names.empty() || std::any_of(names.begin(), names.end(), [&](const auto& name) {
+           return find_material(materials, name) == nullptr;
+         });
 }
 
-void keep_asset_match(BakeRun& run) {
-  if (asset_file(run.arguments).empty() || run.arguments.low.given.empty()) return;
-  const std::vector<Material>& materials = run.high.beside.materials;
-  const std::vector<std::string>& names = run.low.mesh.material_names;
-  const bool special = std::any_of(materials.begin(), materials.end(), is_special);
-  const bool told =
-      !names.empty() && std::all_of(names.begin(), names.end(), [&](const auto& name) {
-        return find_material(materials, name) != nullptr;
-      });
-  if (special && !told) run.options.report.keep_match = true;
-}
-
-void encode_asset_maps(BakeRun& run) {
+void encode_asset_maps(const BakeScene& scene, const Source& source, const PlannedLow* planned,
+                       BakedLayout& baked, AssetParts& asset) {
+  RunLog& log = scene.run.log;
   std::string left;
   AssetMaps maps = asset_maps(
-      run.result.maps, [&](BakedMap& map, const std::string& name) { store(run, map, name); },
-      &left);
-  if (!left.empty() && run.pictures.empty()) {
-    run.warnings.push_back(
+      baked.result.maps,
+      [&](BakedMap& map, const std::string& name) { store(scene, map, name, baked); }, &left);
+  if (!left.empty() && asset.pictures.empty()) {
+    log.warnings.push_back(
         {"maps-left-out",
          "A glTF's material has no place for the maps " + left + ": bake them into a folder.", 1});
   }
-  for (const auto& [name, image] : run.own_images) {
+  for (const auto& [name, image] : baked.own_images) {
     const Image** const slot = slot_of(maps, name);
     if (slot == nullptr) continue;
     *slot = &image;
     if (slot == &maps.emission) maps.emission_strength = 1;
   }
-  run.has_opacity |= maps.opacity != nullptr;
-  maps.coverage = run.result.coverage;
-  const Job& job = run.arguments;
+  asset.own_opacity |= baked.own_images.contains("opacity");
+  asset.has_opacity |= maps.opacity != nullptr;
+  maps.coverage = baked.result.coverage;
+  find_materials_hit(scene, baked.result, asset);
+  const Job& job = scene.run.job;
   if (job.max_bytes != 0) {
-    fit_asset_maps(run, maps);
-    note_materials_hit(run);
+    fit_asset_maps(scene, source, maps, baked.options, planned, asset);
     return;
   }
-  run.pictures.push_back(std::make_shared<const AssetPictures>(encode_maps(maps, job.pictures)));
+  asset.pictures.push_back(std::make_shared<const AssetPictures>(encode_maps(maps, job.pictures)));
   if (job.pictures.format == PictureFormat::jpeg && maps.opacity != nullptr) {
-    run.warnings.push_back({"jpeg-alpha",
+    log.warnings.push_back({"jpeg-alpha",
                             "JPEG has no alpha: colours with opacity are a PNG. " +
                                 option("format", "webp") +
                                 " "
@@ -276,8 +269,8 @@ void encode_asset_maps(BakeRun& run) {
                             1});
   }
   if (job.pictures.max_normal_error > 0 && maps.normal != nullptr &&
-      run.pictures.back()->normal_quality == 0) {
-    run.warnings.push_back(
+      asset.pictures.back()->normal_quality == 0) {
+    log.warnings.push_back(
         {"normal-error",
          formatted("No lossy quality keeps normals within %.3g degrees in the mean: they are "
                    "lossless. Allow more ",
@@ -285,51 +278,54 @@ void encode_asset_maps(BakeRun& run) {
              option("normal_error") + ".",
          1});
   }
-  for (const AssetError& error : run.pictures.back()->errors) {
-    run.stored_errors[std::string(error.map)] = describe(error.error, error.is_normal);
+  for (const AssetError& error : asset.pictures.back()->errors) {
+    baked.stored.errors[std::string(error.map)] = describe(error.error, error.is_normal);
   }
-  note_materials_hit(run);
 }
 
 namespace {
 
-/// What an asset holds beside mesh, materials and asset_extras().
-SaveAssetOptions asset_options(const BakeRun& run, const Mesh& written) {
-  const Job& arguments = run.arguments;
-  const Asset& beside = arguments.low.given.empty() ? run.high.beside : run.low.beside;
+/// Contents of an asset beside its mesh, its materials and asset_extras().
+SaveAssetOptions asset_options(const BakeScene& scene, const Mesh& written) {
+  const Job& job = scene.run.job;
+  const LowMesh& low = scene.low;
+  const Asset& beside = job.low.given.empty() ? scene.high.input.beside : low.beside;
   SaveAssetOptions options;
   options.nodes = beside.nodes;
   if (!options.nodes.empty()) options.object_nodes = object_nodes(beside, written);
-  if (!run.low.hulls.triangles.empty()) {
-    options.hulls = &run.low.hulls;
-    if (!options.nodes.empty()) options.hull_nodes = object_nodes(beside, run.low.hulls);
+  if (!low.hulls.triangles.empty()) {
+    options.hulls = &low.hulls;
+    if (!options.nodes.empty()) options.hull_nodes = object_nodes(beside, low.hulls);
   }
-  options.metres = arguments.low.given.empty() ? run.high_mesh().metres : run.low.mesh.metres;
+  options.metres = job.low.given.empty() ? scene.high.mesh().metres : low.mesh.metres;
   options.extras = beside.extras;
   options.copyright = beside.copyright;
   options.scene = beside.scene;
-  options.compression = arguments.mesh_compression;
+  options.compression = job.mesh_compression;
   return options;
 }
 
 }  // namespace
 
-std::string asset_extras(const BakeRun& run) {
-  const Job& arguments = run.arguments;
-  const BakeReport& report = run.result.report;
+std::string asset_extras(const BakeScene& scene, const BakeReport& report, const Json& errors,
+                         const Json& set_reports) {
+  const Job& job = scene.run.job;
   Json extras = {{"version", version()},
-                 {"inputs", {{"high", hashes_of(arguments.high)}}},
-                 {"options", describe(arguments, report)},
+                 {"inputs", {{"high", hashes_of(job.high)}}},
+                 {"options", describe(job, report)},
                  {"texels", describe_texels(report)}};
-  if (!arguments.low.given.empty()) extras["inputs"]["low"] = hashes_of(arguments.low.given);
+  if (!job.low.given.empty()) extras["inputs"]["low"] = hashes_of(job.low.given);
   if (!report.errors.empty()) extras["errors"] = describe(report.errors);
-  if (run.sets.empty()) extras["stored_errors"] = run.stored_errors;
-  if (!run.sets.empty()) extras["sets"] = run.set_reports;
+  if (scene.sets.empty()) {
+    extras["stored_errors"] = errors;
+  } else {
+    extras["sets"] = set_reports;
+  }
   return to_text(extras);
 }
 
-std::uint64_t bytes_without_pictures(const BakeRun& run, const Mesh& low) {
-  AssetMesh written = with_materials(run, low);
+std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low) {
+  AssetMesh written = with_materials(scene, low, {});
   const auto placeholder = std::make_shared<AssetPictures>();
   for (auto* picture :
        {&placeholder->color, &placeholder->surface, &placeholder->normal, &placeholder->emission}) {
@@ -338,38 +334,38 @@ std::uint64_t bytes_without_pictures(const BakeRun& run, const Mesh& low) {
   placeholder->has_color = placeholder->has_opacity = placeholder->has_occlusion =
       placeholder->has_surface = placeholder->has_metallic = true;
   for (AssetMaterial& material : written.materials) material.pictures = placeholder;
-  return encode_glb(written.mesh, written.materials, asset_options(run, written.mesh)).size();
+  return encode_glb(written.mesh, written.materials, asset_options(scene, written.mesh)).size();
 }
 
-bool save_asset(BakeRun& run) {
-  const Job& arguments = run.arguments;
-  AssetMesh written = with_materials(run, run.low.mesh);
-  SaveAssetOptions options = asset_options(run, written.mesh);
-  options.kiln_extras = asset_extras(run);
-  if (arguments.max_bytes != 0) {
-    fit_pictures(run, [&] {
+void write_asset(const BakeScene& scene, const std::string& file, const std::string& extras,
+                 AssetParts& asset, JobOutputs& outputs) {
+  const Job& job = scene.run.job;
+  AssetMesh written = with_materials(scene, scene.low.mesh, asset);
+  SaveAssetOptions options = asset_options(scene, written.mesh);
+  options.kiln_extras = extras;
+  if (job.max_bytes != 0) {
+    const auto file_bytes = [&] {
       for (std::size_t i = 0; i < written.materials.size(); ++i) {
-        written.materials[i].pictures = run.pictures[written.sets[i]];
+        written.materials[i].pictures = asset.pictures[written.sets[i]];
       }
       return encode_glb(written.mesh, written.materials, options).size();
-    });
+    };
+    fit_pictures(job, file_bytes, asset);
   }
-  if (!announce(run, asset_file(arguments))) return false;
-  if (arguments.in_memory) {
-    run.glb = encode_glb(written.mesh, written.materials, options);
-    return true;
+  announce(scene.run, file, outputs);
+  if (job.in_memory) {
+    outputs.glb = encode_glb(written.mesh, written.materials, options);
+    return;
   }
-  const auto files = save_asset(written.mesh, written.materials, asset_file(arguments), options);
-  for (const std::filesystem::path& file : files) {
-    if (file != asset_file(arguments)) run.outputs.push_back(file.string());
+  for (const auto& path : save_asset(written.mesh, written.materials, file, options)) {
+    if (path != file) outputs.files.push_back(path.string());
   }
-  return true;
 }
 
-bool save_obj_with_mtl(BakeRun& run) {
-  const Job& arguments = run.arguments;
-  const std::filesystem::path path = asset_file(arguments), mtl = path.stem().string() + ".mtl";
-  AssetMesh written = with_materials(run, run.low.mesh);
+void write_obj_with_mtl(const BakeScene& scene, const AssetParts& asset, JobOutputs& outputs) {
+  const Job& job = scene.run.job;
+  const std::filesystem::path path = asset_file(job), mtl = path.stem().string() + ".mtl";
+  AssetMesh written = with_materials(scene, scene.low.mesh, asset);
   std::string text = "# Kiln " + std::string(version()) + "\n\n";
   std::set<std::string> taken;
   for (std::size_t i = 0; i < written.materials.size(); ++i) {
@@ -379,13 +375,13 @@ bool save_obj_with_mtl(BakeRun& run) {
     }
     while (!taken.insert(name).second) name += "_";
     written.mesh.material_names[i] = name;
-    const SetNames names = run.sets.empty() ? SetNames{run.low.stem, "", ""}
-                                            : names_of(arguments, run.sets[written.sets[i]]);
+    const SetNames names = scene.sets.empty() ? SetNames{scene.low.stem, "", ""}
+                                              : names_of(job, scene.sets[written.sets[i]]);
     const auto file_of = [&](const std::string& map) {
-      const std::vector<std::string> maps = all_maps(arguments);
+      const std::vector<std::string> maps = all_maps(job);
       return std::find(maps.begin(), maps.end(), map) == maps.end()
                  ? ""
-                 : names.stem + "_" + map + names.tile + extension(run.save_options);
+                 : names.stem + "_" + map + names.tile + extension(job.image);
     };
     const auto add = [&](const char* statement, const std::string& map) {
       if (const std::string file = file_of(map); !file.empty()) {
@@ -406,11 +402,10 @@ bool save_obj_with_mtl(BakeRun& run) {
     text += "\n";
   }
   written.mesh.material_files = {mtl.string()};
-  if (!announce(run, path.parent_path() / mtl)) return false;
+  announce(scene.run, path.parent_path() / mtl, outputs);
   save_text(path.parent_path() / mtl, text);
-  if (!announce(run, path)) return false;
-  save_obj(with_hulls(written.mesh, run.low.hulls), path);
-  return true;
+  announce(scene.run, path, outputs);
+  save_obj(with_hulls(written.mesh, scene.low.hulls), path);
 }
 
 }  // namespace kiln

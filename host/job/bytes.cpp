@@ -7,7 +7,7 @@
 
 #include "asset/gltf_pictures.h"
 #include "job/map_words.h"
-#include "job/run.h"
+#include "job/stages.h"
 #include "measure/normal_probe.h"
 #include "mesh/triangle_shape.h"
 #include "options/json.h"
@@ -23,43 +23,42 @@ constexpr std::uint64_t kJsonSlack = 512;
 /// Share of the bytes that a plan leaves to pictures of the caller's own, which are not known yet.
 constexpr double kOwnPicturesShare = 1.0 / 3;
 
-PictureFitOptions fit_options(const BakeRun& run) {
+PictureFitOptions fit_options(const Job& job) {
   PictureFitOptions fit;
-  fit.encode = run.arguments.pictures;
-  fit.any_format = !run.arguments.given.contains("--format");
-  fit.most_bytes = run.arguments.max_bytes;
+  fit.encode = job.pictures;
+  fit.any_format = !job.given.contains("--format");
+  fit.most_bytes = job.max_bytes;
   return fit;
 }
 
 /// Bytes by which the file of another bound may be longer, since its extras name the bound: up to ten digits.
-std::uint64_t digits_to_come(const BakeRun& run) {
+std::uint64_t digits_to_come(const Job& job) {
   constexpr std::uint64_t kMaxDigits = 10;
-  return kMaxDigits -
-         std::min<std::uint64_t>(kMaxDigits, std::to_string(run.arguments.max_bytes).size());
+  return kMaxDigits - std::min<std::uint64_t>(kMaxDigits, std::to_string(job.max_bytes).size());
 }
 
-std::uint32_t screen_of(const BakeRun& run) {
-  const std::string& screen = run.arguments.low.make.screen;
+std::uint32_t screen_of(const Job& job) {
+  const std::string& screen = job.low.make.screen;
   return screen.empty() ? 0 : parse_pixels(option("screen"), screen);
 }
 
-/// Area of a triangle of LOW.
-double area_of(const BakeRun& run, std::size_t triangle) {
-  const std::vector<Vec3>& at = run.low.mesh.positions;
-  const Triangle& corners = run.low.mesh.triangles[triangle];
+double area_of(const Mesh& low, std::size_t triangle) {
+  const std::vector<Vec3>& at = low.positions;
+  const Triangle& corners = low.triangles[triangle];
   return triangle_shape(at[corners[0]], at[corners[1]], at[corners[2]]).area;
 }
 
-/// Area of a texture set's share of LOW's surface.
-double surface_share(BakeRun& run) {
-  if (run.set == nullptr) return 1;
-  std::optional<double>& all = run.fitted->surface;
+/// Share of a texture set in the area of LOW's surface.
+double surface_share(const BakeScene& scene, FittedPictures& fitted) {
+  if (scene.set == nullptr) return 1;
+  const Mesh& low = scene.low.mesh;
+  std::optional<double>& all = fitted.surface;
   if (!all) {
     all = 0;
-    for (std::size_t t = 0; t < run.low.mesh.triangles.size(); ++t) *all += area_of(run, t);
+    for (std::size_t t = 0; t < low.triangles.size(); ++t) *all += area_of(low, t);
   }
   double own = 0;
-  for (const std::uint32_t t : run.set->set.members) own += area_of(run, t);
+  for (const std::uint32_t t : scene.set->set.members) own += area_of(low, t);
   return *all > 0 ? own / *all : 1;
 }
 
@@ -95,17 +94,17 @@ std::string pictures_in_words(const std::vector<TrialPicture>& pictures) {
   return text;
 }
 
-void take_fit(BakeRun& run, const PictureFit& fit) {
-  FittedPictures& fitted = *run.fitted;
+void take_fit(const PictureFit& fit, AssetParts& asset) {
+  FittedPictures& fitted = *asset.fitted;
   std::vector<AssetPictures> sets = fitted.described;
   for (std::size_t i = 0; i < fitted.ladders.size(); ++i) {
     const PictureLadder& ladder = fitted.ladders[i];
     AssetPictures& of = sets[fitted.sets[i]];
     file_of(of, ladder.picture) = ladder.choices[fit.choices[i]].data;
   }
-  run.pictures.clear();
+  asset.pictures.clear();
   for (AssetPictures& set : sets) {
-    run.pictures.push_back(std::make_shared<const AssetPictures>(std::move(set)));
+    asset.pictures.push_back(std::make_shared<const AssetPictures>(std::move(set)));
   }
   fitted.pictures = trial_pictures(fitted.ladders, fit);
   fitted.error = fit.error;
@@ -113,76 +112,75 @@ void take_fit(BakeRun& run, const PictureFit& fit) {
 
 }  // namespace
 
-bool make_byte_plan(BakeRun& run, const Source& source) {
+PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const BakeOptions& bake) {
+  const Job& job = scene.run.job;
+  std::vector<Warning>& warnings = scene.run.log.warnings;
   BytePlanOptions options;
-  options.plan = low_poly_options(run);
+  options.plan = low_poly_options(scene, bake);
   options.plan.may_leave_map_out = false;
-  options.max_bytes = run.arguments.max_bytes;
-  if (run.hooks.sample) {
+  options.max_bytes = job.max_bytes;
+  if (scene.run.hooks.sample) {
     options.max_bytes = static_cast<std::uint64_t>(static_cast<double>(options.max_bytes) *
                                                    (1 - kOwnPicturesShare));
   }
-  options.pictures = fit_options(run);
-  options.maps_of = [](std::vector<BakedMap>& maps) {
-    return asset_maps(maps, [](BakedMap& map, const std::string&) {
-      if (map.info.type == MapType::color) to_srgb(map.image);
-    });
-  };
-  const std::uint64_t extras = asset_extras(run).size() + digits_to_come(run);
+  options.pictures = fit_options(job);
+  options.maps_of = [](std::vector<BakedMap>& maps) { return asset_maps(maps); };
+  const std::uint64_t extras =
+      asset_extras(scene, {}, Json::object(), {}).size() + digits_to_come(job);
   options.mesh_bytes = [&](const Mesh& low) {
-    return bytes_without_pictures(run, low) + extras + kJsonSlack;
+    return bytes_without_pictures(scene, low) + extras + kJsonSlack;
   };
+  PlannedLow planned;
   try {
-    run.byte_plan = plan_within_bytes(source, run.high_mesh(), options);
+    planned.within_bytes = plan_within_bytes(source, scene.high.mesh(), options);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::usage) throw;
     fail_usage(option("max_bytes") + ": " + error.message() +
                " Allow more, bake fewer maps, or give " + option("mesh_compression") + " or " +
                option("format") + ".");
   }
-  BytePlan& plan = *run.byte_plan;
-  if (plan.plan.cancelled) return false;
-  take_plan(run, std::move(plan.plan));
-  plan.plan = {};
-  const LowPolyPlan& taken = *run.plan;
-  if (taken.wanted > 0 && taken.chosen.measured > taken.wanted) {
-    run.warnings.push_back(
+  planned.plan = std::exchange(planned.within_bytes->plan, {});
+  const LowPolyPlan& plan = planned.plan;
+  if (plan.cancelled) throw Cancelled{};
+  if (plan.wanted > 0 && plan.chosen.measured > plan.wanted) {
+    warnings.push_back(
         {"error-not-reached",
          "Within " + option("max_bytes") +
-             formatted(" rendered normals come within %.3g degrees, but ", taken.chosen.measured) +
+             formatted(" rendered normals come within %.3g degrees, but ", plan.chosen.measured) +
              option("max_error") +
-             formatted(" asks for %.3g. Allow more bytes, or accept more.", taken.wanted),
+             formatted(" asks for %.3g. Allow more bytes, or accept more.", plan.wanted),
          1});
-  } else if (!taken.reached) {
-    run.warnings.push_back(plan_not_reached(taken));
+  } else if (!plan.reached) {
+    warnings.push_back(plan_not_reached(plan));
   }
-  warn_of_outline(taken, {}, run.warnings);
-  return true;
+  warn_of_outline(plan, {}, warnings);
+  return planned;
 }
 
-void fit_asset_maps(BakeRun& run, const AssetMaps& maps) {
-  if (!run.fitted) run.fitted.emplace();
-  FittedPictures& fitted = *run.fitted;
-  PictureFitOptions options = fit_options(run);
+void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMaps& maps,
+                    const BakeOptions& bake, const PlannedLow* planned, AssetParts& asset) {
+  if (!asset.fitted) asset.fitted.emplace();
+  FittedPictures& fitted = *asset.fitted;
+  PictureFitOptions options = fit_options(scene.run.job);
   options.all_qualities = true;
   std::optional<NormalProbe> probe;
-  if (run.sets.empty() && maps.normal != nullptr) {
+  if (scene.sets.empty() && maps.normal != nullptr) {
     if (!fitted.shown) {
       fitted.shown = std::make_shared<const HighPolyView>(
-          shown_from(impl_of(*run.source), screen_of(run), plan_directions()));
+          shown_from(impl_of(source), screen_of(scene.run.job), plan_directions()));
     }
-    probe.emplace(impl_of(*run.source), run.low.mesh, *fitted.shown);
+    probe.emplace(impl_of(source), scene.low.mesh, *fitted.shown);
     options.normal_error = [&](const Image& picture) {
-      const NormalError error = probe->with_map(picture, run.options);
+      const NormalError error = probe->with_map(picture, bake);
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
   }
-  const double weight = surface_share(run);
+  std::vector<std::pair<PictureSlot, double>> coarseness;
+  if (planned != nullptr && planned->within_bytes) coarseness = planned->within_bytes->coarseness;
+  const double weight = surface_share(scene, fitted);
   for (PictureLadder& ladder : picture_ladders(maps, options)) {
     ladder.weight = weight;
-    for (const auto& [picture, steps] : run.byte_plan
-                                            ? run.byte_plan->coarseness
-                                            : std::vector<std::pair<PictureSlot, double>>()) {
+    for (const auto& [picture, steps] : coarseness) {
       if (picture != ladder.picture) continue;
       // What the texels of this bake leave out is independent of what its pictures lose.
       for (PictureChoice& choice : ladder.choices) {
@@ -193,43 +191,55 @@ void fit_asset_maps(BakeRun& run, const AssetMaps& maps) {
     fitted.sets.push_back(fitted.described.size());
   }
   fitted.described.push_back(described_pictures(maps));
-  run.pictures.push_back(std::make_shared<const AssetPictures>(fitted.described.back()));
+  asset.pictures.push_back(std::make_shared<const AssetPictures>(fitted.described.back()));
 }
 
-void fit_pictures(BakeRun& run, const std::function<std::uint64_t()>& file_bytes) {
-  const std::uint64_t most = run.arguments.max_bytes;
-  FittedPictures& fitted = *run.fitted;
+void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_bytes,
+                  AssetParts& asset) {
+  const std::uint64_t most = job.max_bytes;
+  FittedPictures& fitted = *asset.fitted;
   const PictureFit smallest = *least_error(fitted.ladders, least_bytes(fitted.ladders));
-  take_fit(run, smallest);
+  take_fit(smallest, asset);
   fitted.bytes = file_bytes();
   if (fitted.bytes > most) {
     fail_usage(option("max_bytes") +
                formatted(": %llu bytes are too few for this low poly with these maps: the smallest "
                          "file has %llu. Allow more, give fewer faces or maps, or ",
                          static_cast<unsigned long long>(most),
-                         static_cast<unsigned long long>(fitted.bytes + digits_to_come(run))) +
+                         static_cast<unsigned long long>(fitted.bytes + digits_to_come(job))) +
                option("mesh_compression") + ".");
   }
   const std::uint64_t rest = fitted.bytes - std::min(fitted.bytes, smallest.bytes);
   // Lengths of pictures are written in the JSON, so that other pictures may need some more digits there.
   for (std::uint64_t left = most - std::min(most, rest);;) {
     const std::optional<PictureFit> fit = least_error(fitted.ladders, left);
-    take_fit(run, fit ? *fit : smallest);
+    take_fit(fit ? *fit : smallest, asset);
     fitted.bytes = file_bytes();
     if (!fit || fitted.bytes <= most) return;
     left -= std::min(left, fitted.bytes - most);
   }
 }
 
-Json bytes_json(const BakeRun& run) {
-  const FittedPictures& fitted = *run.fitted;
-  Json json = {{"max", run.arguments.max_bytes},
+namespace {
+
+/// Null where no low poly was planned.
+const BytePlan* plan_of(const RunOutcome& outcome) {
+  const PlannedLow* const planned = outcome.planned;
+  return planned != nullptr && planned->within_bytes ? &*planned->within_bytes : nullptr;
+}
+
+}  // namespace
+
+Json bytes_json(const RunOutcome& outcome) {
+  const FittedPictures& fitted = *outcome.asset.fitted;
+  Json json = {{"max", outcome.scene.run.job.max_bytes},
                {"file", fitted.bytes},
                {"error_steps", fitted.error},
                {"pictures", pictures_json(fitted.pictures)}};
-  if (!run.byte_plan) return json;
+  const BytePlan* const plan = plan_of(outcome);
+  if (plan == nullptr) return json;
   Json trials = Json::array();
-  for (const ByteTrial& trial : run.byte_plan->trials) {
+  for (const ByteTrial& trial : plan->trials) {
     trials.push_back({{"faces", trial.faces},
                       {"baked", trial.baked},
                       {"mesh_bytes", trial.mesh_bytes},
@@ -241,16 +251,16 @@ Json bytes_json(const BakeRun& run) {
                       {"pictures", pictures_json(trial.pictures)}});
   }
   json["trials"] = std::move(trials);
-  json["chosen"] = run.byte_plan->chosen;
+  json["chosen"] = plan->chosen;
   return json;
 }
 
-std::vector<std::string> bytes_table(const BakeRun& run) {
+std::vector<std::string> bytes_table(const RunOutcome& outcome) {
   std::vector<std::string> lines;
-  const FittedPictures& fitted = *run.fitted;
-  if (run.byte_plan) {
-    for (const ByteTrial& trial : run.byte_plan->trials) {
-      const bool chosen = &trial == &run.byte_plan->trials[run.byte_plan->chosen];
+  const FittedPictures& fitted = *outcome.asset.fitted;
+  if (const BytePlan* const plan = plan_of(outcome)) {
+    for (const ByteTrial& trial : plan->trials) {
+      const bool chosen = &trial == &plan->trials[plan->chosen];
       lines.push_back(formatted(
           "tried %s faces: %s", with_commas(trial.faces).c_str(),
           trial.fits
@@ -262,7 +272,7 @@ std::vector<std::string> bytes_table(const BakeRun& run) {
   }
   lines.push_back(formatted("%s of %s bytes: %s; error %.3g of 255",
                             with_commas(fitted.bytes).c_str(),
-                            with_commas(run.arguments.max_bytes).c_str(),
+                            with_commas(outcome.scene.run.job.max_bytes).c_str(),
                             pictures_in_words(fitted.pictures).c_str(), fitted.error));
   return lines;
 }

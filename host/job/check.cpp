@@ -4,7 +4,6 @@
 #include "asset/gltf_draco_write.h"
 #include "job/job_options.h"
 #include "job/map_words.h"
-#include "job/run.h"
 #include "job/transfers.h"
 #include "kiln/plan.h"
 #include "options/parse.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "image/stored_values.h"
 #include "job/lists.h"
 #include "job/map_words.h"
 #include "job/transfers.h"
@@ -254,9 +255,7 @@ bool is_exr(const SaveImageOptions& options) {
   return options.format == ImageFormat::exr_half || options.format == ImageFormat::exr_float;
 }
 
-bool holds_floats(const SaveImageOptions& options) {
-  return is_exr(options) || options.format == ImageFormat::tiff_float;
-}
+bool holds_floats(const SaveImageOptions& options) { return holds_floats(options.format); }
 
 bool holds_mips(const SaveImageOptions& options) {
   return is_exr(options) || options.format == ImageFormat::ktx2 ||
@@ -280,15 +279,46 @@ std::string extension(const SaveImageOptions& options) {
   return std::string(extension_of(options.format));
 }
 
+std::filesystem::path level_file(const std::filesystem::path& path, std::size_t level) {
+  if (level == 0) return path;
+  const std::string number = (level < 10 ? "0" : "") + std::to_string(level);
+  std::filesystem::path file = path;
+  file.replace_filename(path.stem().string() + ".mip" + number + path.extension().string());
+  return file;
+}
+
 std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
                                              const std::string& name, std::size_t mips,
                                              const SaveImageOptions& options) {
-  std::vector<std::filesystem::path> files = {folder / (name + extension(options))};
-  for (std::size_t level = 1; level <= mips && !holds_mips(options); ++level) {
-    const std::string number = (level < 10 ? "0" : "") + std::to_string(level);
-    files.push_back(folder / (name + ".mip" + number + extension(options)));
+  std::vector<std::filesystem::path> files;
+  for (std::size_t level = 0; level <= (holds_mips(options) ? 0 : mips); ++level) {
+    files.push_back(level_file(folder / (name + extension(options)), level));
   }
   return files;
+}
+
+std::string lod_stem(const Job& job, std::size_t level) {
+  const std::filesystem::path named = asset_file(job).empty() ? high_name(job) : asset_file(job);
+  return named.stem().string() + "_lod" + std::to_string(level);
+}
+
+std::string low_stem(const Job& job) {
+  if (!asset_file(job).empty()) return std::filesystem::path(asset_file(job)).stem().string();
+  if (job.low.make.lods > 0) return lod_stem(job, 0);
+  if (job.low.given.empty()) return std::filesystem::path(high_name(job)).stem().string() + "_low";
+  return std::filesystem::path(low_name(job)).stem().string() + (job.unwrap           ? "_unwrapped"
+                                                                 : job.split_at_seams ? "_split"
+                                                                                      : "");
+}
+
+const std::string& low_source(const Job& job) {
+  return job.low.given.empty() ? high_name(job) : low_name(job);
+}
+
+void start_asset_maps(Job& job) {
+  if (!asset_file(job).empty() && !job.given.contains("--maps")) {
+    job.bake.maps = {MapKind::normal, "ao"};
+  }
 }
 
 }  // namespace kiln

@@ -53,6 +53,12 @@ std::string asset_file(const Job& job);
 /// The folder that files go to.
 std::string out_folder(const Job& job);
 
+/// Stem of the maps' names, and of the low poly that is written beside them.
+std::string low_stem(const Job& job);
+/// Stem of the files of a level of detail.
+std::string lod_stem(const Job& job, std::size_t level);
+/// The file that the low poly comes from.
+const std::string& low_source(const Job& job);
 /// The first of either side: a file's path, or what a mesh in memory is called; empty: there is none.
 const std::string& high_name(const Job& job);
 const std::string& low_name(const Job& job);
@@ -121,6 +127,8 @@ std::string no_sets(const Job& job);
 /// Of an --out that ends in .glb, .gltf or .obj: checks what it can hold, and sets the format of its pictures.
 /// \throws Error(usage)
 void settle_asset(Job& job);
+/// Sets the maps of an asset without --maps: normal and ao. Those of HIGH's materials are added once it is read.
+void start_asset_maps(Job& job);
 /// True if the maps go into a glTF or GLB: not beside an OBJ, nor loosely into a folder.
 bool writes_gltf(const Job& job);
 /// Smooths the ambient occlusion of a file that engines open, where no flag says how it is gathered: a quarter of the
@@ -144,6 +152,8 @@ TextureUse texture_use(const BakedMap& map, const BakeOptions& options);
 bool holds_floats(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);
 
+/// Path of a level of a mip-map beside the map's own: NAME.mip01.png and so on.
+std::filesystem::path level_file(const std::filesystem::path& path, std::size_t level);
 /// Paths of a map and the levels of its mip-map: with PNG a file a level, FOLDER/NAME.png,
 /// FOLDER/NAME.mip01.png and so on; with EXR one file for all.
 /// \param mips  how many levels below the first there are

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "job/run.h"
+#include "job/stages.h"
 #include "kiln/files.h"
 #include "kiln/plan.h"
 #include "options/json.h"
@@ -42,96 +42,87 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
   return json;
 }
 
-/// Writes one level: the run's mesh and maps. \returns false where it was cancelled
-bool save_level(BakeRun& run, const LodLevel& level, std::size_t number) {
-  const std::size_t before = run.outputs.size();
-  if (!save_low_and_maps(run)) return false;
-  const std::vector<std::string> files(run.outputs.begin() + static_cast<std::ptrdiff_t>(before),
-                                       run.outputs.end());
+/// Writes one level. \param scene  its low poly is the level's \param file  the level's asset
+void save_level(const BakeScene& scene, const Source& source, const std::string& file,
+                PlannedLow& planned, std::size_t number, BakedLayout& baked, AssetParts& asset,
+                JobOutputs& outputs) {
+  const LodLevel& level = planned.lods->levels[number];
+  const std::size_t before = outputs.files.size();
+  save_low_and_maps(scene, source, file, &planned, baked, asset, outputs);
+  const std::vector<std::string> files(outputs.files.begin() + static_cast<std::ptrdiff_t>(before),
+                                       outputs.files.end());
   Json json = level_json(level, number, files);
-  if (!run.ranges.empty()) json["ranges"] = run.ranges;
-  if (!run.mips.empty()) json["mips"] = run.mips;
-  if (!run.stored_errors.empty()) json["stored_errors"] = run.stored_errors;
-  if (number > 0 && !level.own_maps) json["maps"] = run.lod_levels[0]["maps"];
-  run.lod_levels.push_back(std::move(json));
-  return true;
+  const StoredMaps& stored = baked.stored;
+  if (!stored.ranges.empty()) json["ranges"] = stored.ranges;
+  if (!stored.mips.empty()) json["mips"] = stored.mips;
+  if (!stored.errors.empty()) json["stored_errors"] = stored.errors;
+  if (number > 0 && !level.own_maps) json["maps"] = planned.lod_levels[0]["maps"];
+  planned.lod_levels.push_back(std::move(json));
 }
 
 }  // namespace
 
-std::string lods_file(const Job& arguments) {
-  const fs::path named =
-      asset_file(arguments).empty() ? high_name(arguments) : asset_file(arguments);
+std::string lods_file(const Job& job) {
+  const fs::path named = asset_file(job).empty() ? high_name(job) : asset_file(job);
   return named.stem().string() + "_lods.json";
 }
 
-std::string lod_asset(const Job& arguments, std::size_t level) {
-  const fs::path first = asset_file(arguments);
-  return (first.parent_path() / (lod_stem(arguments, level) + first.extension().string())).string();
+std::string lod_asset(const Job& job, std::size_t level) {
+  const fs::path first = asset_file(job);
+  return (first.parent_path() / (lod_stem(job, level) + first.extension().string())).string();
 }
 
-bool make_lods(BakeRun& run, const Source& source) {
+PlannedLow make_lods(const BakeScene& scene, const Source& source, const BakeOptions& bake) {
+  const Job& job = scene.run.job;
+  RunLog& log = scene.run.log;
   LodOptions options;
-  options.plan = low_poly_options(run);
-  watch_plan(run, options.plan);
-  options.levels = run.arguments.low.make.lods;
-  options.error_growth = run.arguments.low.make.lod_growth;
-  options.share_uvs = shares_uvs(run.arguments);
-  run.lods = bake_lods(source, run.high_mesh(), options);
-  LodChain& chain = *run.lods;
-  if (chain.cancelled) return false;
-  take_plan(run, chain.levels.front().plan);
-  chain.levels.front().plan.result.reset();
+  options.plan = low_poly_options(scene, bake);
+  watch_plan(scene, options.plan);
+  options.levels = job.low.make.lods;
+  options.error_growth = job.low.make.lod_growth;
+  options.share_uvs = shares_uvs(job);
+  PlannedLow planned;
+  planned.lods = bake_lods(source, scene.high.mesh(), options);
+  LodChain& chain = *planned.lods;
+  if (chain.cancelled) throw Cancelled{};
   for (const LodLevel& level : chain.levels) {
     const LowPolyPlan& plan = level.plan;
     const std::string place = " at " + std::to_string(level.screen) + " pixels";
-    if (!plan.reached) run.warnings.push_back(plan_not_reached(plan, place));
-    warn_of_outline(plan, place, run.warnings);
-    if (&level == &chain.levels.front()) continue;  // The run's own warnings.
-    for (const auto* list :
-         {&plan.simplified.warnings, plan.unwrapped ? &plan.unwrapped->warnings : nullptr}) {
-      if (list != nullptr) run.warnings.insert(run.warnings.end(), list->begin(), list->end());
-    }
+    if (!plan.reached) log.warnings.push_back(plan_not_reached(plan, place));
+    warn_of_outline(plan, place, log.warnings);
+    if (&level == &chain.levels.front()) continue;  // Its warnings are the run's.
+    log.warn(plan.simplified.warnings);
+    if (plan.unwrapped) log.warn(plan.unwrapped->warnings);
   }
-  return true;
+  planned.plan = chain.levels.front().plan;
+  chain.levels.front().plan.result.reset();
+  return planned;
 }
 
-bool save_lods(BakeRun& run) {
-  LodChain& chain = *run.lods;
-  if (!save_level(run, chain.levels.front(), 0)) return false;
+void save_lods(const BakeScene& scene, const Source& source, PlannedLow& planned,
+               BakedLayout& first, AssetParts& asset, JobOutputs& outputs) {
+  const Job& job = scene.run.job;
+  LodChain& chain = *planned.lods;
+  save_level(scene, source, asset_file(job), planned, 0, first, asset, outputs);
   for (std::size_t k = 1; k < chain.levels.size(); ++k) {
     LowPolyPlan& plan = chain.levels[k].plan;
-    // The run's mesh and maps are those of the level while it is written.
     LowMesh low;
     low.mesh = std::move(plan.low);
-    low.stem = low.mesh.name = lod_stem(run.arguments, k);
+    low.stem = low.mesh.name = lod_stem(job, k);
     low.made = true;
-    BakeResult result;
-    if (plan.result) result = std::move(*plan.result);
-    std::string out = writes_gltf(run.arguments) ? lod_asset(run.arguments, k) : run.arguments.out;
-    std::vector<std::shared_ptr<const AssetPictures>> pictures;
-    if (!chain.levels[k].own_maps) pictures = run.pictures;
-    std::vector<std::uint32_t> materials_hit;
-    Json mips, ranges = Json::object(), stored_errors = Json::object();
-    const auto swap = [&] {
-      std::swap(run.low, low);
-      std::swap(run.result, result);
-      std::swap(run.arguments.out, out);
-      std::swap(run.pictures, pictures);
-      std::swap(run.materials_hit, materials_hit);
-      std::swap(run.mips, mips);
-      std::swap(run.ranges, ranges);
-      std::swap(run.stored_errors, stored_errors);
-    };
-    swap();
-    const bool saved = save_level(run, chain.levels[k], k);
-    swap();
-    if (!saved) return false;
+    BakedLayout baked{.options = first.options};
+    if (plan.result) baked.result = std::move(*plan.result);
+    AssetParts parts;
+    if (!chain.levels[k].own_maps) parts.pictures = asset.pictures;
+    parts.has_opacity = asset.has_opacity;
+    parts.own_opacity = asset.own_opacity;
+    const std::string file = writes_gltf(job) ? lod_asset(job, k) : asset_file(job);
+    save_level({scene.run, scene.high, low}, source, file, planned, k, baked, parts, outputs);
+    first.stored.add_common(baked.stored);
   }
-  const fs::path path = fs::path(out_folder(run.arguments)) / lods_file(run.arguments);
-  run.outputs.push_back(path.string());
-  save_text(path, to_text({{"version", version()}, {"levels", run.lod_levels}}));
-  return true;
+  const fs::path path = fs::path(out_folder(job)) / lods_file(job);
+  outputs.files.push_back(path.string());
+  save_text(path, to_text({{"version", version()}, {"levels", planned.lod_levels}}));
 }
 
 std::vector<std::string> lod_table(const LodChain& chain) {

@@ -6,34 +6,13 @@
 #include "job/files.h"
 #include "job/job_options.h"
 #include "job/match_inputs.h"
-#include "job/run.h"
+#include "job/stages.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 #include "options/parse.h"
 
 namespace kiln {
-
-namespace fs = std::filesystem;
-
-std::string lod_stem(const Job& arguments, std::size_t level) {
-  const fs::path named =
-      asset_file(arguments).empty() ? high_name(arguments) : asset_file(arguments);
-  return named.stem().string() + "_lod" + std::to_string(level);
-}
-
-std::string low_stem(const Job& arguments) {
-  if (!asset_file(arguments).empty()) return fs::path(asset_file(arguments)).stem().string();
-  if (arguments.low.make.lods > 0) return lod_stem(arguments, 0);
-  if (arguments.low.given.empty()) return fs::path(high_name(arguments)).stem().string() + "_low";
-  return fs::path(low_name(arguments)).stem().string() + (arguments.unwrap           ? "_unwrapped"
-                                                          : arguments.split_at_seams ? "_split"
-                                                                                     : "");
-}
-
-const std::string& low_source(const Job& arguments) {
-  return arguments.low.given.empty() ? high_name(arguments) : low_name(arguments);
-}
 
 namespace {
 
@@ -51,13 +30,13 @@ PolygonCounts count_polygons(const Mesh& mesh) {
   return counts;
 }
 
-/// Soft seams are split where that is asked for, else a warning shows one: both where judge_seams() finds that it helps.
-void mind_seams(const Job& arguments, LowMesh& low) {
+/// Splits soft seams where that is asked for; else prepares a warning. judge_seams() decides whether either helps.
+void find_soft_seams(const Job& job, LowMesh& low) {
   if (low.mesh.uv_triangles.empty()) return;  // the bake says so
   const SoftSeams seams = soft_seams(low.mesh, kSoftDegrees);
   low.soft_seams = seams.edges;
-  if (arguments.split_at_seams) {
-    low.whole = low.mesh;
+  if (job.split_at_seams) {
+    low.unsplit = low.mesh;
     low.mesh = split_at_seams(low.mesh);
     low.made = true;
     return;
@@ -66,8 +45,8 @@ void mind_seams(const Job& arguments, LowMesh& low) {
   // Few among many are chance, as on scans: they turn no picture's mean.
   if (seams.between_flats == 0 || seams.between_flats * 10 < seams.edges) return;
   // Kiln's own low polys have the normals that suit a map: see fit_normals().
-  const std::vector<std::string> files = low_files(arguments);
-  if (std::all_of(arguments.low.given.begin(), arguments.low.given.end(),
+  const std::vector<std::string> files = low_files(job);
+  if (std::all_of(job.low.given.begin(), job.low.given.end(),
                   [](const JobInput& input) { return input.simplified != nullptr; })) {
     return;
   }
@@ -81,7 +60,7 @@ void mind_seams(const Job& arguments, LowMesh& low) {
       at(low.mesh.origin[1], seams.example.y), at(low.mesh.origin[2], seams.example.z),
       seams.example_degrees);
   low.seam_warning = {"soft-seams",
-                      "LOW " + in_words(low_files(arguments)) + text +
+                      "LOW " + in_words(low_files(job)) + text +
                           "Its normal map gets gradients there. Make these edges hard in the "
                           "modelling tool, or add " +
                           option("split_at_seams") + ".",
@@ -89,9 +68,8 @@ void mind_seams(const Job& arguments, LowMesh& low) {
 }
 
 /// Lays out each material or object in a square of its own.
-Mesh unwrap_sets(const Job& arguments, Mesh mesh, const UnwrapOptions& layout,
-                 UnwrapReport& report) {
-  const bool by_material = arguments.sets == SetsBy::material;
+Mesh unwrap_sets(const Job& job, Mesh mesh, const UnwrapOptions& layout, UnwrapReport& report) {
+  const bool by_material = job.sets == SetsBy::material;
   const auto& of = by_material ? mesh.materials : mesh.objects;
   const auto& names = by_material ? mesh.material_names : mesh.object_names;
   mesh.uvs.clear();
@@ -109,7 +87,7 @@ Mesh unwrap_sets(const Job& arguments, Mesh mesh, const UnwrapOptions& layout,
     }
     if (part.triangles.empty()) continue;
     UnwrapOptions own = layout;
-    for (const SetSize& size : arguments.set_sizes) {
+    for (const SetSize& size : job.set_sizes) {
       if (size.set == part.name) own.size = std::min(size.width, size.height);
     }
     UnwrapReport told;
@@ -137,64 +115,63 @@ Mesh unwrap_sets(const Job& arguments, Mesh mesh, const UnwrapOptions& layout,
 
 }  // namespace
 
-LowMesh prepare_low(const Job& arguments, const Mesh& high, const HighPolyInput& dense,
-                    RunLog& console, std::vector<Warning>& warnings) {
-  const BakeOptions& asked = arguments.bake;
+LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
+  const Mesh& high = loaded.mesh();
+  const HighPolyInput& dense = loaded.input;
+  std::vector<Warning>& warnings = log.warnings;
+  const BakeOptions& asked = job.bake;
   const UnwrapOptions layout =
-      unwrap_options(arguments.unwrap_method, std::min(asked.width, asked.height),
-                     arguments.density == TexelDensity::detail ? &high : nullptr);
+      unwrap_options(job.unwrap_method, std::min(asked.width, asked.height),
+                     job.density == TexelDensity::detail ? &high : nullptr);
   LowMesh low;
-  if (!arguments.low.given.empty()) {
-    for (const std::string& file : low_files(arguments))
-      console.progress(kAtLow, "reading " + file);
-    MeshFiles files = load_low_files(arguments, warnings);
-    if (!arguments.unwrap) warn_of_shared_texels(files, warnings);
+  if (!job.low.given.empty()) {
+    for (const std::string& file : low_files(job)) log.progress(kAtLow, "reading " + file);
+    MeshFiles files = load_low_files(job, warnings);
+    if (!job.unwrap) warn_of_shared_texels(files, warnings);
     low.mesh = std::move(files.mesh);
     low.beside = std::move(files.beside);
     low.hulls = std::move(files.hulls);
     low.polygons = count_polygons(low.mesh);
     if (low.mesh.triangles.size() > high.triangles.size()) {
-      if (low.mesh.uvs.empty() && !high.uvs.empty() && !arguments.unwrap) {
-        throw Error(ErrorCode::input, "LOW " + in_words(low_files(arguments)) +
+      if (low.mesh.uvs.empty() && !high.uvs.empty() && !job.unwrap) {
+        throw Error(ErrorCode::input, "LOW " + in_words(low_files(job)) +
                                           " has no UVs and more triangles than HIGH " +
-                                          in_words(high_files(arguments)) +
+                                          in_words(high_files(job)) +
                                           ": give HIGH first, LOW second.");
       }
       warnings.push_back({"low-denser",
-                          "LOW " + in_words(low_files(arguments)) +
-                              " has more triangles than HIGH " + in_words(high_files(arguments)) +
-                              ": are they the wrong way round?",
+                          "LOW " + in_words(low_files(job)) + " has more triangles than HIGH " +
+                              in_words(high_files(job)) + ": are they the wrong way round?",
                           1});
     }
-    low.stem = low_stem(arguments);
-    if (!arguments.unwrap) {
-      mind_seams(arguments, low);
+    low.stem = low_stem(job);
+    if (!job.unwrap) {
+      find_soft_seams(job, low);
       return low;
     }
-  } else if (onto_plane(arguments)) {
-    low.mesh = height_field_plane(*dense.heights, arguments.heights);
+  } else if (onto_plane(job)) {
+    low.mesh = height_field_plane(*dense.heights, job.heights);
     low.made = true;
-    low.stem = low.mesh.name = low_stem(arguments);
+    low.stem = low.mesh.name = low_stem(job);
     return low;
   } else {
-    console.progress(kAtLow, "simplifying");
+    log.progress(kAtLow, "simplifying");
     low.simplified.emplace();
     SimplifyOptions options;
-    options.faces = arguments.low.make.faces;
-    options.keep_parts = arguments.low.make.keep_parts;
+    options.faces = job.low.make.faces;
+    options.keep_parts = job.low.make.keep_parts;
     options.height_field = dense.heights.has_value();
     // Points at the same UV: the low poly needs the layout of the high poly.
-    options.keep_uvs =
-        match_obeys(arguments, "match.uv") && !dense.heights && !high.uv_triangles.empty();
+    options.keep_uvs = match_obeys(job, "match.uv") && !dense.heights && !high.uv_triangles.empty();
     options.fit_normals = dense.heights || options.keep_uvs;  // Else once there are seams.
-    if (const std::string bound = deviation_bound(arguments); !bound.empty()) {
+    if (const std::string bound = deviation_bound(job); !bound.empty()) {
       options.max_error = parse_error_bound(bound);
     }
     low.mesh = simplify(high, options, &*low.simplified);
-    low.stem = low_stem(arguments);
+    low.stem = low_stem(job);
     low.made = true;
     if (dense.heights) {
-      lay_out_over_height_field(low.mesh, *dense.heights, arguments.heights);
+      lay_out_over_height_field(low.mesh, *dense.heights, job.heights);
       low.mesh.name = low.stem;
       return low;
     }
@@ -205,11 +182,10 @@ LowMesh prepare_low(const Job& arguments, const Mesh& high, const HighPolyInput&
   }
   low.made = true;
   low.unwrapped.emplace();
-  low.mesh = lays_out_sets(arguments)
-                 ? unwrap_sets(arguments, std::move(low.mesh), layout, *low.unwrapped)
-                 : unwrap(low.mesh, layout, &*low.unwrapped);
+  low.mesh = lays_out_sets(job) ? unwrap_sets(job, std::move(low.mesh), layout, *low.unwrapped)
+                                : unwrap(low.mesh, layout, &*low.unwrapped);
   if (low.simplified) low.mesh = fit_normals(low.mesh, high);
-  if (arguments.split_at_seams) low.mesh = split_at_seams(low.mesh);
+  if (job.split_at_seams) low.mesh = split_at_seams(low.mesh);
   low.mesh.name = low.stem;
   return low;
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "image/stored_values.h"
 #include "job/job_options.h"
 
 namespace kiln {
@@ -27,20 +28,6 @@ bool is_match(const std::filesystem::path& path) {
 }
 
 /// Moves values into [0, 1]. \tparam kChannels  known to the compiler, which then moves several at once
-template <std::size_t kChannels>
-void store_in(const std::vector<ValueRange>& ranges, std::vector<float>& values) {
-  std::array<float, kChannels> low{}, size{};
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    low[c] = ranges[c].low;
-    size[c] = ranges[c].high - ranges[c].low;
-  }
-  for (std::size_t i = 0; i + kChannels <= values.size(); i += kChannels) {
-    for (std::size_t c = 0; c < kChannels; ++c) {
-      values[i + c] = size[c] > 0 ? (values[i + c] - low[c]) / size[c] : 0.5F;
-    }
-  }
-}
-
 }  // namespace
 
 Image load_normal_map(const std::filesystem::path& path) {
@@ -137,31 +124,39 @@ std::vector<ImageText> texts_of(const SaveImageOptions& options,
   return texts;
 }
 
-std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options) {
-  const bool as_is = std::all_of(map.ranges.begin(), map.ranges.end(), [](const ValueRange& range) {
-    return range.low == 0 && range.high == 1;
-  });
-  return as_is || holds_floats(options) || map.info.type == MapType::unit_vector
-             ? std::vector<ValueRange>()
-             : map.ranges;
-}
-
-void store_in(const std::vector<ValueRange>& ranges, Image& image) {
-  if (ranges.size() == 1) return store_in<1>(ranges, image.pixels);
-  if (ranges.size() == 2) return store_in<2>(ranges, image.pixels);
-  if (ranges.size() == 3) return store_in<3>(ranges, image.pixels);
-  if (ranges.size() == 4) return store_in<4>(ranges, image.pixels);
-}
-
-std::vector<Image> as_stored(const BakedMap& map, const SaveImageOptions& options) {
-  std::vector<Image> levels = {map.image};
-  levels.insert(levels.end(), map.mips.begin(), map.mips.end());
-  const std::vector<ValueRange> ranges = stored_ranges(map, options);
-  for (Image& level : levels) {
-    if (map.info.type == MapType::color && !holds_floats(options)) to_srgb(level);
-    if (!ranges.empty()) store_in(ranges, level);
+std::vector<std::filesystem::path> save_image(const BakedMap& map,
+                                              const std::filesystem::path& path,
+                                              const SaveImageOptions& given) {
+  SaveImageOptions options = given;
+  if (options.use == TextureUse::values && map.info.type == MapType::color) {
+    options.use = TextureUse::color;
   }
-  return levels;
+  if (options.use == TextureUse::values && map.info.type == MapType::unit_vector &&
+      map.image.channels >= 3) {
+    options.use = TextureUse::normal;
+  }
+  options.origin = map.origin;
+  for (ImageText& text :
+       texts_of(options, stored_ranges(map, options.format), std::string(map.unit))) {
+    options.texts.push_back(std::move(text));
+  }
+  BakedMap copy;
+  const bool converts = !map.stored && !holds_floats(options);
+  if (converts) {
+    copy = map;
+    to_stored(copy, options.format);
+  }
+  const BakedMap& stored = converts ? copy : map;
+  if (!map.mips.empty() && holds_mips(options)) {
+    save_mipmapped(stored.image, stored.mips, path, options);
+    return {path};
+  }
+  std::vector<std::filesystem::path> files;
+  for (std::size_t level = 0; level <= map.mips.size(); ++level) {
+    files.push_back(level_file(path, level));
+    save_image(level == 0 ? stored.image : stored.mips[level - 1], files.back(), options);
+  }
+  return files;
 }
 
 }  // namespace kiln

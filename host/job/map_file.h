@@ -24,17 +24,8 @@ Image load_bend(const std::filesystem::path& path);
 /// where they found a point, else 0. \throws Error(input)
 Image load_mask(const std::filesystem::path& path);
 
-/// Values of a map's channels that lie at 0 and at 1 in a file; none where it holds them as they are.
-std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options);
-
 /// Description of a file's values. \param ranges  of each channel: values at 0 and 1; none: as they are
 std::vector<ImageText> texts_of(const SaveImageOptions& options,
                                 const std::vector<ValueRange>& ranges, const std::string& unit);
-
-/// Moves values into [0, 1].
-void store_in(const std::vector<ValueRange>& ranges, Image& image);
-
-/// A map and its mip-maps as files of the format hold them: colours sRGB-encoded, values within [0, 1].
-std::vector<Image> as_stored(const BakedMap& map, const SaveImageOptions& options);
 
 }  // namespace kiln

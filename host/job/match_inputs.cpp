@@ -36,8 +36,25 @@ void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& ca
   }
 }
 
-void MatchInputs::read(const Job& arguments, const Mesh& high, const Mesh& low,
+void MatchInputs::read(const Job& job, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings) {
+  if (!job.cage_mesh.empty()) {
+    cage_mesh_ = load_cage(job.cage_mesh, low, load_options(job, MeshSide::low), &warnings);
+    check_cage_directions(job, low, *cage_mesh_);
+  }
+  for (const std::string& file : job.occluders) {
+    Mesh occluder = load_mesh(file, load_options(job, MeshSide::other), &warnings);
+    if (!job.keep_hulls) drop_hidden_hulls(occluder, warnings);
+    occluders_.push_back(std::move(occluder));
+  }
+  if (job.parts_by) {
+    parts_ = pair_parts(high, low, part_names(job));
+    warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
+  }
+}
+
+void MatchInputs::read_with_match(const Job& job, const Mesh& high, const Mesh& low,
+                                  std::vector<Warning>& warnings) {
   if (const SetsBy sets = choose_texture_sets(low); sets != SetsBy::none) {
     throw OptionError(
         "LOW '" + low.name + "' has several texture sets, a " +
@@ -48,37 +65,32 @@ void MatchInputs::read(const Job& arguments, const Mesh& high, const Mesh& low,
             option("unwrap") + ").",
         ErrorCode::input, "several-sets");
   }
-  if (!arguments.cage_mesh.empty()) {
-    cage_mesh_ =
-        load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings);
-    check_cage_directions(arguments, low, *cage_mesh_);
-  }
-  if (arguments.parts_by) {
-    parts_ = pair_parts(high, low, part_names(arguments));
-    warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
-  }
-  if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
-  for (const std::string& file : arguments.occluders) {
-    Mesh occluder = load_mesh(file, load_options(arguments, MeshSide::other), &warnings);
-    if (!arguments.keep_hulls) drop_hidden_hulls(occluder, warnings);
-    occluders_.push_back(std::move(occluder));
-  }
+  read(job, high, low, warnings);
+  if (!job.load_match.empty()) match_ = load_match(job.load_match);
 }
 
-void MatchInputs::make_cage(const Job& arguments, const Device& device, const Mesh& high,
-                            const Mesh& low, std::vector<Warning>& warnings) {
-  if (!arguments.cage_auto) return;
-  BakeOptions options = options_of(arguments);
+void MatchInputs::find_cage(const Source& source, const Mesh& low, const BakeOptions& options,
+                            std::vector<Warning>& warnings) {
+  found_cage_ = kiln::find_cage(source, low, options);
+  warnings.insert(warnings.end(), found_cage_->warnings.begin(), found_cage_->warnings.end());
+  cage_mesh_ = std::move(found_cage_->mesh);
+}
+
+void MatchInputs::find_cage(const Job& job, const Device& device, const Mesh& high, const Mesh& low,
+                            std::vector<Warning>& warnings) {
+  if (!job.cage_auto) return;
+  BakeOptions options = options_of(job);
   apply(options);
-  FoundCage found = find_cage(Source(device, high), low, options);
-  warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
-  cage_mesh_ = std::move(found.mesh);
-  found_cage_ = true;
+  find_cage(Source(device, high), low, options, warnings);
+}
+
+void MatchInputs::apply_cage(BakeOptions& options) const {
+  if (cage_mesh_) options.match.cage_mesh = &*cage_mesh_;
+  if (found_cage_) options.match.max_distance.reset();  // It bounded the search for the cage.
 }
 
 void MatchInputs::apply(BakeOptions& options) const {
-  if (cage_mesh_) options.match.cage_mesh = &*cage_mesh_;
-  if (found_cage_) options.match.max_distance.reset();  // that was for finding it
+  apply_cage(options);
   if (parts_) options.match.parts = &*parts_;
   for (const Mesh& mesh : occluders_) options.occlusion.by_others.push_back(&mesh);
   share_occluders(options);

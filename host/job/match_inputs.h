@@ -8,6 +8,7 @@
 
 #include "job/job_options.h"
 #include "job/mesh_files.h"
+#include "kiln/cage.h"
 #include "kiln/kiln.h"
 
 namespace kiln {
@@ -19,23 +20,34 @@ void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& ca
 /// Files that flags of the match name, read beside the meshes.
 class MatchInputs {
  public:
-  /// Parts, the cage's mesh, the saved match, what darkens beside HIGH and LOW. \throws Error(input) as their readers
-  void read(const Job& arguments, const Mesh& high, const Mesh& low,
-            std::vector<Warning>& warnings);
+  /// Reads the cage's mesh and occluders, and pairs parts. \throws Error(input) as their readers
+  void read(const Job& job, const Mesh& high, const Mesh& low, std::vector<Warning>& warnings);
 
-  /// The cage of --cage auto, found with a source of its own; after read(). Without the flag: none.
-  void make_cage(const Job& arguments, const Device& device, const Mesh& high, const Mesh& low,
+  /// The same for a LOW of one texture set, with its saved match. \throws Error(input) also where LOW has several
+  void read_with_match(const Job& job, const Mesh& high, const Mesh& low,
+                       std::vector<Warning>& warnings);
+
+  /// Finds the cage of --cage auto. \param options  of a bake, after apply()
+  void find_cage(const Source& source, const Mesh& low, const BakeOptions& options,
+                 std::vector<Warning>& warnings);
+  /// The same after read_with_match(), with a source of its own. Without the flag: nothing.
+  void find_cage(const Job& job, const Device& device, const Mesh& high, const Mesh& low,
                  std::vector<Warning>& warnings);
 
-  /// Points the options at them; they must outlive the bake.
+  /// Sets pointers in options, once; this object must outlive the bake.
   void apply(BakeOptions& options) const;
+  /// Sets the pointer to the cage alone, after find_cage().
+  void apply_cage(BakeOptions& options) const;
 
   const std::optional<Match>& match() const { return match_; }
   const std::optional<Mesh>& cage_mesh() const { return cage_mesh_; }
+  /// The cage of find_cage(), whose mesh is cage_mesh().
+  const std::optional<FoundCage>& found_cage() const { return found_cage_; }
+  const std::optional<Parts>& parts() const { return parts_; }
 
  private:
   std::optional<Mesh> cage_mesh_;
-  bool found_cage_ = false;
+  std::optional<FoundCage> found_cage_;
   std::optional<Parts> parts_;
   std::optional<Match> match_;
   std::vector<Mesh> occluders_;

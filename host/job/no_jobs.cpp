@@ -25,6 +25,11 @@ JobResult run(const Device& /*device*/, const Job& /*job*/, const Progress& /*pr
   fail();
 }
 void check(const Job& /*job*/) { fail(); }
+std::vector<std::filesystem::path> save_image(const BakedMap& /*map*/,
+                                              const std::filesystem::path& /*path*/,
+                                              const SaveImageOptions& /*options*/) {
+  fail();
+}
 void set_option(Job& /*job*/, std::string_view /*name*/, std::string_view /*value*/) { fail(); }
 void set_option(Job& /*job*/, std::string_view /*name*/,
                 const std::vector<std::string>& /*values*/) {

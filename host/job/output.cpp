@@ -5,12 +5,13 @@
 #include <cstdio>
 #include <set>
 
+#include "image/stored_values.h"
 #include "job/files.h"
 #include "job/map_file.h"
 #include "job/map_words.h"
 #include "job/match_inputs.h"
 #include "job/mesh_files.h"
-#include "job/run.h"
+#include "job/stages.h"
 #include "job/transfers.h"
 #include "options/parse.h"
 
@@ -24,9 +25,9 @@ constexpr const char* kClusters = "clusters";
 constexpr const char* kLayers = "layers";
 
 /// A file beside the maps.
-fs::path beside(const Job& arguments, const SetNames& names, const std::string& what,
+fs::path beside(const Job& job, const SetNames& names, const std::string& what,
                 const char* extension) {
-  return fs::path(out_folder(arguments)) / (names.stem + "_" + what + names.tile + extension);
+  return fs::path(out_folder(job)) / (names.stem + "_" + what + names.tile + extension);
 }
 
 /// File of a map for one of several clusters of directions.
@@ -34,9 +35,8 @@ std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
 }
 
-bool writes_low(const Job& arguments) {
-  return arguments.low.given.empty() || arguments.unwrap || arguments.split_at_seams ||
-         !asset_file(arguments).empty();
+bool writes_low(const Job& job) {
+  return job.low.given.empty() || job.unwrap || job.split_at_seams || !asset_file(job).empty();
 }
 
 bool has_clusters(const std::string& map) {
@@ -46,18 +46,19 @@ bool has_clusters(const std::string& map) {
 }
 
 /// Integer formats clamp what lies beyond the range.
-void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name) {
-  const RangeExcess excess = beyond_range(map, run.result.coverage);
-  if (holds_floats(run.save_options) || excess.texels == 0) return;
+void warn_of_clamped(const RunContext& run, const BakedMap& map, const std::string& name,
+                     std::span<const std::uint8_t> coverage) {
+  const RangeExcess excess = beyond_range(map, coverage);
+  if (holds_floats(run.job.image) || excess.texels == 0) return;
   const std::string example =
       formatted("%.6g at texel column %u, row %u", double{excess.value}, excess.x, excess.y);
-  run.warnings.push_back({"beyond-range",
-                          with_commas(excess.texels) + " texels of the map " + name +
-                              " lie beyond its range and are clamped, for example " + example +
-                              ": give " + option("range", std::string(map.kind.name) + "=LO,HI") +
-                              " that holds them, or " + option("format", "exr") +
-                              ", which holds values as they are.",
-                          excess.texels});
+  run.log.warnings.push_back(
+      {"beyond-range",
+       with_commas(excess.texels) + " texels of the map " + name +
+           " lie beyond its range and are clamped, for example " + example + ": give " +
+           option("range", std::string(map.kind.name) + "=LO,HI") + " that holds them, or " +
+           option("format", "exr") + ", which holds values as they are.",
+       excess.texels});
 }
 
 Json range_json(const std::vector<ValueRange>& ranges) {
@@ -81,17 +82,32 @@ Json describe_levels(const BakedMap& map, const std::vector<fs::path>& files) {
 
 }  // namespace
 
-bool announce(BakeRun& run, const fs::path& path) {
-  if (run.arguments.in_memory) return run.console.progress(kAtSave, "encoding");
-  run.outputs.push_back(path.string());
-  return run.console.progress(kAtSave, "writing " + path.string());
+SetNames BakeScene::names() const {
+  return set != nullptr ? names_of(run.job, *set) : SetNames{low.stem, "", ""};
+}
+
+void StoredMaps::add_common(const StoredMaps& other) {
+  variant_ids.update(other.variant_ids);
+  if (other.origin) origin = other.origin;
+}
+
+void drop_unwritten(const RunHooks& hooks, BakedLayout& baked) {
+  std::erase_if(baked.result.maps, [&](const BakedMap& map) {
+    return hooks.not_written.contains(std::string(map.kind.name)) ||
+           (baked.own_images_alone && map.kind == shading_map());
+  });
+}
+
+void announce(const RunContext& run, const fs::path& path, JobOutputs& outputs) {
+  if (run.job.in_memory) return run.log.progress(kAtSave, "encoding");
+  outputs.files.push_back(path.string());
+  run.log.progress(kAtSave, "writing " + path.string());
 }
 
 namespace {
 
 /// A texel's side on the low poly, world units, in the mean.
-double texel_side(const BakeRun& run) {
-  const Mesh& low = run.low.mesh;
+double texel_side(const Mesh& low, const BakeReport& report) {
   double area = 0;
   for (std::size_t i = 0; i < low.triangles.size(); ++i) {
     const Triangle& t = low.triangles[i];
@@ -105,29 +121,30 @@ double texel_side(const BakeRun& run) {
         std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
     if (std::isfinite(doubled)) area += doubled / 2;
   }
-  const double texels = static_cast<double>(std::max<std::uint64_t>(1, run.result.report.texels));
+  const double texels = static_cast<double>(std::max<std::uint64_t>(1, report.texels));
   return std::sqrt(area / texels);
 }
 
 /// Says so where files of the format hold a map's values too coarsely, or not at all.
 /// \param ranges  of integers; else none
-void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
-                    const std::vector<ValueRange>& ranges) {
+void warn_of_format(const BakeScene& scene, const BakeResult& result, const BakedMap& map,
+                    const std::string& name, const std::vector<ValueRange>& ranges) {
   constexpr float kMostHalf = 65520,
                   kLeastHalf = 0x1p-14F;  // from here on infinite; full precision
   constexpr int kHalfBits = 10, kFloatBits = 23, kLastHalfBit = -24;
-  const ImageFormat format = run.save_options.format;
+  const SaveImageOptions& image = scene.run.job.image;
+  const ImageFormat format = image.format;
   const bool half = format == ImageFormat::exr_half;
   if (map.info.low != 0 || map.info.high != 0) return;
   float most = 0;
   for (std::size_t i = 0; i < map.image.pixels.size(); ++i) {
-    const auto state = TexelState{run.result.coverage[i / map.image.channels]};
+    const auto state = TexelState{result.coverage[i / map.image.channels]};
     const float value = std::abs(map.image.pixels[i]);
     if (state == TexelState::baked && std::isfinite(value)) most = std::max(most, value);
   }
   if (most == 0) return;
   const auto warn = [&](const char* code, const std::string& what) {
-    run.warnings.push_back(
+    scene.run.log.warnings.push_back(
         {code,
          "The map " + name + " " + what +
              (format == ImageFormat::exr_float || format == ImageFormat::tiff_float
@@ -151,13 +168,13 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
                                   [&](const MapInfo& info) { return info.kind == map.kind; });
   if (!places) return;
   double step = std::exp2(std::ilogb(most) - (half ? kHalfBits : kFloatBits));
-  if (!holds_floats(run.save_options)) {
+  if (!holds_floats(image)) {
     step = 0;
     for (const auto [low, high] : ranges) {
-      step = std::max(step, (double{high} - low) / (holds_bytes(run.save_options) ? 255 : 65535));
+      step = std::max(step, (double{high} - low) / (holds_bytes(image) ? 255 : 65535));
     }
   }
-  const double texel = texel_side(run);
+  const double texel = texel_side(scene.low.mesh, result.report);
   if (step > texel) {
     warn("map-steps", "is stored in steps of " + number(step) + ", but its texels are " +
                           number(texel) + " apart. ");
@@ -166,64 +183,59 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
 
 }  // namespace
 
-void store(BakeRun& run, BakedMap& map, const std::string& name) {
-  const SaveImageOptions& options = run.save_options;
-  warn_of_clamped(run, map, name);
-  if (map.info.type == MapType::color && !holds_floats(options)) {
-    to_srgb(map.image);
-    for (Image& level : map.mips) to_srgb(level);
-  }
-  if (obeys(map.info, "encoding.origin")) run.origin = map.origin;
+void store(const BakeScene& scene, BakedMap& map, const std::string& name, BakedLayout& baked) {
+  const SaveImageOptions& options = scene.run.job.image;
+  StoredMaps& stored = baked.stored;
+  warn_of_clamped(scene.run, map, name, baked.result.coverage);
+  if (obeys(map.info, "encoding.origin")) stored.origin = map.origin;
   const auto is_this = [&](const MapVariant& variant) { return variant.name == map.kind.name; };
-  if (!map.ids.empty() &&
-      std::any_of(run.options.variants.begin(), run.options.variants.end(), is_this)) {
-    run.variant_ids[name] = ids_json(map.ids);
+  const std::vector<MapVariant>& variants = baked.options.variants;
+  if (!map.ids.empty() && std::any_of(variants.begin(), variants.end(), is_this)) {
+    stored.variant_ids[name] = ids_json(map.ids);
   }
-  const std::vector<ValueRange> range = stored_ranges(map, options);
-  warn_of_format(run, map, name, range);
-  if (!range.empty()) {
-    store_in(range, map.image);
-    for (Image& level : map.mips) store_in(range, level);
-    run.ranges[name] = range_json(range);
-  }
-  if (!holds_bytes(options) || writes_gltf(run.arguments)) return;
-  SaveImageOptions stored = options;
-  stored.use = texture_use(map, run.options);
-  run.stored_errors[name] =
-      describe(stored_error(map.image, stored, run.result.coverage),
-               stored.use == TextureUse::normal || stored.use == TextureUse::tangent_normal);
+  const std::vector<ValueRange> range = stored_ranges(map, options.format);
+  warn_of_format(scene, baked.result, map, name, range);
+  to_stored(map, options.format);
+  if (!range.empty()) stored.ranges[name] = range_json(range);
+  if (!holds_bytes(options) || writes_gltf(scene.run.job)) return;
+  SaveImageOptions used = options;
+  used.use = texture_use(map, baked.options);
+  stored.errors[name] =
+      describe(stored_error(map.image, used, baked.result.coverage),
+               used.use == TextureUse::normal || used.use == TextureUse::tangent_normal);
 }
 
 namespace {
 
-/// An image with its mip chain. \returns false where it was cancelled
-bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name, TextureUse use,
-                    std::vector<ImageText> texts) {
-  SaveImageOptions options = run.save_options;
+/// Writes an image with its mip chain.
+void save_with_mips(const BakeScene& scene, const BakedMap& map, const std::string& name,
+                    TextureUse use, std::vector<ImageText> texts, BakedLayout& baked,
+                    JobOutputs& outputs) {
+  SaveImageOptions options = scene.run.job.image;
   options.use = use;
   options.origin = map.origin;
   options.texts = std::move(texts);
-  const SetNames names = names_of(run);
+  const SetNames names = scene.names();
   const std::vector<fs::path> files = map_files(
-      out_folder(run.arguments), names.stem + "_" + name + names.tile, map.mips.size(), options);
+      out_folder(scene.run.job), names.stem + "_" + name + names.tile, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
-    if (!announce(run, files[level])) return false;
+    announce(scene.run, files[level], outputs);
     if (!map.mips.empty() && holds_mips(options)) {
       save_mipmapped(map.image, map.mips, files[level], options);
     } else {
       save_image(level == 0 ? map.image : map.mips[level - 1], files[level], options);
     }
   }
-  if (run.options.encoding.mips) run.mips[name] = describe_levels(map, files);
-  return true;
+  if (baked.options.encoding.mips) baked.stored.mips[name] = describe_levels(map, files);
 }
 
-/// The maps' channels in other files. \returns false where it was cancelled
-bool save_packs(BakeRun& run) {
-  for (const Pack& pack : parse_packs(run.arguments)) {
+/// Writes files whose channels are those of maps.
+void save_packs(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs) {
+  const SaveImageOptions& image = scene.run.job.image;
+  for (const Pack& pack : parse_packs(scene.run.job)) {
     const auto map_of = [&](const std::string& name) -> const BakedMap& {
       return *std::find_if(
-          run.result.maps.begin(), run.result.maps.end(),
+          baked.result.maps.begin(), baked.result.maps.end(),
           [&](const BakedMap& map) { return map.kind.name == name && map.cluster == 0; });
     };
     BakedMap joined;
@@ -241,7 +253,7 @@ bool save_packs(BakeRun& run) {
         continue;
       }
       const BakedMap& map = map_of(channel.map);
-      const std::vector<ValueRange> range = stored_ranges(map, run.save_options);
+      const std::vector<ValueRange> range = stored_ranges(map, image.format);
       if (!range.empty()) ranges.back() = range[channel.channel];
       scaled = scaled || !map.unit.empty();
       units += map.unit.empty() ? "1" : map.unit;
@@ -252,78 +264,69 @@ bool save_packs(BakeRun& run) {
       joined.mips.push_back(packed(
           pack, [&](const std::string& map) -> const Image& { return map_of(map).mips[level]; }));
     }
-    if (holds_floats(run.save_options) || !scaled) ranges.clear();
-    const std::vector<ImageText> texts =
-        texts_of(run.save_options, ranges, scaled ? units : std::string());
+    if (holds_floats(image) || !scaled) ranges.clear();
+    const std::vector<ImageText> texts = texts_of(image, ranges, scaled ? units : std::string());
     const bool is_color =
         std::any_of(pack.channels.begin(), pack.channels.end(), [&](const PackChannel& channel) {
           return !channel.map.empty() && map_of(channel.map).info.type == MapType::color;
         });
     const TextureUse use = is_color ? TextureUse::color : TextureUse::values;
-    if (!save_with_mips(run, joined, pack.name, use, texts)) return false;
+    save_with_mips(scene, joined, pack.name, use, texts, baked, outputs);
   }
-  return true;
 }
 
-/// All maps: a file each, or one with a layer each. \returns false where it was cancelled
-bool save_maps(BakeRun& run) {
+/// Writes all maps: a file each, or a layer each of one file.
+void save_maps(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs) {
+  const Job& job = scene.run.job;
   std::vector<ImageLayer> layers;
-  for (BakedMap& map : run.result.maps) {
+  for (BakedMap& map : baked.result.maps) {
     const std::string name = cluster_name(std::string(map.kind.name), map.cluster);
-    store(run, map, name);
+    store(scene, map, name, baked);
     const std::vector<ImageText> texts =
-        texts_of(run.save_options, stored_ranges(map, run.save_options), std::string(map.unit));
-    if (run.arguments.layers) {
+        texts_of(job.image, stored_ranges(map, job.image.format), std::string(map.unit));
+    if (job.layers) {
       layers.push_back({name, &map.image, map.origin, texts});
-    } else if (!save_with_mips(run, map, name, texture_use(map, run.options), texts)) {
-      return false;
+    } else {
+      save_with_mips(scene, map, name, texture_use(map, baked.options), texts, baked, outputs);
     }
   }
   if (!layers.empty()) {
-    const fs::path path = beside(run.arguments, names_of(run), kLayers, ".exr");
-    if (!announce(run, path)) return false;
-    save_layers(layers, path, run.save_options);
+    const fs::path path = beside(job, scene.names(), kLayers, ".exr");
+    announce(scene.run, path, outputs);
+    save_layers(layers, path, job.image);
   }
-  return save_packs(run);
+  save_packs(scene, baked, outputs);
 }
 
 /// Files of maps whose low poly has a name.
-void add_map_outputs(const Job& arguments, const SaveImageOptions& save_options,
-                     const SetNames& names, std::vector<fs::path>& outputs) {
+void add_map_outputs(const Job& job, const SetNames& names, std::vector<fs::path>& outputs) {
   const auto& [stem, tile, match] = names;
-  const fs::path folder = out_folder(arguments);
-  for (const Pack& pack : parse_packs(arguments)) {
-    outputs.push_back(folder / (stem + "_" + pack.name + tile + extension(save_options)));
+  const fs::path folder = out_folder(job);
+  for (const Pack& pack : parse_packs(job)) {
+    outputs.push_back(folder / (stem + "_" + pack.name + tile + extension(job.image)));
   }
-  if (arguments.layers) outputs.push_back(beside(arguments, names, kLayers, ".exr"));
-  for (const std::string& map :
-       arguments.layers ? std::vector<std::string>() : all_maps(arguments)) {
-    outputs.push_back(folder / (stem + "_" + map + tile + extension(save_options)));
-    for (std::uint32_t k = 1; k < arguments.bake.match.visibility.clusters && has_clusters(map);
-         ++k) {
-      outputs.push_back(folder /
-                        (stem + "_" + cluster_name(map, k) + tile + extension(save_options)));
+  if (job.layers) outputs.push_back(beside(job, names, kLayers, ".exr"));
+  for (const std::string& map : job.layers ? std::vector<std::string>() : all_maps(job)) {
+    outputs.push_back(folder / (stem + "_" + map + tile + extension(job.image)));
+    for (std::uint32_t k = 1; k < job.bake.match.visibility.clusters && has_clusters(map); ++k) {
+      outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + tile + extension(job.image)));
     }
   }
-  if (arguments.bake.match.visibility.clusters > 1)
-    outputs.push_back(beside(arguments, names, kClusters, ".exr"));
-  if (arguments.reasons) outputs.push_back(beside(arguments, names, kReasons, ".png"));
-  if (!arguments.save_match.empty()) {
-    outputs.emplace_back(match_file(arguments.save_match, names));
+  if (job.bake.match.visibility.clusters > 1)
+    outputs.push_back(beside(job, names, kClusters, ".exr"));
+  if (job.reasons) outputs.push_back(beside(job, names, kReasons, ".png"));
+  if (!job.save_match.empty()) {
+    outputs.emplace_back(match_file(job.save_match, names));
   }
 }
 
 }  // namespace
 
-SetNames names_of(const Job& arguments, const BakedSet& set) {
-  const std::string stem = low_stem(arguments);
-  if (arguments.sets == SetsBy::udim) return {stem, "." + set.word, "." + set.word};
+SetNames names_of(const Job& job, const BakedSet& set) {
+  const std::string stem = low_stem(job);
+  if (job.sets == SetsBy::udim) return {stem, "." + set.word, "." + set.word};
   const std::string tile = set.set.tile.empty() ? "" : "." + set.set.tile;
   return {stem + "_" + set.word, tile, "_" + set.word + tile};
-}
-
-SetNames names_of(const BakeRun& run) {
-  return run.set != nullptr ? names_of(run.arguments, *run.set) : SetNames{run.low.stem, "", ""};
 }
 
 std::string match_file(const std::string& path, const SetNames& names) {
@@ -332,70 +335,67 @@ std::string match_file(const std::string& path, const SetNames& names) {
       .string();
 }
 
-void check_outputs(const Job& arguments, const SaveImageOptions& save_options,
-                   std::span<const BakedSet> sets, const RunHooks& hooks) {
-  if (arguments.in_memory) return;
-  const fs::path folder = out_folder(arguments);
+void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHooks& hooks) {
+  if (job.in_memory) return;
+  const fs::path folder = out_folder(job);
   refuse_if(folder.empty(), option("out") + " is empty: give a folder.");
-  refuse_if(!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr",
-            option("save_match") + " '" + arguments.save_match +
+  refuse_if(!job.save_match.empty() && fs::path(job.save_match).extension() != ".exr",
+            option("save_match") + " '" + job.save_match +
                 "': a match is an EXR, so the name must end in .exr.");
-  const std::string cage = fs::path(arguments.save_cage).extension().string();
-  refuse_if(!arguments.save_cage.empty() && cage != ".obj" && cage != ".exr",
-            option("save_cage") + " '" + arguments.save_cage +
+  const std::string cage = fs::path(job.save_cage).extension().string();
+  refuse_if(!job.save_cage.empty() && cage != ".obj" && cage != ".exr",
+            option("save_cage") + " '" + job.save_cage +
                 "': a cage is an OBJ or an EXR, so the name must end in .obj or .exr.");
-  const bool makes_low = writes_low(arguments);
-  const std::string stem = low_stem(arguments);
+  const bool makes_low = writes_low(job);
+  const std::string stem = low_stem(job);
   std::vector<std::string> stems = {stem};
-  for (std::uint32_t k = 1; k < arguments.low.make.lods; ++k)
-    stems.push_back(lod_stem(arguments, k));
-  std::vector<fs::path> outputs = {arguments.json, arguments.save_cage};
-  if (writes_gltf(arguments)) {
-    std::vector<fs::path> files = {asset_file(arguments)};
-    for (std::uint32_t k = 1; k < arguments.low.make.lods; ++k)
-      files.emplace_back(lod_asset(arguments, k));
+  for (std::uint32_t k = 1; k < job.low.make.lods; ++k) stems.push_back(lod_stem(job, k));
+  std::vector<fs::path> outputs = {job.json, job.save_cage};
+  if (writes_gltf(job)) {
+    std::vector<fs::path> files = {asset_file(job)};
+    for (std::uint32_t k = 1; k < job.low.make.lods; ++k) files.emplace_back(lod_asset(job, k));
     for (fs::path& file : files) {
       outputs.push_back(file);
       outputs.push_back(file.replace_extension(".bin"));
     }
     stems.clear();
-  } else if (!asset_file(arguments).empty()) {
-    outputs.push_back(fs::path(asset_file(arguments)).replace_extension(".mtl"));
-    check_not_foreign(outputs.back(), arguments.force);
+  } else if (!asset_file(job).empty()) {
+    outputs.push_back(fs::path(asset_file(job)).replace_extension(".mtl"));
+    check_not_foreign(outputs.back(), job.force);
   }
   for (const std::string& name : stems) {
     if (makes_low) outputs.push_back(folder / (name + ".obj"));
-    if (sets.empty() && (name == stem || !shares_uvs(arguments))) {
-      add_map_outputs(arguments, save_options, {name, "", ""}, outputs);
+    if (sets.empty() && (name == stem || !shares_uvs(job))) {
+      add_map_outputs(job, {name, "", ""}, outputs);
     }
   }
   for (const BakedSet& set : sets) {
-    const SetNames names = names_of(arguments, set);
-    add_map_outputs(arguments, save_options, names, outputs);
-    if (!arguments.force) check_low_record(folder, names.stem, low_source(arguments));
+    const SetNames names = names_of(job, set);
+    add_map_outputs(job, names, outputs);
+    if (!job.force) check_low_record(folder, names.stem, low_source(job));
   }
-  if (arguments.low.make.lods > 0) outputs.push_back(folder / lods_file(arguments));
-  std::vector<fs::path> inputs = {arguments.cage_mesh, arguments.match_list};
-  if (sets.empty()) inputs.emplace_back(arguments.load_match);
-  for (const BakedSet& set : arguments.load_match.empty() ? std::span<const BakedSet>() : sets) {
-    inputs.emplace_back(match_file(arguments.load_match, names_of(arguments, set)));
+  if (job.low.make.lods > 0) outputs.push_back(folder / lods_file(job));
+  std::vector<fs::path> inputs = {job.cage_mesh, job.match_list};
+  if (sets.empty()) inputs.emplace_back(job.load_match);
+  for (const BakedSet& set : job.load_match.empty() ? std::span<const BakedSet>() : sets) {
+    inputs.emplace_back(match_file(job.load_match, names_of(job, set)));
   }
-  for (const auto* side : {&arguments.high, &arguments.low.given}) {
+  for (const auto* side : {&job.high, &job.low.given}) {
     for (const JobInput& input : *side) {
       if (!input.asset) inputs.emplace_back(input.name);
     }
   }
-  for (const std::string& file : arguments.occluders) inputs.emplace_back(file);
-  for (const TransferArgument& transfer : parse_transfers(arguments)) {
+  for (const std::string& file : job.occluders) inputs.emplace_back(file);
+  for (const TransferArgument& transfer : parse_transfers(job)) {
     inputs.emplace_back(transfer.file);
   }
-  if (plans_low_poly(arguments) && hooks.plan_files) {
+  if (plans_low_poly(job) && hooks.plan_files) {
     for (const std::string& file : hooks.plan_files(stem)) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
   for (const std::string& name : stems) {
-    if (makes_low) check_not_foreign(folder / (name + ".obj"), arguments.force);
-    if (!arguments.force) check_low_record(folder, name, low_source(arguments));
+    if (makes_low) check_not_foreign(folder / (name + ".obj"), job.force);
+    if (!job.force) check_low_record(folder, name, low_source(job));
   }
 }
 
@@ -419,66 +419,70 @@ Image picture_of(const Reasons& reasons) {
 
 }  // namespace
 
-bool save_low_and_maps(BakeRun& run) {
-  if (run.arguments.in_memory && !writes_gltf(run.arguments)) {
-    for (BakedMap& map : run.result.maps) {
+void save_low_and_maps(const BakeScene& scene, const Source& source, const std::string& file,
+                       const PlannedLow* planned, BakedLayout& baked, AssetParts& asset,
+                       JobOutputs& outputs) {
+  const RunContext& run = scene.run;
+  const Job& job = run.job;
+  const LowMesh& low = scene.low;
+  if (job.in_memory && !writes_gltf(job)) {
+    for (BakedMap& map : baked.result.maps) {
       const std::string name = cluster_name(std::string(map.kind.name), map.cluster);
-      store(run, map, name);
-      const bool of_set = run.set != nullptr;
-      run.stored_maps.push_back(
-          {name, of_set ? run.set->set.name : "", of_set ? run.set->set.tile : "", std::move(map)});
+      store(scene, map, name, baked);
+      const TextureSet set = scene.set != nullptr ? scene.set->set : TextureSet();
+      outputs.maps.push_back({name, set.name, set.tile, std::move(map)});
     }
-    return run.console.progress(kAtSave, "encoding");
+    return run.log.progress(kAtSave, "encoding");
   }
-  if (writes_gltf(run.arguments)) {
-    if (run.pictures.empty() || !run.result.maps.empty()) encode_asset_maps(run);
-    return !run.sets.empty() || save_asset(run);
+  if (writes_gltf(job)) {
+    if (asset.pictures.empty() || !baked.result.maps.empty()) {
+      encode_asset_maps(scene, source, planned, baked, asset);
+    }
+    if (!scene.sets.empty()) return;
+    write_asset(scene, file, asset_extras(scene, baked.result.report, baked.stored.errors, {}),
+                asset, outputs);
+    return;
   }
-  const fs::path folder = out_folder(run.arguments);
-  if (!asset_file(run.arguments).empty()) {
-    note_materials_hit(run);
-    if (run.sets.empty() && !save_obj_with_mtl(run)) return false;
-  } else if (run.low.made) {
-    const fs::path path = folder / (run.low.stem + ".obj");
-    if (!announce(run, path)) return false;
-    move_material_files(run.low.mesh, fs::path(low_source(run.arguments)).parent_path(), folder);
-    save_obj(with_hulls(run.low.mesh, run.low.hulls), path);
+  const fs::path folder = out_folder(job);
+  if (!file.empty()) {
+    find_materials_hit(scene, baked.result, asset);
+    if (scene.sets.empty()) write_obj_with_mtl(scene, asset, outputs);
+  } else if (low.made) {
+    const fs::path path = folder / (low.stem + ".obj");
+    announce(run, path, outputs);
+    Mesh written = with_hulls(low.mesh, low.hulls);
+    move_material_files(written, fs::path(low_source(job)).parent_path(), folder);
+    save_obj(written, path);
   }
-  if (!run.result.maps.empty() && !save_maps(run)) return false;
-  if (run.result.clusters) {
-    const fs::path path = beside(run.arguments, names_of(run), kClusters, ".exr");
-    if (!announce(run, path)) return false;
-    save_clusters(*run.result.clusters, path);
+  if (!baked.result.maps.empty()) save_maps(scene, baked, outputs);
+  if (baked.result.clusters) {
+    const fs::path path = beside(job, scene.names(), kClusters, ".exr");
+    announce(run, path, outputs);
+    save_clusters(*baked.result.clusters, path);
   }
-  for (const std::string& stem : std::set{run.low.stem, names_of(run).stem}) {
-    save_low_record(folder, stem, low_source(run.arguments));
+  for (const std::string& stem : std::set{low.stem, scene.names().stem}) {
+    save_low_record(folder, stem, low_source(job));
   }
-  return true;
 }
 
-bool save_found_cage(BakeRun& run) {
-  if (run.arguments.save_cage.empty()) return true;
-  if (!announce(run, run.arguments.save_cage)) return false;
-  save_cage(run.cage->mesh, run.low.mesh, run.arguments.save_cage);
-  return true;
+void save_found_cage(const BakeScene& scene, const MatchInputs& inputs, JobOutputs& outputs) {
+  const std::string& path = scene.run.job.save_cage;
+  if (path.empty()) return;
+  announce(scene.run, path, outputs);
+  save_cage(*inputs.cage_mesh(), scene.low.mesh, path);
 }
 
-bool save_beside_maps(BakeRun& run) {
-  if (run.reasons) {
-    const fs::path path = beside(run.arguments, names_of(run), kReasons, ".png");
-    if (!announce(run, path)) return false;
-    save_image(picture_of(*run.reasons), path, {ImageFormat::png8});
+void save_beside_maps(const BakeScene& scene, const BakedLayout& baked, JobOutputs& outputs) {
+  const Job& job = scene.run.job;
+  if (baked.reasons) {
+    const fs::path path = beside(job, scene.names(), kReasons, ".png");
+    announce(scene.run, path, outputs);
+    save_image(picture_of(*baked.reasons), path, {ImageFormat::png8});
   }
-  if (!run.arguments.save_match.empty()) {
-    const std::string path = match_file(run.arguments.save_match, names_of(run));
-    if (!announce(run, path)) return false;
-    save_match(*run.result.match, path);
-  }
-  return true;
-}
-
-bool save_outputs(BakeRun& run) {
-  return save_low_and_maps(run) && save_beside_maps(run) && save_found_cage(run);
+  if (job.save_match.empty()) return;
+  const std::string path = match_file(job.save_match, scene.names());
+  announce(scene.run, path, outputs);
+  save_match(*baked.result.match, path);
 }
 
 }  // namespace kiln

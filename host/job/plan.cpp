@@ -7,14 +7,14 @@
 
 #include "job/job_options.h"
 #include "job/map_words.h"
-#include "job/run.h"
+#include "job/stages.h"
 #include "kiln/unwrap.h"
 #include "options/parse.h"
 
 namespace kiln {
 
-LowPolyPlanOptions low_poly_options(const BakeRun& run) {
-  const Job& a = run.arguments;
+LowPolyPlanOptions low_poly_options(const BakeScene& scene, const BakeOptions& bake) {
+  const Job& a = scene.run.job;
   LowPolyPlanOptions options;
   const Message name = option(a.low.make.max_angle.empty() ? "max_error" : "max_angle");
   if (const std::string bound = angle_bound(a); !bound.empty()) {
@@ -32,8 +32,8 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
     const bool bytes = holds_bytes(a.image);
     options.bits = bytes ? 8 : 16;
   }
-  options.bake = run.options;
-  options.height_field = run.high.heights.has_value();
+  options.bake = bake;
+  options.height_field = scene.high.input.heights.has_value();
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
   options.density = a.density;
   const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
@@ -142,30 +142,28 @@ void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
       {"outlines", text + option("max_outline", "2%") + "), or ask for a smaller angle.", 1});
 }
 
-bool make_plan(BakeRun& run, const Source& source) {
-  LowPolyPlanOptions options = low_poly_options(run);
-  watch_plan(run, options);
-  LowPolyPlan planned = plan_low_poly(source, run.high_mesh(), options);
-  if (planned.cancelled) return false;
-  take_plan(run, std::move(planned));
-  if (!run.plan->reached) run.warnings.push_back(plan_not_reached(*run.plan));
-  warn_of_outline(*run.plan, {}, run.warnings);
-  return true;
+PlannedLow make_plan(const BakeScene& scene, const Source& source, const BakeOptions& bake) {
+  LowPolyPlanOptions options = low_poly_options(scene, bake);
+  watch_plan(scene, options);
+  PlannedLow planned;
+  planned.plan = plan_low_poly(source, scene.high.mesh(), options);
+  if (planned.plan.cancelled) throw Cancelled{};
+  std::vector<Warning>& warnings = scene.run.log.warnings;
+  if (!planned.plan.reached) warnings.push_back(plan_not_reached(planned.plan));
+  warn_of_outline(planned.plan, {}, warnings);
+  return planned;
 }
 
-void take_plan(BakeRun& run, LowPolyPlan planned) {
-  run.plan = std::move(planned);
-  LowPolyPlan& plan = *run.plan;
-  run.low.mesh = plan.low;
-  run.low.mesh.name = run.low.stem;
-  run.low.simplified = plan.simplified;
-  run.low.unwrapped = plan.unwrapped;
-  if (!run.arguments.given.contains("--format")) {
-    run.arguments.image.format = plan.chosen.bits == 8 ? ImageFormat::png8 : ImageFormat::png16;
-    run.save_options = run.arguments.image;
-  }
-  if (plan.result) run.result = std::move(*plan.result);
+BakeResult take_plan(PlannedLow& planned, LowMesh& low) {
+  LowPolyPlan& plan = planned.plan;
+  low.mesh = plan.low;
+  low.mesh.name = low.stem;
+  low.simplified = plan.simplified;
+  low.unwrapped = plan.unwrapped;
+  BakeResult result;
+  if (plan.result) result = std::move(*plan.result);
   plan.result.reset();
+  return result;
 }
 
 std::vector<std::string> trade_table(const LowPolyPlan& plan) {
@@ -227,9 +225,12 @@ Json low_poly_plan_json(const LowPolyPlan& plan, std::uint32_t screen) {
             {"measure", plan.seconds_measure}}}};
 }
 
-void watch_plan(BakeRun& run, LowPolyPlanOptions& options) {
-  if (!run.hooks.on_plan) return;
-  options.on_measured = [&run](const LowPolyPlan& plan) { run.hooks.on_plan(plan, run.low.stem); };
+void watch_plan(const BakeScene& scene, LowPolyPlanOptions& options) {
+  const RunHooks& hooks = scene.run.hooks;
+  if (!hooks.on_plan) return;
+  options.on_measured = [&hooks, stem = scene.low.stem](const LowPolyPlan& plan) {
+    hooks.on_plan(plan, stem);
+  };
 }
 
 }  // namespace kiln

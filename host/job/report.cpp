@@ -1,6 +1,6 @@
 // The report of a bake, as JSON.
 #include "job/map_words.h"
-#include "job/run.h"
+#include "job/stages.h"
 #include "kiln/plan.h"
 #include "options/parse.h"
 
@@ -46,7 +46,7 @@ Json plan_json(const PlannedBake& planned) {
 
 namespace {
 
-Json seconds(const Stages& stages, const BakeReport& report, double total) {
+Json seconds(const StageSeconds& stages, const BakeReport& report, double total) {
   return {{"load", stages.load},
           {"low", stages.low},
           {"build", stages.build + report.seconds_build},
@@ -85,33 +85,39 @@ Json reasons_json(const Reasons& reasons) {
 namespace {
 
 /// Keys that only some bakes have.
-void add_parts(const BakeRun& run, Json& json) {
-  const BakeReport& report = run.result.report;
-  const LowMesh& low = run.low;
+void add_parts(const RunOutcome& outcome, Json& json) {
+  const BakeScene& scene = outcome.scene;
+  const BakedLayout& baked = outcome.baked;
+  const StoredMaps& stored = baked.stored;
+  const BakeReport& report = baked.result.report;
+  const Job& job = scene.run.job;
+  const LowMesh& low = scene.low;
+  const bool one_layout = scene.sets.empty();
   // Values at 0 and 1 of integer formats, a channel each.
-  if (!run.ranges.empty() && run.sets.empty()) json["ranges"] = run.ranges;
-  if (!run.stored_errors.empty() && run.sets.empty()) json["stored_errors"] = run.stored_errors;
-  if (run.origin) json["origin"] = *run.origin;
+  if (one_layout && !stored.ranges.empty()) json["ranges"] = stored.ranges;
+  if (one_layout && !stored.errors.empty()) json["stored_errors"] = stored.errors;
+  if (stored.origin) json["origin"] = *stored.origin;
   if (report.curvature_radius > 0) json["curvature_radius"] = report.curvature_radius;
-  if (run.options.encoding.mips && run.sets.empty()) json["mips"] = run.mips;
-  if (run.planned) json["auto"] = plan_json(*run.planned);
-  if (run.fitted) json["bytes"] = bytes_json(run);
-  if (run.plan && !run.byte_plan) {
-    const std::string& screen = run.arguments.low.make.screen;
-    json["plan"] =
-        low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels(option("screen"), screen));
+  if (one_layout && baked.options.encoding.mips) json["mips"] = stored.mips;
+  if (baked.planned) json["auto"] = plan_json(*baked.planned);
+  if (outcome.asset.fitted) json["bytes"] = bytes_json(outcome);
+  const PlannedLow* const planned = outcome.planned;
+  if (planned != nullptr && !planned->within_bytes) {
+    const std::string& screen = job.low.make.screen;
+    json["plan"] = low_poly_plan_json(planned->plan,
+                                      screen.empty() ? 0 : parse_pixels(option("screen"), screen));
   }
-  if (!run.sets.empty()) json["sets"] = run.set_reports;
-  if (run.lods) json["lods"] = run.lod_levels;
+  if (!one_layout) json["sets"] = outcome.set_reports;
+  if (planned != nullptr && planned->lods) json["lods"] = planned->lod_levels;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
-  if (!run.variant_ids.empty()) json["variant_ids"] = run.variant_ids;
+  if (!stored.variant_ids.empty()) json["variant_ids"] = stored.variant_ids;
   if (!report.errors.empty()) {
     json["errors"] = describe(report.errors);
     json["seconds"]["errors"] = report.seconds_errors;
   }
   if (report.uv) json["uv"] = describe(*report.uv);
   if (report.views) json["views"] = describe(*report.views);
-  if (run.parts) json["parts"] = run.parts->names;
+  if (outcome.match_inputs.parts()) json["parts"] = outcome.match_inputs.parts()->names;
   if (report.uv_copies > 0) {
     json["uv_copies"] = report.uv_copies;
     json["uv_copies_differ"] = report.uv_copies_differ;
@@ -120,13 +126,13 @@ void add_parts(const BakeRun& run, Json& json) {
     json["small_charts"] = {{"triangles", report.small_triangles},
                             {"without_texel", report.small_without_texel}};
   }
-  if (!run.high.heights) json["high_normals"] = describe(run.high.shading);
-  if (clean_options(run.arguments)) json["clean"] = describe(run.cleaned);
-  if (run.reasons) json["reasons"] = reasons_json(*run.reasons);
+  if (!scene.high.input.heights) json["high_normals"] = describe(scene.high.input.shading);
+  if (clean_options(job)) json["clean"] = describe(scene.high.cleaned);
+  if (baked.reasons) json["reasons"] = reasons_json(*baked.reasons);
   if (report.cage_mesh) json["cage"] = describe(*report.cage_mesh);
-  if (run.cage) {
-    json["cage"]["samples"] = run.cage->samples;
-    json["cage"]["conflicts"] = run.cage->conflicts;
+  if (const std::optional<FoundCage>& cage = outcome.match_inputs.found_cage()) {
+    json["cage"]["samples"] = cage->samples;
+    json["cage"]["conflicts"] = cage->conflicts;
   }
   if (report.edges.edges != 0) json["hard_edges"] = describe(report.edges);
   if (report.recall) json["recall"] = describe(*report.recall);
@@ -146,35 +152,36 @@ void add_parts(const BakeRun& run, Json& json) {
 }
 
 /// The user's LOW as it was read, and several files.
-void add_files(const BakeRun& run, Json& json) {
-  const Job& arguments = run.arguments;
-  if (arguments.high.size() > 1) json["inputs"]["high"]["files"] = high_files(arguments);
-  if (arguments.low.given.empty()) return;
+void add_files(const BakeScene& scene, Json& json) {
+  const Job& job = scene.run.job;
+  if (job.high.size() > 1) json["inputs"]["high"]["files"] = high_files(job);
+  if (job.low.given.empty()) return;
   Json& low = json["inputs"]["low"];
-  if (arguments.low.given.size() > 1) low["files"] = low_files(arguments);
-  low["triangulation"] = name_of(Words(kTriangulations), arguments.load.triangulation);
-  low["tangents"] = run.low.mesh.tangents.empty() ? "mikktspace" : "file";
-  low["quads"] = run.low.polygons.quads;
-  low["larger_polygons"] = run.low.polygons.larger;
-  low["soft_seams"] = run.low.soft_seams;
+  if (job.low.given.size() > 1) low["files"] = low_files(job);
+  low["triangulation"] = name_of(Words(kTriangulations), job.load.triangulation);
+  low["tangents"] = scene.low.mesh.tangents.empty() ? "mikktspace" : "file";
+  low["quads"] = scene.low.polygons.quads;
+  low["larger_polygons"] = scene.low.polygons.larger;
+  low["soft_seams"] = scene.low.soft_seams;
 }
 
 }  // namespace
 
-Json report_json(const BakeRun& run, const Device& device, const Source& source, double total) {
-  const Job& arguments = run.arguments;
-  const BakeReport& report = run.result.report;
-  const std::string& low = !arguments.low.given.empty()     ? low_name(arguments)
-                           : !asset_file(arguments).empty() ? asset_file(arguments)
-                           : !run.outputs.empty()           ? run.outputs[0]
-                                                            : run.low.stem;
+Json report_json(const RunOutcome& outcome, const Device& device, const Source& source) {
+  const BakeScene& scene = outcome.scene;
+  const Job& job = scene.run.job;
+  const BakeReport& report = outcome.baked.result.report;
+  const std::string& low = !job.low.given.empty()           ? low_name(job)
+                           : !asset_file(job).empty()       ? asset_file(job)
+                           : !outcome.outputs.files.empty() ? outcome.outputs.files[0]
+                                                            : scene.low.stem;
   Json json = {{"version", version()},
                {"device", describe(device.info())},
                {"inputs",
-                {{"high", describe(run.high_mesh(), high_name(arguments))},
-                 {"low", describe(run.low.mesh, low)}}},
-               {"options", describe(arguments, report)},
-               {"seconds", seconds(run.stages, report, total)},
+                {{"high", describe(scene.high.mesh(), high_name(job))},
+                 {"low", describe(scene.low.mesh, low)}}},
+               {"options", describe(job, report)},
+               {"seconds", seconds(outcome.seconds, report, outcome.total_seconds)},
                {"compile_seconds", device.compile_seconds()},
                {"texels", describe_texels(report)},
                {"distance",
@@ -188,10 +195,10 @@ Json report_json(const BakeRun& run, const Device& device, const Source& source,
                {"memory",
                 {{"peak_resident_bytes", peak_resident_bytes()},
                  {"peak_device_bytes", report.peak_device_bytes}}},
-               {"outputs", run.outputs},
-               {"warnings", describe(run.warnings)}};
-  add_parts(run, json);
-  add_files(run, json);
+               {"outputs", outcome.outputs.files},
+               {"warnings", describe(scene.run.log.warnings)}};
+  add_parts(outcome, json);
+  add_files(scene, json);
   return json;
 }
 

@@ -10,7 +10,7 @@
 
 #include "job/check_result.h"
 #include "job/map_words.h"
-#include "job/run.h"
+#include "job/stages.h"
 #include "job/transfers.h"
 #include "options/parse.h"
 
@@ -75,12 +75,12 @@ void name_files(const Job& job, std::vector<BakedSet>& sets) {
   }
 }
 
-void size_sets(const BakeRun& run, std::vector<BakedSet>& sets) {
+void size_sets(const Job& job, const BakeOptions& options, std::vector<BakedSet>& sets) {
   for (BakedSet& set : sets) {
-    set.width = run.options.width;
-    set.height = run.options.height;
+    set.width = options.width;
+    set.height = options.height;
   }
-  for (const SetSize& size : run.arguments.set_sizes) {
+  for (const SetSize& size : job.set_sizes) {
     bool found = false;
     for (BakedSet& set : sets) {
       if (set.set.name != size.set) continue;
@@ -98,16 +98,16 @@ void size_sets(const BakeRun& run, std::vector<BakedSet>& sets) {
   }
 }
 
-/// Says which materials or objects have no area in UV space, and so no set.
-void warn_of_left_out(BakeRun& run, SetsBy by) {
+/// Warns of materials or objects that have no area in UV space, and so no set.
+void warn_of_left_out(const Mesh& low, const FoundSets& found, RunLog& log) {
+  const SetsBy by = found.by;
   if (by == SetsBy::udim) return;
-  const Mesh& low = run.low.mesh;
   const auto& names = by == SetsBy::material ? low.material_names : low.object_names;
   const auto& of = by == SetsBy::material ? low.materials : low.objects;
   std::vector<std::uint64_t> triangles(names.size());
   for (const std::uint32_t name : of) ++triangles[name];
   std::set<std::string_view> there;
-  for (const BakedSet& set : run.sets) there.insert(set.set.name);
+  for (const BakedSet& set : found.sets) there.insert(set.set.name);
   std::uint64_t count = 0;
   std::string example;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -115,7 +115,7 @@ void warn_of_left_out(BakeRun& run, SetsBy by) {
     if (count++ == 0) example = beginning(names[i]);
   }
   if (count == 0) return;
-  run.warnings.push_back({"set-without-uvs",
+  log.warnings.push_back({"set-without-uvs",
                           plural(count, "texture set") + " of LOW, such as '" + example + "', " +
                               (count == 1 ? "has" : "have") +
                               " no area in UV space and so no map. Unwrap what is seen of it.",
@@ -202,21 +202,24 @@ void add_to(BakeReport& sum, const BakeReport& report) {
   sum.visibility = report.visibility;
 }
 
-Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
-  const BakeReport& report = run.result.report;
+/// \param first_file  the first of the set's files among all
+Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& baked,
+              const JobOutputs& outputs, std::size_t first_file) {
+  const BakeReport& report = baked.result.report;
+  const StoredMaps& stored = baked.stored;
   Json json = {{"name", set.set.name},
                {"tile", set.set.tile.empty() ? Json() : Json(set.set.tile)},
-               {"by", name_of(Words(kSets), run.arguments.sets)},
+               {"by", name_of(Words(kSets), run.job.sets)},
                {"width", set.width},
                {"height", set.height},
                {"triangles", set.set.triangles},
                {"texels", describe_texels(report)},
                {"files", std::vector<std::string>(
-                             run.outputs.begin() + static_cast<std::ptrdiff_t>(first_file),
-                             run.outputs.end())}};
-  if (!run.ranges.empty()) json["ranges"] = run.ranges;
-  if (!run.mips.empty()) json["mips"] = run.mips;
-  if (!run.stored_errors.empty()) json["stored_errors"] = run.stored_errors;
+                             outputs.files.begin() + static_cast<std::ptrdiff_t>(first_file),
+                             outputs.files.end())}};
+  if (!stored.ranges.empty()) json["ranges"] = stored.ranges;
+  if (!stored.mips.empty()) json["mips"] = stored.mips;
+  if (!stored.errors.empty()) json["stored_errors"] = stored.errors;
   if (!report.errors.empty()) json["errors"] = describe(report.errors);
   if (report.recall) json["recall"] = describe(*report.recall);
   if (report.uv_copies > 0) {
@@ -234,29 +237,33 @@ Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
 }
 
 /// \param chosen  by --sets, and not by what overlaps
-void take_sets(BakeRun& run, SetsBy by, bool chosen) {
-  Job& arguments = run.arguments;
-  arguments.sets = by;
-  for (TextureSet& set : find_texture_sets(run.low.mesh, by)) {
-    run.sets.emplace_back().set = std::move(set);
+FoundSets sets_by(const BakeScene& scene, const BakeOptions& options, SetsBy by, bool chosen) {
+  RunLog& log = scene.run.log;
+  Job job = scene.run.job;
+  job.sets = by;
+  FoundSets found;
+  found.by = by;
+  for (TextureSet& set : find_texture_sets(scene.low.mesh, by)) {
+    found.sets.emplace_back().set = std::move(set);
   }
   const auto is_moved = [](const BakedSet& set) { return set.set.tile_u + set.set.tile_v > 0; };
-  refuse_if(chain_obeys(arguments, "match.uv") &&
-                (by == SetsBy::udim || std::any_of(run.sets.begin(), run.sets.end(), is_moved)),
-            option("match", match_word(arguments)) +
+  refuse_if(chain_obeys(job, "match.uv") &&
+                (by == SetsBy::udim || std::any_of(found.sets.begin(), found.sets.end(), is_moved)),
+            option("match", match_word(job)) +
                 " finds points at the same UV of the unit square, but LOW's UVs lie on several "
                 "UDIM tiles: choose another match, or " +
                 option("sets", "none") + " for one map of the unit square.");
-  warn_of_left_out(run, by);
-  size_sets(run, run.sets);
-  name_files(arguments, run.sets);
-  check_outputs(arguments, run.save_options, run.sets, run.hooks);
-  std::erase_if(run.warnings, [](const Warning& w) { return w.code == "files-overlap"; });
+  warn_of_left_out(scene.low.mesh, found, log);
+  size_sets(job, options, found.sets);
+  name_files(job, found.sets);
+  check_outputs(job, found.sets, scene.run.hooks);
+  std::erase_if(log.warnings, [](const Warning& w) { return w.code == "files-overlap"; });
   if (!chosen) {
-    run.console.line(std::to_string(run.sets.size()) + " texture sets, a " +
-                     (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSets), arguments.sets)) +
-                     " each: their UVs overlap (" + option("sets", "none") + " bakes one map)");
+    log.line(std::to_string(found.sets.size()) + " texture sets, a " +
+             (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSets), job.sets)) +
+             " each: their UVs overlap (" + option("sets", "none") + " bakes one map)");
   }
+  return found;
 }
 
 /// A mesh for a trial: keeps the UVs of a few thousand triangles of a large LOW, and of all triangles whose UVs coincide
@@ -286,14 +293,13 @@ Mesh thinned(Mesh low) {
 }
 
 /// True if charts of several tiles have the same UVs there, but stand for other places of HIGH.
-bool are_tiles(const BakeRun& run, const Source& source) {
+bool are_tiles(const Mesh& low, const Source& source, const MatchOptions& match) {
   constexpr double kMostDiffer =
       0.05;  // of their area: from there on a warning would say what is lost
   constexpr std::uint32_t kTrialSize = 16;
   try {
-    if (find_texture_sets(run.low.mesh, SetsBy::udim).size() < 2) return false;
+    if (find_texture_sets(low, SetsBy::udim).size() < 2) return false;
     // By plain rays: what LOW's layout is does not depend on how it is baked.
-    const MatchOptions& match = run.options.match;
     BakeOptions options;
     options.width = options.height = kTrialSize;
     options.match.max_distance = match.max_distance;
@@ -301,19 +307,18 @@ bool are_tiles(const BakeRun& run, const Source& source) {
     options.match.two_sided = match.two_sided;
     options.match.uv_copies = match.uv_copies;
     options.report.recall = 0;
-    return bake(source, thinned(run.low.mesh), options).report.uv_copies_differ > kMostDiffer;
+    return bake(source, thinned(low), options).report.uv_copies_differ > kMostDiffer;
   } catch (const Error&) {
     return false;  // The bake itself will say what is wrong.
   }
 }
 
 /// True if a match was saved for each tile.
-bool has_matches_of_tiles(const BakeRun& run) {
-  const std::string& path = run.arguments.load_match;
+bool has_matches_of_tiles(const Mesh& low, const std::string& path) {
   std::error_code none;
   if (std::filesystem::exists(path, none)) return false;
   try {
-    const std::vector<TextureSet> tiles = find_texture_sets(run.low.mesh, SetsBy::udim);
+    const std::vector<TextureSet> tiles = find_texture_sets(low, SetsBy::udim);
     return std::filesystem::exists(match_file(path, {"", "", "." + tiles[0].name}), none);
   } catch (const Error&) {
     return false;
@@ -322,86 +327,114 @@ bool has_matches_of_tiles(const BakeRun& run) {
 
 }  // namespace
 
-void find_sets(BakeRun& run, const Source& source) {
-  Job& arguments = run.arguments;
-  const bool chosen = arguments.sets.has_value();
+FoundSets find_sets(const BakeScene& scene, const Source& source, const BakeOptions& options) {
+  const Job& job = scene.run.job;
+  const Mesh& low = scene.low.mesh;
+  const bool chosen = job.sets.has_value();
   SetsBy by = SetsBy::none;
-  if (no_sets(arguments).empty() && !run.low.mesh.uv_triangles.empty()) {
-    by = chosen ? *arguments.sets : choose_texture_sets(run.low.mesh);
-    const bool by_uvs = chain_obeys(arguments, "match.uv");  // those of the unit square
+  if (no_sets(job).empty() && !low.uv_triangles.empty()) {
+    by = chosen ? *job.sets : choose_texture_sets(low);
+    const bool by_uvs = chain_obeys(job, "match.uv");  // Those of the unit square.
     if (!chosen && by == SetsBy::none && !by_uvs &&
-        (arguments.load_match.empty() ? are_tiles(run, source) : has_matches_of_tiles(run))) {
+        (job.load_match.empty() ? are_tiles(low, source, options.match)
+                                : has_matches_of_tiles(low, job.load_match))) {
       by = SetsBy::udim;
     }
   }
-  arguments.sets = by;
-  if (by != SetsBy::none) return take_sets(run, by, chosen);
-  refuse_if(!arguments.set_sizes.empty(), option("size", "NAME=SIZE") +
-                                              " is for texture sets, but LOW has one alone: give " +
-                                              option("sets", "material") +
-                                              ", "
-                                              "object or udim, or " +
-                                              option("size") + " for all.");
+  if (by != SetsBy::none) return sets_by(scene, options, by, chosen);
+  refuse_if(!job.set_sizes.empty(), option("size", "NAME=SIZE") +
+                                        " is for texture sets, but LOW has one alone: give " +
+                                        option("sets", "material") +
+                                        ", "
+                                        "object or udim, or " +
+                                        option("size") + " for all.");
+  return {};
 }
 
-bool bake_sets(BakeRun& run, const Source& source) {
-  const LowMesh whole = run.low;
-  const BakeOptions options = run.options;
+namespace {
+
+/// bake_layout() of a set, whose errors name the set.
+BakedLayout bake_set(const BakeScene& scene, const Source& source, const BakeOptions& options) {
+  const std::string name = set_in_words(scene.set->set);
+  try {
+    return bake_layout(scene, source, options);
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const OptionError& error) {
+    throw OptionError(name + ": " + error.message(), error.code(), error.id());
+  } catch (const Error& error) {
+    throw Error(error.code(), name + ": " + error.message());
+  }
+}
+
+}  // namespace
+
+BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMesh& low,
+                      std::vector<BakedSet>& sets, const Source& source, const BakeOptions& options,
+                      AssetParts& asset, Json& set_reports, JobOutputs& outputs) {
+  const std::string file = asset_file(run.job);
+  BakedLayout sums{.options = options};
+  if (low.made && file.empty()) {
+    BakedLayout none;
+    save_low_and_maps({run, high, low, sets}, source, file, nullptr, none, asset, outputs);
+  }
+  LowMesh low_of_set = low;
+  low_of_set.mesh.tangents = tangents_of(low.mesh);
+  low_of_set.made = false;  // It was written.
   BakeReport sum;
   SetWarnings warnings;
+  const double share = 1.0 / static_cast<double>(sets.size());
   double done = 0;
-  run.result = {};
-  if (whole.made && asset_file(run.arguments).empty() && !save_low_and_maps(run)) return false;
-  run.low.mesh.tangents = tangents_of(whole.mesh);
-  run.low.made = false;  // it was written already
-  for (BakedSet& set : run.sets) {
-    run.set = &set;
-    lay_out_set(whole.mesh, set.set, run.low.mesh);
-    run.options = options;
-    run.options.width = set.width;
-    run.options.height = set.height;
-    const double share = 1.0 / static_cast<double>(run.sets.size());
-    const std::size_t files = run.outputs.size(), told = run.warnings.size();
-    run.ranges = Json::object();
-    run.stored_errors = Json::object();
-    run.mips = {};
-    try {
-      if (!make_maps(run, source, done, share)) return false;
-    } catch (const OptionError& error) {
-      throw OptionError(set_in_words(set.set) + ": " + error.message(), error.code(), error.id());
-    } catch (const Error& error) {
-      throw Error(error.code(), set_in_words(set.set) + ": " + error.message());
-    }
-    set.planned = std::exchange(run.planned, std::nullopt);
+  for (BakedSet& set : sets) {
+    const BakeScene scene{run, high, low_of_set, sets, &set};
+    lay_out_set(low.mesh, set.set, low_of_set.mesh);
+    BakeOptions options_of_set = options;
+    options_of_set.width = set.width;
+    options_of_set.height = set.height;
+    options_of_set.progress = bake_progress(run.log, done, share);
+    const std::size_t first_file = outputs.files.size();
+    const auto former_warnings = static_cast<std::ptrdiff_t>(run.log.warnings.size());
+    BakedLayout baked = bake_set(scene, source, options_of_set);
+    drop_unwritten(run.hooks, baked);
+    set.planned = std::move(baked.planned);
     if (set.planned) {
       set.width = set.planned->chosen.width;
       set.height = set.planned->chosen.height;
     }
-    if (!save_low_and_maps(run) || !save_beside_maps(run)) return false;
-    set.reasons = std::exchange(run.reasons, std::nullopt);
-    run.set_reports.push_back(set_json(run, set, files));
-    const auto first = run.warnings.begin() + static_cast<std::ptrdiff_t>(told);
-    std::vector<Warning>& own = run.result.report.warnings;
-    own.insert(own.end(), first, run.warnings.end());
-    run.warnings.erase(first, run.warnings.end());
+    save_low_and_maps(scene, source, file, nullptr, baked, asset, outputs);
+    save_beside_maps(scene, baked, outputs);
+    set.reasons = std::move(baked.reasons);
+    set_reports.push_back(set_json(run, set, baked, outputs, first_file));
+    std::vector<Warning>& own = baked.result.report.warnings;
+    const auto first = run.log.warnings.begin() + former_warnings;
+    own.insert(own.end(), first, run.log.warnings.end());
+    run.log.warnings.erase(first, run.log.warnings.end());
     for (const Warning& warning : own) {
-      if (warning.code != "uv-missing")
-        warnings.add(set_in_words(set.set), warning);  // of other sets
+      // UVs that are missing are those of other sets.
+      if (warning.code != "uv-missing") warnings.add(set_in_words(set.set), warning);
     }
-    add_to(sum, run.result.report);
+    add_to(sum, baked.result.report);
+    sums.stored.add_common(baked.stored);
     done += share;
   }
   if (sum.samples > sum.missed) {
     sum.mean_abs_distance /= static_cast<double>(sum.samples - sum.missed);
   }
   sum.warnings = warnings.joined();
-  run.set = nullptr;
-  run.low = whole;
-  run.options = options;
-  run.result = {};
-  run.result.report = std::move(sum);
-  if (asset_file(run.arguments).empty()) return true;
-  return writes_gltf(run.arguments) ? save_asset(run) : save_obj_with_mtl(run);
+  sums.result.report = std::move(sum);
+  return sums;
+}
+
+void write_asset_of_sets(const BakeScene& scene, const BakedLayout& sums, const Json& set_reports,
+                         AssetParts& asset, JobOutputs& outputs) {
+  const std::string file = asset_file(scene.run.job);
+  if (file.empty()) return;
+  if (writes_gltf(scene.run.job)) {
+    write_asset(scene, file, asset_extras(scene, sums.result.report, {}, set_reports), asset,
+                outputs);
+  } else {
+    write_obj_with_mtl(scene, asset, outputs);
+  }
 }
 
 }  // namespace kiln

@@ -2,7 +2,7 @@
 
 #include "base/percent.h"
 #include "job/map_words.h"
-#include "job/run.h"
+#include "job/stages.h"
 #include "kiln/plan.h"
 #include "options/parse.h"
 
@@ -169,7 +169,7 @@ std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
 }
 
 void add_totals(RunLog& console, const BakeReport& report, std::uint64_t map_texels,
-                const Source::Stats& source, const Stages& stages, double total) {
+                const Source::Stats& source, const StageSeconds& stages, double total) {
   if (map_texels > 0) console.line(texels_line(report, map_texels, source));
   console.line(formatted(
       "%.2f s: load %.2f, low poly %.2f, build %.2f, plan %.2f, texels %.2f, match %.2f, "
@@ -182,53 +182,57 @@ void add_totals(RunLog& console, const BakeReport& report, std::uint64_t map_tex
 
 }  // namespace
 
-void add_summary(BakeRun& run, const Source::Stats& source, double total) {
-  RunLog& console = run.console;
-  const BakeReport& report = run.result.report;
-  if (run.low.simplified) {
+void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
+  const BakeScene& scene = outcome.scene;
+  const BakedLayout& baked = outcome.baked;
+  const Job& job = scene.run.job;
+  const LowMesh& low = scene.low;
+  const LowPolyPlan* const plan = outcome.planned != nullptr ? &outcome.planned->plan : nullptr;
+  RunLog& console = scene.run.log;
+  const BakeReport& report = baked.result.report;
+  if (low.simplified) {
     console.line(formatted("low poly: %s of %s faces, within %.3f%% of the diagonal",
-                           with_commas(run.low.simplified->faces).c_str(),
-                           with_commas(run.low.simplified->input_faces).c_str(),
-                           run.low.simplified->error * 100));
+                           with_commas(low.simplified->faces).c_str(),
+                           with_commas(low.simplified->input_faces).c_str(),
+                           low.simplified->error * 100));
   }
-  if (run.low.polygons.quads + run.low.polygons.larger > 0) {
-    console.line("LOW: " + with_commas(run.low.polygons.quads) + " quads and " +
-                 with_commas(run.low.polygons.larger) +
-                 " larger polygons, triangulated by the rule '" +
-                 name_of(Words(kTriangulations), run.arguments.load.triangulation) + "'");
+  if (low.polygons.quads + low.polygons.larger > 0) {
+    console.line("LOW: " + with_commas(low.polygons.quads) + " quads and " +
+                 with_commas(low.polygons.larger) + " larger polygons, triangulated by the rule '" +
+                 name_of(Words(kTriangulations), job.load.triangulation) + "'");
   }
-  if (!run.low.mesh.tangents.empty() &&
-      run.arguments.bake.encoding.space == NormalMapSpace::tangent) {
+  if (!low.mesh.tangents.empty() && job.bake.encoding.space == NormalMapSpace::tangent) {
     console.line("LOW: tangents of its file (" + option("tangents", "mikktspace") +
                  " computes them)");
   }
-  if (run.plan && !run.byte_plan) {
-    for (const std::string& line : trade_table(*run.plan)) console.line(line);
+  if (plan != nullptr && !outcome.planned->within_bytes) {
+    for (const std::string& line : trade_table(*plan)) console.line(line);
   }
-  if (run.fitted) {
-    for (const std::string& line : bytes_table(run)) console.line(line);
+  if (outcome.asset.fitted) {
+    for (const std::string& line : bytes_table(outcome)) console.line(line);
   }
-  if (run.lods) {
-    for (const std::string& line : lod_table(*run.lods)) console.line(line);
+  if (plan != nullptr && outcome.planned->lods) {
+    for (const std::string& line : lod_table(*outcome.planned->lods)) console.line(line);
   }
-  const auto add_plan = [&](const std::string& set, const std::optional<PlannedBake>& plan) {
-    if (!plan) return;
-    console.line(set + summary(*plan));
-    for (const MapReached& map : plan->bounds) console.line(set + describe(map));
+  const auto add_plan = [&](const std::string& set, const std::optional<PlannedBake>& planned) {
+    if (!planned) return;
+    console.line(set + summary(*planned));
+    for (const MapReached& map : planned->bounds) console.line(set + describe(map));
   };
-  add_plan("", run.planned);
-  for (const BakedSet& set : run.sets) add_plan(of_set(set), set.planned);
-  for (const MapReached& map : run.plan ? run.plan->bounds : std::vector<MapReached>()) {
-    console.line(describe(map));
+  add_plan("", baked.planned);
+  for (const BakedSet& set : scene.sets) add_plan(of_set(set), set.planned);
+  if (plan != nullptr) {
+    for (const MapReached& map : plan->bounds) console.line(describe(map));
   }
-  if (const Message text = shading_line(run.high.shading, run.arguments.frame.shading);
-      !text.empty() && !run.high.heights) {
+  if (const Message text = shading_line(scene.high.input.shading, job.frame.shading);
+      !text.empty() && !scene.high.input.heights) {
     console.line(text);
   }
   if (report.views) console.line(summary(*report.views, source.diagonal));
   if (report.uv) console.line(summary(*report.uv, source.diagonal));
-  if (run.parts) {
-    console.line(std::to_string(run.parts->count) + " parts, each matched with its own alone");
+  if (outcome.match_inputs.parts()) {
+    console.line(std::to_string(outcome.match_inputs.parts()->count) +
+                 " parts, each matched with its own alone");
   }
   if (report.uv_copies > 0) {
     console.line("mirrored and repeated UVs: " + with_commas(report.uv_copies) +
@@ -236,22 +240,22 @@ void add_summary(BakeRun& run, const Source::Stats& source, double total) {
   }
   if (report.cage_mesh) console.line(summary(*report.cage_mesh, source.diagonal));
   if (report.edges.edges != 0) console.line(summary(report.edges, source.diagonal));
-  if (run.reasons) add_reasons(console, *run.reasons, report.samples);
-  for (const BakedSet& set : run.sets) {
+  if (baked.reasons) add_reasons(console, *baked.reasons, report.samples);
+  for (const BakedSet& set : scene.sets) {
     if (set.reasons) add_reasons(console, *set.reasons, report.samples, of_set(set));
   }
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {
-    console.line(summary(*report.visibility, run.options.match.visibility.clusters));
+    console.line(summary(*report.visibility, baked.options.match.visibility.clusters));
   }
   const std::uint64_t map_texels =
-      run.plan      ? std::uint64_t{run.plan->chosen.size} * run.plan->chosen.size
-      : run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
-                    : std::uint64_t{run.options.width} * run.options.height;
+      plan != nullptr ? std::uint64_t{plan->chosen.size} * plan->chosen.size
+      : baked.planned ? std::uint64_t{baked.planned->chosen.width} * baked.planned->chosen.height
+                      : std::uint64_t{baked.options.width} * baked.options.height;
   std::uint64_t set_texels = 0;
-  for (const BakedSet& set : run.sets) set_texels += std::uint64_t{set.width} * set.height;
-  add_totals(console, report, run.sets.empty() ? map_texels : set_texels, source, run.stages,
-             total);
+  for (const BakedSet& set : scene.sets) set_texels += std::uint64_t{set.width} * set.height;
+  add_totals(console, report, scene.sets.empty() ? map_texels : set_texels, source, outcome.seconds,
+             outcome.total_seconds);
   for (const MapError& error : report.errors) {
     console.line(formatted(
         "error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, most %.3g %s (%s texels)",
@@ -259,7 +263,7 @@ void add_summary(BakeRun& run, const Source::Stats& source, double total) {
         error.mean, error.p95, error.max, std::string(error.unit).c_str(),
         with_commas(error.texels).c_str()));
   }
-  for (const std::string& output : run.outputs) console.line("wrote " + output);
+  for (const std::string& output : outcome.outputs.files) console.line("wrote " + output);
 }
 
 }  // namespace kiln

@@ -110,13 +110,10 @@ const Image** slot_of(AssetMaps& maps, std::string_view name);
 /// Converts the maps of a bake to the slots of a material. Emission is scaled into [0, 1], with its strength. Ambient
 /// occlusion is the lesser of the baked value and of the high poly's occlusion picture. Normals from the high poly's
 /// normal maps replace those of its geometry. \returns pointers into `maps`, which must outlive the result
-/// \param store  called with each map and its name before the map is assigned; encodes its values as files hold them
-///               (sRGB for colours); empty: values are encoded already
-/// \param left   receives the names of maps that no slot of a material takes, separated by commas; may be null
+/// \param maps  of bake(); converted by to_stored() where they are not yet
+/// \param left  receives the names of maps that no slot of a material takes, separated by commas; may be null
 /// Thread safety: may be called from several threads, for maps of their own.
-AssetMaps asset_maps(std::span<BakedMap> maps,
-                     const std::function<void(BakedMap&, const std::string&)>& store = {},
-                     std::string* left = nullptr);
+AssetMaps asset_maps(std::span<BakedMap> maps, std::string* left = nullptr);
 
 /// Error of a map in the encoded picture: see stored_error().
 struct AssetError {

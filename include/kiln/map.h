@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -273,7 +274,26 @@ struct BakedMap {
   double curvature_radius = 0;  ///< As used, world units; 0 for maps without one
   /// Unit of its values, such as "world units"; empty for shares, colours and unit vectors. Static lifetime.
   std::string_view unit = {};
+  /// True if the values are those that integer formats store, after to_stored(); false: as baked, colours in linear light
+  bool stored = false;
 };
+
+/// Converts a map and its mip-maps, in place, to the values that a format stores: colours are sRGB-encoded, and channels
+/// with a range are scaled from BakedMap::ranges to [0, 1]. Formats of floats (exr_half, exr_float, tiff_float) store
+/// values as they are. No effect on a map with BakedMap::stored, which this sets. Any thread may call it, for a map of its
+/// own.
+void to_stored(BakedMap& map, ImageFormat format);
+
+/// Writes a map with its mip-maps as `kiln bake` does: values of to_stored(), with origin, ranges and unit as texts.
+/// Mip-maps go into the same file with EXR, KTX 2 and DDS, else into NAME.mip01.png and so on beside it.
+/// \param options  `origin` is the map's; `texts` are added to. `use`: where it is `values`, it is `color` for colours,
+///                 and `normal` for unit vectors; give `tangent_normal` for normals in tangent space
+/// \returns the files
+/// \throws as save_image() and save_mipmapped(); Error(usage) in builds without file formats
+/// Thread safety: may be called from several threads.
+std::vector<std::filesystem::path> save_image(const BakedMap& map,
+                                              const std::filesystem::path& path,
+                                              const SaveImageOptions& options = {});
 
 /// All maps, in the order in which users see them. Constant, with static lifetime: any thread may read
 /// them.

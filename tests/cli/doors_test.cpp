@@ -298,6 +298,55 @@ TEST(Job, InMemoryHasTheBytesOfTheFiles) {
   EXPECT_LE(kept.low.triangles.size(), 330U);
 }
 
+/// Colours are sRGB-encoded, values moved into their ranges, and texts and mip-maps are written, without a job, too.
+TEST(Job, MapsOfTheLibraryAreSavedAsByJobs) {
+  const fs::path scene = make_doors_scene();
+  Mesh high = load_mesh(scene / "high.obj");
+  for (const Vec3& p : high.positions) {
+    const auto byte = [](float x) { return static_cast<std::uint8_t>(127.5F + 100 * x); };
+    high.colors.push_back({byte(p.x), byte(p.y), byte(p.z), 255});
+  }
+  const Mesh low = load_mesh(scene / "low.obj");
+  BakeOptions options;
+  options.width = options.height = 64;
+  options.maps = {MapKind::normal, "color", "height", "curvature", "position"};
+  options.encoding.mips = true;
+  BakeResult baked = bake(Source(*device(), high), low, options);
+  for (const ImageFormat format : {ImageFormat::png16, ImageFormat::png8, ImageFormat::exr_half}) {
+    const std::string ending(extension_of(format));
+    const fs::path by_job = scene / ("job" + ending), by_library = scene / ("library" + ending);
+    Job job{.high = {high}, .low = JobInput(low, "low"), .out = by_job.string()};
+    job.bake = options;
+    job.image.format = format;
+    by_run(job);
+    fs::create_directories(by_library);
+    std::size_t files = 0;
+    for (const BakedMap& map : baked.maps) {
+      const fs::path path = by_library / ("low_" + std::string(map.kind.name) + ending);
+      files += save_image(map, path, {format}).size();
+      EXPECT_FALSE(map.stored);
+    }
+    const std::map<std::string, std::string> wanted = files_in(by_job);
+    EXPECT_EQ(wanted.size(), files);
+    for (const auto& [name, bytes] : files_in(by_library)) {
+      ASSERT_TRUE(wanted.contains(name)) << name;
+      EXPECT_TRUE(wanted.at(name) == bytes) << name;
+    }
+    fs::remove_all(by_job);
+    fs::remove_all(by_library);
+  }
+  // A map that was converted is not converted again.
+  BakedMap& color = baked.maps[1];
+  to_stored(color, ImageFormat::png8);
+  EXPECT_TRUE(color.stored);
+  const std::vector<float> once = color.image.pixels;
+  to_stored(color, ImageFormat::png8);
+  EXPECT_EQ(color.image.pixels, once);
+  const AssetMaps slots = asset_maps({&color, 1});
+  ASSERT_EQ(slots.color, &color.image);
+  EXPECT_EQ(color.image.pixels, once);
+}
+
 TEST(Job, TakesMeshesInMemory) {
   const fs::path scene = make_doors_scene();
   Job job{.high = {(scene / "high.obj").string()},

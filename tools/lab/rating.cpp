@@ -482,8 +482,8 @@ int run_rating(MeasureArguments a) {
   inputs.low = load_low(job, run.warnings);
   warn_of_boxes("HIGH and LOW", high, low, run.warnings);
   check_has_uvs(low, a.low, "");
-  inputs.match.read(a.bake, high, low, run.warnings);
-  inputs.match.make_cage(job, device, high, low, run.warnings);
+  inputs.match.read_with_match(a.bake, high, low, run.warnings);
+  inputs.match.find_cage(job, device, high, low, run.warnings);
   inputs.textures = options_of(job);
   if (!inputs.maps.empty()) load_textures(a.bake, high, inputs.textures, run.warnings);
   run.lap("load");

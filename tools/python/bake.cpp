@@ -149,10 +149,10 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Keywords& words
   RunHooks hooks;
   BakeResult result;
   std::optional<PlannedBake> planned;
-  hooks.on_baked = [&](BakeRun& run) {
-    result = std::move(run.result);
-    run.result.report = result.report;
-    planned = std::move(run.planned);
+  hooks.on_baked = [&](BakedJob& baked) {
+    result = std::move(baked.result);
+    baked.result.report = result.report;
+    planned = std::move(baked.planned);
   };
   const JobResult made = run_from(source, job, hooks, call);
   PyBake bake = py_bake(std::move(result), made.warnings, low.mesh->name);
@@ -202,14 +202,14 @@ nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object pro
   double wanted = 0;
   bool reached = false;
   SimplifyReport simplified;
-  hooks.on_baked = [&](BakeRun& run) {
-    trial = run.plan->chosen;
-    wanted = run.plan->wanted;
-    reached = run.plan->reached;
-    simplified = *run.low.simplified;
-    if (run.result.maps.empty()) return;
-    result = std::move(run.result);
-    run.result.report = result->report;
+  hooks.on_baked = [&](BakedJob& baked) {
+    trial = baked.plan->chosen;
+    wanted = baked.plan->wanted;
+    reached = baked.plan->reached;
+    simplified = *baked.simplified;
+    if (baked.result.maps.empty()) return;
+    result = std::move(baked.result);
+    baked.result.report = result->report;
   };
   JobResult job_result = run_from(source, job, hooks, call);
   nb::dict d;
@@ -249,23 +249,7 @@ void save_map(PyBake& self, const std::string& name, const std::filesystem::path
   const Call call;
   SaveImageOptions options = image_options(format, dither);
   const BakedMap& map = map_of(self, name);
-  options.origin = map.origin;
-  options.texts = texts_of(options, stored_ranges(map, options), std::string(map.unit));
-  call.run([&] {
-    const std::vector<Image> levels = as_stored(map, options);
-    if (levels.size() > 1 && is_exr(options)) {
-      save_mipmapped(levels[0], {levels.begin() + 1, levels.end()}, path, options);
-      return;
-    }
-    for (std::size_t i = 0; i < levels.size(); ++i) {
-      std::filesystem::path file = path;
-      if (i > 0) {
-        const std::string number = (i < 10 ? "0" : "") + std::to_string(i);
-        file.replace_filename(path.stem().string() + ".mip" + number + path.extension().string());
-      }
-      save_image(levels[i], file, options);
-    }
-  });
+  call.run([&] { save_image(map, path, options); });
 }
 
 nb::bytes encoded(nb::handle pixels, const std::string& format, bool dither) {
@@ -279,7 +263,9 @@ nb::bytes encoded(nb::handle pixels, const std::string& format, bool dither) {
 /// As integers hold it, in [0, 1].
 nb::any stored(PyBake& self, const std::string& name) {
   const BakedMap& map = map_of(self, name);
-  Image image = as_stored(map, {ImageFormat::png8})[0];
+  BakedMap copy = map;
+  to_stored(copy, ImageFormat::png8);
+  Image& image = copy.image;
   const std::size_t height = image.height, width = image.width, channels = image.channels;
   return array(std::move(image.pixels), {height, width, channels});
 }
@@ -301,12 +287,7 @@ nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names) 
   const Call call;
   std::vector<BakedMap> maps = self.result.maps;
   std::string left;
-  AssetMaps places = call.run([&] {
-    const auto store = [](BakedMap& map, const std::string&) {
-      map.image = as_stored(map, {ImageFormat::png8})[0];
-    };
-    return kiln::asset_maps(maps, store, &left);
-  });
+  AssetMaps places = call.run([&] { return kiln::asset_maps(maps, &left); });
   nb::dict files;
   for (const std::string& name : names) {
     for (BakedMap& map : maps) {

@@ -123,10 +123,10 @@ nb::tuple run_glb(const std::string& json, const std::optional<PyMesh>& high,
   }
   std::optional<BakeResult> result;
   PyMesh low;
-  hooks.on_baked = [&](BakeRun& run) {
-    if (!run.result.maps.empty()) result = run.result;
-    if (run.low.simplified) {
-      low.made = std::make_shared<const SimplifyReport>(*run.low.simplified);
+  hooks.on_baked = [&](BakedJob& baked) {
+    if (!baked.result.maps.empty()) result = baked.result;
+    if (baked.simplified != nullptr) {
+      low.made = std::make_shared<const SimplifyReport>(*baked.simplified);
     }
   };
   JobResult made = call.run_whole([&](const Progress& progress) {

@@ -93,8 +93,8 @@ Image bake_map(const RenderArguments& arguments, const Device& device, const Hig
                const Mesh& mesh, std::vector<Warning>& warnings) {
   const Job bake_as = baking(arguments);
   MatchInputs inputs;
-  inputs.read(bake_as, dense.mesh, mesh, warnings);
-  inputs.make_cage(bake_as, device, dense.mesh, mesh, warnings);
+  inputs.read_with_match(bake_as, dense.mesh, mesh, warnings);
+  inputs.find_cage(bake_as, device, dense.mesh, mesh, warnings);
   BakeOptions options = options_of(bake_as);
   options.match.uv = uv_options(dense, options.match.uv);
   options.report.keep_match = false;
@@ -326,8 +326,8 @@ Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, con
                 "world units.");
   if (automatic) {
     MatchInputs inputs;
-    inputs.read(arguments, *high, low, warnings);
-    inputs.make_cage(arguments, device, *high, low, warnings);
+    inputs.read_with_match(arguments, *high, low, warnings);
+    inputs.find_cage(arguments, device, *high, low, warnings);
     return outer_of(*inputs.cage_mesh());
   }
   const double unit = length.relative ? Source(device, *high).stats().diagonal : 1;

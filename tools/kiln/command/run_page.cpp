@@ -6,7 +6,7 @@
 #include "batch/checks.h"
 #include "batch/report.h"
 #include "interrupt.h"
-#include "job/run.h"
+#include "job/job_options.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 #include "kiln/image.h"

@@ -1,0 +1,60 @@
+// The high poly of a run, up to the normals and the textures that it is baked with.
+#include <algorithm>
+#include <span>
+
+#include "job/stages.h"
+#include "job/transfers.h"
+#include "kiln/files.h"
+#include "options/parse.h"
+
+namespace kiln {
+namespace {
+
+/// HIGH's materials, where they were read with its file. Empty: they are read anew, which also names what MTL files lack.
+std::span<const Material> known_materials(const Job& job, const LoadedHigh& high) {
+  if (high.prepared != nullptr) return high.prepared->materials;
+  const JobInput& first = job.high.front();
+  const bool apart = !first.asset && lower_extension(first.name) == ".obj";
+  if (apart || job.high.size() > 1) return {};
+  return high.input.beside.materials;
+}
+
+}  // namespace
+
+LoadedHigh read_high(Job& job, RunLog& log) {
+  for (const std::string& file : high_files(job)) log.progress(0, "reading " + file);
+  LoadedHigh high;
+  high.input = load_high(job.high, job.heights, load_options(job, MeshSide::high),
+                         has_more_files(job) && !job.low.given.empty(), log.warnings,
+                         !asset_file(job).empty(), job.keep_hulls);
+  if (high.input.heights) job.heights = high.input.field;
+  return high;
+}
+
+void repair_high(const Job& job, LoadedHigh& high, RunLog& log) {
+  high.cleaned = clean_high(high.input.mesh, clean_options(job), log.warnings);
+  shade(job.frame.shading, high.input, log.warnings);
+  if (job.load_match.empty() || (high.cleaned.warnings.empty() && !job.given.contains("--clean"))) {
+    return;
+  }
+  log.warnings.push_back({"match-of-clean",
+                          option("load_match") + " '" + job.load_match +
+                              "' is right only if it was saved with the same " + option("clean") +
+                              ", since turned faces count their corners otherwise.",
+                          1});
+}
+
+void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLog& log) {
+  load_textures(job, high.mesh(), options, log.warnings, known_materials(job, high));
+  if (!asset_file(job).empty() && !job.given.contains("--maps")) {
+    // The maps are those that some material has: in others the default is meant.
+    std::erase_if(log.warnings, [](const Warning& w) { return w.code == "material-value"; });
+  }
+  if (high.prepared != nullptr) return;
+  const std::size_t triangles = high.input.mesh.triangles.size();
+  apply_alpha_test(job, options, high.input.mesh, log.warnings);
+  // What was cut may have been the outer side.
+  if (high.input.mesh.triangles.size() != triangles) high.cleaned.faces_outwards = false;
+}
+
+}  // namespace kiln

@@ -1,0 +1,203 @@
+// The maps of one layout: baked, and judged.
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "base/percent.h"
+#include "job/check_result.h"
+#include "job/map_words.h"
+#include "job/stages.h"
+#include "options/option_table.h"
+#include "options/parse.h"
+
+namespace kiln {
+namespace {
+
+Warning not_reached(const PlannedBake& planned) {
+  if (planned.chosen.error.mean_degrees <= planned.wanted) {
+    return bounds_not_reached(planned.bounds, planned.chosen.width);
+  }
+  const std::string wanted = formatted(
+      "No match is expected to reach a mean error of %.3g degrees with this low poly and ",
+      planned.wanted);
+  const std::string reached = formatted(
+      "; the map written reaches %.3g. Give the low poly more faces, allow a larger map, or accept "
+      "more.",
+      planned.chosen.error.mean_degrees);
+  return {"error-not-reached", wanted + option("size") + reached, 1};
+}
+
+/// Misses of a low poly that Kiln made, so that both meshes lie in one place.
+Message misses_of_made(const BakeReport& report, double deviation) {
+  const std::string text = formatted(
+      "%s of the samples found no point of the high poly within the distance: the "
+      "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise ",
+      percent(static_cast<double>(report.missed) / static_cast<double>(report.samples), 2).c_str(),
+      100 * deviation);
+  return text + option("max_distance") + ".";
+}
+
+/// Adds to the library's warning the file, the place, and the remedies among the options of a job.
+void name_place_of_misses(const BakeScene& scene, BakeResult& result) {
+  const Mesh& low = scene.low.mesh;
+  const bool made = scene.low.simplified && !result.report.uv && !result.report.views;
+  const bool most = result.report.missed * 2 > result.report.samples;
+  for (Warning& warning : result.report.warnings) {
+    if (warning.code != "many-misses") continue;
+    const Message what =
+        made ? misses_of_made(result.report, scene.low.simplified->error) : warning.message;
+    const Image& map = result.maps.front().image;
+    const std::string place =
+        describe(largest_missed_patch(result.coverage, map.width, map.height, low));
+    warning.message = "'" + scene.low.path + "': " + what + " " + place +
+                      (made ? "" : hint_of_boxes(scene.high.mesh(), low, most));
+  }
+}
+
+/// Refuses an empty map, names places of misses, and explains misses where that is asked for.
+void judge(const BakeScene& scene, const Source& source, BakedLayout& baked) {
+  if (baked.result.cancelled) throw Cancelled{};
+  check_result(baked.result.report, scene.high.mesh(), scene.low.mesh);
+  name_place_of_misses(scene, baked.result);
+  if (scene.run.job.reasons) {
+    baked.reasons = explain(*baked.result.match, source, scene.low.mesh, baked.options);
+  }
+}
+
+/// Calls RunHooks::sample, whose images replace the maps of their names. \param options  of the match
+void sample_images(const BakeScene& scene, const Source& source, BakeOptions options,
+                   BakedLayout& baked) {
+  options.progress = {};  // The bake reports its own.
+  const MatchResult found = match(source, scene.low.mesh, options);
+  if (found.cancelled) throw Cancelled{};
+  baked.own_images = scene.run.hooks.sample(found.match, scene.high.mesh());
+  const auto is_own = [&](std::string_view name) {
+    return baked.own_images.contains(std::string(name));
+  };
+  std::erase_if(baked.options.maps, [&](MapKind map) { return is_own(map.name); });
+  std::erase_if(baked.options.transfers,
+                [&](const auto& transfer) { return is_own(transfer.name); });
+}
+
+/// True if the caller's own images leave nothing to bake. Transfers need the bake of a map: they get the shading map,
+/// which is not written.
+bool has_own_images_alone(BakedLayout& baked) {
+  BakeOptions& options = baked.options;
+  if (!options.maps.empty() || !options.own_maps.empty() || !options.variants.empty()) return false;
+  if (options.transfers.empty()) return true;
+  options.maps = {shading_map()};
+  baked.own_images_alone = true;
+  return false;
+}
+
+void load_saved_match(const BakeScene& scene, BakedLayout& baked) {
+  const std::string& path = scene.run.job.load_match;
+  if (path.empty()) return;
+  baked.saved = std::make_shared<const Match>(load_match(match_file(path, scene.names())));
+  baked.options.match.saved = baked.saved.get();
+}
+
+/// The bake of --match auto, which also chooses the size.
+PlannedBake bake_by_best_match(const BakeScene& scene, const Source& source,
+                               const BakeOptions& options) {
+  const Job& job = scene.run.job;
+  PlanOptions plan;
+  plan.bake = options;
+  plan.bounds = map_bounds(job);
+  plan.choose_rays = !job.given.contains("--ao-rays");
+  if (const std::string bound = angle_bound(job); !bound.empty()) {
+    plan.max_error = parse_degrees(
+        job.low.make.max_angle.empty() ? option("max_error") : option("max_angle"), bound);
+  }
+  PlannedBake planned = bake_planned(source, scene.low.mesh, plan);
+  if (planned.result.cancelled) throw Cancelled{};
+  if (!planned.reached) scene.run.log.warnings.push_back(not_reached(planned));
+  return planned;
+}
+
+/// The options by which a plan's maps were baked; without a map, those of the largest.
+BakeOptions options_of_plan(const BakeOptions& asked, const LowPolyPlan& plan,
+                            const BakeReport& report) {
+  BakeOptions options = asked;
+  const Candidate& chosen = plan.chosen;
+  options.match.method = chosen.method;
+  if (chosen.size == 0) return options;
+  options.width = options.height = chosen.size;
+  if (!options.match.max_distance && !options.match.cage) {
+    options.match.max_distance = Length::absolute(report.max_distance);
+  }
+  return options;
+}
+
+}  // namespace
+
+BakeResult bake_from(const HighPolyInput& high, const Source& source, const Mesh& low,
+                     const BakeOptions& options) {
+  try {
+    return bake(source, low, options);
+  } catch (const Error& error) {
+    if (!high.heights || !obeys(find_match(options.match.method.name), "match.uv") ||
+        error.code() != ErrorCode::input) {
+      throw;
+    }
+    throw OptionError(error.message() + " HIGH is a height field: " + option_of("--height") +
+                          " and " + option("extent") +
+                          " must be "
+                          "the values that LOW was made with.",
+                      ErrorCode::input);
+  }
+}
+
+BakedLayout bake_layout(const BakeScene& scene, const Source& source, BakeOptions options) {
+  BakedLayout baked{.options = std::move(options)};
+  load_saved_match(scene, baked);
+  if (scene.run.hooks.sample) {
+    sample_images(scene, source, baked.options, baked);
+    if (has_own_images_alone(baked)) return baked;
+  }
+  if (scene.run.job.match_auto) {
+    baked.planned = bake_by_best_match(scene, source, baked.options);
+    baked.result = std::move(baked.planned->result);
+  } else {
+    baked.result = bake_from(scene.high.input, source, scene.low.mesh, baked.options);
+  }
+  judge(scene, source, baked);
+  return baked;
+}
+
+BakedLayout bake_planned_low(const BakeScene& scene, const Source& source, BakeOptions options,
+                             LowMesh& low, PlannedLow& planned) {
+  const Job& job = scene.run.job;
+  const RunHooks& hooks = scene.run.hooks;
+  RunLog& log = scene.run.log;
+  BakedLayout baked{.options = std::move(options)};
+  load_saved_match(scene, baked);
+  planned = job.low.make.lods > 0 ? make_lods(scene, source, baked.options)
+            : job.max_bytes != 0  ? make_byte_plan(scene, source, baked.options)
+                                  : make_plan(scene, source, baked.options);
+  baked.result = take_plan(planned, low);
+  if (hooks.needs_uvs && low.mesh.uv_triangles.empty()) {
+    const std::uint32_t size = std::min(baked.options.width, baked.options.height);
+    low.mesh = unwrap(low.mesh, unwrap_options(job.unwrap_method, size));
+    low.mesh.name = low.stem;
+  }
+  if (hooks.sample) {
+    sample_images(scene, source, options_of_plan(baked.options, planned.plan, baked.result.report),
+                  baked);
+    std::erase_if(baked.result.maps, [&](const BakedMap& map) {
+      return baked.own_images.contains(std::string(map.kind.name));
+    });
+  }
+  warn_of_heavy_low(low.mesh, scene.high.mesh(), log.warnings);
+  if (low.simplified) {
+    warn_of_lost_shape(
+        *low.simplified,
+        "Rendered normals do not tell. Ask for a smaller angle, or for " + option("faces") + ".",
+        log.warnings);
+  }
+  if (planned.plan.chosen.size != 0) judge(scene, source, baked);
+  return baked;
+}
+
+}  // namespace kiln
