@@ -302,9 +302,9 @@ std::string_view GltfFile::buffer(std::size_t index) const {
     bytes = *known;
   }
   if (length > bytes.size()) {
-    buffer.fail("it should have " + std::to_string(length) + " bytes, but there are only " +
-                    std::to_string(bytes.size()),
-                "The data is truncated: export or copy it again.");
+    buffer.fail(
+        "it should have " + std::to_string(length) + " bytes, but " + there_are_only(bytes.size()),
+        "The data is truncated: export or copy it again.");
   }
   return bytes.substr(0, length);
 }
@@ -539,8 +539,7 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   for (std::size_t i = 0; i < changed; ++i) {
     const auto to = static_cast<std::size_t>(place_component.read(at.first + i * at.step));
     if (to >= count) {
-      places.fail("it names element " + std::to_string(to) + ", but there are only " +
-                  std::to_string(count));
+      places.fail("it names element " + std::to_string(to) + ", but " + there_are_only(count));
     }
     copy(value.first + i * value.step, to);
   }
@@ -564,8 +563,8 @@ std::vector<std::uint32_t> GltfFile::indices(std::size_t accessor, std::size_t b
       list("accessors")
           .at(accessor)
           .fail("its index " + std::to_string(i) + " is " +
-                std::to_string(static_cast<std::uint64_t>(index)) + ", but there are only " +
-                std::to_string(below) + " vertices");
+                std::to_string(static_cast<std::uint64_t>(index)) + ", but " +
+                there_are_only(below) + (below == 1 ? " vertex" : " vertices"));
     }
     result[i] = static_cast<std::uint32_t>(index);
   }

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/counted.h"
+
 namespace kiln {
 
 void GltfValue::fail(const std::string& problem, const Message& remedy) const {
@@ -69,8 +71,8 @@ std::optional<std::size_t> GltfValue::index_into(const GltfValue& list) const {
   if (!exists()) return std::nullopt;
   const std::uint64_t index = count(0);
   if (index >= list.size()) {
-    fail("it is " + std::to_string(index) + ", but there are only " + std::to_string(list.size()) +
-         " " + list.place());
+    fail("it is " + std::to_string(index) + ", but " + there_are_only(list.size()) + " in " +
+         list.place());
   }
   return static_cast<std::size_t>(index);
 }

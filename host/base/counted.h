@@ -16,4 +16,10 @@ inline std::string counted(std::uint64_t count, const char* one, const char* man
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
+/// For indices that are too large: "there is only 1", "there are only 12", "there are none".
+inline std::string there_are_only(std::uint64_t count) {
+  if (count == 0) return "there are none";
+  return (count == 1 ? "there is only " : "there are only ") + std::to_string(count);
+}
+
 }  // namespace kiln

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/counted.h"
 #include "base/parallel.h"
 #include "kiln/validate.h"
 
@@ -41,8 +42,8 @@ void check_indices(const Mesh& mesh, const std::vector<Triangle>& list, std::siz
   while (list[bad][corner] < pool) ++corner;
   throw Error(ErrorCode::input,
               "Triangle " + std::to_string(bad) + " of mesh '" + mesh.name + "' uses " + what +
-                  " " + std::to_string(list[bad][corner]) + ", but there are only " +
-                  std::to_string(pool) + ": the mesh is corrupt, export it again.",
+                  " " + std::to_string(list[bad][corner]) + ", but " + there_are_only(pool) +
+                  ": the mesh is corrupt, export it again.",
               "mesh-index");
 }
 

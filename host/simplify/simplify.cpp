@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "base/memory.h"
 #include "base/option.h"
 #include "base/progress_guard.h"
+#include "base/stopwatch.h"
 #include "kiln/normals.h"
 #include "kiln/validate.h"
 #include "simplify/height_layout.h"
@@ -221,6 +223,47 @@ void SimplifyLevels::solve(std::size_t level) const {
   entry.result = impl_->job->solve();
   entry.report = impl_->report;
   entry.measured = false;
+}
+
+std::vector<SimplifiedLevel> simplify_levels(const Mesh& high, std::span<const std::uint32_t> faces,
+                                             const SimplifyOptions& options) {
+  const SimplifyOptions plain;
+  if (faces.empty())
+    throw Error(ErrorCode::usage, "simplify_levels() needs a number of faces for each level.");
+  if (std::adjacent_find(faces.begin(), faces.end(), std::less_equal<>()) != faces.end()) {
+    throw Error(ErrorCode::usage, "The numbers of faces of levels must descend.");
+  }
+  if (options.max_error != plain.max_error || options.hull || options.keep_parts ||
+      options.fit_normals != plain.fit_normals) {
+    throw Error(ErrorCode::usage,
+                "Levels take keep_uvs and height_field alone: call simplify() for other options.");
+  }
+  if (options.keep_uvs && options.height_field) {
+    throw Error(ErrorCode::usage, "keep_uvs and height_field exclude each other: leave one out.");
+  }
+  const SimplifyLevels levels(high, faces,
+                              options.keep_uvs       ? LevelRule::keep_uvs
+                              : options.height_field ? LevelRule::height_field
+                                                     : LevelRule::shape);
+  std::vector<SimplifiedLevel> result;
+  result.reserve(faces.size());
+  std::size_t level = 0;
+  for (const std::uint32_t number : faces) {
+    // A number without a mesh of its own gets the level of the number before, which has no more faces.
+    const std::size_t former = level;
+    while (level + 1 < levels.count() && levels.asked(level + 1) >= number) ++level;
+    if (!result.empty() && level == former) {
+      result.push_back(result.back());
+      continue;
+    }
+    const Stopwatch watch;
+    SimplifiedLevel& made = result.emplace_back();
+    if (levels.can_be_solved(level)) levels.solve(level);
+    made.mesh = levels.mesh(level, &made.report);
+    transfer_colors(high, made.mesh);
+    made.report.seconds = watch.total();
+  }
+  return result;
 }
 
 }  // namespace kiln

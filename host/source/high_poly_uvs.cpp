@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "base/counted.h"
+
 namespace kiln {
 
 bool has_uvs(const Source::Impl& source) {
@@ -16,8 +18,8 @@ bool has_uvs(const Source::Impl& source) {
     for (const std::uint32_t index : source.uv_triangles[t]) {
       if (index < source.uvs.size()) continue;
       throw Error(ErrorCode::input, "Triangle " + std::to_string(t) + " of the high poly uses UV " +
-                                        std::to_string(index) + ", but there are only " +
-                                        std::to_string(source.uvs.size()) +
+                                        std::to_string(index) + ", but " +
+                                        there_are_only(source.uvs.size()) +
                                         ": the mesh is corrupt, export it again.");
     }
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kiln/error.h"
@@ -138,5 +139,22 @@ struct SimplifyReport {
 /// that. O(n log n) in the number of triangles, regardless of vertex valence.
 Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
               SimplifyReport* report = nullptr);
+
+/// A low poly of simplify_levels().
+struct SimplifiedLevel {
+  Mesh mesh = {};              ///< As simplify() makes it
+  SimplifyReport report = {};  ///< As of simplify(); `seconds` is the level's own share
+};
+
+/// Low polys with several numbers of faces from one run of collapses, such as levels of detail: they cost little more
+/// than the finest alone. A level equals simplify()'s result for its number of faces where the mesh needs no
+/// presimplification, and where no number exceeds 5,000; else coarse levels may differ slightly.
+/// \param faces  descending. A number below the fewest faces that keep the topology gets the coarsest level
+/// \param options  keep_uvs or height_field; `faces` is ignored, and the other members must have their defaults
+/// \returns a level for each number, in their order
+/// \throws as simplify(); Error(usage) for numbers that do not descend, or for none
+/// Thread safety, lifetimes and progress: as simplify().
+std::vector<SimplifiedLevel> simplify_levels(const Mesh& high, std::span<const std::uint32_t> faces,
+                                             const SimplifyOptions& options = {});
 
 }  // namespace kiln

@@ -55,5 +55,48 @@ TEST(SimplifyLevels, GoOnWhereAGoalGivesNoMeshOfItsOwn) {
   }
 }
 
+TEST(SimplifyLevels, OfTheFunctionAreWhatSimplifyMakes) {
+  Mesh high = test::BumpySphere::dense(6000);
+  for (const Vec3& p : high.positions) {
+    const auto byte = [](float x) { return static_cast<std::uint8_t>(127.5F + 100 * x); };
+    high.colors.push_back({byte(p.x), byte(p.y), byte(p.z), 255});
+  }
+  const std::vector<std::uint32_t> faces = {2000, 700, 240, 3, 2};
+  const std::vector<SimplifiedLevel> levels = simplify_levels(high, faces);
+  ASSERT_EQ(levels.size(), faces.size());
+  for (std::size_t i = 0; i < 3; ++i) {
+    SimplifyReport report;
+    const Mesh direct = simplify(high, {.faces = faces[i]}, &report);
+    EXPECT_EQ(levels[i].mesh.positions, direct.positions);
+    EXPECT_EQ(levels[i].mesh.triangles, direct.triangles);
+    EXPECT_EQ(levels[i].mesh.normals, direct.normals);
+    EXPECT_EQ(levels[i].mesh.colors, direct.colors);
+    EXPECT_EQ(levels[i].report.faces, report.faces);
+    EXPECT_EQ(levels[i].report.error, report.error);
+  }
+  // Fewer than a closed mesh keeps: the coarsest level.
+  EXPECT_EQ(levels[3].mesh.triangles, levels[4].mesh.triangles);
+  EXPECT_GE(levels[4].mesh.triangles.size(), 4U);
+}
+
+TEST(SimplifyLevels, RefuseOtherOptionsAndOrders) {
+  const Mesh high = test::icosphere(2);
+  const auto refused = [&](std::vector<std::uint32_t> faces, const SimplifyOptions& options) {
+    try {
+      simplify_levels(high, faces, options);
+    } catch (const Error& error) {
+      return error.code() == ErrorCode::usage;
+    }
+    return false;
+  };
+  EXPECT_TRUE(refused({}, {}));
+  EXPECT_TRUE(refused({100, 100}, {}));
+  EXPECT_TRUE(refused({100, 200}, {}));
+  EXPECT_TRUE(refused({100}, {.max_error = 0.01}));
+  EXPECT_TRUE(refused({100}, {.hull = true}));
+  EXPECT_TRUE(refused({100}, {.height_field = true, .keep_uvs = true}));
+  EXPECT_FALSE(refused({100, 50}, {}));
+}
+
 }  // namespace
 }  // namespace kiln
