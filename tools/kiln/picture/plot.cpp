@@ -223,7 +223,7 @@ std::vector<std::string> plot_files(const std::string& name) {
 std::optional<RunningProgram> start_python() {
   const char* set = std::getenv("PATH");
   std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
-  // The first one's place, and what it goes on to where it has no matplotlib.
+  // The first python3, followed by its alternatives, which the script tries if it has no matplotlib.
   std::vector<std::string> command = {"", "-c", kPlotScript, "-", "-"};
   for (std::string folder; std::getline(folders, folder, ':');) {
     const fs::path python = fs::path(folder) / "python3";
@@ -231,7 +231,7 @@ std::optional<RunningProgram> start_python() {
     command.front().empty() ? command.front() = python : command.emplace_back(python);
   }
   if (command.front().empty()) return std::nullopt;
-  // Not in the plot's folder: Python would take a json.py there for its own.
+  // Does not start in the plot's folder, because Python would import a json.py there.
   return RunningProgram::start(std::move(command), "/");
 }
 
@@ -251,7 +251,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     save_text(saved(plot.name + "_plot.json"), plot.data.dump(1) + "\n");
     const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
                                 "_plot.json " + plot.name + ".png";
-    // If one finds no Python, no other does.
+    // If Python fails for one plot, it fails for all.
     std::optional<ProgramResult> result;
     const std::string text = plot.data.dump();
     if (python && python->began() && !python->began_with(text)) python.reset();

@@ -22,8 +22,8 @@
 namespace kiln::cli {
 namespace {
 
-/// C0 but tabs and line breaks, DEL, and C1 (U+0080 to U+009F), of which U+009B begins escape sequences, too. And what
-/// breaks lines or turns the direction of writing, so that a name reads as another.
+/// True for C0 except tabs and line breaks, DEL, and C1 (U+0080 to U+009F), where U+009B starts escape sequences; also
+/// for Unicode line breaks and changes of writing direction, which can make a name look like another.
 bool is_control(std::string_view character) {
   const auto first = static_cast<unsigned char>(character[0]);
   if (character.size() == 1)
@@ -131,7 +131,7 @@ bool Console::progress(double share, std::string_view stage) {
   if (quiet_ || !terminal_) return true;
   const int percent = std::clamp(static_cast<int>(share * 100), 0, 100);
   if (percent == last_percent_ && stage == last_stage_) return true;
-  // A line that wraps would not be cleared: it ends a column before the last one.
+  // The line must not wrap, since only one line is cleared, so it ends a column early.
   const std::size_t columns = terminal_columns() - 1;
   const std::size_t width = std::min<std::size_t>(32, columns / 3);
   const std::size_t filled = static_cast<std::size_t>(percent) * width / 100;
