@@ -76,7 +76,7 @@ BakeCache::BakeCache(fs::path folder, fs::path records, std::unique_ptr<CacheSto
       records_(std::move(records)),
       store_(std::move(store)) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
-  // Builds of one version may differ, so the executable is hashed, too.
+  // Two builds of one version may differ.
   program_ = std::string(version()) + " " + file_hash("/proc/self/exe").value_or("");
 }
 

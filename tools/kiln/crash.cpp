@@ -204,7 +204,7 @@ bool handles_crash(int number) noexcept {
 
 bool supervised(int& exit_code) {
   if (read_tries() != 2) return false;
-  // This process creates and removes the folder, so that no environment variable refers to a removed one.
+  // Made here, and removed here: no variable names a folder that is removed.
   std::string folder = os::temporary_folder() / "kiln-cache-XXXXXX";
   const bool made = mkdtemp(folder.data()) != nullptr;
   if (made && os::shared_level(folder).empty()) child = fork();

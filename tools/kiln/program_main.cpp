@@ -43,7 +43,7 @@ void keep_memory() {
 #endif
 }
 
-/// The part of main() that may throw.
+/// All that may throw.
 int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands) {
   using namespace kiln;
   cli::Program program(commands);
@@ -106,7 +106,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
         stderr);
     return static_cast<int>(ErrorCode::output);
   }
-  // Prevents PoCL from installing a process-wide handler for arithmetic traps.
+  // PoCL installs a process-wide handler for arithmetic traps; ours to decide, so not wanted.
   setenv("POCL_SIGFPE_HANDLER", "0", 0);
   int exit_code = static_cast<int>(ErrorCode::internal);
   if (cli::supervised(exit_code)) return exit_code;

@@ -223,7 +223,7 @@ std::vector<std::string> plot_files(const std::string& name) {
 std::optional<RunningProgram> start_python() {
   const char* set = std::getenv("PATH");
   std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
-  // The first python3, followed by its alternatives, which the script tries if it has no matplotlib.
+  // The first one's place, and what it goes on to where it has no matplotlib.
   std::vector<std::string> command = {"", "-c", kPlotScript, "-", "-"};
   for (std::string folder; std::getline(folders, folder, ':');) {
     const fs::path python = fs::path(folder) / "python3";
@@ -231,7 +231,7 @@ std::optional<RunningProgram> start_python() {
     command.front().empty() ? command.front() = python : command.emplace_back(python);
   }
   if (command.front().empty()) return std::nullopt;
-  // Does not start in the plot's folder, because Python would import a json.py there.
+  // Not in the plot's folder: Python would take a json.py there for its own.
   return RunningProgram::start(std::move(command), "/");
 }
 

@@ -199,7 +199,7 @@ constexpr std::array kSlots = {
     SlotRow{"emission", MaterialSlot::emission, &Material::emission_map, false},
 };
 
-/// A material's slot as JSON: its texture or its constant value.
+/// One slot of a material: its picture, or its value.
 Json slot_json(const SlotRow& row, const Texture& texture, std::size_t material, const Material& of,
                PictureList& pictures) {
   const Texture::Factor factor =

@@ -131,7 +131,7 @@ bool Console::progress(double share, std::string_view stage) {
   if (quiet_ || !terminal_) return true;
   const int percent = std::clamp(static_cast<int>(share * 100), 0, 100);
   if (percent == last_percent_ && stage == last_stage_) return true;
-  // The line must not wrap, since only one line is cleared, so it ends a column early.
+  // A line that wraps would not be cleared: it ends a column before the last one.
   const std::size_t columns = terminal_columns() - 1;
   const std::size_t width = std::min<std::size_t>(32, columns / 3);
   const std::size_t filled = static_cast<std::size_t>(percent) * width / 100;

@@ -40,8 +40,9 @@ void finish_output();
 /// \returns false where that cannot be
 bool reserve_descriptors();
 
-/// Prints results, warnings and, on a terminal only, a progress bar. The bar and warnings go to standard error, results
-/// to standard output. With `quiet`, only warnings are printed.
+/// A progress bar on a terminal, and none elsewhere: logs hold results and warnings alone. The bar and
+/// warnings go to standard error, so that standard output stays for results. Quiet leaves out the bar and
+/// results; warnings stay.
 class Console {
  public:
   /// \param report  destination of the command's report; "-" reserves standard output for it, and lines go to standard
