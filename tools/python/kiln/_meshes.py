@@ -1,4 +1,4 @@
-"""What Kiln takes for a mesh."""
+"""Conversion of meshes to kiln.Mesh."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from ._errors import Error, path_of, warn
 
 
 def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int = 0) -> Mesh:
-    """Reads a mesh: PLY, OBJ, STL, OFF, glTF, and FBX, DAE, 3DS and X where they were built in.
+    """Reads a mesh: PLY, OBJ, STL, OFF, glTF, and in builds with their readers FBX, DAE, 3DS and X.
 
-    triangulate  how polygons become triangles: auto, blender, fan or shortest
-    uv_set       of several sets of UVs in a glTF
+    triangulate  triangulation of polygons: auto, blender, fan or shortest
+    uv_set       index of the UV set of a glTF
 
     Raises kiln.Error for a file that cannot be used.
     """
@@ -22,7 +22,7 @@ def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int
 
 
 def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
-    """A kiln.Mesh of a mesh, a file's path, a file's bytes, (vertices, faces), or an object of trimesh's kind.
+    """Converts a mesh, a file's path, a file's bytes, (vertices, faces), or a trimesh object to a kiln.Mesh.
 
     >>> import kiln
     >>> kiln.as_mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).faces.shape
@@ -56,18 +56,18 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
 
 
 def as_high(given: Any, high_normals: str | float = "auto", parameter: str = "high") -> Mesh:
-    """The same of a high poly, with the normals that all which is baked from it sees."""
+    """Converts a high poly, with the normals that bakes use."""
     return _core.shaded(as_mesh(given, parameter), str(high_normals))
 
 
 def _of_glb(data: bytes) -> Mesh:
-    """Through a file that lives as long as the mesh, since pictures of its materials are read when they are baked."""
+    """Reads a temporary file of the bytes, which lives as long as the mesh, since bakes read its textures."""
     file, kept = kept_file(data)
     return _core.load_file(file, "auto", 0, kept)
 
 
 def kept_file(data: bytes) -> tuple[str, object]:
-    """A GLB's file, and what it lives as long as."""
+    """Writes a GLB to a temporary file; returns it with the object that keeps it alive."""
     import shutil
     import tempfile
     import weakref
@@ -82,7 +82,7 @@ def kept_file(data: bytes) -> tuple[str, object]:
 
 
 class _Kept:
-    """What a mesh keeps, so that something is done when it is gone."""
+    """An object that a mesh references, so that a function runs when the mesh is freed."""
 
 
 def _extension(data: bytes) -> str:
@@ -97,14 +97,14 @@ def _extension(data: bytes) -> str:
     return ".obj"
 
 
-#: What a material of trimesh's shows by.
+#: Members of a trimesh material that Kiln reads.
 _FACTORS = ("baseColorFactor", "metallicFactor", "roughnessFactor", "emissiveFactor")
 _PICTURES = ("baseColorTexture", "metallicRoughnessTexture", "normalTexture", "occlusionTexture", "emissiveTexture")
 
 
 def _of_object(given: Any, with_material: bool) -> Mesh:
-    """Duck typing of trimesh.Trimesh: visual.uv, visual.vertex_colors, the vertices' own normals, and the material. What
-    is left out is told."""
+    """Converts a trimesh.Trimesh or a similar object: visual.uv, visual.vertex_colors, explicit vertex normals, and the
+    material. Warns about omitted data."""
     visual = getattr(given, "visual", None)
     uvs = getattr(visual, "uv", None)
     colors = None
@@ -116,7 +116,7 @@ def _of_object(given: Any, with_material: bool) -> Mesh:
             "The mesh has colours of faces, which are not taken: give each face vertices of its own, with their colours.",
             len(given.faces),
         )
-    # Normals that were computed say nothing new; those that a file gave are in the cache.
+    # Computed normals are redundant; explicit ones from a file are in the cache.
     cache = getattr(given, "_cache", None)
     normals = None
     if cache is not None and "vertex_normals" in getattr(cache, "cache", {}):
@@ -131,7 +131,7 @@ def _of_object(given: Any, with_material: bool) -> Mesh:
 
 
 def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
-    """With a material of trimesh's, by a GLB of one triangle."""
+    """Adds a trimesh material by way of a GLB of one triangle."""
     if hasattr(material, "diffuse") and hasattr(material, "to_pbr"):
         material = _pbr_of_simple(material)
     pictures = [name for name in _PICTURES if getattr(material, name, None) is not None]
@@ -152,7 +152,7 @@ def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
             process=False,
         )
         data: bytes = triangle.export(file_type="glb", include_normals=True)
-        # Pictures that cannot be written are left out without a word.
+        # trimesh silently omits pictures that it cannot write.
         if all(name.encode() in data for name in pictures):
             beside = getattr(visual, "vertex_attributes", {}).get("color")
             if beside is not None and (beside != beside.dtype.type(1 if beside.dtype.kind == "f" else 255)).any():
@@ -168,8 +168,7 @@ def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
 
 
 def _pbr_of_simple(material: Any) -> Any:
-    """Of trimesh's SimpleMaterial, without the greys that stand in for a picture or a colour which nobody gave: its own
-    to_pbr() multiplies pictures by them."""
+    """Converts a SimpleMaterial without the default greys by which its own to_pbr() multiplies pictures."""
     made = material.to_pbr()
     made.metallicFactor = 0.0
     if getattr(material, "_glossiness", None) is None:
