@@ -15,10 +15,10 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// Encodes a GLB with one material.
-/// \param maps  pictures in [0, 1] by map name
-/// \param alpha  alpha mode of maps with opacity
-/// \param double_sided  true to show back faces
+/// A GLB of one material.
+/// \param maps          pictures in [0, 1] by their names
+/// \param alpha         of those with opacity
+/// \param double_sided  back faces are shown
 nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& maps,
                  const std::string& alpha, bool double_sided) {
   const Call call;

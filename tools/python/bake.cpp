@@ -294,8 +294,9 @@ bool is_transparent_mesh(const PyMesh& high) {
   });
 }
 
-/// \param names  names of the material's map slots
-/// \returns the maps by slot as material textures store them, the emission strength, and the maps without a slot
+/// \param names  of the places for maps in a material
+/// \returns the maps by these names, as a material's pictures hold them; what 1 of emission stands for; and which maps
+/// it has no place for
 nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names) {
   const Call call;
   std::vector<BakedMap> maps = self.result.maps;

@@ -91,7 +91,7 @@ def path_of(given: Any, parameter: str = "path") -> str:
 
 
 def device_of(device: Any) -> str:
-    """Converts a device's name or index to the library's form."""
+    """Its name or index, as the library takes it."""
     if isinstance(device, str):
         return device
     if isinstance(device, bool) or not hasattr(device, "__index__"):

@@ -249,8 +249,8 @@ def pack_glb(
     low           what kiln.as_mesh() takes, with UVs
     maps          of normal, ao, color, opacity, roughness, metallic, emission: (H, W) or (H, W, C), uint8, or float in
                   [0, 1], colours sRGB-encoded, row 0 at the top; none: {}. Of a kiln.Bake: {name: bake.stored(name)}
-    path          file to write as well: NAME.glb
-    double_sided  show back faces
+    path          where to write it, too: NAME.glb
+    double_sided  back faces are shown
     alpha         with opacity: mask or blend
 
     Returns a kiln.Glb. Raises kiln.Error.
@@ -451,7 +451,7 @@ def _maps_of(maps: Sequence[str] | None, samples: bool) -> tuple[list[str] | Non
 
 
 def _file_of(given: Any) -> tuple[str | None, object]:
-    """A high poly's file, with the object that keeps it alive; None for a mesh in memory."""
+    """The file that a high poly is, and what it lives as long as; None: it is a mesh in memory."""
     if isinstance(given, (str, os.PathLike)):
         return path_of(given, "vertices"), None
     if isinstance(given, (bytes, bytearray, memoryview)) and bytes(given[:4]) == b"glTF":
@@ -470,7 +470,7 @@ def _name_of(path: str | os.PathLike[str] | None, mesh: Mesh | None, file: str |
 
 
 def _pictures_of(baked: Bake, left_out: set[str]) -> tuple[dict[str, np.ndarray], float]:
-    """The maps as material textures store them, and the emission strength."""
+    """The maps as a material has them, and what 1 of emission stands for."""
     files, strength, _ = _core.asset_maps(baked._core, list(SLOTS))
     if "normal" in left_out and "normals" not in baked:
         files.pop("normal", None)

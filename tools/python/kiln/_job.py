@@ -52,7 +52,7 @@ def run(
 ) -> JobResult:
     """Runs a job like `kiln bake`, with its options as keywords.
 
-    job        a dict of options, or its JSON text; keyword arguments override it
+    job        a dict of options, or a JSON text of one; keyword arguments go before it
     high, low  a path, a list of paths, or a kiln.Mesh. Without low, Kiln makes it (faces=, max_error=)
     out        a folder, or NAME.glb, NAME.gltf or NAME.obj
     options    flags of `kiln bake` with underscores: faces=5000, maps=["normal", "ao"], max_distance="2%";

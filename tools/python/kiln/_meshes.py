@@ -11,10 +11,10 @@ from ._errors import Error, path_of, warn
 
 
 def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int = 0) -> Mesh:
-    """Reads a mesh: PLY, OBJ, STL, OFF, glTF, and in builds with their readers FBX, DAE, 3DS and X.
+    """Reads a mesh: PLY, OBJ, STL, OFF, glTF, and FBX, DAE, 3DS and X where they were built in.
 
-    triangulate  triangulation of polygons: auto, blender, fan or shortest
-    uv_set       index of the UV set of a glTF
+    triangulate  how polygons become triangles: auto, blender, fan or shortest
+    uv_set       of several sets of UVs in a glTF
 
     Raises kiln.Error for a file that cannot be used.
     """
@@ -22,7 +22,7 @@ def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int
 
 
 def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
-    """Converts a mesh, a file's path, a file's bytes, (vertices, faces), or a trimesh object to a kiln.Mesh.
+    """A kiln.Mesh of a mesh, a file's path, a file's bytes, (vertices, faces), or an object of trimesh's kind.
 
     >>> import kiln
     >>> kiln.as_mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).faces.shape
@@ -67,7 +67,7 @@ def _of_glb(data: bytes) -> Mesh:
 
 
 def kept_file(data: bytes) -> tuple[str, object]:
-    """Writes a GLB to a temporary file; returns it with the object that keeps it alive."""
+    """A GLB's file, and what it lives as long as."""
     import shutil
     import tempfile
     import weakref
@@ -103,8 +103,8 @@ _PICTURES = ("baseColorTexture", "metallicRoughnessTexture", "normalTexture", "o
 
 
 def _of_object(given: Any, with_material: bool) -> Mesh:
-    """Converts a trimesh.Trimesh or a similar object: visual.uv, visual.vertex_colors, explicit vertex normals, and the
-    material. Warns about omitted data."""
+    """Duck typing of trimesh.Trimesh: visual.uv, visual.vertex_colors, the vertices' own normals, and the material. What
+    is left out is told."""
     visual = getattr(given, "visual", None)
     uvs = getattr(visual, "uv", None)
     colors = None

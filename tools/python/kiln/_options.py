@@ -25,7 +25,7 @@ def options() -> dict[str, str]:
 
 
 def checked(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The keywords of a bake that have a value. Raises TypeError for unknown ones."""
+    """The keywords of a bake that have a value. Raises TypeError for one that there is not."""
     if not _known:
         _known.update((name, is_flag) for name, is_flag, text in _core.keywords())
     for name, value in given.items():
