@@ -1,11 +1,11 @@
-# Flattens one OpenCL kernel into a C++ source, with #line marks and a depfile.
+# Flattens one OpenCL kernel and its includes into a C++ source, with #line marks and a depfile.
 #
 # Run as: cmake -DINPUT=kernels/accel/ray.cl -DROOT=kernels -DOUTPUT=ray.cpp -DDEPFILE=ray.d
 #               -DFAMILY=ray -P EmbedKernel.cmake
 #
-# `#include "lib/x.clh"` is resolved against ROOT, once a file. Each line of the result keeps the file
-# and line it came from, so that a compiler's message or a debugger names the true place. Lines that are
-# comments alone stay empty, and indents go: compilers of C++ need take no more than 65,536 characters.
+# `#include "lib/x.clh"` is resolved against ROOT, once per file. Each line keeps its original file and line number, so
+# that compiler messages and debuggers name the true place. Comment lines become empty and indentation is removed, because
+# C++ compilers need not accept literals above 65,536 characters.
 
 cmake_policy(VERSION 3.25)
 
@@ -13,8 +13,8 @@ set(dependencies "")
 set(included "")
 set(text "")
 
-# Raw string literals hold any text but their own end mark; long literals are cut, since compilers
-# limit a single one's length.
+# Raw string literals can contain any text except their end mark. Long literals are split, since compilers limit their
+# length.
 function(flatten file)
   if(file IN_LIST included)
     return()

@@ -1,4 +1,4 @@
-# stb_image, a header alone: the target Stb::image.
+# stb_image, which is header-only: the target Stb::image.
 find_path(Stb_INCLUDE_DIR stb/stb_image.h)
 mark_as_advanced(Stb_INCLUDE_DIR)
 

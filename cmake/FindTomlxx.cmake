@@ -1,5 +1,5 @@
-# toml++, headers alone: the target Tomlxx::headers. Debian's own target is of a shared library, which programs that
-# link a static Kiln would have to find, too.
+# toml++, header-only: the target Tomlxx::headers. Debian's own target is a shared library, which programs that link a
+# static Kiln would have to find, too.
 find_path(Tomlxx_INCLUDE_DIR toml++/toml.h)
 mark_as_advanced(Tomlxx_INCLUDE_DIR)
 

@@ -1,5 +1,5 @@
-# ufbx, which is two files, ufbx.c and ufbx.h, that a program compiles itself: the target Ufbx::source has their folder.
-# KILN_UFBX_DIR, a variable or of the environment, names it; else it is where tools/install-packages puts it.
+# ufbx: two source files, ufbx.c and ufbx.h, which programs compile themselves. The target Ufbx::source has their folder,
+# which is KILN_UFBX_DIR (CMake or environment variable), or the one of tools/install-packages.
 find_path(Ufbx_SOURCE_DIR ufbx.c
   HINTS "${KILN_UFBX_DIR}" "$ENV{KILN_UFBX_DIR}"
   PATHS "$ENV{XDG_CACHE_HOME}/kiln/ufbx" "$ENV{HOME}/.cache/kiln/ufbx" "${PROJECT_SOURCE_DIR}/build/ufbx"
@@ -15,6 +15,6 @@ include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(Ufbx REQUIRED_VARS Ufbx_SOURCE_DIR Ufbx_VERSION VERSION_VAR Ufbx_VERSION)
 if(Ufbx_FOUND AND NOT TARGET Ufbx::source)
   add_library(Ufbx::source INTERFACE IMPORTED)
-  # As system headers: their warnings are not ours.
+  # System headers, whose warnings are suppressed.
   set_target_properties(Ufbx::source PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${Ufbx_SOURCE_DIR}")
 endif()

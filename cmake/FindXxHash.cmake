@@ -1,4 +1,4 @@
-# xxHash, headers alone: the target XxHash::headers.
+# xxHash, header-only: the target XxHash::headers.
 find_path(XxHash_INCLUDE_DIR xxhash.h)
 mark_as_advanced(XxHash_INCLUDE_DIR)
 

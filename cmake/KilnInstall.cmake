@@ -22,7 +22,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/kiln-config.cmake
               cmake/KilnQuietly.cmake cmake/FindDeflate.cmake cmake/FindStb.cmake cmake/FindVdb.cmake cmake/FindWebP.cmake cmake/FindZstd.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 
-# Whoever links a static Kiln links what it was built with.
+# Programs that link a static Kiln must also link its dependencies.
 set(kiln_private "")
 if(NOT BUILD_SHARED_LIBS)
   set(kiln_private " -lkiln_geometry -lOpenCL -lmeshoptimizer -pthread")
@@ -62,7 +62,7 @@ if(NOT BUILD_SHARED_LIBS)
     endforeach()
   endif()
 endif()
-# Relative, since an installed tree may be moved.
+# A relative path keeps the installed tree relocatable.
 file(RELATIVE_PATH kiln_pc_up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(cmake/kiln.pc.in ${CMAKE_CURRENT_BINARY_DIR}/kiln.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/kiln.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

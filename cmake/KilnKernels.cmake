@@ -1,5 +1,5 @@
-# kiln_embed_kernels(TARGET ROOM/FAMILY...): adds kernels/<room>/<family>.cl to a target as string constants
-# and a table that finds them by family name.
+# kiln_embed_kernels(TARGET ROOM/FAMILY...): adds kernels/<room>/<family>.cl to a target as string constants,
+# with a lookup table by family name.
 function(kiln_embed_kernels target)
   set(directory "${CMAKE_CURRENT_BINARY_DIR}/embedded")
   file(MAKE_DIRECTORY "${directory}")

@@ -1,5 +1,5 @@
-# Finds a package whose own files talk of what does not concern us: Debian's Imath, of OpenEXR, names a library of
-# another package. What is found so is found again in silence, since its targets are there.
+# Finds a package while suppressing its messages: Debian's Imath, a dependency of OpenEXR, warns about a library of another
+# package. Later searches are silent, too, because the targets exist then.
 macro(kiln_find_quietly package)
   set(kiln_log_level "${CMAKE_MESSAGE_LOG_LEVEL}")
   set(CMAKE_MESSAGE_LOG_LEVEL WARNING)

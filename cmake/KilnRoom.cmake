@@ -1,13 +1,13 @@
-# kiln_room(TARGET FILE...): adds a room's files to a target, and compiles neighbours together, since headers take
-# longer than most files do (KILN_TOGETHER; the target says UNITY_BUILD_MODE GROUP). Groups follow the order of the
-# list, each up to about 140 KB of source: few enough to be quick, enough of them for two processors. Files of one
-# group share their unnamed namespaces, so no private name may stand in two neighbours.
+# kiln_room(TARGET FILE...): adds a room's files to a target in unity groups, since headers take longer to compile than
+# most files (KILN_TOGETHER; the target has UNITY_BUILD_MODE GROUP). Groups are consecutive files of up to about 140 KB in
+# total: large enough to save time, small enough for parallel builds. Files of a group share their unnamed namespaces, so
+# private names must be unique within the room.
 function(kiln_room target)
   if(BUILD_SHARED_LIBS)
-    set(target kiln)  # the one library file
+    set(target kiln)  # shared builds have a single library
   endif()
   cmake_path(GET CMAKE_CURRENT_SOURCE_DIR FILENAME room)
-  list(GET ARGN 0 first)  # a room may have several lists
+  list(GET ARGN 0 first)  # a room may call this several times
   string(MAKE_C_IDENTIFIER "${room}_${first}" room)
   set(group 1)
   set(bytes 0)

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
   throw Error(ErrorCode::usage, setting.origin.place() + ": " + setting.key + ": " + problem);
 }
 
-/// Endings of files that an open ending, "crate_low.*", may stand for.
+/// True for file extensions that a pattern with an open ending, "crate_low.*", may match.
 bool is_mesh_ending(const std::string& path) {
   constexpr std::array kEndings = {".ply", ".obj", ".stl", ".off", ".gltf",
                                    ".glb", ".fbx", ".dae", ".3ds", ".x"};
@@ -40,7 +40,7 @@ std::string joined(const std::string& folder, const std::string& path) {
   return folder.ends_with('/') ? folder + path : folder + "/" + path;
 }
 
-/// A pattern's value in a folder whose name is no pattern.
+/// A pattern below the setting's folder. The folder's name is escaped, since it is no pattern.
 std::string in_folder(const Setting& setting, const std::string& word) {
   return joined(escape_pattern(setting.folder), word);
 }
@@ -64,7 +64,7 @@ class Expander {
  private:
   struct Group {
     Captures captures;
-    std::vector<std::string> files;  ///< Of the first pattern
+    std::vector<std::string> files;  ///< Files that the first pattern matched
   };
 
   std::vector<FileLister::Found> find(const Setting& setting, const PathPattern& pattern,
@@ -86,7 +86,7 @@ class Expander {
   static PathPattern pattern_of(const Setting& setting, const std::string& word) {
     try {
       const PathPattern pattern(in_folder(setting, word));
-      // What is captured would be climbed out of again.
+      // ".." after a capture would leave the captured folder again.
       const std::string& text = pattern.text();
       const std::size_t open = std::min({text.find('{'), text.find('*'), text.size()});
       if (!pattern.captures().empty() && text.find("/..", open) != std::string::npos) {
@@ -100,7 +100,7 @@ class Expander {
     }
   }
 
-  /// Files of one stem in several formats are one mesh twice, not two.
+  /// Rejects files of the same stem in several formats, since they are the same mesh.
   static void check_formats(const Setting& setting, const std::vector<std::string>& files) {
     std::map<std::string, std::string> stems;
     for (const std::string& file : files) {
@@ -130,7 +130,7 @@ class Expander {
     const Setting& first = low != nullptr ? *low : *high;
     const PathPattern primary = pattern_of(first, first.words[0]);
     if (has_wildcards(primary)) primaries_.push_back({primary, skip, rule, &first});
-    // The order of assets is that of their first files.
+    // Assets are in the order of their first files.
     std::vector<Group> groups;
     std::map<Captures, std::size_t> places;
     std::size_t matched = 0;
@@ -159,7 +159,7 @@ class Expander {
     return file_.folder.empty() ? "" : " below '" + file_.folder.string() + "'";
   }
 
-  /// A HIGH whose LOW is missing, or has another name, would be left out in silence.
+  /// Warns about high polys without a low poly of that name, which would otherwise be skipped silently.
   void check_unpaired(const Setting& high, const std::vector<PathPattern>& skip,
                       const std::set<std::string>& used) {
     std::vector<std::string> unpaired;
@@ -180,7 +180,7 @@ class Expander {
                                unpaired.size()});
   }
 
-  /// All files of a side, or none where nothing matches. \param problem  out: why there is none
+  /// All files of a side; empty if none matches. \param problem out: why there is none
   std::vector<std::string> files_of(const Setting& setting, const Captures& captures,
                                     std::string& problem) {
     std::vector<std::string> files;
@@ -210,10 +210,10 @@ class Expander {
     return list.empty() ? ": the first pattern of this [[bake]] captures nothing." : list + ".";
   }
 
-  /// Layers in order: later ones go before.
+  /// Merges a layer into the effective settings. Later layers override earlier ones.
   void add_layer(std::map<std::string, Setting>& in_force, const OptionLayer& layer) const {
     for (const Setting& setting : layer.settings) {
-      // --cage and --cage-mesh exclude each other: the later one counts.
+      // A setting removes earlier ones that it excludes, such as --cage and --cage-mesh.
       const OptionRow* const row = find_option_row(setting.key);
       for (auto other = in_force.begin(); row != nullptr && other != in_force.end();) {
         const OptionRow* const their = find_option_row(other->first);
@@ -227,7 +227,7 @@ class Expander {
     }
   }
 
-  /// NAME.kiln.toml beside a mesh, or of the capture {name}; none.
+  /// The path of NAME.kiln.toml beside a mesh, where NAME is its stem or the capture {name}; empty if there is none.
   std::string sidecar_of(const std::vector<std::string>& meshes, const Captures& captures) {
     std::set<std::string> found;
     const auto look = [&](const std::string& folder, const std::string& stem) {
@@ -340,7 +340,7 @@ class Expander {
     }
   }
 
-  /// A path without wildcards, with captures filled in.
+  /// A path with captures substituted. Wildcards are errors.
   std::string plain_path(const Setting& setting, const std::string& word,
                          const Captures& captures) const {
     try {
@@ -360,7 +360,7 @@ class Expander {
     }
   }
 
-  /// Words of an option with paths as they are opened. \returns false where an optional file is not there
+  /// Resolves the paths in an option's words. \returns false if an optional file is missing
   bool place_words(const OptionRow& row, Setting& setting, const Captures& captures) {
     const PathOption kind = path_option(row);
     if (kind == PathOption::none) return true;
@@ -373,7 +373,7 @@ class Expander {
         const PathPattern pattern =
             kind == PathOption::input ? pattern_of(setting, path).with(captures) : PathPattern();
         if (kind == PathOption::input && pattern.captures().empty() && has_wildcards(pattern)) {
-          // Of pictures and sources, the ending is part of the word.
+          // Pictures and sources are listed with their extension.
           for (const FileLister::Found& file : lister_.find(pattern))
             several.push_back(base_path(file.path));
           there = !several.empty();
@@ -403,20 +403,21 @@ class Expander {
     return !words.empty();
   }
 
-  /// As it is opened: the job file's folder before it.
+  /// A path relative to the job file's folder, as it is opened.
   std::string base_path(const std::string& path) const {
     if (path.empty() || fs::path(path).is_absolute()) return path;
     return (file_.folder / path).lexically_normal().string();
   }
 
-  /// True for settings that are for bakes of all kinds, and so may serve some of them alone.
+  /// True for settings of layers that apply to all bakes. They may be irrelevant to some of these.
   bool is_general(const Setting& setting) const {
     const std::string& layer = setting.origin.layer;
     return layer == file_.defaults.name || (file_.profile && layer == file_.profile->name) ||
            layer == options_.command_line.name;
   }
 
-  /// True if maps or matches of a bake obey an option: `ao_rays` of [defaults] is not for bakes without occlusion.
+  /// True if a map or match of a bake obeys an option. `ao_rays` of [defaults], for example, does not serve bakes
+  /// without occlusion.
   static bool is_served_by(const std::map<std::string, Setting>& in_force, const OptionRow& row) {
     if (!row.is_of_maps() && !row.is_of_matches()) return true;
     Job job;
@@ -430,7 +431,7 @@ class Expander {
       }
       return is_served(row, settled(job));
     } catch (const Error&) {
-      return true;  // what is wrong is said where the job is checked
+      return true;  // The check of the job reports the error.
     }
   }
 
@@ -453,7 +454,7 @@ class Expander {
         continue;
       }
       if (setting.origin.file.empty()) {
-        // Of the command line: paths begin where it was given.
+        // Paths on the command line are relative to the current folder.
         for (std::string& word : setting.words) {
           word = with_path(*row, word, [&](const std::string& path) {
             return path_option(*row) == PathOption::output ? plain_path(setting, path, captures)
@@ -508,7 +509,8 @@ class Expander {
     asset.expected_seconds = expected_seconds(asset.job);
   }
 
-  /// Options within others, such as those of a map's variant. Files that they name may be a hook's to make.
+  /// Checks options within values, such as those of a map's variant. Files need not exist yet, since a hook may make
+  /// them.
   static void check_values(const Job& job) {
     try {
       options_of(settled(job));
@@ -517,7 +519,7 @@ class Expander {
     }
   }
 
-  /// Two rules may capture one name.
+  /// Makes names unique, since two [[bake]] rules may capture the same one.
   void name_apart() {
     std::map<std::string, std::size_t> counts;
     for (const BatchAsset& asset : batch_.assets) ++counts[asset.name];
@@ -528,7 +530,7 @@ class Expander {
 
   static std::string identity(const fs::path& path) {
     std::error_code error;
-    // Of a relative path whose first folder is not there yet, the canonical one is relative, too.
+    // weakly_canonical() returns a relative path if the first folder of a relative path does not exist.
     const fs::path found = fs::weakly_canonical(fs::absolute(path), error);
     return (error ? fs::absolute(path).lexically_normal() : found).string();
   }
@@ -562,7 +564,7 @@ class Expander {
                         output + "': give each a place of its own, such as out/{dir}/{name}.");
       }
     }
-    // What one bake writes and another reads depends on which comes first.
+    // If one bake writes what another reads, the result depends on their order.
     for (const BatchAsset& asset : batch_.assets) {
       std::vector<std::string> inputs = high_files(asset.job);
       const std::vector<std::string> low = low_files(asset.job);
@@ -587,7 +589,7 @@ class Expander {
     return nullptr;
   }
 
-  /// An output that a pattern of inputs matches would be baked itself by the next run.
+  /// Rejects outputs that match a pattern of inputs: the next run would bake them.
   void check_next_inputs() {
     const std::string base = identity(file_.folder.empty() ? fs::path(".") : file_.folder) + "/";
     for (const BatchAsset& asset : batch_.assets) {
@@ -617,7 +619,7 @@ class Expander {
     }
   }
 
-  /// A sidecar whose mesh has another name would change nothing, in silence.
+  /// Warns about sidecars without a mesh of that name, which would otherwise be ignored silently.
   void check_sidecars() {
     for (const std::string& folder : sidecar_folders_) {
       for (const std::string& file : lister_.files_of(folder)) {
@@ -685,7 +687,8 @@ std::string output_name(const Job& job) {
 }
 
 double expected_seconds(const Job& job) {
-  // Two cores of 2026: a job's own cost, bytes that are parsed, and samples of each map. Occlusion casts rays.
+  // Throughput of two CPU cores (2026): seconds per job, parsed bytes per second, samples per second of each map, and
+  // rays per second for occlusion.
   constexpr double kOwn = 0.05, kBytes = 4e7, kSamples = 6e6, kRays = 1e7;
   double bytes = 0;
   for (const auto* const side : {&job.high, &job.low.given}) {

@@ -1,4 +1,4 @@
-// The bakes of a job file, one an asset.
+// Expands a job file into its assets: one bake each.
 #pragma once
 
 #include <filesystem>
@@ -13,22 +13,22 @@ namespace kiln {
 
 /// One bake of a job file.
 struct BatchAsset {
-  std::string name;  ///< Unlike any other's: the texts of its captures, or its first file's name
+  std::string name;  ///< Unique: the texts of its captures, or its first file's name
   Job job;
-  std::vector<Setting> settings;  ///< In force, by key
-  std::size_t rule = 0;           ///< Which [[bake]]
-  std::string problem;            ///< Why it cannot be baked; empty: nothing is known to be wrong
+  std::vector<Setting> settings;  ///< Effective settings, sorted by key
+  std::size_t rule = 0;           ///< Index of its [[bake]]
+  std::string problem;            ///< Why it cannot be baked; empty if no problem is known
   unsigned retries = 0;
-  double timeout = 0;         ///< Seconds; 0: none
-  std::string before, after;  ///< Commands; empty: none
+  double timeout = 0;         ///< Seconds; 0: no limit
+  std::string before, after;  ///< Hooks: shell commands; empty: none
   double expected_seconds = 0;
 };
 
 struct ExpandOptions {
-  bool allow_outside = false;     ///< Outputs may lie outside of the job file's folder
-  bool allow_own_maps = false;    ///< The file may name maps of OpenCL C
-  bool allow_hooks = false;       ///< The file may name commands
-  std::vector<std::string> only;  ///< Patterns of names; none: all
+  bool allow_outside = false;     ///< Outputs may be outside the job file's folder
+  bool allow_own_maps = false;    ///< The file may use own maps, which are OpenCL C code
+  bool allow_hooks = false;       ///< The file may contain hooks, which are shell commands
+  std::vector<std::string> only;  ///< Patterns of asset names; empty: all
   OptionLayer command_line{"command line", {}};
 };
 
@@ -37,14 +37,14 @@ struct Batch {
   std::vector<Warning> warnings;
 };
 
-/// Finds the files of each [[bake]], and makes a job for each asset.
-/// \throws Error(usage) for what is wrong with the file, such as two bakes of one output: with its line
+/// Finds the files of each [[bake]], and creates a job for each asset.
+/// \throws Error(usage) with the line for errors in the file, such as two bakes with the same output
 Batch expand_job_file(const JobFile& file, const ExpandOptions& options);
 
-/// Folder, stem and files that a job writes, as far as they are known before: for messages and checks.
+/// The output that names a job in messages and checks: its folder and stem, or its file.
 std::string output_name(const Job& job);
 
-/// Estimated seconds of a job, from sizes of files and maps. For order and lists.
+/// Estimated run time of a job in seconds, from the sizes of files and maps. Used for the order of bakes and for lists.
 double expected_seconds(const Job& job);
 
 }  // namespace kiln

@@ -24,20 +24,21 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFormat =
-    "1";  // of keys, records and entries: a change makes all of them new
+    "1";  // Version of keys, records and entries; a change invalidates all of them
 constexpr std::int64_t kCoarsest =
-    2000000000;  // nanoseconds between two times of the coarsest file system (FAT)
-constexpr std::size_t kMostLists = 64;  // of inputs below one key
-constexpr const char* kGone = "none";   // identity of a file that cannot be read
+    2000000000;  // Nanoseconds: time resolution of the coarsest file system (FAT)
+constexpr std::size_t kMostLists = 64;  // Lists of dependencies per key
+constexpr const char* kGone = "none";   // Identity of a file that cannot be read
 
-/// Size, times and number of a file; empty: it is not there.
+/// Size, times and inode number of a file; empty if there is none. \param proves out: true if an equal state later
+/// proves that the file did not change
 std::string state_of(const fs::path& path, bool& proves) {
   const std::optional<os::FileFacts> facts = os::facts_of(path);
   if (!facts || !facts->is_regular) return {};
   const auto now = std::chrono::duration_cast<std::chrono::nanoseconds>(
                        std::chrono::system_clock::now().time_since_epoch())
                        .count();
-  // A file of the future, or of just now, may be changed without another time.
+  // A file changed just now, or with a time in the future, may change again without a new time.
   const std::int64_t last = std::max(facts->modified_ns, facts->changed_ns);
   proves = facts->changed_ns != 0 && now - last > kCoarsest;
   return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
@@ -45,7 +46,7 @@ std::string state_of(const fs::path& path, bool& proves) {
          std::to_string(facts->id.file);
 }
 
-/// Own maps may include files by the compiler, which nobody sees being read.
+/// True if an own map has an #include. The OpenCL compiler reads such files, so InputLog does not see them.
 bool includes_files(const Job& job) {
   for (const std::string& map : job.own_maps) {
     std::ifstream in(map.substr(map.find('=') + 1), std::ios::binary);
@@ -94,7 +95,7 @@ fs::path BakeCache::whole(const std::string& path) const { return folder_ / path
 
 std::string BakeCache::identify(const fs::path& path) { return file_hash(path).value_or(kGone); }
 
-/// All that is said of an asset, with paths as they are below the folder.
+/// All options of an asset, with paths relative to the folder.
 Json BakeCache::options_of(const BatchAsset& asset) const {
   const Json json = Json::parse(to_json(asset.job));
   Json options = Json::object();
@@ -103,7 +104,7 @@ Json BakeCache::options_of(const BatchAsset& asset) const {
     return with_path(*row, word, [&](const std::string& path) { return relative(path); });
   };
   for (const std::string& key : json.keys()) {
-    if (key == "quiet" || key == "device") continue;  // nothing of the result
+    if (key == "quiet" || key == "device") continue;  // These do not change the result.
     const OptionRow* const row = find_option_row(key);
     const Json& value = json.at(key);
     if (value.is_array()) {
@@ -152,7 +153,7 @@ std::optional<BakeCache::Record> BakeCache::load(const BatchAsset& asset) const 
   std::ifstream in(record_path(asset), std::ios::binary);
   if (!in) return std::nullopt;
   const std::string text(std::istreambuf_iterator<char>(in), {});
-  // The hash of the rest stands first: what was cut off or changed is no record.
+  // The record begins with the hash of the rest, which detects truncation and changes.
   if (text.size() < 33 || content_hash(std::string_view(text).substr(33)) != text.substr(0, 32))
     return std::nullopt;
   Json json = Json::parse(std::string_view(text).substr(33));
@@ -232,7 +233,7 @@ bool BakeCache::is_same(const std::string& path, File& file, bool& renewed, bool
   if (state.empty()) return file.hash == kGone;
   if (!file.state.empty() && file.state == state) return true;
   if ((output ? identify(name) : hash_now(name)) != file.hash) return false;
-  // Touched, not changed.
+  // The file was touched but has the same contents.
   const std::string now = proves ? state : "";
   renewed = renewed || now != file.state;
   file.state = now;
@@ -279,7 +280,7 @@ std::string BakeCache::list_text(const Record& record) {
 
 namespace {
 
-/// What of the options is not as it was.
+/// Lists the options that changed.
 std::string changed_options(const Json& before, const Json& now) {
   std::string list;
   const auto add = [&](const std::string& text) { list += (list.empty() ? "" : ", ") + text; };
@@ -376,7 +377,7 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
   for (const HeldOutput& output : outputs)
     written[relative(output.destination)] = output.bytes.string();
   for (const auto& [path, hash] : inputs.files) {
-    // What it wrote itself, and read to see whether it may, is no input.
+    // The bake's own outputs are no inputs, even if it read them to check whether they may be replaced.
     if (written.count(relative(path)) != 0) continue;
     if (identify(path) != hash) return relative(path) + " changed while it was baked";
     record.inputs[relative(path)] = {hash, ""};
@@ -391,7 +392,7 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
     if (answer_now(of.first, of.second) != answer) return of.first + " changed while it was baked";
     record.answers[{relative(of.first), of.second}] = answer;
   }
-  // The entry: what is in it, then the bytes, one file after the other.
+  // An entry is a JSON header, followed by the bytes of all files.
   Json head = {{"files", Json::array()},
                {"outputs", record.files},
                {"warnings", warnings},
@@ -440,7 +441,7 @@ void BakeCache::note_outputs(const BatchAsset& asset, bool read) {
     const std::lock_guard lock(mutex_);
     const auto kept = kept_.find(asset.name);
     if (kept == kept_.end()) {
-      // Nothing is known of what is there now.
+      // The current outputs are unknown.
       std::error_code error;
       fs::remove(record_path(asset), error);
       return;
@@ -483,7 +484,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
     const std::string path = unescape_bytes(file.at("path").text());
     const auto bytes = static_cast<std::size_t>(file.at("bytes").number());
     const fs::path name = whole(path).lexically_normal();
-    // A shared cache is others' writing: nothing goes elsewhere.
+    // A shared cache is untrusted input: it may write only to the asset's own outputs.
     if (!is_ours(name) || bytes > entry->size() - at) return false;
     files.emplace_back(name, std::string_view(*entry).substr(at, bytes));
     record.outputs[path] = {content_hash(files.back().second), ""};
@@ -507,7 +508,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
     record.files.push_back(unescape_bytes(path.text()));
     decision.files.push_back(whole(record.files.back()).string());
   }
-  // Its list of inputs is that by which it was found.
+  // The record gets the list of dependencies by which the entry was found.
   record.options = options_of(asset);
   record.key = key_of(record.options);
   record.entry = decision.entry;

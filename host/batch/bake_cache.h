@@ -1,4 +1,4 @@
-// Nothing is baked twice: what a result depends on, and whether that is as it was.
+// Incremental bakes: records what each result depends on, and detects whether that changed.
 #pragma once
 
 #include <filesystem>
@@ -18,72 +18,74 @@
 
 namespace kiln {
 
-/// What is to be done for an asset.
+/// How an asset gets its outputs, and why.
 struct CacheDecision {
   enum class Kind : unsigned char {
-    unchanged,  ///< Inputs, options and outputs are as they were
-    restored,   ///< Its outputs are in the cache
+    unchanged,  ///< Inputs, options and outputs have not changed
+    restored,   ///< Its outputs can be copied from the cache
     bake,
   };
   Kind kind = Kind::bake;
-  std::string reason;              ///< Why it is not unchanged: "albedo.png changed"
-  std::vector<std::string> files;  ///< Outputs, unless it is to be baked
+  std::string reason;              ///< Why it is not `unchanged`: "albedo.png changed"
+  std::vector<std::string> files;  ///< Output files; empty for `bake`
   Json warnings = Json::array();
-  double missed = 0;  ///< Share of samples that were missed
-  std::string entry;  ///< Of the cache, where it is restored
+  double missed = 0;  ///< Share of missed samples
+  std::string entry;  ///< Name of the cache entry, for `restored`
 };
 
-/// Records of what each asset was made of, and a store of results.
+/// Records of each asset's dependencies, and a store of results.
 ///
-/// A result is found by two keys, as compilers' caches do it. The first is of options, of this program and of the
-/// device's class; below it stands a list of what was read when it was baked: files with hashes, files that were looked
-/// for and not there, answers of folders. Where all of one list is as it was, its second key, of the first and the
-/// list, names the entry. A record says the same for an asset's last bake, with the state of its outputs.
+/// A result is found by two keys, like in the direct mode of ccache. The first key is a hash of the options, this
+/// program and the device class. It leads to lists of dependencies, one for each bake with these options: files with
+/// hashes, files that were searched for but missing, and answers of folders. If all dependencies of a list are
+/// unchanged, its second key, the hash of the first key and the list, names the entry. A record stores the same for an
+/// asset's last bake, together with the state of its outputs.
 ///
-/// A file whose size, times and number are those of the record is not read again, unless it was changed within the two
-/// seconds before the record was written: clocks of file systems are coarse. Any thread.
+/// A file whose size, times and inode number equal the recorded ones is not read again, unless it changed within the
+/// two seconds before the record was written, because file systems have coarse clocks. Thread-safe.
 class BakeCache {
  public:
-  /// \param folder   of the job file: paths below it are kept relative to it
+  /// \param folder  folder of the job file; paths below it are stored relative to it
   /// \param records  folder of the records
-  /// \param store    null: records alone
+  /// \param store  storage of results; null: only records are kept
   BakeCache(std::filesystem::path folder, std::filesystem::path records,
             std::unique_ptr<CacheStore> store);
 
-  /// Device class of keys: devices of one class give the same bytes.
+  /// Sets the device class, which is part of keys: devices of one class give the same bytes.
   void set_device(const DeviceInfo& info);
 
-  /// What is to be done. Nothing is written but records of what was hashed again.
+  /// Decides whether an asset must be baked. Writes nothing but records whose files were hashed again.
   CacheDecision decide(const BatchAsset& asset);
-  /// Writes the outputs of a decision as files of the open OutputSet. \returns false where the entry is gone or damaged
+  /// Writes an entry's outputs to the open OutputSet. \returns false if the entry is missing or damaged
   bool restore(const BatchAsset& asset, CacheDecision& decision);
-  /// An identity of a file's contents, for InputLog.
+  /// Identifies a file's contents by their hash, for InputLog.
   static std::string identify(const std::filesystem::path& path);
 
-  /// Keeps a result, before its outputs are placed: their bytes come from where they wait.
+  /// Stores a result before its outputs are placed, from their temporary files.
   /// \param report  JSON of the bake
-  /// \returns what changed while it was baked, so that nothing is kept; empty: nothing
+  /// \returns which input changed during the bake, in which case nothing is stored; else empty
   std::string keep(const BatchAsset& asset, const InputLog::Inputs& inputs,
                    const std::vector<HeldOutput>& outputs, const std::vector<std::string>& files,
                    const Json& warnings, double missed);
-  /// Notes the outputs of an asset as they are now, after they were placed. \param read  true: bytes are read again, since
-  /// a hook may have changed them
+  /// Records the state of an asset's outputs after they were placed. \param read true to hash them again, since a hook
+  /// may have changed them
   void note_outputs(const BatchAsset& asset, bool read);
 
-  /// A key of something that is made from an asset's inputs and outputs, such as its pictures: of options, this program,
-  /// the contents of its meshes and of `files`, and what it is.
+  /// A key for data derived from an asset's inputs and outputs, such as its pictures: the hash of options, this
+  /// program, the contents of its meshes and of `files`, and the kind `what` of the data.
   std::string beside_key(const BatchAsset& asset, const std::vector<std::string>& files,
                          std::string_view what) const;
-  /// What was kept by such a key; none: nothing.
+  /// Loads the data stored under such a key; nullopt if there is none.
   std::optional<std::string> get_beside(const std::string& key);
   void put_beside(const std::string& key, std::string_view text);
 
-  /// Inputs of an asset's record, absolute; none where there is none.
+  /// Absolute paths of the inputs in an asset's record; empty without a record.
   std::vector<std::string> inputs_of(const BatchAsset& asset);
 
  private:
   struct File {
-    std::string hash, state;  ///< State: size, times and number, or empty where they prove nothing
+    /// `state`: size, times and inode number; empty if they cannot prove that the file is unchanged
+    std::string hash, state;
   };
   struct Record {
     std::string key;
@@ -104,7 +106,7 @@ class BakeCache {
   std::filesystem::path record_path(const BatchAsset& asset) const;
   std::optional<Record> load(const BatchAsset& asset) const;
   void save(const BatchAsset& asset, const Record& record) const;
-  /// Why inputs are not as a record has them; empty: they are. \param renewed  out: true if something was hashed again
+  /// Which input differs from a record; empty if none does. \param renewed out: true if a file was hashed again
   std::string why_changed(Record& record, bool& renewed);
   std::string why_outputs_changed(Record& record, bool& renewed);
   bool is_same(const std::string& path, File& file, bool& renewed, bool output);
@@ -117,8 +119,8 @@ class BakeCache {
   std::string program_, device_class_;
   std::mutex mutex_;
   std::map<std::string, std::pair<std::string, std::string>>
-      hashes_;                          ///< By path: state and hash, of this run
-  std::map<std::string, Record> kept_;  ///< Until their outputs are placed
+      hashes_;                          ///< State and hash by path, for this run
+  std::map<std::string, Record> kept_;  ///< Records of results whose outputs are not placed yet
 };
 
 }  // namespace kiln

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kSealBytes = 32;
 constexpr std::chrono::hours kLeftoverAge(
-    24);  // after which a file that was not renamed has no writer any more
+    24);  // Age after which a temporary file is abandoned by its writer
 
 }  // namespace
 
@@ -27,7 +27,7 @@ std::optional<std::string> CacheStore::get(const std::string& name) {
   if (!bytes || bytes->size() < kSealBytes) return std::nullopt;
   const std::string_view whole = *bytes;
   const std::string_view content = whole.substr(0, whole.size() - kSealBytes);
-  // The name is part of the seal: an entry that was moved to another name is none.
+  // The hash includes the name, so that an entry moved to another name is invalid.
   if (content_hash(name + "\n" + content_hash(content)) != whole.substr(content.size()))
     return std::nullopt;
   bytes->resize(content.size());
@@ -49,7 +49,8 @@ std::optional<std::string> FolderStore::load(const std::string& name) {
   in.read(bytes.data(), static_cast<std::streamsize>(size));
   bytes.resize(static_cast<std::size_t>(in.gcount()));
   fs::last_write_time(path, fs::file_time_type::clock::now(),
-                      error);  // it was used; a read-only cache keeps its times
+                      // Marks the entry as recently used; fails without effect in a read-only cache
+                      error);
   return bytes;
 }
 

@@ -1,4 +1,4 @@
-// Where results are kept, by keys: a folder, or a server.
+// Storage of results by name: a folder, or a server.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace kiln {
 
-/// Bytes by names such as "entries/0f3a...". Each is sealed with a hash: one that was changed, or cut off, is not there.
-/// Two writers of one name write the same, or either of two that are both right.
+/// Stores bytes under names such as "entries/0f3a...". A hash of name and bytes detects changes and truncation; damaged
+/// entries count as missing. Concurrent writers of one name are safe: all values of a name are equally valid.
 class CacheStore {
  public:
   virtual ~CacheStore() = default;
-  /// None: it is not there, or not as it was written.
+  /// Nullopt if the entry is missing or damaged.
   std::optional<std::string> get(const std::string& name);
-  /// \returns false where it cannot be kept, which is no failure of a run
+  /// \returns false if it cannot be stored, which does not fail the run
   bool put(const std::string& name, std::string_view bytes);
 
  private:
@@ -25,11 +25,11 @@ class CacheStore {
   virtual bool store(const std::string& name, std::string_view bytes) = 0;
 };
 
-/// A folder, on a network file system, too: a name appears whole, by renaming.
+/// A folder, also on a network file system. Entries appear atomically by renaming.
 class FolderStore : public CacheStore {
  public:
   explicit FolderStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  /// Removes entries, those that were used least lately first, until they take at most so many bytes.
+  /// Removes the least recently used entries until the rest has at most `most_bytes`.
   void prune(std::uint64_t most_bytes);
 
  private:

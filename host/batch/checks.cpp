@@ -28,13 +28,13 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The map that a file's name ends in: the longest name that fits. Null: none is known.
+/// The map whose name ends a file's stem; the longest such name wins. Null if there is none.
 const MapInfo* map_of(const fs::path& file) {
   const std::string stem = file.stem().string();
   const MapInfo* found = nullptr;
   for (const MapInfo& map : maps()) {
     const std::string name(map.kind.name);
-    // A UDIM tile's number stands after the map's name: "low_normal.1001".
+    // A UDIM tile's number follows the map's name: "low_normal.1001".
     const std::size_t at = stem.rfind("_" + name);
     if (at == std::string::npos) continue;
     const std::size_t end = at + 1 + name.size();
@@ -44,7 +44,7 @@ const MapInfo* map_of(const fs::path& file) {
   return found;
 }
 
-/// The limit of a map; where it has none of its own, the one of all maps.
+/// The limit of a map, or else the limit of all maps. Null if there is none.
 const CheckLimit* limit_of(const CheckRules& rules, const std::string& map,
                            const std::string& measure) {
   const CheckLimit* general = nullptr;
@@ -56,7 +56,7 @@ const CheckLimit* limit_of(const CheckRules& rules, const std::string& map,
   return general;
 }
 
-/// Compares an output with its golden map. \returns what is wrong; empty: nothing
+/// Compares an output with its golden map. \returns the difference as a sentence; empty if it is within the limits
 std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
                                 const fs::path& golden, const Image* mask) {
   if (bytes_of(output) == bytes_of(golden)) return {};
@@ -78,7 +78,7 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
   const CheckLimit* const max = limit_of(rules, map, "max");
   const CheckLimit* const mean = limit_of(rules, map, "mean");
   const CheckLimit* const outliers = limit_of(rules, map, "outliers");
-  // Without a limit, all must be equal; a mean alone bounds no single texel.
+  // Without limits, all texels must be equal. A limit of the mean alone bounds no single texel.
   const double most = max != nullptr                           ? max->value
                       : mean != nullptr && outliers == nullptr ? HUGE_VAL
                                                                : 0;
@@ -89,7 +89,7 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
     ++count;
     sum += double{value};
     greatest = std::max(greatest, double{value});
-    // Limits are written in decimals, differences kept in single precision.
+    // Differences have single precision, so decimal limits get a tolerance.
     beyond += double{value} > most * (1 + 1e-6) ? 1 : 0;
   }
   if (count == 0) return {};
@@ -108,7 +108,7 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
   return {};
 }
 
-/// Stem of the map `mask` that goes with a map; empty: the file is none of a map.
+/// Stem of the `mask` file that belongs to a map's file; empty if the file is no map.
 std::string mask_stem(const fs::path& file) {
   const MapInfo* const info = map_of(file);
   if (info == nullptr) return {};
@@ -122,7 +122,7 @@ bool is_mask(const fs::path& file) {
   return info != nullptr && info->type == MapType::coverage && info->kind.name == "mask";
 }
 
-/// The coverage beside an output, where it was baked, too.
+/// The mask that was baked with an output, if any.
 std::optional<Image> mask_of(const AssetResult& result, const fs::path& output) {
   const std::string name = mask_stem(output);
   for (const std::string& file : result.files) {
@@ -283,7 +283,7 @@ std::vector<std::string> compare_hashes(const std::map<std::string, std::string>
 
 namespace {
 
-/// Text within XML, without what XML cannot hold.
+/// Escapes text for XML and removes characters that XML does not allow.
 std::string xml_text(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -339,7 +339,7 @@ std::string junit_text(const std::string& name, const Json& assets) {
 }
 
 std::vector<std::size_t> shards_of(const std::vector<BatchAsset>& assets, std::size_t count) {
-  // The longest first, each to the part that has least; names decide among equals.
+  // Greedy: by falling expected time, each asset goes to the shard with the least total so far. Names break ties.
   std::vector<std::size_t> order(assets.size()), shards(assets.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

@@ -1,4 +1,4 @@
-// What came out beside what is wanted: golden maps, limits, hashes.
+// Checks of outputs: golden maps, limits, hashes.
 #pragma once
 
 #include <map>
@@ -11,39 +11,43 @@
 
 namespace kiln {
 
-/// Holds an asset's files to [check]: golden maps, and the share of missed samples.
-/// \returns what is wrong, a sentence each; none: nothing is
+/// Checks an asset by the rules of [check]: golden maps, and the share of missed samples.
+/// \returns one sentence per problem
 std::vector<std::string> check_asset(const JobFile& file, const AssetResult& result);
-/// The golden file of an output.
+/// The path of an output's golden file.
 std::filesystem::path golden_of(const JobFile& file, const std::string& output);
-/// Makes an asset's files the golden ones, as files of the open OutputSet, if any. \returns those that are new or other
+/// Copies an asset's files to the golden folder, through the open OutputSet, if any. \returns files that are new or
+/// changed
 std::vector<std::string> accept_asset(const JobFile& file, const AssetResult& result);
-/// Golden files beside those of a run's outputs that no output stands for.
+/// Golden files, in the folders of a run's golden files, that correspond to no output.
 std::vector<std::string> golden_without_outputs(const JobFile& file,
                                                 const std::vector<AssetResult>& results);
 
-/// True if a file may be a map whose texels can be compared, by its ending.
+/// True if a file's extension is that of a map whose texels can be compared.
 bool is_map_file(const std::filesystem::path& path);
-/// True if a file's name is that of a map of unit vectors: "low_normal.png".
+/// True if a file's name belongs to a map of unit vectors, such as "low_normal.png".
 bool holds_directions(const std::filesystem::path& map);
-/// The map `mask` beside a map of the same low poly: its texels that are 0 do not count. Empty: there is none.
+/// The path of the `mask` beside a map of the same low poly, whose zero texels are excluded from comparisons. Empty if
+/// there is none.
 std::filesystem::path mask_beside(const std::filesystem::path& map);
-/// Hash of a picture's size, channels and values, whatever its file is packed like; of other files that of their bytes.
+/// Hash of a picture's size, channels and values, independent of its compression; for other files, the hash of their
+/// bytes.
 std::string pixel_hash(const std::filesystem::path& path);
-/// The same of a picture that was read.
+/// Hash of a decoded picture's size, channels and values.
 std::string pixel_hash(const Image& image);
-/// "HASH  PATH" a line. \param hashes  by path
+/// Formats hashes as lines of "HASH PATH". \param hashes by path
 std::string hashes_text(const std::map<std::string, std::string>& hashes);
-/// Of such a text. \param file  for messages \throws Error(input)
+/// The inverse of hashes_text(). \param file for messages \throws Error(input)
 std::map<std::string, std::string> parse_hashes(const std::string& text, const std::string& file);
-/// How two lists differ, a sentence a file.
+/// The differences of two lists of hashes, one sentence per file.
 std::vector<std::string> compare_hashes(const std::map<std::string, std::string>& wanted,
                                         const std::map<std::string, std::string>& found);
 
-/// Results as JUnit's XML, a case an asset. \param assets  of to_json()
+/// Results as JUnit XML, one test case per asset. \param assets a list of to_json()
 std::string junit_text(const std::string& name, const Json& assets);
 
-/// Which of `count` parts of about equal expected seconds each asset belongs to: the same on all machines.
+/// Distributes assets over `count` shards of about equal expected time. \returns the shard of each asset; identical on
+/// all machines
 std::vector<std::size_t> shards_of(const std::vector<BatchAsset>& assets, std::size_t count);
 
 }  // namespace kiln

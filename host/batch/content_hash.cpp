@@ -12,7 +12,8 @@
 namespace kiln {
 
 struct ContentHash::State {
-  // The library's own allocation: the state is aligned to 64 bytes, which a program's operator new may not know of.
+  // Allocated by xxHash, because the state needs an alignment of 64 bytes, which a replaced operator new may not
+  // support.
   State() : state(XXH3_createState()) {
     if (state == nullptr) throw std::bad_alloc();
   }

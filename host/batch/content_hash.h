@@ -1,5 +1,5 @@
-// A hash of contents that stands for them: 128 bits, so that two contents of one hash do not happen by chance. It keeps
-// nobody out who wants two (xxHash, XXH3).
+// A 128-bit content hash (xxHash, XXH3): accidental collisions are negligible. It is not cryptographic, so deliberate
+// ones are possible.
 #pragma once
 
 #include <cstddef>
@@ -20,16 +20,16 @@ class ContentHash {
   ContentHash& operator=(ContentHash&&) noexcept;
 
   void add(std::span<const std::byte> bytes);
-  /// A text with its length, so that "ab", "c" and "a", "bc" are not alike.
+  /// Adds a text with its length, so that "ab", "c" and "a", "bc" have different hashes.
   void add(std::string_view text);
-  /// An array with its length.
+  /// Adds an array with its length.
   template <typename T>
   void add_array(const T& array) {
     const std::size_t size = array.size();
     add(std::as_bytes(std::span(&size, 1)));
     add(std::as_bytes(std::span(array)));
   }
-  /// 32 of 0-9 and a-f.
+  /// 32 hexadecimal digits.
   std::string text() const;
 
  private:
@@ -39,7 +39,7 @@ class ContentHash {
 
 /// Hash of a text.
 std::string content_hash(std::string_view text);
-/// Hash of a file's bytes; none where it cannot be read.
+/// Hash of a file's bytes; nullopt if it cannot be read.
 std::optional<std::string> file_hash(const std::filesystem::path& path);
 
 }  // namespace kiln

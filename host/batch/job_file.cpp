@@ -23,14 +23,14 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostSidecarBytes = std::size_t{1} << 20;
 constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before", "after"};
-/// Options of a run as a whole, which the command line has.
+/// Options that concern the whole run and are thus limited to the command line.
 constexpr std::array kWholeRun = {"device", "quiet"};
 
 [[noreturn]] void fail_in(const Origin& origin, const std::string& key, const Message& problem) {
   throw Error(ErrorCode::usage, origin.place() + ": " + key + ": " + problem);
 }
 
-/// Option names that a table of a job file may have.
+/// All keys that a table of a job file may have.
 std::vector<std::string> known_keys() {
   std::vector<std::string> keys(kRunKeys.begin(), kRunKeys.end());
   for (const OptionRow& row : bake_rows()) keys.push_back(option_key(row));
@@ -42,7 +42,7 @@ std::string without_dashes(std::string key) {
   return key;
 }
 
-/// "; did you mean size?", or what there is.
+/// "; did you mean size?", or a list of the known keys.
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
   const std::string near = nearest_word(word, known);
   if (!near.empty()) return "; did you mean " + near + "?";
@@ -101,7 +101,7 @@ class Reader {
     const TomlValue* words = &value;
     if (value.is_table() && value.find("file") != nullptr) {
       check_keys(value, file_, name, {"file", "optional"});
-      // A cage is a distance; its file has an option of its own.
+      // `cage` is a distance; cage files have the option `cage_mesh`.
       if (setting.key == "cage") setting.key = "cage_mesh";
       row = find_option_row(setting.key);
       words = value.find("file");
@@ -167,7 +167,7 @@ class Reader {
     return value.text;
   }
 
-  /// Sets it in a job of its own, so that what is wrong is said with its line.
+  /// Checks a setting by applying it to an empty job, so that errors name its line.
   void check_option(const OptionRow& row, Setting& setting, bool list) const {
     Job job;
     try {
@@ -185,7 +185,7 @@ class Reader {
       if (list) {
         set_option(job, setting.key, setting.words);
       } else if (setting.words.size() == 1) {
-        // As the flag takes it: "normal,ao".
+        // A string is split like the flag's value: "normal,ao".
         if (row.value.delimiter != 0) setting.words = split(setting.words[0], row.value.delimiter);
         set_option(job, setting.key, setting.words);
       } else {
@@ -214,7 +214,7 @@ class Reader {
               std::string("it is ") + value.kind_name() + ": give " + what + ".");
     };
     if (key == "skip") {
-      if (value.kind == TomlValue::Kind::truth) {  // of a sidecar
+      if (value.kind == TomlValue::Kind::truth) {  // `skip` of a sidecar
         setting.words = {value.text};
         return;
       }
@@ -280,7 +280,7 @@ void check_version(const Origin& origin, const TomlValue& value) {
         sign == ">=" || sign == ">" || sign == "<=" || sign == "<" || sign == "==" || sign == "=";
     if (!good || !known)
       fail_in(origin, "kiln", "'" + text + "' is no version: give \">=0.3\", or \">=0.3, <1\".");
-    // "==0.3" is any 0.3.
+    // "==0.3" matches any 0.3.x.
     if (sign.find('=') == 0)
       std::fill(have.begin() + static_cast<std::ptrdiff_t>(parts), have.end(), 0);
     const bool fits = sign == ">="   ? have >= wanted
@@ -296,7 +296,7 @@ void check_version(const Origin& origin, const TomlValue& value) {
   }
 }
 
-/// "5%" is a share; a number stays.
+/// Converts "5%" to a share of 1; numbers are unchanged.
 double limit_value(const Reader& reader, const std::string& key, const TomlValue& value) {
   std::string text = value.text;
   const bool percent = value.is_text() && text.ends_with('%');
@@ -377,7 +377,7 @@ std::string option_key(const OptionRow& row) {
 
 const OptionRow* find_option_row(std::string_view key) {
   for (const OptionRow& row : bake_rows()) {
-    // More files of a side stand in one list with the first.
+    // Additional files of a side are elements of the list of HIGH or LOW.
     if (row.flag != "--high" && row.flag != "--low" && option_key(row) == key) return &row;
   }
   return nullptr;
@@ -425,7 +425,7 @@ OptionLayer read_sidecar(const fs::path& path, const std::string& folder) {
 JobFile parse_job_file(std::string_view text, const fs::path& path, const std::string& profile) {
   const std::string file = path.string();
   const TomlValue root = parse_toml(text, file);
-  // A file for another version may have keys that this one does not know.
+  // The version is checked first, since a file for another version may have unknown keys.
   if (const TomlValue* const kiln = root.find("kiln"))
     check_version({"file", file, kiln->line}, *kiln);
   check_keys(root, file, "a job file", {"kiln", "defaults", "profile", "bake", "check"});
@@ -456,7 +456,7 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
       if (!all->elements[i].is_table()) {
         fail_in(reader.origin(all->elements[i]), name, "write it as a table: [" + name + "].");
       }
-      // Those that are not asked for are checked, too.
+      // Profiles that are not selected are checked, too.
       OptionLayer layer = reader.layer_of(all->elements[i]);
       not_allowed(layer, {"high", "low", "name", "skip"});
       profiles.push_back(all->keys[i]);
@@ -578,7 +578,7 @@ std::string toml_of(const Json& value) {
   return "[" + list + "]";
 }
 
-/// The same with patterns' own characters escaped.
+/// A copy of a value with the special characters of patterns escaped in paths.
 Json with_escaped_paths(const OptionRow& row, const Json& value) {
   if (value.is_array()) {
     Json list = Json::array();

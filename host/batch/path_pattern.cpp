@@ -12,13 +12,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostWays = 256;         // of alternatives in braces
-constexpr std::size_t kMostSteps = 200000;     // of one match, which backtracks
-constexpr std::size_t kMostEntries = 2000000;  // that are looked at
-constexpr std::size_t kMostFiles = 200000;     // that match
-constexpr std::size_t kMostDepth = 64;         // of folders
+constexpr std::size_t kMostWays = 256;         // Combinations of alternatives in braces
+constexpr std::size_t kMostSteps = 200000;     // Steps of one match, which backtracks
+constexpr std::size_t kMostEntries = 2000000;  // Folder entries that a search visits
+constexpr std::size_t kMostFiles = 200000;     // Files that match
+constexpr std::size_t kMostDepth = 64;         // Nested folders
 
-/// Number of the bytes of `[*]` and the like at a place; 0: there is none.
+/// Length in bytes of `[*]` and similar escapes at a position; 0 if there is none.
 std::size_t literal_at(std::string_view text, std::size_t at) {
   if (text.size() < at + 3 || text[at] != '[' || text[at + 2] != ']') return 0;
   return std::string_view("*?{}").find(text[at + 1]) == std::string_view::npos ? 0 : 3;
@@ -34,7 +34,7 @@ std::size_t end_of_braces(std::string_view text, std::size_t at) {
   return end;
 }
 
-/// One pattern for each choice of alternatives.
+/// Expands `{a,b}` to one pattern for each combination of alternatives.
 void expand(std::string_view text, std::size_t from, std::vector<std::string>& all) {
   for (std::size_t at = from; at < text.size(); ++at) {
     if (const std::size_t literal = literal_at(text, at)) {
@@ -99,7 +99,7 @@ PathPattern::Tokens PathPattern::tokens_of(std::string_view text) {
                            (at == 0 || text[at - 1] == '/');
       tokens.push_back({folders ? Kind::folder_capture : Kind::capture, name});
       at = end + 1;
-      // The slash is its own, so that no folders are no slash.
+      // The token includes the slash, because zero folders have none.
       if (folders && at < text.size()) ++at;
     } else if (text.substr(at, 3) == "**/" && (at == 0 || text[at - 1] == '/')) {
       tokens.push_back({Kind::folders, {}});
@@ -139,7 +139,7 @@ bool PathPattern::is_plain() const {
          });
 }
 
-/// One match, by trying the longest text first.
+/// One match by backtracking, which tries the longest text first.
 struct PathPattern::Matching {
   const Tokens& tokens;
   std::string_view path;
@@ -171,7 +171,7 @@ struct PathPattern::Matching {
       return path.substr(at, known.size()) == known && from(token + 1, at + known.size());
     }
     const std::size_t end = std::min(path.find('/', at), path.size());
-    // Neither a wildcard nor a capture matches what begins a hidden name.
+    // Neither wildcards nor captures match the dot at the start of a hidden name.
     if (at < path.size() && path[at] == '.' && (at == 0 || path[at - 1] == '/')) return false;
     for (std::size_t to = end + 1; to-- > at + (capture ? 1 : 0);) {
       if (capture) captures[one.text] = std::string(path.substr(at, to - at));
@@ -181,7 +181,7 @@ struct PathPattern::Matching {
     return false;
   }
 
-  /// Folders with the slash after them, as many as can be, or none. The last token of a pattern has none.
+  /// Matches as many folders as possible with their slashes, or none. The last token of a pattern has no final slash.
   bool try_folders(std::size_t token, std::size_t at, const std::string* name) {
     const bool last = token + 1 == tokens.size();
     const auto with = [&](std::string_view folders, std::size_t next) {
@@ -251,7 +251,7 @@ PathPattern PathPattern::with(const Captures& captures) const {
     }
     text += escape_pattern(known->second);
     at = end + 1;
-    // No folders are no slash.
+    // Zero folders have no slash.
     if (known->second.empty() && at < text_.size() && text_[at] == '/') ++at;
   }
   return PathPattern(text);
@@ -292,7 +292,7 @@ const FileLister::Folder& FileLister::folder_at(const std::string& path) {
     }
   }
   if (error) {
-    // What lies in it would be left out in silence.
+    // An error, because its files would otherwise be skipped silently.
     throw Error(ErrorCode::input, "The folder '" + folder.string() + "' cannot be read (" +
                                       error.message() + "): check its permissions.");
   }
@@ -311,7 +311,7 @@ const std::vector<std::string>& FileLister::files_of(const std::string& folder) 
 void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t deepest,
                       const PathPattern& pattern, const Captures& known,
                       std::vector<Found>& found) {
-  // A link to a folder above would lead in circles.
+  // A link to a parent folder would recurse without end.
   refuse_if(depth > kMostDepth, "'" + (base_ / folder).string() + "' lies more than " +
                                     std::to_string(kMostDepth) +
                                     " folders deep: is there a link to a folder above?");
@@ -338,7 +338,7 @@ std::vector<FileLister::Found> FileLister::find(const PathPattern& given, const 
   const PathPattern pattern = given.with(known);
   std::vector<Found> found;
   for (const PathPattern::Tokens& tokens : pattern.ways_) {
-    // The folders before the first wildcard, and how many may follow.
+    // The search starts at the folders before the first wildcard, and is as deep as the pattern allows.
     std::string fixed;
     std::size_t at = 0;
     for (; at < tokens.size() && tokens[at].kind == PathPattern::Kind::text; ++at)

@@ -14,30 +14,30 @@ namespace kiln {
 /// Values of captures by name.
 using Captures = std::map<std::string, std::string>;
 
-/// A pattern of paths. `*` is any text within a name, `?` one character, `**/` any folders, or none. `{a,b}` is one of
-/// several texts. `{name}` is any text within a name, not empty, which is captured; `{dir}/` likewise any folders, or
-/// none. A capture that occurs twice is the same text both times. `[*]`, `[?]`, `[{]` and `[}]` are the characters
-/// themselves. `\` is `/`. Of several ways to match the one decides whose earlier captures are longer.
+/// A pattern of paths. `*` matches any text within a name, `?` one character, `**/` any number of folders. `{a,b}`
+/// matches either text. `{name}` captures a non-empty text within a name; `{dir}/` captures any number of folders. A
+/// capture that occurs twice must match the same text both times. `[*]`, `[?]`, `[{]` and `[}]` match the literal
+/// characters. `\` is read as `/`. Of several ways to match, the one with the longest earlier captures is used.
 class PathPattern {
  public:
   PathPattern() = default;
-  /// \throws Error(usage) for braces without an end, and for too many alternatives
+  /// \throws Error(usage) for unclosed braces, and for too many alternatives
   explicit PathPattern(std::string_view text);
 
   const std::string& text() const { return text_; }
   /// Names of captures, in the order of the pattern.
   const std::vector<std::string>& captures() const { return captures_; }
-  /// True if it has captures, or matches more than one path.
+  /// False if it has captures, or may match more than one path.
   bool is_plain() const;
-  /// \param known     values that captures must have \param captured  out: those of all captures, where it matches
+  /// \param known  required values of captures \param captured out: values of all captures, if it matches
   bool matches(std::string_view path, const Captures& known, Captures& captured) const;
-  /// True if it matches the path, or a folder that the path lies in.
+  /// True if it matches the path, or a folder that contains the path.
   bool covers(std::string_view path) const;
-  /// The path of a plain pattern, or with these values for captures. \throws Error(usage) where something is left open
+  /// The path, with captures substituted. \throws Error(usage) if a capture or wildcard remains
   std::string path(const Captures& captures) const;
-  /// The same with values for captures that are known: others, and wildcards, stay.
+  /// The pattern with known captures substituted. Other captures and wildcards remain.
   PathPattern with(const Captures& captures) const;
-  /// Its last name ends in a wildcard, such as "{name}_low.*".
+  /// True if its last name ends in a wildcard, such as "{name}_low.*".
   bool has_open_ending() const;
 
  private:
@@ -45,7 +45,7 @@ class PathPattern {
   enum class Kind : unsigned char { text, any, one, folders, capture, folder_capture };
   struct Token {
     Kind kind;
-    std::string text;  ///< Of a text; the name of a capture
+    std::string text;  ///< The literal text, or the name of a capture
   };
   using Tokens = std::vector<Token>;
   struct Matching;
@@ -53,28 +53,28 @@ class PathPattern {
   static Tokens tokens_of(std::string_view text);
 
   std::string text_;
-  std::vector<Tokens> ways_;  ///< One for each choice of alternatives
+  std::vector<Tokens> ways_;  ///< Tokens for each combination of alternatives
   std::vector<std::string> captures_;
 };
 
-/// A text without characters that patterns take for their own.
+/// Escapes the special characters of patterns in a text.
 std::string escape_pattern(std::string_view text);
 
-/// Files by patterns. What a folder holds is read once.
+/// Finds files by patterns. Each folder is read once.
 class FileLister {
  public:
-  /// \param base  where relative patterns begin; empty: the current folder
+  /// \param base  base of relative patterns; empty: the current folder
   explicit FileLister(std::filesystem::path base)
       : base_(base.empty() ? std::filesystem::path(".") : std::move(base)) {}
 
   struct Found {
-    std::string path;  ///< With / alone; below the base where the pattern is relative
+    std::string path;  ///< With `/` as separator; relative to the base if the pattern is relative
     Captures captures;
   };
-  /// All regular files that match, by name. Names that begin with a dot only match patterns that do.
+  /// All regular files that match, sorted by name. Names that begin with a dot match only patterns that do, too.
   /// \throws Error(usage) for too many files, Error(input) for folders that cannot be read
   std::vector<Found> find(const PathPattern& pattern, const Captures& known = {});
-  /// Names of regular files of a folder, sorted; none where there is no such folder.
+  /// Sorted names of a folder's regular files; empty if there is no such folder.
   const std::vector<std::string>& files_of(const std::string& folder);
 
  private:

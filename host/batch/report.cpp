@@ -16,18 +16,17 @@
 namespace kiln {
 namespace {
 
-/// Largest report that is read: ten thousand assets with pictures are some 100 MB.
+/// Maximum size of a report: ten thousand assets with pictures are about 100 MB.
 constexpr std::size_t kMostReportBytes = std::size_t{1} << 30;
 
-/// How much worse an asset is than before. Degrees of rendered normals are the unit; what cannot be measured in
-/// degrees is ordered around them: a failure comes before any error, a new kind of warning counts a tenth, and other
-/// pixels whose error is as it was come last.
+/// Weights that rank changes of assets, in degrees of rendered normals. A failure outweighs any error; a missed share
+/// of 1% counts as 1 degree; a new kind of warning counts 0.1 degrees; changed pixels with the same error come last.
 struct Worse {
   static constexpr double kFailed = 1000, kMissedShare = 100, kWarning = 0.1, kPixels = 0.001;
 };
-/// Least differences that are told: below them a rounding changes.
+/// Minimum reported differences; smaller ones are rounding.
 constexpr double kLeastDegrees = 0.005, kLeastShare = 0.0005;
-/// Seconds are told where they doubled, and are no noise.
+/// A longer run time is reported from this factor on, if it is at least kLeastSeconds.
 constexpr double kSlower = 2, kLeastSeconds = 1;
 
 bool is_failure(const Json& asset) {
@@ -88,7 +87,7 @@ class Comparison {
   }
 
   void compare_maps(const Json& former, const Json& now) {
-    // A report without a page has no maps.
+    // Reports that were not embedded in a page have no maps.
     if (!former.is_array() || !now.is_array()) return;
     const auto before = by_text(former, "name"), after = by_text(now, "name");
     for (const auto& [name, map] : after) {
@@ -120,7 +119,7 @@ class Comparison {
   std::vector<std::string> what_;
 };
 
-/// The part of "2/8". \returns false where there is none
+/// Parses a report's shard "2/8". \returns false if it has none
 bool read_shard(const Json& report, double& part, double& count) {
   const std::string& text = report.at("shard").text();
   const std::size_t slash = text.find('/');
@@ -244,7 +243,7 @@ std::string report_in_page(const Json& report) {
   const std::string text = report.with_texts(escape_bytes).dump();
   std::string escaped;
   escaped.reserve(text.size() + text.size() / 64);
-  // "<" stands within texts alone, where JSON may write it so. U+2028 and U+2029 do no harm in an element of data.
+  // In JSON, "<" occurs only within strings, where it may be escaped. U+2028 and U+2029 are harmless in a data element.
   for (const char c : text) {
     if (c == '<') {
       escaped += "\\u003c";
@@ -319,7 +318,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
     throw Error(ErrorCode::usage, formatted("--merge: part %.0f/%.0f is missing: ", part, count) +
                                       "give the reports of all parts.");
   }
-  // As one run has them: by name, since parts lie across each other.
+  // Sorted by name as in one run, since shards interleave.
   std::vector<Json> sorted = assets.elements();
   std::sort(sorted.begin(), sorted.end(), [](const Json& a, const Json& b) {
     return a.at("asset").text() < b.at("asset").text();
@@ -347,7 +346,7 @@ void add_baseline(Json& report, const Json& former) {
     } else {
       Json baseline = Comparison().of(*old->second, asset);
       if (baseline.at("state").text() == "changed") {
-        // What a page shows beside.
+        // The page shows the former pictures next to the new ones.
         if (old->second->at("pictures").is_object())
           baseline["pictures"] = old->second->at("pictures");
         Json maps = Json::object();

@@ -1,4 +1,4 @@
-// Reports of runs: as JSON with a schema, several as one, and one beside a former one.
+// Reports of runs as JSON with a schema; merging of several reports, and comparison with a baseline.
 #pragma once
 
 #include <cstddef>
@@ -13,44 +13,45 @@
 
 namespace kiln {
 
-/// What a report says beside its assets.
+/// The data of a report that concern the whole run.
 struct ReportHead {
-  std::string job;      ///< The job file, as it was given
+  std::string job;      ///< Path of the job file as given
   std::string profile;  ///< Empty: none
   std::string shard;    ///< "2/8"; empty: all
-  double seconds = 0;   ///< By the clock
+  double seconds = 0;   ///< Wall-clock time
 };
 
-/// What `kiln run --json FILE` writes.
+/// The report that `kiln run --json FILE` writes.
 Json report_of(const ReportHead& head, const Batch& batch, const std::vector<AssetResult>& results);
 
-/// A JSON Schema (2020-12) of report_of(), with what pages add to it.
+/// A JSON Schema (2020-12) of report_of(), including the members that pages add.
 std::string report_schema();
 
-/// Before and after the report in a page, which is JSON whose "<" are escaped.
+/// Markers around the report in a page, which is JSON with escaped "<".
 inline constexpr std::string_view kReportBegin = "<script type=\"application/json\" id=\"report\">";
 inline constexpr std::string_view kReportEnd = "</script>";
 
-/// A report as a page holds it: no byte of it ends its element.
+/// A report for embedding in a page: its text cannot close the script element.
 std::string report_in_page(const Json& report);
 
 /// Reads a report from a file of --json, or from a page of --report.
-/// \param what  begins messages: "--baseline 'old.json'" \throws Error(input)
+/// \param what  start of messages: "--baseline 'old.json'" \throws Error(input)
 Json read_report(const std::filesystem::path& path, const std::string& what);
 
-/// Joins reports of the parts of one run. \param names  of the files, for messages
-/// \throws Error(usage) where they are of other job files, profiles or versions, have an asset twice, or where a part is
+/// Merges the reports of all shards of a run. \param names of the files, for messages
+/// \throws Error(usage) if they have different job files, profiles or versions, share an asset, or if a shard is
 ///         missing
 Json merge_reports(const std::vector<Json>& reports, const std::vector<std::string>& names);
 
-/// Notes in each asset how it differs from that of a former report: "baseline" with `state` (same, changed, new), `what`
-/// (sentences) and `worse` (greater: worse; below 0: better). Assets that are gone stand in the report's "gone".
+/// Adds the difference to a former report to each asset: "baseline" with `state` (same, changed, new), `what`
+/// (sentences) and `worse` (positive: worse, negative: better). The report's "gone" lists assets that the former report
+/// alone has.
 void add_baseline(Json& report, const Json& former);
 
-/// Counts of the assets' states.
+/// Numbers of assets in each state.
 Json states_of(const Json& assets);
 
-/// Bytes as base64 (RFC 4648).
+/// Encodes bytes as base64 (RFC 4648).
 std::string base64(std::string_view bytes);
 
 }  // namespace kiln

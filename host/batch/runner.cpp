@@ -31,7 +31,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Memory that a bake takes, from sizes of files and maps: for deciding how many run at once, so that it errs upwards.
+/// Estimated memory of a bake in bytes, from sizes of files and maps. It limits concurrency, so it is an upper
+/// estimate.
 std::uint64_t expected_bytes(const Job& job) {
   constexpr std::uint64_t kOwn = std::uint64_t{32} << 20, kOfMesh = 8, kOfSample = 96, kOfMap = 24;
   std::uint64_t bytes = kOwn;
@@ -90,7 +91,7 @@ class BatchRun {
       try {
         tell(i);
       } catch (...) {
-        // Results have nowhere to go any more.
+        // Results cannot be reported any more, so the run ends.
         const std::lock_guard lock(mutex_);
         if (!error_) error_ = std::current_exception();
         next_ = assets_.size();
@@ -98,13 +99,14 @@ class BatchRun {
     }
   }
 
-  /// The next asset, once there is memory for it beside what runs.
+  /// Waits until memory suffices for the next asset beside the running ones. \returns false if there is none
   bool take(std::size_t& i, std::uint64_t& bytes) {
     std::unique_lock lock(mutex_);
     if (next_ == assets_.size() || interrupted()) return false;
     i = next_++;
     bytes = expected_bytes(assets_[i].job);
-    // What runs has taken some of it already, so that its share is counted twice: fewer at once, not more.
+    // Running bakes have already allocated a part of their estimate, which thus counts twice: this errs towards fewer
+    // concurrent bakes.
     while (running_ > 0 && running_bytes_ + bytes > memory_left()) {
       done_.wait_for(lock, std::chrono::milliseconds(50));
       if (interrupted()) return false;
@@ -153,7 +155,7 @@ class BatchRun {
       result.name = asset.name;
       result.attempts = attempt + 1;
       try_asset(i, result);
-      // What is wrong with options stays wrong.
+      // Retries cannot help against wrong options.
       const bool again = result.state == AssetState::failed &&
                          result.error_code != static_cast<int>(ErrorCode::usage);
       if (!again || interrupted()) break;
@@ -166,9 +168,9 @@ class BatchRun {
     return result;
   }
 
-  /// Holds an asset to what is wanted of it.
+  /// Runs the checks of an asset, and marks it as failed if any finds a problem.
   void hold(const BatchAsset& asset, AssetResult& result) const {
-    // What is read here is no input of the bakes beside it.
+    // Files that checks read are no inputs of concurrent bakes.
     InputLog none([](const fs::path&) { return std::string(); });
     const InputLogScope scope(&none);
     std::vector<std::string> problems;
@@ -188,7 +190,7 @@ class BatchRun {
     result.error += ".";
   }
 
-  /// Share of missed samples by a report, of all texture sets.
+  /// Share of missed samples in a report, over all texture sets.
   static double missed_share(const Json& report) {
     double missed = 0, samples = 0;
     const auto add = [&](const Json& texels) {
@@ -238,7 +240,7 @@ class BatchRun {
       return options_.cache == nullptr ? std::string() : BakeCache::identify(path);
     });
     const InputLogScope scope(&log);
-    // What was written and not placed goes, however this ends.
+    // Discards outputs that were not placed, also on exceptions.
     struct Discard {
       const InputLog& log;
       ~Discard() { discard_outputs(log); }
@@ -296,9 +298,9 @@ class BatchRun {
     finish(asset, result);
   }
 
-  /// \returns true if nothing is left to bake
+  /// Restores an asset if possible. \returns true if it need not be baked
   bool take_from_cache(const BatchAsset& asset, const InputLog& log, AssetResult& result) {
-    device();  // keys have its class
+    device();  // Opens the device, whose class is part of keys.
     if (options_.rebake) {
       result.reason = "all were asked for";
       return false;
@@ -319,17 +321,17 @@ class BatchRun {
     return true;
   }
 
-  /// After outputs are placed.
+  /// Runs the `after` hook and records outputs, once they are placed.
   void finish(const BatchAsset& asset, const AssetResult& result) {
     if (!asset.after.empty()) run_hook(asset, asset.after, "after", result);
     if (options_.cache != nullptr) options_.cache->note_outputs(asset, !asset.after.empty());
   }
 
-  /// Puts the files of a bake in place: all of them, or none.
+  /// Moves the files of a bake to their destinations: all of them, or none.
   void place(const Job& job, const InputLog& log) {
     const std::lock_guard lock(placing_);
     for (const HeldOutput& output : outputs_of(log)) {
-      // Two assets may write a map of one name after all, "a" of "b_normal" and "a_b" of "normal".
+      // Two assets may still write the same file: stem "a" with map "b_normal", and stem "a_b" with map "normal".
       const std::string whole = fs::absolute(output.destination).lexically_normal().string();
       const auto [writer, added] = written_.try_emplace(whole, &job);
       if (!added && writer->second != &job) {

@@ -9,9 +9,9 @@
 namespace kiln {
 namespace {
 
-/// Hash of all that a mesh says: two that differ in anything are two.
+/// Hash of all data of a mesh, so that any difference gives another key.
 std::string key_of(const Mesh& mesh, RayTraversal traversal) {
-  // All members of Mesh, each of which may change what a bake reads. A new one must be added below.
+  // Names all members of Mesh, so that a new one fails to compile here until it is hashed below, too.
   [[maybe_unused]] const auto& [name, origin, positions, triangles, uvs, uv_triangles, normals,
                                 normal_triangles, tangents, colors, groups, group_names, objects,
                                 object_names, materials, material_names, material_files, polygons,
@@ -72,7 +72,7 @@ Source SourceCache::get(const Device& device, const Mesh& mesh, RayTraversal tra
     promise.set_value(Source(device, mesh, traversal));
   } catch (...) {
     promise.set_exception(std::current_exception());
-    // What failed for want of memory may do later.
+    // Failures are not cached: memory may suffice later.
     const std::lock_guard lock(mutex_);
     entries_.remove_if([&](const Entry& entry) { return entry.key == key; });
   }

@@ -1,4 +1,4 @@
-// High polys on the device that several bakes share.
+// Cache of high polys on the device, shared by bakes.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,15 @@
 
 namespace kiln {
 
-/// Sources by the contents of their meshes: bakes of one high poly build one hierarchy. Keeps the last few alone. Any thread.
+/// Sources by the contents of their meshes, so that bakes of one high poly share one BVH. Keeps the `kept` most
+/// recently used ones. Thread-safe.
 class SourceCache {
  public:
   explicit SourceCache(std::size_t kept) : kept_(kept) {}
 
-  /// The source of an equal mesh, or a new one. A thread waits while another one makes it.
+  /// The source of an equal mesh, or a new one. Threads that request the same mesh wait until it is built.
   Source get(const Device& device, const Mesh& mesh, RayTraversal traversal);
-  /// Number of sources that were made.
+  /// Number of sources that were built.
   std::size_t made() const;
 
  private:
@@ -28,7 +29,7 @@ class SourceCache {
   };
   const std::size_t kept_;
   mutable std::mutex mutex_;
-  std::list<Entry> entries_;  // the one that was used last first
+  std::list<Entry> entries_;  // most recently used first
   std::size_t made_ = 0;
 };
 

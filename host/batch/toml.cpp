@@ -14,8 +14,8 @@
 namespace kiln {
 namespace {
 
-/// Parts of one key, "a.b.c". A table is destroyed by a function that calls itself once a level, so that a key of a
-/// million parts would end in a stack overflow. The library bounds lists and inline tables itself.
+/// Maximum parts of one key, "a.b.c". toml++ destroys tables recursively, so a key of a million parts would overflow
+/// the stack. It limits lists and inline tables itself.
 constexpr std::size_t kMostKeyParts = 16;
 
 [[noreturn]] void fail_at(const std::string& file, std::size_t line, std::size_t column,
@@ -24,7 +24,7 @@ constexpr std::size_t kMostKeyParts = 16;
               file + ":" + std::to_string(line) + ":" + std::to_string(column) + ": " + problem);
 }
 
-/// Skips a string that begins at a quote. \returns the place after its end, or the text's end
+/// Skips a string that begins at a quote. \returns the position after its end, or the text's end
 std::size_t skip_string(std::string_view text, std::size_t at, std::size_t& line) {
   const char quote = text[at];
   const std::string three(3, quote);
@@ -32,7 +32,7 @@ std::size_t skip_string(std::string_view text, std::size_t at, std::size_t& line
   at += many ? 3 : 1;
   while (at < text.size()) {
     if (text[at] == '\n') {
-      if (!many) return at;  // no TOML, as the parser will say
+      if (!many) return at;  // Invalid TOML, which the parser will report.
       ++line;
     }
     if (quote == '"' && text[at] == '\\') {
@@ -82,7 +82,7 @@ TomlValue value_of(const toml::node& node) {
   TomlValue value;
   value.line = node.source().begin.line;
   if (const toml::table* const table = node.as_table()) {
-    // The library keeps keys by name; the file's order is that of their places.
+    // toml++ sorts keys by name; their positions restore the order of the file.
     std::vector<std::pair<std::string, TomlValue>> members;
     std::vector<toml::source_position> places;
     for (const auto& [key, child] : *table) {

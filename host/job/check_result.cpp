@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-/// The fault of layouts that do not lie over each other anywhere.
+/// Explains why no UV triangles of the two layouts overlap.
 std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
   std::string reason = "its UV triangles lie where LOW has none";
   if (uv.covered == 0 && uv.without_area >= triangles) {
@@ -26,8 +26,7 @@ std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
          "; lay both meshes out alike, or use a match that needs no UVs of HIGH, such as ray";
 }
 
-/// Which axes must be swapped so that LOW's box, divided by `scale`, has HIGH's extents; empty where none, or
-/// where that does not help.
+/// The axes to swap so that LOW's box, divided by `scale`, has HIGH's extents; empty if none, or if no swap helps.
 std::string swapped_axes(const std::array<double, 3>& high, const std::array<double, 3>& low,
                          double scale) {
   struct Order {
@@ -51,7 +50,8 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
   return {};
 }
 
-/// Places of two meshes; empty if their boxes fit. \param moved  whether one beside the other is told, too
+/// Explains a mismatch of the meshes' bounding boxes; empty if they match. \param moved true to report a displacement,
+/// too
 Message why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   struct Box {
     std::array<double, 3> lo{}, hi{};
@@ -167,7 +167,7 @@ namespace {
 
 constexpr std::uint8_t kMissed = 2;  // of BakeResult::coverage
 
-/// Weights of a UV triangle's corners at a UV; none where it has no area.
+/// Barycentric coordinates of a UV in a UV triangle; nullopt if the triangle has no area.
 std::optional<std::array<double, 3>> weights_at(const std::array<Vec2, 3>& corner, const Vec2& uv) {
   const auto doubled_area = [](const Vec2& a, const Vec2& b, const Vec2& c) {
     return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
@@ -179,7 +179,7 @@ std::optional<std::array<double, 3>> weights_at(const std::array<Vec2, 3>& corne
                                doubled_area(corner[0], corner[1], uv) / area};
 }
 
-/// The point of a mesh at a UV: in the first triangle that holds it, else in the one that nearly does.
+/// The point of a mesh at a UV: in the first triangle that contains it, else in the nearest one.
 std::array<double, 3> position_at(const Mesh& low, const Vec2& uv) {
   double best = -std::numeric_limits<double>::infinity();
   std::array<double, 3> position{};
@@ -205,7 +205,7 @@ std::array<double, 3> position_at(const Mesh& low, const Vec2& uv) {
   return position;
 }
 
-/// Takes the patch that a texel belongs to out of `open`.
+/// Removes the connected patch of a texel from `open`, and returns it.
 std::vector<std::size_t> take_patch(std::size_t start, std::size_t width, std::vector<bool>& open) {
   std::vector<std::size_t> patch = {start};
   open[start] = false;
@@ -224,7 +224,7 @@ std::vector<std::size_t> take_patch(std::size_t start, std::size_t width, std::v
   return patch;
 }
 
-/// The texel that is nearest to the mean; of several the first.
+/// The texel nearest to the patch's mean; the first of several.
 std::size_t middle(std::vector<std::size_t> patch, std::size_t width) {
   std::sort(patch.begin(), patch.end());
   const auto place = [&](std::size_t texel) {

@@ -167,7 +167,7 @@ Json describe(const CleanReport& report) {
 }
 
 namespace {
-/// A low poly of so many times the faces asked for is another one.
+/// Ratio of a low poly's faces to the requested number from which on the request counts as missed.
 constexpr double kMostFaces = 1.1;
 }  // namespace
 

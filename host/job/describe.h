@@ -1,4 +1,4 @@
-// The --json report.
+// Parts of the --json report.
 #pragma once
 
 #include <filesystem>
@@ -33,24 +33,24 @@ Json describe(const StoredError& error, bool is_normal);
 Json describe(const CleanReport& report);
 /// True if a low poly has over a tenth more faces than were asked for (0: no number was).
 bool misses_faces(const SimplifyReport& report, std::uint32_t asked);
-/// The same in words.
+/// The message for that case.
 Message too_many_faces(const SimplifyReport& report, std::uint32_t asked);
-/// Flaws of a low poly that were mended, and those that stayed.
+/// Repaired and remaining flaws of a low poly.
 Json describe_flaws(const SimplifyReport& report);
 /// Texels and samples by status.
 Json describe_texels(const BakeReport& report);
 
-/// Adds what most reports end with: seconds of stages and in all, memory, files written, warnings.
+/// Adds the common end of reports: seconds by stage and in total, memory, written files, warnings.
 /// \param seconds  by stage; "total" is added
 void add_ending(Json& report, Json seconds, const Stopwatch& watch,
                 const std::vector<std::string>& outputs, const std::vector<Warning>& warnings);
 
 /// Flaws of a low poly from a volume.
 Json describe_flaws(const ExtractReport& report);
-/// Lines on what was mended; empty if nothing was.
+/// Lines about repairs; empty if there were none.
 std::vector<std::string> lines_of_flaws(const ExtractReport& report);
 
-/// Says so where a low poly that Kiln made strays far from the high poly.
+/// Warns if a low poly made by Kiln deviates far from the high poly.
 /// \param remedy  "Ask for ..."
 void warn_of_lost_shape(const SimplifyReport& low, const Message& remedy,
                         std::vector<Warning>& warnings);

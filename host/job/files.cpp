@@ -21,7 +21,7 @@
 namespace kiln {
 namespace {
 
-/// Opened before it is looked at, and without waiting for whoever writes to a pipe.
+/// A regular file. It is opened before its type is checked, without blocking on pipes.
 class RegularFile {
  public:
   explicit RegularFile(const std::filesystem::path& path) : file_(os::open_to_read(path)) {
@@ -40,10 +40,10 @@ class RegularFile {
   RegularFile(const RegularFile&) = delete;
   RegularFile& operator=(const RegularFile&) = delete;
 
-  /// Empty where it can be read.
+  /// The error; empty if the file is readable.
   const std::string& problem() const { return problem_; }
   std::uint64_t size() const { return size_; }
-  /// Fewer only at the end, or where the disk fails: then problem() says so.
+  /// Reads up to `count` bytes; fewer at the end, or on an I/O error, which problem() describes.
   std::string read(std::size_t count) {
     std::string bytes(count, '\0');
     std::size_t have = 0;
@@ -70,7 +70,7 @@ std::string read_small_file(const std::filesystem::path& path, std::size_t most,
                             const Message& what) {
   OutputSet::protect(path);
   RegularFile file(path);
-  // A file of 0 bytes by its file system (/proc) may have some: one more than allowed is asked for.
+  // Files in /proc report 0 bytes but have contents, so one byte more than the limit is read.
   std::string bytes = file.size() > most ? std::string() : file.read(most + 1);
   if (!file.problem().empty()) {
     throw OptionError(
@@ -82,7 +82,7 @@ std::string read_small_file(const std::filesystem::path& path, std::size_t most,
                           " MiB, which such a file never is: check the path.",
                       ErrorCode::input);
   }
-  // The reader may end there, and leave the rest out in silence.
+  // Parsers might stop at a null byte and silently ignore the rest.
   if (bytes.find('\0') != std::string::npos) {
     throw OptionError(what +
                           " holds bytes of 0, which no text has: check the path, "
@@ -110,8 +110,8 @@ bool counts(const fs::path& path) { return !path.empty() && path != "-"; }
 
 namespace {
 
-/// A text that two paths share where they name one file: by device and number of a file that is there, by the
-/// canonical path of one that is not.
+/// A key that is equal for paths of the same file: device and inode number of an existing file, else the canonical
+/// path.
 std::string identity_of(const fs::path& path) {
   if (const std::optional<os::FileFacts> facts = os::facts_of(path)) {
     return std::to_string(facts->id.device) + ":" + std::to_string(facts->id.file);
@@ -178,7 +178,7 @@ fs::path record_path(const fs::path& folder, const std::string& stem) {
   return folder / ("." + stem + ".kiln.json");
 }
 
-/// The mesh that a record names; empty where there is no record, or none of ours.
+/// The mesh named in a record; empty if there is no record, or it is not Kiln's.
 fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   const fs::path path = record_path(folder, stem);
   if (!is_readable_file(path)) return {};
@@ -187,7 +187,7 @@ fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   return folder / unescape_bytes(json["low"].text());
 }
 
-/// A map in a folder, of any format or UDIM tile: the first by name; empty where there is none.
+/// The first map in a folder by name, of any format or UDIM tile; empty if there is none.
 fs::path map_of(const fs::path& folder, const std::string& stem) {
   std::string first;
   std::error_code none;
@@ -206,13 +206,13 @@ fs::path map_of(const fs::path& folder, const std::string& stem) {
 void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
   const fs::path recorded = recorded_source(folder, stem);
   std::error_code none;
-  // A mesh that is gone may have been renamed.
+  // A missing mesh may have been renamed.
   if (recorded.empty() || !fs::exists(recorded, none)) return;
-  // The low poly that Kiln wrote here is the one that these maps belong to.
+  // Maps may belong to the low poly that Kiln wrote here.
   const fs::path made = folder / (stem + ".obj");
   if (is_one_file(recorded, source) || is_one_file(recorded, made) || is_one_file(source, made))
     return;
-  const fs::path map = map_of(folder, stem);  // lists the folder, so it comes last
+  const fs::path map = map_of(folder, stem);  // Last, because it lists the folder.
   if (map.empty()) return;
   fail_usage("'" + map.string() + "' is a map of '" + recorded.lexically_normal().string() +
              "', and maps of '" + source.string() + "' would have its name. Choose another " +

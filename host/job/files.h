@@ -1,4 +1,4 @@
-// The files of a run: read without being held up, and none of the user's is lost.
+// Files of a run: reads without blocking, and checks that protect the user's files.
 #pragma once
 
 #include <cstddef>
@@ -10,46 +10,46 @@
 
 namespace kiln {
 
-/// The whole of a regular file of at most `most` bytes.
-/// \param what  begins the message, such as "--view-weight 'views.txt'"
+/// Reads a regular file of at most `most` bytes.
+/// \param what  start of the message, such as "--view-weight 'views.txt'"
 /// \throws Error(input): not there, not readable, no regular file, too long, no text; says which,
 ///   and what to do
 std::string read_small_file(const std::filesystem::path& path, std::size_t most,
                             const Message& what);
 
-/// The first bytes of a regular file, at most `count`; empty where there is none that can be read.
+/// The first bytes of a regular file, at most `count`; empty if it is not readable.
 std::string head_of_file(const std::filesystem::path& path, std::size_t count);
 
-/// True if there is a regular file that can be read.
+/// True for a readable regular file.
 bool is_readable_file(const std::filesystem::path& path);
 
-/// True if two paths are one file, there or not yet.
+/// True if two paths name the same file, which need not exist.
 bool is_one_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// Refuses outputs that are inputs, or that are written twice, before any work. Empty paths and "-" do not
-/// count. Files that inputs name are known once they are read, and refused then.
+/// Rejects outputs that are inputs, or written twice, before any work. Empty paths and "-" are ignored. Files
+/// referenced by inputs are checked when they are read.
 /// \throws Error(usage)
 void check_paths(const std::vector<std::filesystem::path>& inputs,
                  const std::vector<std::filesystem::path>& outputs);
 
-/// Refuses to write over an OBJ that Kiln did not write. \throws Error(output)
+/// Rejects overwriting an OBJ that Kiln did not write. \throws Error(output)
 void check_not_foreign(const std::filesystem::path& obj, bool force);
-/// True if Kiln wrote an OBJ, and nothing has written over it.
+/// True if Kiln wrote an OBJ and it was not overwritten since.
 bool is_own_obj(const std::filesystem::path& obj);
 
-/// The folder that a file goes to must take files; made where it is missing. Streams such as /dev/stdout need none.
+/// Checks that a file's folder is writable, and creates it if missing. Streams such as /dev/stdout need none.
 /// \throws Error(output)
 void prepare_parent(const std::filesystem::path& file);
 
-/// Refuses a folder that has maps of another low poly of the same name.
-/// \param stem    of the maps' names
-/// \param source  LOW; where Kiln makes it, HIGH
-/// \throws Error(usage) names both meshes and the remedy
+/// Rejects a folder with maps of another low poly of the same name.
+/// \param stem  stem of the maps' names
+/// \param source  LOW, or HIGH if Kiln makes LOW
+/// \throws Error(usage) with both meshes and the remedy
 void check_low_record(const std::filesystem::path& folder, const std::string& stem,
                       const std::filesystem::path& source);
 
-/// Notes whose maps these are, in the hidden file FOLDER/.STEM.kiln.json. The path in it starts at the
-/// folder, so that both can move together. \throws Error(output)
+/// Records the low poly of the maps in the hidden file FOLDER/.STEM.kiln.json. Its path is relative to the folder, so
+/// that both can be moved together. \throws Error(output)
 void save_low_record(const std::filesystem::path& folder, const std::string& stem,
                      const std::filesystem::path& source);
 

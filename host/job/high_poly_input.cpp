@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-/// Distance of a height field from the mesh under it, as a share of its diagonal: by its heights.
+/// Upper bound of a height field's distance from the mesh under it, as a share of the diagonal: the largest height.
 double relief(const Mesh& field) {
   const Bounds box = Bounds::of(field);
   double squared = 0;
@@ -23,7 +23,7 @@ double relief(const Mesh& field) {
   return squared > 0 ? reach / std::sqrt(squared) : 0;
 }
 
-/// What was asked for, with the extent that the file says where none was.
+/// The given options, with the file's extent if none was given.
 HeightFieldOptions extent_of(const Heights& read, HeightFieldOptions options) {
   if (options.width != 0 || options.depth != 0 || read.spacing[0] == 0) return options;
   options.width = (read.image.width - 1.0) * read.spacing[0];
@@ -112,7 +112,7 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
     drop_hidden_hulls(read.mesh, warnings);
     name_materials(read);
   }
-  read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
+  read.mesh.tangents = {};  // normal textures of the high poly use MikkTSpace
   turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
   HighPolyInput input;
   input.mesh = std::move(read.mesh);

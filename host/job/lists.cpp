@@ -24,7 +24,7 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(space) - first + 1));
 }
 
-/// A line LOW = HIGH, HIGH.
+/// Parses a line LOW = HIGH, HIGH.
 PartPair parse_pair(const std::string& line, const Message& place) {
   const std::size_t equals = line.find('=');
   PartPair pair;
@@ -71,11 +71,11 @@ PartNames part_names(const Job& a) {
 
 namespace {
 
-// Each of up to 4096 probing directions looks for the nearest of them.
+// Each of up to 4096 visibility directions searches for its nearest entry.
 constexpr std::size_t kMostDirections = 65536;
 constexpr const char* kBlanks = " \t\v\f";
 
-/// The next word of the line, taken off it; empty at the end.
+/// Removes the next word from a line and returns it; empty at the end.
 std::string_view take_word(std::string_view& line) {
   line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
   const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
@@ -94,7 +94,7 @@ bool parse_line(std::string_view line, VisibilityOptions::Likelihood& entry) {
   for (double& value : values) {
     if (!parse_number(take_word(line), value)) return false;
   }
-  // Beyond a float's range a direction would be infinite, or none.
+  // Directions outside the range of float would become infinite or zero.
   constexpr double kLargest = 3e38;
   double largest = 0;
   for (std::size_t i = 0; i < 3; ++i) largest = std::max(largest, std::abs(values[i]));
@@ -111,7 +111,7 @@ bool parse_line(std::string_view line, VisibilityOptions::Likelihood& entry) {
 
 std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view text,
                                                              const std::string& name) {
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // UTF-8's mark
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // UTF-8 byte order mark
   std::vector<VisibilityOptions::Likelihood> result;
   for (std::size_t number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());

@@ -90,7 +90,8 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     const std::string part = next();
     const std::string flag = "--" + part.substr(0, part.find('='));
     const OptionRow* const row = find_row(bake_rows(), flag);
-    // A flag that is no setting of maps is of the whole bake; lists have commas, which part the words of --maps.
+    // Flags that are no settings of maps apply to the whole bake. Lists are excluded, because commas separate the words
+    // of --maps.
     const bool is_setting =
         row != nullptr && row->is_of_maps() && row->serves(info) && row->value.type != "list";
     const std::string member = is_setting ? row->value.member : "";
@@ -202,9 +203,9 @@ void smooth_occlusion(Job& a) {
     if (std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
           return map.kind.name == name && obeys(map, "occlusion.max_error");
         }))
-      return;  // its bound chooses
+      return;  // the bound chooses the rays
   }
-  // On smaller maps smoothing has too few texels to go by: nearly all of them would cast all rays after the first ones.
+  // On smaller maps, smoothing has too few texels: nearly all of them would cast all rays.
   constexpr std::uint64_t kLeastTexels = std::uint64_t{1024} * 1024;
   if (std::uint64_t{a.bake.width} * a.bake.height < kLeastTexels) return;
   a.bake.occlusion.max_error = 1;
@@ -236,7 +237,7 @@ namespace {
   fail_usage(option("pack") + " '" + text + "': " + why);
 }
 
-/// Channels of a map of this bake; 0 where there is none of that name.
+/// Channels of a map of this bake; 0 if there is none of that name.
 std::uint32_t channels_of(const Job& a, const std::string& map) {
   for (const MapKind asked : maps_asked(a)) {
     if (asked.name == map) return find_map(map).channels;

@@ -1,4 +1,4 @@
-// The maps that a bake is asked for: words of --maps and --transfer, bounds of --max-error, channels of --pack.
+// The requested maps of a bake: parsing of --maps, --transfer, --max-error and --pack.
 #pragma once
 
 #include <algorithm>
@@ -11,47 +11,47 @@
 
 namespace kiln {
 
-/// True if the map of this name holds a texture of BakeOptions, "color" or "opacity".
+/// True if the map of this name uses a texture of BakeOptions, "color" or "opacity".
 bool map_takes(std::string_view name, std::string_view option);
-/// ... any of its textures: --transfer gives this one, and makes no map of its own.
+/// True if the map uses any texture of BakeOptions. --transfer then sets that texture instead of adding a map.
 bool is_texture_of_map(std::string_view name);
 
-/// Maps that are not in --maps: those of --transfer, but for textures of maps, and those of the user's kernels.
+/// Maps that are not Kiln's: those of --transfer, except textures of maps, and own maps.
 std::vector<std::string> own_map_names(const Job& arguments);
 
-/// --maps, and color and opacity where --transfer gives their textures.
+/// The kinds in --maps, plus color and opacity if --transfer sets their textures.
 std::vector<MapKind> maps_asked(const Job& arguments);
 
-/// True for a word of --maps that asks for another map of a kind: NAME=MAP, with or without :OPTION=VALUE after it.
+/// True for a word of --maps that defines a variant: NAME=MAP, optionally followed by :OPTION=VALUE.
 bool is_variant(std::string_view word);
-/// Its options are the job's but for those that it gives. \throws Error(usage)
+/// Parses a variant. Its options are the job's except those that it sets. \throws Error(usage)
 MapVariant parse_variant(const Job& job, const std::string& word);
-/// Its kind alone.
+/// The kind of a variant's word.
 MapKind variant_kind(const std::string& word);
-/// The kinds of --maps, those of variants among them.
+/// The kinds in --maps, including those of variants.
 std::vector<MapKind> kinds_asked(const Job& job);
-/// Occluders are the same for every map: call it when the meshes are there.
+/// Gives all variants the same occluders. Call it when the meshes are loaded.
 void share_occluders(BakeOptions& options);
 
-/// Every map's name: maps_asked() and own_map_names().
+/// Names of all maps: maps_asked() and own_map_names().
 std::vector<std::string> all_maps(const Job& arguments);
 
-/// The bounds of all maps but the normal map. Names stay as long as the arguments do.
-/// \throws Error(usage) for what is no list of them, or bounds a map that is not baked
+/// The bounds of all maps but the normal map. Names are views into the arguments.
+/// \throws Error(usage) for an invalid list, or a bound of a map that is not baked
 std::vector<MapBound> map_bounds(const Job& arguments);
 
-/// The text after "normal="; empty where there is no such item.
-/// \throws Error(usage) where nothing stands after it
+/// The text after "normal="; empty if there is no such item.
+/// \throws Error(usage) if the value is missing
 std::string normal_bound(const std::string& max_error);
 
 /// "ao reached 0.0052 of 0.00784 wanted (root mean square at 2,003 points)".
 std::string describe(const MapReached& map);
 Json bounds_json(const std::vector<MapReached>& bounds);
 
-/// One channel of a packed image: of a map, or a number.
+/// One channel of a packed image: a map's channel, or a constant.
 struct PackChannel {
   std::string map;            ///< Empty: `value`
-  std::uint32_t channel = 0;  ///< Of the map
+  std::uint32_t channel = 0;  ///< Channel of the map
   float value = 0;
 };
 
@@ -61,10 +61,11 @@ struct Pack {
   std::vector<PackChannel> channels;  ///< 1 to 4
 };
 
-/// Checks that the maps are there, too. \throws Error(usage)
+/// Parses --pack, and checks that its maps are baked. \throws Error(usage)
 std::vector<Pack> parse_packs(const Job& arguments);
 
-/// The image of one level. \param image_of  a map's image on that level, by name, as files hold it
+/// Packs the channels of one mip level. \param image_of returns a map's image at that level by name, in the file's
+/// encoding
 template <typename ImageOf>
 Image packed(const Pack& pack, const ImageOf& image_of) {
   Image image;
@@ -80,7 +81,7 @@ Image packed(const Pack& pack, const ImageOf& image_of) {
   for (std::size_t c = 0; c < pack.channels.size(); ++c) {
     const PackChannel& channel = pack.channels[c];
     const Image* from = channel.map.empty() ? nullptr : &image_of(channel.map);
-    // A texture is known to be grey, of one channel, only when it has been read.
+    // Whether a texture has only one channel is known only after it was read.
     const std::uint32_t read = from == nullptr ? 0 : std::min(channel.channel, from->channels - 1);
     for (std::size_t i = 0; i < texels; ++i) {
       image.pixels[i * image.channels + c] =

@@ -1,4 +1,4 @@
-// Errors of options, and spellings of options in messages.
+// Spelling of options in messages: as flags, Python keywords or members.
 #include "kiln/message.h"
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 namespace kiln {
 namespace {
 
-/// Options and functions in messages of the library that are no members of a job and have another name at the command
-/// line than their last word.
+/// Options and functions in the library's messages that are no members of a job, and whose flag differs from their last
+/// word.
 struct Spelling {
   std::string_view name, flag, keyword;
 };

@@ -1,4 +1,4 @@
-// Options of a job by name: from text and JSON, and back.
+// Options of a job by name: conversion from and to text and JSON.
 #include "kiln/options.h"
 
 #include <algorithm>
@@ -21,10 +21,10 @@ std::string key_of(const OptionRow& row) {
 }
 
 bool is_position(const OptionRow& row) { return !row.flag.starts_with('-'); }
-/// --high and --low, which in JSON stand in one list with the first file.
+/// True for --high and --low, whose files are in one list with the first file in JSON.
 bool is_more_files(const OptionRow& row) { return row.flag == "--high" || row.flag == "--low"; }
 
-/// True if a row's members, "bake.width, bake.height", have one of this name, with or without "bake." before it.
+/// True if a name is one of a row's members, such as "bake.width, bake.height", with or without "bake.".
 bool has_member(const OptionRow& row, std::string_view name) {
   std::string_view rest = row.value.member;
   for (;;) {
@@ -75,7 +75,7 @@ void set_row(Job& job, const OptionRow& row, const OptionWords& words) {
   job.given.insert(row.flag);
 }
 
-/// "a,b" of a list whose flag takes it so.
+/// Splits "a,b" if the option is a list with a separator.
 OptionWords split(const OptionRow& row, std::string_view value) {
   OptionWords words;
   while (row.value.delimiter != 0) {
@@ -88,14 +88,14 @@ OptionWords split(const OptionRow& row, std::string_view value) {
   return words;
 }
 
-/// "64x32" of a size, else "0,0,1".
+/// Joins numbers to one word: "64x32" for a size, else "0,0,1".
 std::string numbers_in_one(const OptionRow& row, const Json& value) {
   std::string text = written(value);
   if (row.value.type == "size") std::replace(text.begin(), text.end(), ',', 'x');
   return text;
 }
 
-/// The words of a JSON value. A list of numbers alone is one value, such as a direction or a size.
+/// Converts a JSON value to words. A list of only numbers is one value, such as a direction or a size.
 OptionWords words_of(const OptionRow& row, const Json& value) {
   const auto is_numbers = [](const Json& list) {
     return list.is_array() && !list.elements().empty() &&
@@ -128,7 +128,7 @@ OptionWords words_of(const OptionRow& row, const Json& value) {
   return {written(value)};
 }
 
-/// A number or a truth value where the text is one as JSON writes it, else a text.
+/// Converts a word to JSON: a number or boolean if the option's type is one and the text is valid JSON, else a string.
 Json json_of(const OptionRow& row, const std::string& word) {
   if (row.value.type == "flag") return word == "true";
   const bool is_number = row.value.type == "whole" || row.value.type == "number";
@@ -256,7 +256,7 @@ std::string job_schema() {
     if (is_number && value.high) one["maximum"] = *value.high;
     if (value.type == "choice" && !value.choices.empty()) one["enum"] = value.choices;
     Json ways = Json::array({one});
-    // Numbers may have another word, or a fraction, in their place.
+    // Numbers may be replaced by a word or a fraction.
     if (is_number) ways.push_back({{"type", "string"}});
     if (!is_number && value.type != "flag" && value.type != "choice")
       ways.push_back({{"type", "number"}});

@@ -10,7 +10,7 @@ namespace {
 struct Follows {
   std::string_view code;
   std::string_view cause;
-  bool in_high = false;  // the cause is one of the high poly's file
+  bool in_high = false;  // the cause is a warning about the high poly's file
 };
 
 constexpr std::array kFollows = {
@@ -22,7 +22,8 @@ constexpr std::array kFollows = {
     // Warnings of the low poly and its UVs.
     Follows{"low-degenerate", "rounded-triangles"},
     Follows{"coarse-low", "coarse-coordinates"},
-    Follows{"coarse-low", "coarse-coordinates", true},  // it is kept in the high poly's frame
+    // the low poly is stored in the high poly's frame
+    Follows{"coarse-low", "coarse-coordinates", true},
     Follows{"low-degenerate", "degenerate-triangles"},
     Follows{"low-degenerate", "non-finite-vertices"},
     Follows{"uv-degenerate", "missing-uvs"},
@@ -36,7 +37,8 @@ constexpr std::array kFollows = {
     Follows{"no-texels", "uv-degenerate"},
     Follows{"no-texels", "uv-missing"},
     Follows{"no-texels", "uv-outside"},
-    // Warnings of the bake: misses. An error that was not reached decides the exit code, so it is always told.
+    // Warnings of the bake about misses. An error bound that was not reached decides the exit code, so it is always
+    // printed.
     Follows{"many-misses", "high-inside-out"},
     Follows{"many-misses", "coarse-views"},
     Follows{"many-misses", "short-rays"},

@@ -1,4 +1,4 @@
-// Which warnings of a run are told: those that follow from no other one.
+// Selects the warnings to print: those that are not caused by another one.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 
 namespace kiln {
 
-/// The warnings that follow from no other one of them, in their order. Reports keep all of them.
-/// \param of_high  how many at the front came from reading the high poly; the others are about the low
-///                 poly, or the bake
+/// The warnings that are not caused by another one, in their order. Reports contain all warnings.
+/// \param of_high  number of leading warnings about the high poly's file; the others are about the low poly, or the
+///                 bake
 std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size_t of_high);
 
 }  // namespace kiln

@@ -26,7 +26,7 @@ bool asks(const BakeOptions& options, std::string_view option) {
 
 bool has_pictures(const Texture& texture) { return !texture.images.empty(); }
 
-/// Reads each file of materials once, when first asked for.
+/// Reads each material file once, on first use.
 class Materials {
  public:
   Materials(const Job& arguments, const Mesh& high, std::vector<Warning>& warnings,
@@ -51,7 +51,7 @@ class Materials {
     read_ =
         load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
     for (std::size_t i = before; i < warnings_.size(); ++i) {
-      // Names of joined files are one name: half of the map would show another file's material.
+      // Material names are merged across joined files, so a part of the map would show another file's material.
       if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;
       throw Error(ErrorCode::input, in_words(high_files(arguments_)) +
                                         " have materials of the same name that are not the same: " +
@@ -77,11 +77,11 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials, con
   texture.kind = transfer.kind.value_or(texture.kind);
   texture.normal_format = arguments.high_normal_map;
   if (map_takes(transfer.name, "opacity")) {
-    // Its alpha where it has one, else what it shows.
+    // Uses the alpha channel if there is one, else the first channel.
     texture.kind = transfer.kind.value_or(TextureKind::linear);
     texture.channel = texture.images[0]->channels % 2 == 0 ? 3 : 0;
   } else if (texture.kind == TextureKind::srgb) {
-    // By itself a picture's alpha is what its format says: opacity.
+    // The alpha of a single picture is its opacity.
     texture.weighted_by_alpha.assign(texture.images.size(), true);
   }
   return texture;
@@ -96,7 +96,7 @@ bool is_transparent(const Material& m) {
 
 namespace {
 
-/// The slots that a high poly's materials fill, but for occlusion; and colour, where its vertices have some.
+/// The slots that a high poly's materials set, except occlusion; and colour, if its vertices have colours.
 std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials) {
   const auto any = [&](const auto& has) {
     return std::any_of(materials.begin(), materials.end(), has);

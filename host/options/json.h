@@ -1,5 +1,5 @@
-// JSON as a value: what reports are made of. A type of its own: the library behind it (nlohmann, in
-// json.cpp alone) takes compilers seconds for each file that includes its headers.
+// A JSON value, used for reports and job files. It hides nlohmann/json, whose headers add seconds to the compile time
+// of each file that includes them; only json.cpp does.
 #pragma once
 
 #include <concepts>
@@ -15,33 +15,33 @@
 
 namespace kiln {
 
-/// A list of numbers, texts and the like, such as a vector or a set.
+/// A range of values convertible to Json, such as a vector or a set, but no string.
 template <typename List>
 concept JsonList = !std::convertible_to<const List&, std::string> && requires(const List& list) {
   list.begin();
   list.end();
 };
 
-/// Null, a truth value, a number, a text, a list, or an object whose keys keep their order.
+/// A null, boolean, number, string, list, or object whose keys keep their order.
 class Json {
  public:
-  /// One of a list in braces: {value} in there is a list of one, not the value.
+  /// An element of a braced list: within one, {value} is a list of one element, not the value.
   struct Element;
 
   /// Null.
   Json();
   Json(std::nullptr_t);
-  /// A truth value.
+  /// A boolean.
   template <std::same_as<bool> Truth>
   Json(Truth value) : Json(Number{.kind = Kind::truth, .whole = value ? 1U : 0U}) {}
-  /// A whole number.
+  /// An integer.
   template <std::integral Whole>
   requires(!std::same_as<Whole, bool>) Json(Whole value)
       : Json(Number{.kind = std::is_signed_v<Whole> ? Kind::whole : Kind::natural,
                     .whole = static_cast<std::uint64_t>(value)}) {}
-  /// A number; null in texts where it is not finite.
+  /// A number. dump() writes null if it is not finite.
   Json(double value);
-  /// A text, bytes of UTF-8.
+  /// A string of UTF-8.
   Json(const char* text);
   Json(std::string text);
   Json(std::string_view text);
@@ -53,7 +53,7 @@ class Json {
   Json(const List& list) : Json(array()) {
     for (const auto& element : list) push_back(element);
   }
-  /// An object where every element is a list of two of which the first is a text, else a list.
+  /// An object if every element is a pair of a string and a value, else a list.
   Json(std::initializer_list<Element> elements);
 
   Json(const Json& other);
@@ -62,12 +62,12 @@ class Json {
   Json& operator=(Json&& other) noexcept;
   ~Json();
 
-  /// A list, whatever its elements are.
+  /// A list, even if all elements are pairs.
   static Json array();
   static Json array(std::initializer_list<Element> elements);
   /// An object without keys.
   static Json object();
-  /// Null where the text is no JSON, or nested deeper than kMostJsonDepth.
+  /// Null if the text is no valid JSON, or nested deeper than kMostJsonDepth.
   static Json parse(std::string_view text);
 
   bool is_null() const { return kind_ == Kind::null; }
@@ -92,26 +92,26 @@ class Json {
     return elements_.at(static_cast<std::size_t>(index));
   }
   const Json& back() const;
-  /// Adds to a list; null becomes one.
+  /// Appends to a list; null becomes a list.
   void push_back(Json element);
 
-  /// The value of an object's key, null where it is new; null becomes an object.
+  /// The value of an object's key; a new key has null. Null becomes an object.
   Json& operator[](std::string_view key);
   /// Keys of an object, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
-  /// The value at a path of keys with dots between them, such as "seconds.total"; null where there is none.
+  /// The value at a path of keys separated by dots, such as "seconds.total"; null if there is none.
   const Json& at(std::string_view path) const;
-  /// Sets every key of another object, too.
+  /// Adds all keys of another object, overwriting existing ones.
   void update(const Json& other);
 
   /// Value of a number.
   double number() const;
-  /// Characters of a text.
+  /// Characters of a string.
   const std::string& text() const { return text_; }
 
-  /// The same with a function of every text and key.
+  /// A copy with `change` applied to every string and key.
   Json with_texts(std::string (*change)(std::string_view)) const;
-  /// As text: so many blanks a level, or one line where fewer than 0.
+  /// Serialises with `indent` spaces per level, or on one line if negative.
   std::string dump(int indent = -1) const;
 
  private:
@@ -121,14 +121,14 @@ class Json {
     std::uint64_t whole;
   };
   explicit Json(Number number);
-  struct Library;  // to and from the library's own type
+  struct Library;  // conversion from and to nlohmann::json
 
   Kind kind_ = Kind::null;
-  std::uint64_t whole_ = 0;  // truth; whole, as two's complement; natural
+  std::uint64_t whole_ = 0;  // a boolean or an integer; negative ones as two's complement
   double real_ = 0;
   std::string text_;
-  std::vector<Json> elements_;     // of a list, or an object's values
-  std::vector<std::string> keys_;  // of an object
+  std::vector<Json> elements_;     // elements of a list, or values of an object
+  std::vector<std::string> keys_;  // keys of an object
 };
 
 struct Json::Element : Json {
@@ -137,19 +137,19 @@ struct Json::Element : Json {
   Element(Json&& value) noexcept : Json(std::move(value)) {}
 };
 
-/// Bytes of the UTF-8 character at the start; 0 where there is none (RFC 3629: neither too long a form,
-/// nor half of a surrogate, nor beyond U+10FFFF). \param text  not empty
+/// Length in bytes of the UTF-8 character at the start; 0 if it is invalid (RFC 3629: no overlong forms, no surrogates,
+/// nothing beyond U+10FFFF). \param text not empty
 std::size_t utf8_length(std::string_view text);
 
-/// UTF-8 of any bytes, such as a path's: a byte that is no part of UTF-8 becomes \xNN, two hexadecimal
-/// digits. So does a backslash before what would read as such (\x5c): whoever puts the byte NN for every
-/// \xNN has the bytes back. Other text stays as it is.
+/// Encodes arbitrary bytes, such as a path's, as UTF-8. Each byte that is not part of valid UTF-8 becomes a backslash, x
+/// and two hexadecimal digits (\xNN). A backslash before such a sequence becomes \x5c, so that the encoding is
+/// reversible. Other text is unchanged.
 std::string escape_bytes(std::string_view bytes);
 
-/// The bytes that escape_bytes was given.
+/// The inverse of escape_bytes().
 std::string unescape_bytes(std::string_view text);
 
-/// Two blanks a level, and a line's end. Every string and key is escaped as above.
+/// Serialises with two spaces per level and a final newline. All strings and keys pass escape_bytes().
 std::string to_text(const Json& json);
 
 }  // namespace kiln

@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-/// Other programs' words beside those of maps and matches, whose rows say them.
+/// Synonyms that other programs use. Those of maps and matches are in their registries' rows.
 struct OtherName {
   std::string_view theirs, ours;
 };
@@ -26,7 +26,7 @@ constexpr std::array kOtherNames = {
     OtherName{"png", "png16"},
     OtherName{"openexr", "exr"},
     OtherName{"hdr", "exr"},
-    // Commands.
+    // Names of commands.
     OtherName{"decimate", "simplify"},
     OtherName{"reduce", "simplify"},
     OtherName{"lowpoly", "simplify"},
@@ -35,7 +35,7 @@ constexpr std::array kOtherNames = {
     OtherName{"rate", "measure"},
     OtherName{"extract", "volume"},
     OtherName{"device", "devices"},
-    // Flags, of whatever command has ours.
+    // Names of flags. They apply to every command that has ours.
     OtherName{"azimuth", "view"},
     OtherName{"elevation", "view"},
     OtherName{"o", "out"},
@@ -71,8 +71,8 @@ bool is_in(std::string_view word, std::string_view list) {
   }
 }
 
-/// "height-map" is "height", and so is "render-height".
-std::string plain_name(const std::string& word) {
+/// Removes suffixes and prefixes that name no map: "height-map" and "render-height" become "height".
+std::string canonical_name(const std::string& word) {
   std::string name = word;
   std::replace(name.begin(), name.end(), '-', '_');
   std::replace(name.begin(), name.end(), ' ', '_');
@@ -85,7 +85,7 @@ std::string plain_name(const std::string& word) {
 
 template <typename Row, typename Name>
 const Row* row_called(const std::string& word, std::span<const Row> rows, const Name& name_of) {
-  std::string name = plain_name(word);
+  std::string name = canonical_name(word);
   const auto find = [&]() -> const Row* {
     for (const Row& row : rows) {
       if (name_of(row) == name || is_in(name, row.other_names)) return &row;
@@ -108,8 +108,8 @@ const MatchInfo* match_called(const std::string& word) {
   return row_called(word, matches(), [](const MatchInfo& match) { return match.method.name; });
 }
 
-std::size_t edits(const std::string& a, const std::string& b) {
-  // The last rows of the table: of a without two letters, without one, and with all so far.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  // Rows i - 2, i - 1 and i of the table of distances between prefixes of both words.
   std::vector<std::size_t> before, above, row(b.size() + 1);
   for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;
   for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -140,10 +140,10 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   const MatchInfo* const match = match_called(word);
   if (match != nullptr && known_word(match->method.name)) return std::string(match->method.name);
   std::string nearest;
-  // Two thirds of the letters must be right.
+  // About two thirds of the letters must agree.
   std::size_t least = std::min<std::size_t>(4, word.size() / 3 + 1);
   for (const std::string& known : words) {
-    const std::size_t distance = edits(word, known);
+    const std::size_t distance = edit_distance(word, known);
     if (distance < least) {
       least = distance;
       nearest = known;

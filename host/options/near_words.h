@@ -1,4 +1,4 @@
-// Guesses for a word that is not known.
+// Suggestions for unknown words.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +10,19 @@
 
 namespace kiln {
 
-/// The map that a word names, as Kiln or another baker calls it: "ao", "bent-normals", "height map".
-/// Null: no map.
+/// The map that a word names in Kiln or another baker: "ao", "bent-normals", "height map". Null if there is none.
 const MapInfo* map_called(const std::string& word);
-/// The match that a word names. Null: no match.
+/// The match that a word names in Kiln or another baker. Null if there is none.
 const MatchInfo* match_called(const std::string& word);
 
-/// Letters to change, add, leave out or swap with the next to get from one word to another (Damerau 1964).
-std::size_t edits(const std::string& a, const std::string& b);
+/// Edit distance of two words: the number of letters to replace, insert, delete or swap with the next (Damerau 1964).
+std::size_t edit_distance(const std::string& a, const std::string& b);
 
-/// The one of `words` that is nearest by letters, or that other bakers call so; empty where none is near.
+/// The element of `words` that is a synonym of `word` in other bakers, or nearest by edit distance; empty if none is
+/// near.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& words);
 
-/// "'cavity' is not one of its values; did you mean curvature? Give normal, ao or mask".
+/// An error text: "'cavity' is not one of its values; did you mean curvature? Give normal, ao or mask".
 std::string not_one_of(const std::string& word, const std::vector<std::string>& words);
 
 }  // namespace kiln

@@ -40,10 +40,10 @@ std::string OptionRow::report_key() const {
 
 std::string_view OptionRow::path() const {
   if (!option.empty()) return option;
-  constexpr std::string_view kOptions = "bake.";
+  constexpr std::string_view kBakePrefix = "bake.";
   const std::string_view member = value.member;
-  if (!member.starts_with(kOptions)) return {};
-  return member.substr(kOptions.size(), member.find(',') - kOptions.size());
+  if (!member.starts_with(kBakePrefix)) return {};
+  return member.substr(kBakePrefix.size(), member.find(',') - kBakePrefix.size());
 }
 
 bool OptionRow::serves(const MatchInfo& match) const { return obeys(match, path()); }
@@ -56,7 +56,7 @@ bool OptionRow::is_of_matches() const {
 }
 
 bool OptionRow::is_of_maps() const {
-  // A map of what a match went by is none that all of the match's options are for.
+  // Maps that show a match's decisions do not make the match's options options of maps.
   return !path().empty() && !path().starts_with("match.") &&
          std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) { return serves(map); });
 }

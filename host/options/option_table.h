@@ -1,5 +1,5 @@
-// Options as rows of a table: one row says all there is to say of an option. From the rows come the flags of
-// commands, their checks, help, the options of reports, and the list for programs (--help-json).
+// The option table. One row defines an option completely. Flags of commands, checks, help, options in reports, and the
+// list for programs (--help-json) are all generated from the rows.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@
 
 namespace kiln {
 
-/// A member of what a command is told (its job), and the path that names it: "bake.match.ray.rule".
+/// An accessor of a job's member, with the path that names it: "bake.match.ray.rule".
 template <typename Job, typename T>
 struct Member {
   Member(T& (*function)(Job&), const char* name) : of(function), path(name) {}
@@ -35,29 +35,29 @@ struct Member {
     , #member                    \
   }
 
-/// Conversion of the words after a flag to a member of a job, and of the member to a report.
+/// The type of an option: how its words set a member of a job, and how reports show the member.
 struct OptionValue {
-  std::string type;    ///< For programs: flag, whole, number, choice, length, text, list...
-  std::string words;   ///< What help says of values
-  std::string unit;    ///< Of numbers, where they have one
+  std::string type;    ///< Type in --help-json: flag, whole, number, choice, length, text, list...
+  std::string words;   ///< Placeholder or range of the value in help
+  std::string unit;    ///< Unit of numbers; empty if they have none
   std::string member;  ///< The member's path
   std::vector<std::string> choices = {};
   std::optional<double> low = {}, high = {};
-  bool repeats = false;  ///< May be given again
-  char delimiter = 0;    ///< Between several values of one word
+  bool repeats = false;  ///< The flag may be repeated
+  char delimiter = 0;    ///< Separator of several values in one word; 0: none
   /// \throws Error(usage)
   std::function<void(void* job, const Message& flag, const OptionWords&)> set = {};
   std::function<Json(const void* job)> get = {};
-  /// The words that set() makes the value of; none: it cannot be told. Empty: those of get()
+  /// Inverse of set(): words that give the member's value; none if no words do. If empty: the words of get()'s value
   std::function<OptionWords(const void* job)> words_back = {};
   OptionWords write(const void* job) const;
 
-  /// The same where a number of 0, which cannot be given, stands for none.
+  /// The same type, but the value 0, which is out of range, means that the option is not set.
   OptionValue or_none() const;
   OptionValue in(std::string_view unit) const;
 };
 
-/// A function of a job for OptionValue::get: it only reads.
+/// Wraps a getter for OptionValue::get. The getter must not modify the job.
 template <typename Job, typename Get>
 std::function<Json(const void*)> reads(Get get) {
   return
@@ -70,7 +70,8 @@ auto writes(Set set) {
   };
 }
 
-/// Values of a kind of their own. \param set  (Job&, flag, words) \param get  (Job&) gives what reports say
+/// An option of a custom type. \param set called with (Job&, flag, words) \param get called with (Job&); returns the
+/// value for reports
 template <typename Job, typename Set, typename Get>
 OptionValue value_of(const char* member, std::string_view type, std::string_view words, Set set,
                      Get get) {
@@ -82,7 +83,7 @@ OptionValue value_of(const char* member, std::string_view type, std::string_view
           .get = reads<Job>(get)};
 }
 
-/// A whole number.
+/// An integer within a range.
 template <typename Job, typename T>
 OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) {
   OptionValue value = value_of<Job>(
@@ -101,7 +102,7 @@ OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) 
   return value;
 }
 
-/// A number; a fraction such as 2/255, too, where it is a share.
+/// A number within a range. \param fractions a share of 1, also as a fraction such as 2/255
 template <typename Job, typename T>
 OptionValue number(Member<Job, T> member, double low, double high, bool fractions = false) {
   OptionValue value = value_of<Job>(
@@ -119,7 +120,7 @@ OptionValue number(Member<Job, T> member, double low, double high, bool fraction
   return value;
 }
 
-/// A flag without a value. \param when_given  what the member becomes
+/// A flag without a value. \param when_given value of the member if the flag is given
 template <typename Job>
 OptionValue toggle(Member<Job, bool> member, bool when_given = true) {
   return value_of<Job>(
@@ -133,7 +134,7 @@ OptionValue toggle(Member<Job, bool> member, bool when_given = true) {
       [=](Job& job) { return member.of(job); });
 }
 
-/// One of several names.
+/// An enumerator by its name.
 template <typename Job, typename T>
 OptionValue choice(Member<Job, T> member, Words<T> names) {
   std::vector<std::string> choices = names_of(names);
@@ -151,7 +152,7 @@ OptionValue choice(Member<Job, T> member, Words<T> names) {
   return value;
 }
 
-/// A text, such as a file's name. \param check  throws where it is none; null: any text will do
+/// A string, such as a file's name. \param check throws for an invalid text; null: any text is valid
 template <typename Job>
 OptionValue text(Member<Job, std::string> member, std::string_view shown = "TEXT",
                  void (*check)(const Message& flag, const std::string& text) = nullptr) {
@@ -164,7 +165,7 @@ OptionValue text(Member<Job, std::string> member, std::string_view shown = "TEXT
       [=](Job& job) { return member.of(job).empty() ? Json() : Json(member.of(job)); });
 }
 
-/// One of several words.
+/// A string out of several.
 template <typename Job>
 OptionValue word(Member<Job, std::string> member, const std::vector<std::string>& words) {
   OptionValue value = value_of<Job>(
@@ -181,7 +182,7 @@ OptionValue word(Member<Job, std::string> member, const std::vector<std::string>
   return value;
 }
 
-/// Texts. \param delimiter  between them; 0: the flag is given again for each
+/// A list of strings. \param delimiter separates them; 0: the flag is repeated for each
 template <typename Job>
 OptionValue texts(Member<Job, std::vector<std::string>> member, char delimiter = 0) {
   OptionValue value = value_of<Job>(
@@ -204,26 +205,26 @@ OptionValue length(Member<Job, std::optional<Length>> member) {
       [=](Job& job) { return member.of(job) ? Json(length_text(*member.of(job))) : Json(); });
 }
 
-/// An option. Of a bake's, what it serves is checked, too.
+/// An option. For options of a bake, the matches and maps that it serves are checked, too.
 struct OptionRow {
-  std::string flag;        ///< "--samples"; a position has no dashes
-  std::string group = {};  ///< The heading of help that it stands below
+  std::string flag;        ///< "--samples"; a positional argument has no dashes
+  std::string group = {};  ///< Its heading in help
   OptionValue value;
   std::string help;
-  /// Its key in reports; empty: that of the flag ("view_size"); "-": none
+  /// Its key in reports; empty: derived from the flag ("view_size"); "-": not in reports
   std::string key = {};
   bool required = false;
-  std::string excludes = {};  ///< Flags of earlier rows, with blanks between them
-  std::string needs = {};     ///< A flag of an earlier row
-  /// The path in BakeOptions that matches and maps obey (obeys()) which it serves; empty: that of the member
+  std::string excludes = {};  ///< Flags of earlier rows that it excludes, separated by spaces
+  std::string needs = {};     ///< The flag of an earlier row that it requires
+  /// Path in BakeOptions that decides which matches and maps it serves, by obeys(); empty: the member's path
   std::string_view option = {};
-  bool in_fallback = true;   ///< It serves such a match as a fallback, too
-  bool beside_auto = false;  ///< --match auto may choose a match that it serves
+  bool in_fallback = true;   ///< It also serves such a match as a fallback
+  bool beside_auto = false;  ///< --match auto may choose a match that this option serves
 
   std::string report_key() const;
   bool serves(const MatchInfo& match) const;
   bool serves(const MapInfo& map) const;
-  /// True if some matches, or maps, obey it and so others do not
+  /// True if only some matches, or maps, obey it
   bool is_of_matches() const;
   bool is_of_maps() const;
 
@@ -231,13 +232,13 @@ struct OptionRow {
   std::string_view path() const;
 };
 
-/// A value as one word, as the command line has it: several with commas between them; empty: nothing.
+/// A value as one word of the command line; elements of lists are separated by commas. Empty for null.
 std::string written(const Json& value);
 
-/// The row of a flag; null: there is none.
+/// The row of a flag; null if there is none.
 const OptionRow* find_row(std::span<const OptionRow> rows, std::string_view flag);
 
-/// The rows for which `wanted` is true, below one heading.
+/// The rows for which `wanted` is true, with one heading for all.
 template <typename Wanted>
 std::vector<OptionRow> rows_below(std::span<const OptionRow> rows, const char* heading,
                                   const Wanted& wanted) {
@@ -253,10 +254,10 @@ std::vector<OptionRow> rows_below(std::span<const OptionRow> rows, const char* h
 /// The values of a job by their keys, for reports.
 Json values_json(std::span<const OptionRow> rows, const void* job);
 
-/// All that rows say, for programs. \param defaults  a job that was told nothing
+/// All data of the rows, for --help-json. \param defaults a job without any option set
 Json rows_json(std::span<const OptionRow> rows, const void* defaults);
 
-/// Rows of what most commands take, of jobs with members of these names.
+/// Rows of options that most commands have. The job must have a member of the row's name.
 template <typename Job>
 OptionRow device_row(const char* group) {
   return {.flag = "--device",
@@ -281,7 +282,7 @@ OptionRow quiet_row(const char* group) {
           .help = "Leave out progress and the summary; warnings and errors stay",
           .key = "-"};
 }
-/// --triangulate, for jobs with a member `load`. \param what  is read
+/// --triangulate, for jobs with a member `load`. \param what the meshes that are read, for help
 template <typename Job>
 OptionRow triangulate_row(const char* group, const std::string& what) {
   return {
@@ -293,7 +294,7 @@ OptionRow triangulate_row(const char* group, const std::string& what) {
               "first corner, larger ones Delaunay; blender: as Blender 5 draws them; fan: around "
               "the first corner; shortest: along the shorter diagonal"};
 }
-/// --density. \param high  what the command calls the high poly
+/// --density. \param high the command's name for the high poly
 template <typename Job>
 OptionRow density_row(const char* group, const std::string& high,
                       Member<Job, TexelDensity> member) {

@@ -124,7 +124,7 @@ std::string length_text(const Length& length) {
 
 namespace {
 
-/// Up to 50%.
+/// Parses a percentage up to 50% as a share of 1.
 double parse_percentage(const Message& name, const std::string& text, const char* wanted) {
   std::string_view number = text;
   if (!number.empty() && number.back() == '%') number.remove_suffix(1);
@@ -207,7 +207,7 @@ std::uint32_t parse_pixels(const Message& name, const std::string& text) {
 }
 
 std::uint64_t parse_bytes(const Message& name, const std::string& text) {
-  constexpr double kMost = 4294967295.0;  // of a GLB's lengths
+  constexpr double kMaxGlbBytes = 4294967295.0;  // GLB stores lengths in 32 bits.
   const std::size_t digits = text.find_first_not_of("0123456789.");
   const std::string number = text.substr(0, digits);
   const std::string unit = digits == std::string::npos ? "" : lower_case(text.substr(digits));
@@ -220,7 +220,7 @@ std::uint64_t parse_bytes(const Message& name, const std::string& text) {
   double value = 0;
   const bool known = found != std::end(kUnits) && read_number(number, value);
   const double bytes = known ? std::floor(value * found->second) : 0;
-  refuse_if(!(bytes >= 1 && bytes <= kMost) || (found->second == 1 && bytes != value),
+  refuse_if(!(bytes >= 1 && bytes <= kMaxGlbBytes) || (found->second == 1 && bytes != value),
             name + " is '" + text +
                 "': give bytes, 1 to 4294967295, such as 500000, 500K (thousands), 1.5M or 488KiB "
                 "(1024).");

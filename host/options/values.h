@@ -1,4 +1,4 @@
-// Values of options as text: what may stand there, and what is said where it may not.
+// Checks of option values, with their error messages.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,21 @@
 
 namespace kiln {
 
-/// The words that an option was given, of which there is one at least.
+/// The words given for an option, at least one.
 using OptionWords = std::vector<std::string>;
 
-/// The check of a value.
+/// A check of a value.
 class Check {
  public:
-  /// \param function  returns what is wrong with a value, as it follows the option's name in a sentence; empty:
-  ///                  nothing. It may put another value in its place
-  /// \param words  what help says of values
+  /// \param function  returns the error in a value, phrased to follow the option's name in a sentence, or empty if it
+  ///                  is valid. It may normalise the value
+  /// \param words  allowed values, for help
   Check(std::function<std::string(std::string&)> function, std::string_view words)
       : function_(std::move(function)), words_(words) {}
 
-  /// The fault of a value, such as " is '0': give 1 to 16"; empty: nothing.
+  /// The error in a value, such as " is '0': give 1 to 16"; empty if it is valid.
   std::string operator()(std::string& value) const { return function_(value); }
-  /// Values, in the words of help.
+  /// The allowed values, for help.
   const std::string& words() const { return words_; }
 
  private:
@@ -32,13 +32,13 @@ class Check {
   std::string words_;
 };
 
-/// Numbers of a range, whole ones where its ends are.
+/// Numbers within a range. The unsigned overload allows integers alone.
 Check range(double low, double high);
 Check range(unsigned low, unsigned high);
-/// Names, capital letters or not, blanks around them or not. The value becomes the name.
+/// Names, ignoring case and surrounding spaces. The value is normalised to the name.
 Check one_of(const std::vector<std::string>& names);
 
-/// True if all of a text is a number. A plus sign before it is let through.
+/// Parses a text that is a number as a whole; a leading plus sign is allowed. \returns false for anything else
 template <typename Number>
 bool read_number(std::string_view text, Number& value);
 

@@ -1,4 +1,4 @@
-// Words of the command line and what they stand for.
+// Names of enumerators on the command line.
 #pragma once
 
 #include <cstddef>
@@ -16,14 +16,14 @@
 
 namespace kiln {
 
-/// A word and what it stands for.
+/// A word and its value.
 template <typename T>
 struct Word {
   const char* word;
   T value;
 };
 
-/// The words that an option takes, in the order of the alphabet, as help lists them. A view.
+/// View of the words that an option accepts, in the alphabetical order of help.
 template <typename T>
 class Words {
  public:
@@ -33,7 +33,7 @@ class Words {
   const Word<T>* begin() const { return begin_; }
   const Word<T>* end() const { return end_; }
 
-  /// nullptr: none of these words.
+  /// The value of a word; nullptr if it is not among them.
   const T* find(std::string_view word) const {
     for (const Word<T>& row : *this) {
       if (row.word == word) return &row.value;
@@ -41,7 +41,7 @@ class Words {
     return nullptr;
   }
   bool contains(std::string_view word) const { return find(word) != nullptr; }
-  /// Value of a word that was checked.
+  /// The value of a word that passed its check.
   T at(std::string_view word) const {
     const T* const value = find(word);
     if (value == nullptr) throw Error(ErrorCode::internal, "An option's value is not known.");
@@ -64,7 +64,7 @@ Check one_of(const Words<T>& words) {
   return one_of(names_of(words));
 }
 
-/// A value as it is written on the command line.
+/// The word of a value.
 template <typename T>
 std::string name_of(const Words<T>& words, T wanted) {
   for (const auto& [word, value] : words) {
@@ -117,7 +117,7 @@ inline constexpr Word<Dither> kDithers[] = {
 inline constexpr Word<MeshCompression> kMeshCompressions[] = {{"draco", MeshCompression::draco},
                                                               {"meshopt", MeshCompression::meshopt},
                                                               {"none", MeshCompression::none}};
-/// Words that --fallback can end with.
+/// Words that may end --fallback.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
 inline constexpr Word<IdBy> kIdBy[] = {{"color", IdBy::color},

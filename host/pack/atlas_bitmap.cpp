@@ -14,24 +14,24 @@
 namespace kiln {
 namespace {
 
-/// So many of the largest are drawn at all turns, and so many at half of them.
-constexpr std::size_t kAllTurns = 12, kHalfTurns = 32;
+/// Numbers of the largest outlines that are rasterised at all rotations, and at half of them.
+constexpr std::size_t kMaxOutlinesAtAllTurns = 12, kMaxOutlinesAtHalfTurns = 32;
 
-/// Above this many outlines, the search for a place starts where the last one of nearly the same size went.
-constexpr std::size_t kManyOutlines = 100;
-/// Sizes are the same up to this factor.
-constexpr double kSameSize = 1.25;
+/// Above this number of outlines, the search for a place starts where the last outline of similar size was placed.
+constexpr std::size_t kLowestRowsOutlines = 100;
+/// Factor within which sizes count as similar.
+constexpr double kSimilarSizeRatio = 1.25;
 
-/// Rows from which the next outlines of a size may find room.
-class LowestRows {
+/// Lowest rows at which outlines of each size may still fit.
+class LowestRowsBySize {
  public:
-  explicit LowestRows(std::size_t count) : many_(count > kManyOutlines) {}
+  explicit LowestRowsBySize(std::size_t count) : many_(count > kLowestRowsOutlines) {}
 
-  /// The row to look from. \param mask  of the outline, at any turn
+  /// The first row of the search for an outline. \param mask its mask at any rotation
   std::uint32_t& of(const Outline& outline, const ChartMask& mask) {
-    if (!many_) return none_ = 0;  // From below.
+    if (!many_) return none_ = 0;  // With few outlines, every search starts at the bottom.
     const auto step = [](double size) {
-      return static_cast<int>(std::log(size) / std::log(kSameSize));
+      return static_cast<int>(std::log(size) / std::log(kSimilarSizeRatio));
     };
     return rows_[{step(outline.area), step(std::max(mask.width, mask.height))}];
   }
@@ -42,14 +42,14 @@ class LowestRows {
   std::map<std::pair<int, int>, std::uint32_t> rows_;
 };
 
-/// Looks for the place where an outline's top is lowest, at all turns that it may have.
-/// \param guess  a turn that is likely the best, or -1: with a good place known, less is looked at. The answer
-///               does not depend on it
-/// \param bottom  the lowest row
-void look(const CellRows& taken, const AtlasBitmap& sheet, const PackOrder& order, std::uint32_t i,
-          std::int8_t guess, std::uint32_t bottom, Packed& packed) {
+/// Finds the place where an outline's top is lowest, over all its allowed rotations.
+/// \param guess  a rotation that is likely the best, or -1; a good first place prunes the search, but never changes the
+///               result
+/// \param bottom  first row of the search
+void find_lowest_place(const CellRows& taken, const AtlasBitmap& sheet, const PackOrder& order,
+                       std::uint32_t i, std::int8_t guess, std::uint32_t bottom, Packed& packed) {
   CellRows::Window window{sheet.cells, bottom};
-  const auto look_at = [&](std::int8_t turn) {
+  const auto try_turn = [&](std::int8_t turn) {
     const ChartMask& mask = sheet.mask(i, turn);
     if (mask.runs.empty()) return;
     const auto at = taken.find(mask, window);
@@ -59,14 +59,14 @@ void look(const CellRows& taken, const AtlasBitmap& sheet, const PackOrder& orde
         std::tie(top, at->first, turn) >= std::tie(window.top, packed.x[i], packed.turn[i])) {
       return;
     }
-    window.top = top;  // Higher is worse.
+    window.top = top;  // Later rotations must not end higher.
     packed.x[i] = at->first, packed.y[i] = at->second;
     packed.turn[i] = turn;
   };
-  if (order.turn[i] >= 0) return look_at(order.turn[i]);
-  if (guess >= 0) look_at(guess);
+  if (order.turn[i] >= 0) return try_turn(order.turn[i]);
+  if (guess >= 0) try_turn(guess);
   for (std::int8_t turn = 0; turn < static_cast<std::int8_t>(AtlasPacker::kTurns); ++turn) {
-    if (turn != guess) look_at(turn);
+    if (turn != guess) try_turn(turn);
   }
 }
 
@@ -87,7 +87,9 @@ AtlasPacker::AtlasPacker(std::span<const Outline> outlines, std::uint32_t size, 
   });
   turns_of_.resize(outlines.size());
   for (std::size_t n = 0; n < order.size(); ++n) {
-    turns_of_[order[n]] = n < kAllTurns ? kTurns : n < kHalfTurns ? kTurns / 2 : kTurns / 4;
+    turns_of_[order[n]] = n < kMaxOutlinesAtAllTurns    ? kTurns
+                          : n < kMaxOutlinesAtHalfTurns ? kTurns / 2
+                                                        : kTurns / 4;
   }
 }
 
@@ -109,8 +111,9 @@ AtlasBitmap AtlasPacker::draw(std::uint32_t cells, double scale) const {
   return sheet;
 }
 
-/// Writes down where an outline went: x, y and its turn are known. A turn below 0: that it found no place.
-void AtlasPacker::note(const AtlasBitmap& sheet, std::uint32_t outline, Packed& packed) const {
+/// Records the place of an outline whose x, y and rotation are set. A negative rotation records it as left out.
+void AtlasPacker::record_place(const AtlasBitmap& sheet, std::uint32_t outline,
+                               Packed& packed) const {
   if (packed.turn[outline] < 0) {
     packed.left_out += outlines_[outline].area;
     packed.refused.push_back(outline);
@@ -132,11 +135,11 @@ Packed AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& order, doubl
   packed.x.assign(outlines_.size(), 0), packed.y = packed.x;
   std::uint32_t longest = 1;
   for (const ChartMask& mask : sheet.masks) {
-    if (!mask.runs.empty())  // The longest comes first.
+    if (!mask.runs.empty())  // The longest run comes first.
       longest = std::max(longest, mask.runs[0].last - mask.runs[0].first + 1);
   }
   CellRows taken(sheet.cells, sheet.cells, longest);
-  LowestRows lowest(outlines_.size());
+  LowestRowsBySize lowest(outlines_.size());
   for (std::size_t n = 0; n < order.order.size(); ++n) {
     ProgressGuard::poll();
     const std::uint32_t i = order.order[n];
@@ -144,19 +147,19 @@ Packed AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& order, doubl
     if (n < same) {
       packed.turn[i] = done->turn[i], packed.x[i] = done->x[i], packed.y[i] = done->y[i];
     } else {
-      if (n == same && n > 0) taken.widen(0, sheet.cells, 0, sheet.cells - 1);
-      look(taken, sheet, order, i, done != nullptr ? done->turn[i] : std::int8_t{-1}, bottom,
-           packed);
+      if (n == same && n > 0) taken.dilate(0, sheet.cells, 0, sheet.cells - 1);
+      find_lowest_place(taken, sheet, order, i, done != nullptr ? done->turn[i] : std::int8_t{-1},
+                        bottom, packed);
     }
-    note(sheet, i, packed);
+    record_place(sheet, i, packed);
     if (packed.left_out > most) return packed;
     if (packed.turn[i] < 0) continue;
     const ChartMask& mask = sheet.mask(i, packed.turn[i]);
     if (n < same) {
       taken.mark(mask, packed.x[i], packed.y[i]);
     } else {
-      taken.take(mask, packed.x[i], packed.y[i]);
-      // An outline of another shape may fit a little lower.
+      taken.occupy(mask, packed.x[i], packed.y[i]);
+      // Outlines of another shape may fit slightly lower, so the row is lowered by the mask's height.
       bottom = std::max(bottom, packed.y[i] - std::min(packed.y[i], mask.height));
     }
   }

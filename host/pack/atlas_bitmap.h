@@ -12,30 +12,30 @@
 
 namespace kiln {
 
-/// An outline's place in the atlas: turned, scaled and moved, in texels.
+/// An outline's transform into the atlas: rotation, then scale, then translation in texels.
 struct OutlinePlace {
-  Vec2d turn{1, 0};  ///< Cosine and sine.
+  Vec2d turn{1, 0};  ///< Cosine and sine of the rotation.
   Vec2d shift;
 };
 
 /// The order in which outlines are placed.
 struct PackOrder {
   std::vector<std::uint32_t> order;
-  std::vector<std::int8_t> turn;  ///< The only turn of an outline, or -1 for any.
+  std::vector<std::int8_t> turn;  ///< Fixed rotation of each outline, or -1 for any.
 };
 
-/// The result of packing in one order.
+/// The result of placing outlines in one order.
 struct Packed {
-  double left_out = 0;                 ///< Area of the outlines that found no place.
-  std::vector<std::uint32_t> refused;  ///< These outlines.
-  std::uint32_t height = 0;            ///< Rows.
-  double weight = 0;                   ///< Sum of area by top.
+  double left_out = 0;                 ///< Total area of the outlines without a place.
+  std::vector<std::uint32_t> refused;  ///< Outlines without a place.
+  std::uint32_t height = 0;            ///< Used rows.
+  double weight = 0;  ///< Sum over outlines of area times top row; lower is more compact.
   std::vector<OutlinePlace> places;
-  std::vector<std::int8_t> turn;  ///< Rotation that each outline got, or -1.
+  std::vector<std::int8_t> turn;  ///< Rotation of each placed outline, or -1.
   std::vector<std::uint32_t> x, y;
 };
 
-/// Outlines drawn at one scale, at all turns.
+/// Masks of all outlines at one scale and all rotations.
 struct AtlasBitmap {
   static constexpr std::uint32_t kTurns = 16;
 
@@ -48,43 +48,44 @@ struct AtlasBitmap {
   }
 };
 
-/// A random number in [0, n), the same on every machine.
+/// A random number in [0, n), identical on every platform.
 inline std::uint32_t random_below(std::mt19937& random, std::size_t n) {
   return static_cast<std::uint32_t>(random() % n);
 }
 
-/// Draws outlines at any scale, and packs what it drew.
+/// Rasterises outlines at any scale, and places the masks.
 class AtlasPacker {
  public:
   static constexpr std::uint32_t kTurns = AtlasBitmap::kTurns;
 
   /// \param outlines  viewed, not copied
-  /// \param size      texels of a side
+  /// \param size  texels of one side of the atlas
   /// \param padding   texels between two outlines
-  /// \param angles    of each outline's first turn; empty: that of its smallest box
+  /// \param angles  each outline's first rotation in radians; empty: that of its smallest bounding box
   AtlasPacker(std::span<const Outline> outlines, std::uint32_t size, double padding,
               std::vector<double> angles = {});
 
   std::span<const Outline> outlines() const { return outlines_; }
   const std::vector<double>& angles() const { return angles_; }
-  /// The sum of all.
+  /// Total area of all outlines.
   double area() const { return area_; }
-  /// At how many of the turns an outline is drawn: large ones decide, small ones find gaps at few.
+  /// Number of rotations at which an outline is rasterised. Large outlines get all, since they decide the result; small
+  /// ones fit into gaps at few rotations.
   std::uint32_t turns_of(std::uint32_t outline) const { return turns_of_[outline]; }
 
   /// \param scale  cells per unit
   AtlasBitmap draw(std::uint32_t cells, double scale) const;
 
-  /// Each outline goes to the free place where its top is lowest. What finds none is left out.
-  /// \param most  area that may be left out; beyond, the rest is not tried, and left_out is above it
-  /// \param done  places of the first `same` outlines of the order on this sheet, kept as they are. Turns of
-  ///              the others are looked at first: that is quicker where they are good
+  /// Places each outline where its top is lowest. Outlines without a free place are left out.
+  /// \param most  stops as soon as the area left out exceeds this
+  /// \param done  an earlier result on this sheet. The first `same` outlines of the order keep its places; for others,
+  ///              its rotations are tried first, which is faster if they are good
   Packed pack(const AtlasBitmap& sheet, const PackOrder& order,
               double most = std::numeric_limits<double>::infinity(), const Packed* done = nullptr,
               std::size_t same = 0) const;
 
  private:
-  void note(const AtlasBitmap& sheet, std::uint32_t outline, Packed& packed) const;
+  void record_place(const AtlasBitmap& sheet, std::uint32_t outline, Packed& packed) const;
 
   std::span<const Outline> outlines_;
   std::uint32_t size_;

@@ -1,4 +1,4 @@
-// Packing of outlines into a square by bitmaps: any shape, at many turns, into any gap.
+// Packs outlines of any shape into a square by bitmaps, at up to 16 rotations, also into gaps and holes.
 #pragma once
 
 #include <cstdint>
@@ -11,38 +11,39 @@ namespace kiln {
 
 /// The state of a search. Another search can continue from it, also with slightly different outlines.
 struct PackState {
-  std::vector<double> angles;  ///< First rotation of each outline.
-  PackOrder order;             ///< The best that fits,
-  Packed packed;               ///< and what it came to.
+  std::vector<double> angles;  ///< First rotation of each outline, radians.
+  PackOrder order;             ///< The best order with which all outlines fit.
+  Packed packed;               ///< The places in that order.
   double share = 0;            ///< Share of the square that outlines cover; 0 if none fits.
-  PackOrder attempt;           ///< The best order that does not quite fit
-  double attempt_share = 0;    ///< at this share, if that is above 0.
+  PackOrder attempt;  ///< The best order at a slightly larger scale, with outlines left out.
+  /// Share of the square that `attempt` would cover; 0 if there is none.
+  double attempt_share = 0;
 };
 
 struct OutlinePacking {
-  double scale = 0;  ///< Texels per unit of the outlines; 0 where they do not fit.
+  double scale = 0;  ///< Texels per unit of the outlines; 0 if they do not fit.
   std::vector<OutlinePlace> places;
 };
 
-/// Looks for an order in which outlines fill much of the square, on coarse cells, on the calling thread. An
-/// order is changed again and again, by numbers that are random but follow from the seed; what leaves less
-/// out of a square that is a little too small stays. Where all fit, they are drawn larger.
+/// Searches for the order in which outlines cover the largest share of the square, on a coarse grid, on the calling
+/// thread. Local search: the scale is slightly too large for all outlines to fit; random changes of the order are kept
+/// if they leave out less area. When all outlines fit, the scale grows. Random numbers depend on the seed alone.
 /// \param outlines  each of positive area
 /// \param padding   texels, above 0
-/// \param effort    orders to try; of many outlines, fewer
-/// \param from      where to go on; null: from orders by size
+/// \param effort  number of orders to try; large numbers of outlines get fewer
+/// \param from  state to continue from; null: start with orders by size
 PackState search_packing(std::span<const Outline> outlines, std::uint32_t size, double padding,
                          std::uint32_t effort, std::uint32_t seed, const PackState* from = nullptr);
 
-/// Packs outlines into [0, size] x [0, size] at the largest scale that the search finds: `padding` apart,
-/// and half of it from the sides. They are never mirrored.
+/// Packs outlines into [0, size] x [0, size] at the largest scale that the search finds, `padding` apart and half of it
+/// from the sides. Outlines are never mirrored.
 ///
-/// Each outline goes, in some order, to the lowest place that is free at any of up to 16 turns. A few
-/// searches with other seeds run side by side, more where little is covered. For up to some thousand:
-/// unwrap_charts() gives more to pack_boxes(). Deterministic on any number of threads.
+/// Outlines are placed one after another, each at the lowest free place over up to 16 rotations. Four searches with
+/// different seeds run in parallel, and up to three rounds of them while the covered share is low. Meant for up to
+/// several thousand outlines: unwrap_charts() uses pack_boxes() for more. Deterministic on any number of threads.
 /// \param outlines  each of positive area
 /// \param padding   texels, above 0
-/// \param from      as for search_packing()
+/// \param from  see search_packing()
 /// \param threads   0: thread_count()
 OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t size, double padding,
                              const PackState* from = nullptr, int threads = 0);

@@ -30,7 +30,7 @@ TurnedBox turned_box(const Outline& outline) {
 }  // namespace
 
 OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size, double padding) {
-  // Boxes stand on whole steps, of a texel or the padding where that is less.
+  // Boxes are aligned to multiples of one texel, or of the padding if that is smaller.
   const double step = std::min(1.0, padding);
   const auto side = static_cast<std::uint32_t>(std::floor(size / step));
   const auto border = static_cast<std::uint32_t>(std::ceil(padding / step));
@@ -43,7 +43,8 @@ OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size,
   std::vector<PackSize> sizes(boxes.size());
   std::vector<PackPlace> places;
   OutlinePacking best;
-  double low = 0, high = std::sqrt(1.0 * side * side / area);  // Steps per unit.
+  double low = 0,
+         high = std::sqrt(1.0 * side * side / area);  // Bounds of the bisection, in steps per unit.
   for (int round = 0; round < 24 && high - low > 0.004 * high; ++round) {
     const double scale = low > 0 || round < 2 ? 0.5 * (low + high) : 0.25 * high;
     double covered = 0;
@@ -64,7 +65,7 @@ OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size,
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const TurnedBox& box = boxes[i];
       const double x = places[i].x + 0.5 * border, y = places[i].y + 0.5 * border;
-      // A quarter turn more takes the box's top to the left.
+      // A turned place rotates the box by a further 90 degrees, which moves its top to the left.
       best.places[i] =
           places[i].turned
               ? OutlinePlace{{-box.turn.y, box.turn.x},

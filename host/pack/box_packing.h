@@ -1,4 +1,4 @@
-// Packing of many outlines by their boxes: for soups, where bitmaps would take too long.
+// Packs outlines by their bounding boxes, for triangle soups whose numbers are too large for bitmaps.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// As pack_outlines, but each outline takes its smallest box: n log n, and about half of the square is
-/// lost. Deterministic.
+/// Like pack_outlines(), but packs the smallest bounding box of each outline, in O(n log n). About half of the square
+/// is lost. Deterministic.
 OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size, double padding);
 
 }  // namespace kiln

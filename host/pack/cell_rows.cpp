@@ -13,32 +13,35 @@ namespace {
 
 constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 
-/// Lengths of free runs are told apart in up to twice so many steps. So many of a mask's runs are held against them.
+/// Free runs' lengths are quantised to 2^kRunBits to 2^(kRunBits + 1) steps. kComparedRuns of a mask's runs are compared
+/// with them to reject rows early.
 constexpr std::uint32_t kRunBits = 6;
-constexpr std::size_t kKeyRuns = 16;
-/// In rows of more words than this, only words with a free run are searched after the first runs.
-constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
-/// There, runs that left no place with rows below are tried first: mostly they leave none with the next row, either.
-constexpr std::uint32_t kRecent = 4;
+constexpr std::size_t kComparedRuns = 16;
+/// In rows of more than kNarrowRowWords words, after the first kFullRowRuns runs only words that still have a free place are
+/// tested.
+constexpr std::uint32_t kNarrowRowWords = 4, kFullRowRuns = 3;
+/// In such rows, this number of runs that last blocked a row are tested first, because they usually block the next row,
+/// too.
+constexpr std::uint32_t kRecentRuns = 4;
 
-/// From any address.
+/// Loads two words from an unaligned address.
 Word2 load_two(const std::uint64_t* from) {
   Word2 value;
   std::memcpy(&value, from, sizeof value);
   return value;
 }
 
-/// Words a row: a power of two, so that there are few kinds.
-std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
+/// Words per row: a power of two, so that find_in() needs few instantiations.
+std::uint32_t words_per_row(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
 
 }  // namespace
 
 CellRows::CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t longest)
     : width_(width),
       height_(height),
-      words_(words_of(width)),
+      words_(words_per_row(width)),
       levels_(static_cast<std::uint32_t>(std::bit_width(std::min(width, longest)))),
-      // Shifting reads beyond the last row.
+      // Shifts read beyond the last row.
       bits_(std::size_t{levels_} * height * words_ + words_ + 1),
       step_(static_cast<std::uint32_t>(std::bit_width(width >> kRunBits)) -
             (width >> kRunBits != 0 ? 1 : 0)),
@@ -54,9 +57,9 @@ void CellRows::clear() {
   std::fill(free_.begin(), free_.end(), FreeRun{0, width_, 0});
 }
 
-void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
+void CellRows::occupy(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
   mark(mask, x, y);
-  widen(y, y + mask.height, x, x + mask.width - 1);
+  dilate(y, y + mask.height, x, x + mask.width - 1);
 }
 
 void CellRows::mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
@@ -67,12 +70,12 @@ void CellRows::mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
       cells[i / 64] |= (kAllOnes >> (64 - count)) << i % 64;
       i += count;
     }
-    free_[y + run.row].take(x + run.first, x + run.last + 1);
+    free_[y + run.row].occupy(x + run.first, x + run.last + 1);
   }
 }
 
-void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
-                     std::uint32_t right) {
+void CellRows::dilate(std::uint32_t first, std::uint32_t end, std::uint32_t left,
+                      std::uint32_t right) {
   const std::uint32_t last_word = std::min(right / 64 + 1, words_);
   for (std::uint32_t k = 1; k < levels_; ++k) {
     const std::uint32_t shift = 1U << (k - 1), whole = shift / 64, part = shift % 64;
@@ -80,7 +83,7 @@ void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
     std::uint64_t* wide = row(k, first);
     const std::uint64_t* narrow = row(k - 1, first);
     for (std::uint32_t y = first; y < end; ++y, wide += words_, narrow += words_) {
-      // Bits from beyond the row's end stand for places outside.
+      // Bits beyond the row's end belong to the next row; they affect only places outside.
       const std::uint64_t* const beside = narrow + whole;
       if (words_ == 1) {
         wide[0] = narrow[0] | beside[0] >> part | beside[1] << 1 << (63 - part);
@@ -95,12 +98,12 @@ void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
     }
   }
   for (std::uint32_t y = first; y < end; ++y) {
-    if (free_[y].length() < free_[y].others) find_longest(y);
-    note_longest_free(y, free_[y].length() >> step_);
+    if (free_[y].length() < free_[y].others) find_longest_run(y);
+    update_longest_free(y, free_[y].length() >> step_);
   }
 }
 
-void CellRows::FreeRun::take(std::uint32_t first, std::uint32_t last) {
+void CellRows::FreeRun::occupy(std::uint32_t first, std::uint32_t last) {
   if (first >= end || last <= begin) return;
   const std::uint32_t left = first - std::min(first, begin), right = end - std::min(end, last);
   others = std::max(others, std::min(left, right));
@@ -111,7 +114,7 @@ void CellRows::FreeRun::take(std::uint32_t first, std::uint32_t last) {
   }
 }
 
-void CellRows::find_longest(std::uint32_t y) {
+void CellRows::find_longest_run(std::uint32_t y) {
   FreeRun& longest = free_[y];
   longest = {};
   const std::uint64_t* const cells = row(0, y);
@@ -137,16 +140,16 @@ void CellRows::find_longest(std::uint32_t y) {
   if (begin < width_) add(width_);
 }
 
-void CellRows::note_longest_free(std::uint32_t y, std::uint32_t steps) {
+void CellRows::update_longest_free(std::uint32_t y, std::uint32_t steps) {
   for (; longest_free_[y] > steps; --longest_free_[y])
     fits_[std::size_t{longest_free_[y]} * row_words_ + y / 64] &= ~(std::uint64_t{1} << y % 64);
 }
 
-/// For 64 rows from a multiple of 64: rows where a mask may lie, since free runs are as long as its longest
-/// ones. Asks a few rows of the mask that lie far from each other.
-std::uint64_t CellRows::rows_that_fit(const ChartMask& mask, std::uint32_t first) const {
+/// A bit mask of the rows among 64, from a multiple of 64, where a mask may lie because free runs are as long as its
+/// own. Compares kComparedRuns rows of the mask that are far from each other.
+std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t first) const {
   std::uint64_t result = kAllOnes;
-  for (std::size_t n = 0; n < std::min(kKeyRuns, mask.runs.size()) && result != 0; ++n) {
+  for (std::size_t n = 0; n < std::min(kComparedRuns, mask.runs.size()) && result != 0; ++n) {
     const std::uint32_t r = mask.runs[n].row;
     const std::uint64_t* const rows =
         fits_.data() +
@@ -171,14 +174,14 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   const std::uint32_t end = top - mask.height + 1;
   std::uint32_t above = window.bottom / 64 * 64;
   std::uint64_t rows = 0;
-  // The first runs, until others have ended a search. Which are tried first does not change what is found.
-  std::array<std::uint32_t, kRecent> recent{0, 1, 2, 3};
+  // Recently blocking runs, initially the first ones. The order of tests does not change the result.
+  std::array<std::uint32_t, kRecentRuns> recent{0, 1, 2, 3};
   const auto runs = static_cast<std::uint32_t>(mask.runs.size());
-  const std::uint32_t ahead = words > kFewWords ? std::min(kRecent, runs) : 0;
+  const std::uint32_t ahead = words > kNarrowRowWords ? std::min(kRecentRuns, runs) : 0;
   for (;;) {
     while (rows == 0) {
       if (above >= end) return std::nullopt;
-      rows = rows_that_fit(mask, above);
+      rows = rows_with_room(mask, above);
       if (above < window.bottom) rows &= kAllOnes << (window.bottom - above);
       if (end - above < 64) rows &= kAllOnes >> (64 - (end - above));
       above += 64;
@@ -192,7 +195,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
     for (std::uint32_t r = 0; r < ahead + runs && free; ++r) {
       const std::uint32_t number = r < ahead ? recent[r] : r - ahead;
       const ChartMask::Run& run = mask.runs[number];
-      const auto note = [&] {
+      const auto record_place = [&] {
         if (free || ahead == 0) return;
         const std::uint32_t at = std::min(r, ahead - 1);
         std::copy_backward(recent.begin(), recent.begin() + at, recent.begin() + at + 1);
@@ -202,14 +205,14 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
       const auto k = static_cast<std::uint32_t>(std::bit_width(length)) - 1;
       const std::uint32_t a = run.first, b = run.last + 1 - (1U << k);
       const std::uint64_t* const from = row(k, y + run.row);
-      // Bits from beyond the row's end are outside anyway.
+      // Bits beyond the row's end affect only places that `outside` blocks.
       const std::uint64_t *const at_a = from + a / 64, *const at_b = from + b / 64;
       const auto block = [&](std::uint32_t w) {
         return blocked[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) |
                              at_b[w] >> b % 64 | at_b[w + 1] << 1 << (63 - b % 64);
       };
-      if (words > kFewWords && r > kWholeRuns) {
-        // In wide rows, search only words that still have a place.
+      if (words > kNarrowRowWords && r > kFullRowRuns) {
+        // In wide rows, only words with a free place are tested.
         std::uint32_t left = 0;
         for (std::uint32_t n = 0; n < count; ++n) {
           const std::uint32_t w = open[n];
@@ -218,7 +221,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
         }
         count = left;
         free = count > 0;
-        note();
+        record_place();
         continue;
       }
       if constexpr (words == 1) {
@@ -236,8 +239,8 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
         }
         free = (all[0] & all[1]) != kAllOnes;
       }
-      note();
-      if (words <= kFewWords || r < kWholeRuns) continue;
+      record_place();
+      if (words <= kNarrowRowWords || r < kFullRowRuns) continue;
       for (std::uint32_t w = 0; w < words; ++w) {
         open[count] = w;
         count += blocked[w] != kAllOnes ? 1 : 0;

@@ -25,7 +25,7 @@ struct Box {
   }
 };
 
-/// A shape's extent in x within a slab between two heights.
+/// A shape's extent in x within a slab: the row of cells between two heights.
 struct Span {
   double low = std::numeric_limits<double>::max(), high = -low;
   void add(double x) {
@@ -44,13 +44,13 @@ struct Strip {
     const Double2 off_x{side.x, -side.x}, off_y{side.y, -side.y};
     const Double2 ax = both(a.x) + off_x, ay = both(a.y) + off_y;
     const Double2 bx = both(b.x) + off_x, by = both(b.y) + off_y;
-    const auto up = ay <= by;
-    low_x = select(up, ax, bx), low_y = select(up, ay, by);
-    high_x = select(up, bx, ax), high_y = select(up, by, ay);
+    const auto rises = ay <= by;
+    low_x = select(rises, ax, bx), low_y = select(rises, ay, by);
+    high_x = select(rises, bx, ax), high_y = select(rises, by, ay);
     slope = select(ay == by, both(0), (bx - ax) / (by - ay));
   }
 
-  /// Adds what the slab has of them.
+  /// Extends a span by the strip's extent within the slab.
   void add_to(Span& span, double bottom) const {
     const Double2 from = both(bottom), to = both(bottom + 1);
     const Double2 begin = select(low_y < from, low_x + (from - low_y) * slope, low_x);
@@ -64,7 +64,7 @@ struct Strip {
   }
 };
 
-/// Adds what the slab has of a disc.
+/// Extends a span by a disc's extent within the slab.
 inline void add_disc(const Vec2d& centre, double radius, double bottom, Span& span) {
   const double away = centre.y - std::clamp(centre.y, bottom, bottom + 1);
   const double squared = radius * radius - away * away;
@@ -74,13 +74,13 @@ inline void add_disc(const Vec2d& centre, double radius, double bottom, Span& sp
   span.add(centre.x + reach);
 }
 
-/// Rows of cells, set or not, 64 a word.
+/// A bitmap of cells, in rows of 64-bit words.
 class Cells {
  public:
   Cells(std::uint32_t width, std::uint32_t height)
       : width_(width), height_(height), words_(width / 64 + 1), set_(words_ * height, 0) {}
 
-  /// Sets every cell that comes within `margin` of the ring.
+  /// Sets every cell within `margin` of the ring.
   void widen(const std::vector<Vec2d>& ring, double margin) {
     if (ring.empty()) return;
     Disc first, a, b;
@@ -94,15 +94,16 @@ class Cells {
     }
   }
 
-  /// Sets cells whose centres are inside: each side toggles all that lie to its right.
+  /// Sets cells whose centres are inside. Each edge toggles all cells to its right (even-odd rule).
   void fill(const std::vector<std::vector<Vec2d>>& rings) {
     for (const auto& ring : rings) {
       for (std::size_t i = 0; i < ring.size(); ++i) {
         Vec2d a = ring[i], b = ring[(i + 1) % ring.size()];
         if (a.y > b.y) std::swap(a, b);
         const double slope = (b.x - a.x) / (b.y - a.y);
-        for (std::uint32_t y = up(a.y - 0.5, height_), end = up(b.y - 0.5, height_); y < end; ++y) {
-          const std::uint32_t cell = up(a.x + (y + 0.5 - a.y) * slope - 0.5, width_);
+        for (std::uint32_t y = round_up(a.y - 0.5, height_), end = round_up(b.y - 0.5, height_);
+             y < end; ++y) {
+          const std::uint32_t cell = round_up(a.x + (y + 0.5 - a.y) * slope - 0.5, width_);
           row(y)[cell / 64] ^= std::uint64_t{1} << cell % 64;
         }
       }
@@ -118,14 +119,14 @@ class Cells {
     }
   }
 
-  /// The set cells a quarter turn on: a row becomes a column, the lowest the last.
+  /// The bitmap rotated by a quarter turn: rows become columns, the lowest row the last column.
   Cells turned() const {
     Cells result(height_, width_);
     std::array<std::uint64_t, 64> block;
     for (std::size_t w = 0; w < words_; ++w) {
       for (std::uint32_t base = 0; base < height_; base += 64) {
         const std::uint32_t rows = std::min(64U, height_ - base);
-        // Bit i of the new row comes from the row i below the highest left one.
+        // Bit i of a new row comes from the i-th row below the highest remaining one.
         const std::uint32_t top = height_ - base;
         for (std::uint32_t i = 0; i < 64; ++i) block[i] = i < rows ? row(top - 1 - i)[w] : 0;
         transpose(block);
@@ -138,28 +139,28 @@ class Cells {
     return result;
   }
 
-  /// By rows.
+  /// All runs of set cells, row by row.
   std::vector<ChartMask::Run> runs() const {
     std::vector<ChartMask::Run> result;
     result.reserve(height_ + height_ / 2);
     for (std::uint32_t y = 0; y < height_; ++y) {
-      for (std::uint32_t x = next(y, 0, true); x < width_;) {
-        const std::uint32_t end = next(y, x, false);
+      for (std::uint32_t x = next_cell(y, 0, true); x < width_;) {
+        const std::uint32_t end = next_cell(y, x, false);
         result.push_back({y, x, end - 1});
-        x = next(y, end, true);
+        x = next_cell(y, end, true);
       }
     }
     return result;
   }
 
  private:
-  /// Adds the disc around a vertex to the rows it meets.
+  /// Extents of the disc around a vertex in the rows that it intersects.
   struct Disc {
     std::uint32_t first = 0;
     std::vector<Span> rows;
 
     void add_to(Span& span, std::uint32_t y) const {
-      if (y - first >= rows.size()) return;  // Below the first one it is very large.
+      if (y - first >= rows.size()) return;  // Rows below `first` wrap to huge indices.
       span.low = std::min(span.low, rows[y - first].low);
       span.high = std::max(span.high, rows[y - first].high);
     }
@@ -173,8 +174,8 @@ class Cells {
       add_disc(centre, radius, y, disc.rows[y - disc.first]);
   }
 
-  /// The same of one side: in each row, what the slab has of the two discs at its ends and of the sides of the
-  /// strip between them.
+  /// Sets the cells within `margin` of one edge: in each row, the extent of the two discs at its ends and of the strip
+  /// between them.
   void widen(const Vec2d& a, const Vec2d& b, double margin, const Disc& at_a, const Disc& at_b) {
     const Vec2d along = b - a;
     const double size = std::sqrt(dot(along, along));
@@ -190,10 +191,11 @@ class Cells {
     }
   }
 
-  /// More than what rounding may lose, cells.
+  /// Tolerance above all rounding errors, cells.
   static constexpr double kSlack = 1e-9;
 
-  /// Bit j of word i becomes bit i of word j: blocks of half the side change places, then theirs.
+  /// Transposes a 64 x 64 bit matrix by recursive swaps of off-diagonal blocks (Warren, "Hacker's Delight", section
+  /// 7-3).
   static void transpose(std::array<std::uint64_t, 64>& block) {
     std::uint64_t low = 0xffffffff;
     for (std::uint32_t half = 32; half != 0; half /= 2, low ^= low << half) {
@@ -207,13 +209,13 @@ class Cells {
 
   std::uint64_t* row(std::uint32_t y) { return set_.data() + words_ * y; }
   const std::uint64_t* row(std::uint32_t y) const { return set_.data() + words_ * y; }
-  /// The least whole number that is not below, from 0 to `most`.
-  static std::uint32_t up(double value, std::uint32_t most) {
+  /// Rounds up, clamped to [0, max].
+  static std::uint32_t round_up(double value, std::uint32_t most) {
     const double kept = std::clamp(value, 0.0, 1.0 * most);
     const auto whole = static_cast<std::int32_t>(kept);
     return static_cast<std::uint32_t>(whole + (whole < kept ? 1 : 0));
   }
-  /// The cell at a place, of so many.
+  /// Index of the cell at a coordinate, clamped to [0, count).
   static std::uint32_t cell_at(double place, std::uint32_t count) {
     return static_cast<std::uint32_t>(
         static_cast<std::int32_t>(std::clamp(place, 0.0, count - 1.0)));
@@ -228,8 +230,8 @@ class Cells {
     }
   }
 
-  /// The first cell from x on that is set, or is not; the width where there is none.
-  std::uint32_t next(std::uint32_t y, std::uint32_t x, bool is_set) const {
+  /// The first cell at or after x whose state is `is_set`; the width if there is none.
+  std::uint32_t next_cell(std::uint32_t y, std::uint32_t x, bool is_set) const {
     while (x < width_) {
       const std::uint64_t word = row(y)[x / 64];
       const std::uint64_t rest = (is_set ? word : ~word) >> x % 64;
@@ -245,7 +247,7 @@ class Cells {
   std::vector<std::uint64_t> set_;
 };
 
-/// All but runs.
+/// A mask without its runs, and the bitmap that they come from.
 struct Drawn {
   ChartMask mask;
   Cells cells;
@@ -288,8 +290,8 @@ void ChartMask::arrange() {
     if (most == nullptr || run.last - run.first > most->last - most->first) most = &run;
   }
   if (most == nullptr) return;
-  // Neighbouring rows mostly agree, so a blocking row is found sooner far away. So rows go
-  // by how often 2 divides them, at most this often.
+  // Neighbouring rows are similar, so testing rows far apart finds a blocking one sooner. Rows are sorted by the power
+  // of 2 that divides their index, up to this exponent.
   static constexpr std::uint32_t kHalvings = 4;
   const auto place = [](const Run& run) {
     return kHalvings - std::min(kHalvings, static_cast<std::uint32_t>(std::countr_zero(run.row)));
@@ -298,7 +300,7 @@ void ChartMask::arrange() {
   for (const Run& run : runs) ++starts[place(run) + 1];
   for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
   std::vector<Run> arranged(runs.size());
-  // The longest leads, and the others of its kind follow.
+  // The longest run comes first; the start of each group up to its own moves by one.
   for (std::uint32_t i = 0; i <= place(*most); ++i) starts[i] += 1;
   arranged[0] = *most;
   for (const Run& run : runs) {

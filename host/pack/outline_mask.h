@@ -1,4 +1,4 @@
-// A chart's outline, turned, scaled and widened by half the padding, as rows of cells.
+// Rasterises a chart's outline, rotated, scaled and widened by half the padding, as rows of cells.
 #pragma once
 
 #include <array>
@@ -10,38 +10,38 @@
 
 namespace kiln {
 
-/// Closed polygons, none crossing another; inside is where a line to the outside crosses an odd number
-/// of sides.
+/// Closed polygons that do not cross each other, filled by the even-odd rule.
 struct Outline {
   std::vector<std::vector<Vec2d>> rings;
-  double area = 0;  ///< Inside.
+  double area = 0;  ///< Area of the interior.
 };
 
-/// The cells that a widened outline touches: all of them, and few more.
+/// Conservative set of the cells that a widened outline touches.
 struct ChartMask {
   /// Cells first to last of one row.
   struct Run {
     std::uint32_t row = 0, first = 0, last = 0;
   };
   std::uint32_t width = 0, height = 0;
-  std::vector<Run> runs;              ///< The longest first, then of rows far from each other.
-  std::vector<std::int16_t> longest;  ///< Cells of each row's longest run.
-  Vec2d turn{1, 0};                   ///< Cosine and sine.
-  Vec2d shift;                        ///< Cells: what the turned, scaled outline is moved by.
+  /// The longest run first, then runs of rows far from each other (see arrange()).
+  std::vector<Run> runs;
+  std::vector<std::int16_t> longest;  ///< Length of each row's longest run, cells.
+  Vec2d turn{1, 0};                   ///< Cosine and sine of the rotation.
+  Vec2d shift;                        ///< Translation of the rotated, scaled outline, cells.
 
-  /// Puts runs in their order, and finds each row's longest.
+  /// Sorts runs so that searches fail early, and sets `longest`.
   void arrange();
 };
 
-/// An outline at an angle, and three quarter turns on. Of these the cells are turned, not drawn again: a mask is as
-/// wide as whole cells, and the outline lies on its other side.
+/// Masks of an outline at an angle and at three further quarter turns. These rotate the cells of the first mask, which
+/// is faster than rasterising again. Since masks are whole cells wide, the outline then touches the opposite side of
+/// its mask.
 /// \param scale   cells per unit of the outline
-/// \param margin  cells that the outline is widened by; two masks without a common cell are of outlines
-///                at least twice this apart
+/// \param margin  cells by which the outline is widened; outlines of two disjoint masks are at least twice this apart
 std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
                                            double margin);
 
-/// The turn, in [0, pi / 2), whose upright box is smallest.
+/// The rotation in [0, pi / 2) with the smallest axis-aligned bounding box.
 double best_box_angle(const Outline& outline);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Packing of whole-numbered rectangles into a square.
+// Packs rectangles with integer sides into a square.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,20 @@ struct PackSize {
   std::uint32_t width = 0, height = 0;
 };
 
-/// A rectangle's place: its lower left corner; if turned, its width runs along y.
+/// A rectangle's lower left corner; if `turned`, its width is along y.
 struct PackPlace {
   std::uint32_t x = 0, y = 0;
   bool turned = false;
 };
 
-/// Places rectangles without overlap in [0, side] x [0, side], turning them by a quarter where that
-/// helps. Up to 8,192 of them go onto a skyline, each where its top ends up lowest (Jylänki 2010, "A
-/// Thousand Ways to Pack the Bin", section 5), highest first. More go onto shelves sorted by height.
-/// This wastes little once there are many of them, and costs n log n.
+/// Places rectangles without overlap in [0, side] x [0, side], turned by 90 degrees if that helps. First tries shelves
+/// sorted by height, in O(n log n), whose waste is small for large numbers. If that fails, up to 8,192 rectangles are
+/// placed onto a skyline, longest side first, each where its lower side is lowest (Jylänki 2010, "A Thousand Ways to
+/// Pack the Bin", section 5).
 ///
-/// \param sizes   every side at least 1
-/// \param places  [out] one a rectangle; undefined where the answer is false
-/// \returns whether they all fit, by these rules. Deterministic.
+/// \param sizes  all sides at least 1
+/// \param places  [out] one per rectangle; undefined if the result is false
+/// \returns true if all rectangles were placed. Deterministic.
 bool pack_rectangles(std::span<const PackSize> sizes, std::uint32_t side,
                      std::vector<PackPlace>& places);
 

@@ -22,21 +22,22 @@
 namespace kiln {
 namespace {
 
-/// Constants of the search for faces within a number of bytes.
+/// Constants of the search for the face count within a byte budget. Building a low poly (unwrap, bake, measure)
+/// dominates the plan's time, so the search builds few and predicts the errors of all others.
 struct BytePlanSettings {
-  /// Low polys that are made: each is laid out, baked and measured.
-  static constexpr std::size_t kMostTrials = 6;
-  /// Another is made only if its error is expected below this share of the least so far.
+  /// Maximum number of low polys that are built.
+  static constexpr std::size_t kMaxTrials = 6;
+  /// Another is built only if its predicted error is below this share of the least error so far.
   static constexpr double kWorthwhile = 0.98;
-  /// The first low poly has this share of the bytes, at this many bytes a face (48 a vertex, 6 of indices).
-  static constexpr double kFirstShare = 0.3, kBytesPerFace = 45;
-  /// Bytes a texel of the largest map that is tried, if it took all bytes: with loss, and without. Less is not worth it: a map
-  /// of half the size with less loss is nearer.
-  static constexpr double kLeastLossy = 0.15, kLeastLossless = 0.5;
-  /// Levels that are compared around the best: half the faces, then ever nearer ones.
-  static constexpr std::size_t kFirstStep = plan_settings::kNodeStep, kLastStep = 3;
-  /// Added to errors of levels that lost a part of the surface.
-  static constexpr double kLostSteps = 1000;
+  /// The first low poly gets this share of the bytes, at this estimate of bytes per face (48 per vertex, 6 of indices).
+  static constexpr double kFirstBytesShare = 0.3, kBytesPerFace = 45;
+  /// The first map has the largest size at which the whole budget allows this many bytes per texel, with lossy and
+  /// lossless encodings. With fewer bytes per texel, a map of half the size and higher quality has a lower error.
+  static constexpr double kMinLossyBytesPerTexel = 0.15, kMinLosslessBytesPerTexel = 0.5;
+  /// First and last step of the descent, in levels. The first step halves the faces; each next one is half as long.
+  static constexpr std::size_t kFirstLevelStep = plan_settings::kNodeStep, kLastLevelStep = 3;
+  /// Penalty in steps of 1/255 for levels that lost a part of the surface: above every real error.
+  static constexpr double kLostSurfacePenalty = 1000;
 };
 using Settings = BytePlanSettings;
 
@@ -46,10 +47,10 @@ class BytePlanner {
       : source_(source),
         high_(high),
         options_(options),
-        most_mismatch_(options.plan.max_outline > 0 ? options.plan.max_outline
-                                                    : plan_settings::kMostMismatch),
+        max_mismatch_(options.plan.max_outline > 0 ? options.plan.max_outline
+                                                   : plan_settings::kMaxOutlineMismatch),
         bake_(options.plan.bake),
-        alive_(bake_.progress),
+        progress_scope_(bake_.progress),
         evaluator_(source, high, options.plan, bake_, result_.plan, cache_) {
     result_.plan.wanted = options.plan.max_error;
     result_.plan.max_outline = options.plan.max_outline;
@@ -64,20 +65,20 @@ class BytePlanner {
   }
 
   BytePlan run() {
-    const double faces =
-        Settings::kFirstShare * static_cast<double>(options_.max_bytes) / Settings::kBytesPerFace;
+    const double faces = Settings::kFirstBytesShare * static_cast<double>(options_.max_bytes) /
+                         Settings::kBytesPerFace;
     if (faces > plan_settings::kFinestFaces) evaluator_.refine();
     std::size_t level = 0;
     while (level + 1 < evaluator_.count() && evaluator_.faces(level) > faces) ++level;
     if (options_.plan.choose_match) evaluator_.choose_match(level);
     make(level, first_size(), /*all_maps=*/true, 0);
-    while (made_.size() < Settings::kMostTrials) {
+    while (made_.size() < Settings::kMaxTrials) {
       const std::optional<Expected> next = best_expected();
       if (!next || next->error >= Settings::kWorthwhile * error_of(best())) break;
       make(next->level, next->size, /*all_maps=*/false, next->error);
     }
     if (!best().trial.fits) make_smallest();
-    mend();
+    rebuild_without_folds();
     return finish();
   }
 
@@ -87,10 +88,10 @@ class BytePlanner {
     Mesh low;
     UnwrapReport unwrapped;
     BakeOptions bake;
-    std::optional<BakeResult> result;  ///< Of all maps
+    std::optional<BakeResult> result;  ///< Present if all maps were baked
     std::vector<PictureLadder> ladders;
     double bytes_per_face = 0;
-    NormalError normals;  ///< Of the largest map
+    NormalError normals;  ///< Error of the largest normal map
     ByteTrial trial;
   };
   struct Expected {
@@ -102,7 +103,8 @@ class BytePlanner {
   std::uint32_t first_size() const {
     const PictureFitOptions& pictures = options_.pictures;
     const bool lossless = !pictures.any_format && pictures.encode.format == PictureFormat::png;
-    const double least = lossless ? Settings::kLeastLossless : Settings::kLeastLossy;
+    const double least =
+        lossless ? Settings::kMinLosslessBytesPerTexel : Settings::kMinLossyBytesPerTexel;
     for (const std::uint32_t size : sizes_) {
       if (least * size * size <= static_cast<double>(options_.max_bytes)) return size;
     }
@@ -110,13 +112,13 @@ class BytePlanner {
   }
 
   double error_of(const Made& made) const {
-    const bool lost = made.normals.one_sided_share > most_mismatch_;
-    if (!made.trial.fits) return too_large(made.trial.bytes);
-    return made.trial.error + (lost ? Settings::kLostSteps : 0);
+    const bool lost = made.normals.one_sided_share > max_mismatch_;
+    if (!made.trial.fits) return oversize_rank(made.trial.bytes);
+    return made.trial.error + (lost ? Settings::kLostSurfacePenalty : 0);
   }
-  /// An error above all others, by how much is too much.
-  double too_large(std::uint64_t bytes) const {
-    return 2 * Settings::kLostSteps +
+  /// Ranks files that exceed the budget after all others, by their bytes.
+  double oversize_rank(std::uint64_t bytes) const {
+    return 2 * Settings::kLostSurfacePenalty +
            static_cast<double>(bytes) / static_cast<double>(options_.max_bytes);
   }
   Made& best() {
@@ -132,8 +134,8 @@ class BytePlanner {
                              [&](const Made& a, const Made& b) { return apart(a) < apart(b); });
   }
 
-  /// A finer level without folds, if one is near.
-  std::size_t without_flaws(std::size_t level) const {
+  /// The level itself or the nearest of the eight next finer ones without folds.
+  std::size_t without_folds(std::size_t level) const {
     const SimplifyLevels& levels = evaluator_.levels();
     for (std::size_t finer = 0; finer <= 8 && finer <= level; ++finer) {
       const std::size_t at = level - finer;
@@ -170,7 +172,7 @@ class BytePlanner {
 
   void make(std::size_t asked, std::uint32_t size, bool all_maps, double expected) {
     Made& made = made_.emplace_back();
-    made.level = without_flaws(asked);
+    made.level = without_folds(asked);
     const LaidOut& laid_out = evaluator_.laid_out(made.level, size);
     made.low = laid_out.mesh;
     made.unwrapped = laid_out.report;
@@ -181,7 +183,7 @@ class BytePlanner {
       bake.report.errors = bake.report.keep_match = false;
       bake.report.recall = 0;
       bake.match.visibility.directions =
-          std::min(bake.match.visibility.directions, plan_settings::kDirections);
+          std::min(bake.match.visibility.directions, plan_settings::kTrialDirections);
     }
     BakeResult result = bake_all(made.low, bake);
     made.bake.match.max_distance = bake.match.max_distance;
@@ -189,7 +191,7 @@ class BytePlanner {
     AssetMaps pictures = options_.maps_of(maps);
     pictures.coverage = result.coverage;
     const Stopwatch watch;
-    const NormalProbe probe(impl_of(source_), made.low, evaluator_.shown());
+    const NormalProbe probe(impl_of(source_), made.low, evaluator_.high_view());
     PictureFitOptions fit = options_.pictures;
     fit.most_bytes = options_.max_bytes;
     fit.normal_error = [&](const Image& picture) {
@@ -198,12 +200,12 @@ class BytePlanner {
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
     made.ladders = picture_ladders(pictures, fit);
-    // Sizes and errors are what a plan compares: the job encodes the chosen ones again.
+    // A plan compares only bytes and errors. The job encodes the chosen pictures again, so the data is freed here.
     for (PictureLadder& ladder : made.ladders) {
       for (PictureChoice& choice : ladder.choices) choice.data = {};
     }
     const LevelErrors errors = evaluator_.mapped_errors(probe);
-    evaluator_.set_made(made.level, /*mapped=*/true, errors);
+    evaluator_.record_measured(made.level, /*mapped=*/true, errors);
     const PictureLadder& normals = made.ladders.front();
     for (std::size_t i = 0; i < normals.levels.size(); ++i) {
       model_.add_measurement(evaluator_.faces(made.level), errors, size >> i,
@@ -216,14 +218,15 @@ class BytePlanner {
       others_.assign(made.ladders.begin() + 1, made.ladders.end());
       others_size_ = size;
     }
-    Mesh weighed = made.low;  // with colours, which only the chosen one gets
+    // Colours count here; finish() transfers them to the chosen low poly alone.
+    Mesh weighed = made.low;
     if (!high_.colors.empty())
       weighed.colors.assign(weighed.positions.size(), high_.colors.front());
     made.trial.mesh_bytes = options_.mesh_bytes(weighed);
     const auto faces = static_cast<double>(made.low.triangles.size());
     made.bytes_per_face =
         (static_cast<double>(made.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) / faces;
-    made.ladders.resize(1);  // the others' are in others_
+    made.ladders.resize(1);  // others_ has the ladders of the other pictures.
     std::vector<PictureLadder> all = made.ladders;
     const std::vector<PictureLadder> others = others_up_to(size);
     all.insert(all.end(), others.begin(), others.end());
@@ -233,7 +236,7 @@ class BytePlanner {
     choose(all, made.trial);
   }
 
-  /// The other pictures' choices that a bake of a size can have.
+  /// Ladders of the pictures other than normals, limited to the size of a bake.
   std::vector<PictureLadder> others_up_to(std::uint32_t size) const {
     std::vector<PictureLadder> list = others_;
     for (PictureLadder& ladder : list) {
@@ -260,7 +263,7 @@ class BytePlanner {
     trial.degrees = trial.pictures.front().error.degrees;
   }
 
-  /// What a level is expected to reach with the pictures that fit beside it.
+  /// Predicts a level's error with the best pictures that fit into the remaining bytes.
   Expected expect(std::size_t level) {
     const Made& known = nearest(level);
     const LevelErrors errors = evaluator_.at(level, /*mapped=*/true);
@@ -275,14 +278,14 @@ class BytePlanner {
       const double plain = model_.expected(faces, errors, known.trial.baked >> choice.level);
       const double of_level = measured.levels[choice.level].degrees;
       const double is = choice.error.degrees;
-      // What is lost in the encoding is independent of what the mesh and its texels leave out.
+      // Encoding loss is independent of the error of the mesh and its texels, so that squares add up.
       const double lost = std::max(0.0, is * is - of_level * of_level);
       choice.error.degrees = std::sqrt(plain * plain + lost);
       choice.error.steps = steps_a_degree * choice.error.degrees;
     }
     const std::vector<PictureLadder> others = others_up_to(others_size_);
     ladders.insert(ladders.end(), others.begin(), others.end());
-    for (PictureLadder& ladder : ladders) {  // as expected, more bytes need not be better
+    for (PictureLadder& ladder : ladders) {  // Predicted errors need not fall with rising bytes.
       double least = HUGE_VAL;
       std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
         if (choice.error.steps >= least) return true;
@@ -294,18 +297,19 @@ class BytePlanner {
     trial.mesh_bytes =
         fixed_bytes_ + static_cast<std::uint64_t>(std::max(0.0, known.bytes_per_face) * faces);
     choose(ladders, trial);
-    Expected expected{level, sizes_.back(), too_large(trial.bytes)};
+    Expected expected{level, sizes_.back(), oversize_rank(trial.bytes)};
     if (!trial.fits) return expected;
     expected.error =
-        trial.error + (errors.silhouette_mismatch > most_mismatch_ ? Settings::kLostSteps : 0);
+        trial.error +
+        (errors.silhouette_mismatch > max_mismatch_ ? Settings::kLostSurfacePenalty : 0);
     for (const TrialPicture& picture : trial.pictures) {
       expected.size = std::max(expected.size, std::min(picture.width, picture.height));
     }
     return expected;
   }
 
-  /// Descends from the best level, in ever smaller steps, to the least error that is expected. Levels that were made have their
-  /// own.
+  /// Descends from the best level with decreasing steps to the least predicted error. Levels that were built count with
+  /// their measured error.
   std::optional<Expected> best_expected() {
     std::map<std::size_t, Expected> known;
     const auto at = [&](std::size_t level) -> const Expected& {
@@ -319,7 +323,8 @@ class BytePlanner {
       return known[level] = expect(level);
     };
     std::size_t level = best().level;
-    for (std::size_t step = Settings::kFirstStep; step >= Settings::kLastStep; step /= 2) {
+    for (std::size_t step = Settings::kFirstLevelStep; step >= Settings::kLastLevelStep;
+         step /= 2) {
       for (bool moved = true; moved;) {
         moved = false;
         for (const bool finer : {true, false}) {
@@ -332,12 +337,13 @@ class BytePlanner {
         }
       }
     }
-    const auto was_made = [&](const Made& made) { return without_flaws(level) == made.level; };
+    const auto was_made = [&](const Made& made) { return without_folds(level) == made.level; };
     if (std::any_of(made_.begin(), made_.end(), was_made)) return std::nullopt;
     return at(level);
   }
 
-  /// Nothing fits so far: makes the smallest file. \throws Error(usage) that says its bytes, where it does not fit, either
+  /// Builds the coarsest level with the smallest maps, if nothing fits so far. \throws Error(usage) with its bytes if
+  /// it does not fit either
   void make_smallest() {
     make(evaluator_.count() - 1, sizes_.back(), /*all_maps=*/true, 0);
     if (best().trial.fits) return;
@@ -349,8 +355,8 @@ class BytePlanner {
                           static_cast<unsigned long long>(least)));
   }
 
-  /// Makes the best again, if presimplification left flaws that take long to mend.
-  void mend() {
+  /// Rebuilds the best low poly if presimplification left folds in it, since simplifying again without them is slow.
+  void rebuild_without_folds() {
     const std::size_t level = best().level;
     if (!evaluator_.levels().can_be_solved(level)) return;
     evaluator_.solve(level);
@@ -403,18 +409,19 @@ class BytePlanner {
   const Source& source_;
   const Mesh& high_;
   const BytePlanOptions& options_;
-  const double most_mismatch_;
+  const double max_mismatch_;
   BakeOptions bake_;
-  ProgressScope alive_;
+  ProgressScope progress_scope_;
   LevelCache cache_;
   BytePlan result_;
   LevelEvaluator evaluator_;
   ErrorModel model_;
-  std::vector<std::uint32_t> sizes_;  ///< Falling
+  std::vector<std::uint32_t> sizes_;  ///< In falling order
   std::vector<Made> made_;
-  std::vector<PictureLadder> others_;  ///< All but normals, of the first bake of all maps
+  /// Ladders of all pictures but normals, from the first bake of all maps
+  std::vector<PictureLadder> others_;
   std::uint32_t others_size_ = 0;
-  std::uint64_t fixed_bytes_ = 0;  ///< Of the file, whatever its mesh
+  std::uint64_t fixed_bytes_ = 0;  ///< Bytes of the file that do not depend on the mesh
 };
 
 }  // namespace

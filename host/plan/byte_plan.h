@@ -1,4 +1,4 @@
-// The low poly whose file shows the least error within a number of bytes.
+// Plans the low poly whose file has the least error within a byte budget.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,20 @@
 
 namespace kiln {
 
-/// The bytes to stay within, and what the file holds beside the pictures.
+/// The byte budget, and callbacks for the contents of the file.
 struct BytePlanOptions {
-  /// What to bake, and how the error is measured. `max_error` is only compared with what is reached; 0: it is not. No `bounds`.
+  /// Maps to bake and the measure of error. `max_error` decides only LowPolyPlan::reached (0: ignored). `bounds` must
+  /// be empty.
   LowPolyPlanOptions plan = {};
   std::uint64_t max_bytes = 0;  ///< Of the whole file
   PictureFitOptions pictures = {};
-  /// The pictures that a bake's maps become. May change them
+  /// Makes the file's pictures from a bake's maps. May modify the maps
   std::function<AssetMaps(std::vector<BakedMap>&)> maps_of = {};
-  /// Bytes of the file without its pictures
+  /// Bytes of the file without its pictures, for a low poly
   std::function<std::uint64_t(const Mesh&)> mesh_bytes = {};
 };
 
-/// A picture of a trial.
+/// One picture of a trial: its size, encoding and error.
 struct TrialPicture {
   PictureSlot picture = PictureSlot::normal;
   std::uint32_t width = 0, height = 0;
@@ -34,34 +35,35 @@ struct TrialPicture {
   PictureError error;
 };
 
-/// A low poly that was made, and the best that fits beside it.
+/// A low poly that was built, with the best pictures that fit into the remaining bytes.
 struct ByteTrial {
   std::uint64_t faces = 0;
-  std::uint64_t mesh_bytes = 0;  ///< Of the file without pictures
-  std::uint64_t bytes = 0;       ///< Of the file; above the bound: nothing fits
-  double expected = 0;           ///< Steps of 1/255, before it was made; 0: unknown
-  double error = 0;              ///< Steps of 1/255, all pictures
-  double degrees = 0;            ///< Of normals
-  std::uint32_t baked = 0;       ///< Side of the bake, texels
+  std::uint64_t mesh_bytes = 0;  ///< Bytes of the file without pictures
+  std::uint64_t bytes = 0;  ///< Bytes of the file; above the budget if no choice of pictures fits
+  double expected = 0;      ///< Predicted error in steps of 1/255; 0: not predicted
+  double error = 0;         ///< Measured error of all pictures, in steps of 1/255
+  double degrees = 0;       ///< Error of normals
+  std::uint32_t baked = 0;  ///< Texels of one side of the bake
   bool fits = false;
   std::vector<TrialPicture> pictures;
 };
 
 struct BytePlan {
   LowPolyPlan plan;  ///< `result` has all maps at the largest size that a picture needs
-  std::vector<ByteTrial> trials;  ///< In order
+  std::vector<ByteTrial> trials;  ///< In the order in which they were built
   std::size_t chosen = 0;         ///< Index into `trials`
-  /// Error, in steps, of pictures other than normals at the size of `plan`'s bake, against the largest that was baked.
+  /// Errors of pictures other than normals at the size of `plan`'s bake against the largest that was baked, in steps of
+  /// 1/255.
   std::vector<std::pair<PictureSlot, double>> coarseness;
 };
 
-/// The choices of a fit, for reports.
+/// Lists a fit's choice for each picture, for reports.
 std::vector<TrialPicture> trial_pictures(std::span<const PictureLadder> ladders,
                                          const PictureFit& fit);
 
-/// Plans faces, sizes and encodings together. Of any mesh the pictures' sizes and encodings follow by least_error(), exactly.
-/// What is searched is the number of faces: see README.md.
-/// \throws as plan_low_poly(); Error(usage) where nothing fits, with the smallest bytes that do
+/// Plans faces, sizes and encodings together. For a given mesh, least_error() computes the best sizes and encodings
+/// directly, so only the face count is searched: see README.md.
+/// \throws as plan_low_poly(); Error(usage) if no low poly fits, with the bytes of the smallest file
 BytePlan plan_within_bytes(const Source& source, const Mesh& high, const BytePlanOptions& options);
 
 }  // namespace kiln

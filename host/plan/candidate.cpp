@@ -28,7 +28,7 @@ std::vector<std::uint32_t> map_channels(const BakeOptions& bake) {
   return channels;
 }
 
-/// A map as files of so many bits hold it.
+/// Quantises a map to the values that files of `bits` bits per channel store.
 Image rounded(Image map, std::uint32_t bits) {
   const float steps = static_cast<float>((1U << bits) - 1);
   for (float& value : map.pixels) {
@@ -53,19 +53,19 @@ CandidateBuilder::CandidateBuilder(const Source& source, const LowPolyPlanOption
       bake_(bake),
       evaluator_(evaluator),
       plan_(plan),
-      bits_(options.bits != 0                ? options.bits
-            : options.max_error < kEightBits ? 16
-                                             : 8),
+      bits_(options.bits != 0                          ? options.bits
+            : options.max_error < kMin8BitErrorDegrees ? 16
+                                                       : 8),
       channels_(map_channels(bake)) {}
 
 std::uint32_t CandidateBuilder::samples_for(std::uint32_t size) const {
-  // Texels of larger maps are smaller in pictures, so that fewer samples are enough.
+  // Texels of larger maps are smaller in pictures, so they need fewer samples each.
   return options_.choose_samples ? std::clamp(1024 / std::max(size, 1U), 1U, 4U) : bake_.samples;
 }
 
 std::uint64_t CandidateBuilder::vertices_of(std::size_t level, std::uint32_t size) const {
   const auto count = static_cast<double>(evaluator_.levels().vertices(level));
-  // Seams are lines: about as many vertices as the square root of all.
+  // Seams are curves on the surface, so their vertices grow with the square root of the count.
   return static_cast<std::uint64_t>(size == 0 ? vertices_per_position_ * count
                                               : count + seam_vertices_ * std::sqrt(count));
 }
@@ -108,12 +108,12 @@ MadeCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
   const Stopwatch watch;
   const NormalProbe probe(impl_of(source_),
                           made.low.uvs.empty() ? with_any_uvs(made.low) : made.low,
-                          evaluator_.shown());
+                          evaluator_.high_view());
   if (size == 0) {
     vertices_per_position_ = static_cast<double>(candidate.vertices) / positions;
     set_measured(probe.without_map(), candidate);
-    evaluator_.set_made(level, /*mapped=*/false,
-                        {candidate.measured, 0, candidate.silhouette_mismatch});
+    evaluator_.record_measured(level, /*mapped=*/false,
+                               {candidate.measured, 0, candidate.silhouette_mismatch});
   } else {
     seam_vertices_ = (static_cast<double>(candidate.vertices) - positions) / std::sqrt(positions);
     made.unwrapped = evaluator_.laid_out(level, size).report;
@@ -124,7 +124,8 @@ MadeCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
   return made;
 }
 
-/// The first map has twice the size of its layout: its mip-maps tell of more sizes, and of its own, too.
+/// Bakes the first map at twice the size that its charts are laid out for: its mip levels then calibrate the model for
+/// that size and all smaller ones.
 void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) {
   Candidate& candidate = made.candidate;
   const std::uint32_t size = candidate.size, largest = std::min(bake_.width, bake_.height);
@@ -143,7 +144,8 @@ void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) 
   }
   knows_maps_ = true;
   if (!all_directions_) {
-    trial.match.visibility.directions = std::min(trial.match.visibility.directions, kDirections);
+    trial.match.visibility.directions =
+        std::min(trial.match.visibility.directions, kTrialDirections);
   }
   const std::string doing = "trying " + std::to_string(size) + " x " + std::to_string(size);
   if (bake_.progress) {
@@ -160,7 +162,7 @@ void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) 
       });
   made.bake.match.max_distance = trial.match.max_distance;
   const LevelErrors level = evaluator_.mapped_errors(probe);
-  evaluator_.set_made(made.level, /*mapped=*/true, level);
+  evaluator_.record_measured(made.level, /*mapped=*/true, level);
   const BakedMap& map = result.maps.front();
   const auto measure = [&](const Image& image) {
     if (image.width < kSmallestMap) return;
@@ -180,7 +182,7 @@ void CandidateBuilder::finish(MadeCandidate& made) {
   plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
   plan_.drawn = rounded(std::move(plan_.drawn), bits_);
   const Stopwatch watch;
-  const NormalProbe probe(impl_of(source_), made.low, evaluator_.shown());
+  const NormalProbe probe(impl_of(source_), made.low, evaluator_.high_view());
   set_measured(probe.with_map(plan_.drawn, plan_.bake), made.candidate);
   plan_.seconds_measure += watch.total();
   all_directions_ = true;

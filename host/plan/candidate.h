@@ -1,4 +1,4 @@
-// Makes low polys with their maps, and measures them.
+// Builds low polys with their maps, and measures them.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// A candidate that was made.
+/// A candidate that was built, with its mesh and the options of its bake.
 struct MadeCandidate {
   std::size_t level = 0;
   Candidate candidate;
@@ -21,17 +21,17 @@ struct MadeCandidate {
   BakeOptions bake;
 };
 
-/// Takes over what was measured of a candidate.
+/// Copies measured errors into a candidate.
 void set_measured(const NormalError& error, Candidate& candidate);
 
-/// Makes candidates, which tell the evaluator and the model what levels and maps reach.
+/// Builds candidates. Each one's measured errors correct the predictions of the evaluator and the error model.
 class CandidateBuilder {
  public:
-  /// \param bake  how to match; may change between candidates. All arguments outlive this
+  /// \param bake  match options; may change between candidates. All arguments must outlive this object
   CandidateBuilder(const Source& source, const LowPolyPlanOptions& options, const BakeOptions& bake,
                    LevelEvaluator& evaluator, LowPolyPlan& plan);
 
-  /// The candidate that is expected of a level with a map of a size; 0: without one.
+  /// Predicts a level's candidate with a map of `size` texels a side; 0: without a map.
   Candidate expect(std::size_t level, std::uint32_t size) const;
   double bytes(std::size_t level, std::uint32_t size) const {
     return static_cast<double>(bytes_of(level, size).total());
@@ -39,7 +39,7 @@ class CandidateBuilder {
   double expected_error(std::size_t level, std::uint32_t size) const;
 
   MadeCandidate build(std::size_t level, std::uint32_t size);
-  /// Bakes all maps of a candidate and measures it by them: the plan's result.
+  /// Bakes all maps of a candidate into the plan's result, and measures it with them.
   void finish(MadeCandidate& made);
 
  private:
@@ -55,12 +55,13 @@ class CandidateBuilder {
   LowPolyPlan& plan_;
   ErrorModel model_;
   std::uint32_t bits_ = 8;
-  std::vector<std::uint32_t> channels_;  ///< Per map
-  double vertices_per_position_ = 1;     ///< Without a map
+  std::vector<std::uint32_t> channels_;  ///< Channels of each map
+  double vertices_per_position_ = 1;     ///< Vertices per position of a mesh without a map
   double seam_vertices_ =
-      10;  ///< With one: vertices that seams add, over the square root of positions
-  bool knows_maps_ = false;      ///< A map was made
-  bool all_directions_ = false;  ///< Candidates see as many directions as bakes do
+      /// Vertices that seams of a mapped mesh add, divided by the square root of its positions
+      10;
+  bool knows_maps_ = false;      ///< True after the first map
+  bool all_directions_ = false;  ///< Candidates use as many visibility directions as final bakes
 };
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Error that the texels of a map add to that of a mesh.
+// Model of the error that the texels of a map add to the error of a mesh.
 #pragma once
 
 #include <algorithm>
@@ -10,28 +10,28 @@
 
 namespace kiln {
 
-/// Mean angles of rendered normals that a mesh reaches, degrees, and how its outlines differ.
+/// Errors of a mesh: mean angles of rendered normals in degrees, and the mismatch of its outlines.
 struct LevelErrors {
-  double without_map = 0;          ///< Error of its own normals
-  double infinite_map = 0;         ///< With a map of endless size: README's limit
+  double without_map = 0;   ///< Error of the mesh's own normals
+  double infinite_map = 0;  ///< Error with a map of infinite resolution: the limit f in README.md
   double silhouette_mismatch = 0;  ///< NormalError::one_sided_share
 };
 
 /// The error of a mesh with a map of s texels a side: e(s) = infinite_map + d / (1 + d h(s)), where d = without_map -
-/// infinite_map. A tiny
-/// map shows nothing of the detail d, a large one all of it. The sharpness h is that of maps that were measured, of the
-/// mesh with the nearest number of faces. match_plan.cpp has the same law for one mesh and two maps.
+/// infinite_map. A tiny map shows nothing of the detail d, a large one all of it. The sharpness h comes from the
+/// measured maps of the mesh with the nearest face count. TexelError in match_plan.cpp is the same model for one mesh
+/// and two maps.
 class ErrorModel {
  public:
-  /// \param own  its charts are laid out for this size; else it is a mip-map of a larger map, which counts until a map
-  ///             of this size is measured
+  /// \param own  true if the charts are laid out for this size; false for a mip level of a larger map, which counts
+  ///             until a map of this size is measured
   void add_measurement(double faces, const LevelErrors& level, std::uint32_t size, double error,
                        bool own) {
     std::vector<Sharpness>& known = known_[size];
     if (!own && !known.empty() && known.front().own) return;
     if (own) std::erase_if(known, [](const Sharpness& other) { return !other.own; });
     const double above =
-        std::max(error - level.infinite_map, kRounding * level.infinite_map + kTiny);
+        std::max(error - level.infinite_map, kRounding * level.infinite_map + kMinErrorDegrees);
     known.push_back(
         {faces, std::max(1 / above - 1 / detail(level), kRounding / detail(level)), own});
   }
@@ -46,26 +46,28 @@ class ErrorModel {
     double faces = 0, value = 0;
     bool own = false;
   };
-  /// Maps within this share of the limit, or of none at all, are as good as these.
-  static constexpr double kRounding = 0.01, kTiny = 1e-9, kFall = 0.15;
+  /// Differences to the limit, or to the error without a map, below the share kRounding count as zero. kMinErrorDegrees avoids
+  /// divisions by 0. Sharpness is proportional to the face count to the power of -kSharpnessExponent.
+  static constexpr double kRounding = 0.01, kMinErrorDegrees = 1e-9, kSharpnessExponent = 0.15;
 
   static double detail(const LevelErrors& level) {
-    return std::max(level.without_map - level.infinite_map, kTiny);
+    return std::max(level.without_map - level.infinite_map, kMinErrorDegrees);
   }
 
-  /// Finer meshes leave finer detail to the map: sharpness falls with their faces to the power of kFall. Where two
-  /// meshes were made, it fell to the power of 0.15 to 0.6. The least is taken: a finer mesh that is expected to miss is
-  /// never made, while one that misses corrects the model.
+  /// Finer meshes leave finer detail to the map, so sharpness falls with the face count. Measured exponents were 0.15
+  /// to 0.6; kSharpnessExponent is the least, because a finer mesh that is predicted to miss is never built, while one that misses
+  /// corrects the model.
   static double nearest(const std::vector<Sharpness>& known, double faces) {
     const auto apart = [faces](const Sharpness& s) { return std::abs(std::log(s.faces / faces)); };
     const auto found = std::min_element(
         known.rbegin(), known.rend(),
         [&](const Sharpness& a, const Sharpness& b) { return apart(a) < apart(b); });
-    return found->value * std::pow(found->faces / faces, kFall);
+    return found->value * std::pow(found->faces / faces, kSharpnessExponent);
   }
 
-  /// Beyond the sizes that are known, along the last two. Smooth detail gains with the square of the size; edges, which
-  /// are blurred by a texel's width, with the size.
+  /// Sharpness at a size. Beyond the largest measured size it is extrapolated along the last two, with an exponent of 1
+  /// to 2: smooth detail gains with the square of the size, edges, which are blurred by a texel's width, with the size
+  /// itself.
   double sharpness(double faces, std::uint32_t size) const {
     if (known_.empty()) return 0;
     const auto found = known_.lower_bound(size);

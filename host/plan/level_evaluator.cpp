@@ -18,7 +18,8 @@ using namespace plan_settings;
 
 namespace {
 
-/// A mesh that can be matched before it is unwrapped. Height fields have UVs, which matching by UVs reads.
+/// Gives a mesh arbitrary UVs so that it can be matched before it is unwrapped. Height fields keep their own, which
+/// matching by UVs reads.
 Mesh with_some_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
 
 }  // namespace
@@ -45,7 +46,7 @@ void LevelEvaluator::make_levels(std::uint32_t most) {
   if (set_->levels == nullptr) {
     std::vector<std::uint32_t> faces;
     const double least =
-        most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;  // The coarser ones were not good enough.
+        most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;  // Coarser levels exceeded the error.
     for (double goal = std::min<double>(most, static_cast<double>(high_.triangles.size()));
          goal >= least || faces.empty(); goal *= kLevelShare) {
       const auto whole = static_cast<std::uint32_t>(std::max(goal, 2.0));
@@ -75,9 +76,9 @@ bool LevelEvaluator::refine() {
 LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
   const auto& made = made_[mapped ? 1 : 0];
   if (const auto found = made.find(level); found != made.end()) return found->second.errors;
-  LevelErrors errors = roughly_at(level, mapped);
+  LevelErrors errors = rough_errors(level, mapped);
   if (made.empty()) return errors;
-  // Levels differ by the same share, so that the nearest in number is the nearest in faces.
+  // Face counts are a geometric sequence, so the nearest index has the nearest face count.
   const auto apart = [&](const auto& item) {
     return std::max(item.first, level) - std::min(item.first, level);
   };
@@ -90,14 +91,14 @@ LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
   return errors;
 }
 
-void LevelEvaluator::set_made(std::size_t level, bool mapped, const LevelErrors& measured) {
-  const LevelErrors rough = roughly_at(level, mapped);
+void LevelEvaluator::record_measured(std::size_t level, bool mapped, const LevelErrors& measured) {
+  const LevelErrors rough = rough_errors(level, mapped);
   const auto ratio = [](double is, double was) { return is > 0 && was > 0 ? is / was : 1; };
   made_[mapped ? 1 : 0][level] = {measured, ratio(measured.without_map, rough.without_map),
                                   ratio(measured.infinite_map, rough.infinite_map)};
 }
 
-LevelErrors LevelEvaluator::roughly_at(std::size_t level, bool mapped) {
+LevelErrors LevelEvaluator::rough_errors(std::size_t level, bool mapped) {
   const std::map<std::size_t, LevelErrors>& nodes = nodes_[mapped ? 1 : 0];
   const std::size_t before = level / kNodeStep * kNodeStep;
   if (!is_frozen_ || nodes.empty()) {
@@ -160,7 +161,8 @@ BakeOptions LevelEvaluator::match_options(MatchMethod method) const {
   options.match.method = method;
   std::erase(options.match.fallback, method);
   options.match.visibility.at = VisibilityAt::vertex;
-  options.match.visibility.directions = std::min(options.match.visibility.directions, kDirections);
+  options.match.visibility.directions =
+      std::min(options.match.visibility.directions, kTrialDirections);
   options.progress = {};
   return options;
 }
@@ -181,15 +183,15 @@ bool LevelEvaluator::choose_match(std::size_t level) {
   double least = 0;
   for (const MatchMethod way : ways) {
     const NormalProbe::InfiniteMap endless = probe.infinite_map(match_options(way), field);
-    if (least != 0 && endless.error.mean_degrees >= kGain * least) continue;
+    if (least != 0 && endless.error.mean_degrees >= kMaxErrorRatioOfBetterMatch * least) continue;
     least = endless.error.mean_degrees;
     if (way != bake_.match.method) {
       bake_.match.method = way;
       nodes_[1].clear();
       made_[1].clear();
     }
-    // If no match can be better than this one by kGain, the others are left out. At hard edges that is the rule.
-    if (way == first && probe.least_share(endless) >= kGain) break;
+    // Other matches are skipped if none can reduce the error below the share kMaxErrorRatioOfBetterMatch, as is usual at hard edges.
+    if (way == first && probe.least_share(endless) >= kMaxErrorRatioOfBetterMatch) break;
   }
   std::erase(bake_.match.fallback, bake_.match.method);
   plan_.seconds_measure += watch.total();

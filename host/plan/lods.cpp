@@ -1,4 +1,4 @@
-// Chains of low polys.
+// Plans chains of levels of detail.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -16,9 +16,9 @@ namespace kiln {
 namespace {
 
 /// A level has at most this share of the bytes of the one before.
-constexpr double kLevelBytes = 0.9;
-/// Meshes simplified from the first level go down to so few faces.
-constexpr std::uint32_t kFewestFaces = 12;
+constexpr double kMaxLevelBytesRatio = 0.9;
+/// Minimum face count of meshes that are simplified from the first level.
+constexpr std::uint32_t kMinLodFaces = 12;
 
 class LodMaker {
  public:
@@ -26,7 +26,7 @@ class LodMaker {
       : source_(source), high_(high), options_(options) {}
 
   LodChain run() {
-    chain_.levels.reserve(options_.levels);  // `simpler_` refers to the first.
+    chain_.levels.reserve(options_.levels);  // `simplified_levels_` refers to the first element.
     for (std::uint32_t k = 0; k < options_.levels && !chain_.cancelled; ++k) {
       if (k > 0) growth_ *= options_.error_growth;
       LodLevel level;
@@ -65,11 +65,11 @@ class LodMaker {
     if (options_.share_uvs) options.may_leave_map_out = false;
     LowPolyPlan plan = plan_levels(source_, high_, options, cache_);
     if (k == 0 || plan.cancelled || plan.chosen.faces <= before().chosen.faces) return plan;
-    // More faces and a smaller map are lighter, but no level of detail that an engine's user expects.
+    // The lightest plan may have more faces and a smaller map, but engines expect faces to fall from level to level.
     return plan_levels(source_, high_, options, cache_, before().chosen.faces);
   }
 
-  /// The coarsest of the first level's simplifications that its map fits within the error.
+  /// The coarsest simplification of the first level with which its map stays within the error.
   LowPolyPlan simplified(std::uint32_t k, std::uint32_t screen) {
     return unless_cancelled<LowPolyPlan>(
         [&] {
@@ -79,19 +79,20 @@ class LodMaker {
           plan.wanted = growth_ * options_.plan.max_error;
           plan.max_outline = max_outline();
           plan.bake = first().bake;
-          plan.chosen = before().chosen;  // Where none does, this level is left out.
-          make_simpler();
+          plan.chosen = before().chosen;  // Without such a mesh, add() leaves this level out.
+          make_simplified_levels();
           progress.at(0, "looking at the high poly");
           const Stopwatch watch;
-          const HighPolyView shown = shown_from(impl_of(source_), screen, plan_directions());
+          const HighPolyView high_view = shown_from(impl_of(source_), screen, plan_directions());
           std::size_t begin = 0;
-          while (begin < simpler_->count() && simpler_->faces(begin) >= before().chosen.faces) {
+          while (begin < simplified_levels_->count() &&
+                 simplified_levels_->faces(begin) >= before().chosen.faces) {
             ++begin;
           }
-          // fits() keeps the lightest that fits in `plan`.
-          coarsest(begin, simpler_->count(), [&](std::size_t level) {
+          // fits() stores the lightest mesh within the error in `plan`.
+          coarsest(begin, simplified_levels_->count(), [&](std::size_t level) {
             progress.at(0.5, "measuring low polys");
-            return fits(level, shown, plan);
+            return fits(level, high_view, plan);
           });
           plan.seconds_measure = watch.total();
           return plan;
@@ -99,31 +100,31 @@ class LodMaker {
         [](LowPolyPlan& none) { none.cancelled = true; });
   }
 
-  void make_simpler() {
-    if (simpler_ != nullptr) return;
+  void make_simplified_levels() {
+    if (simplified_levels_ != nullptr) return;
     std::vector<std::uint32_t> faces;
     for (auto goal = static_cast<double>(first().chosen.faces);
-         goal >= kFewestFaces || faces.empty(); goal *= plan_settings::kLevelShare) {
+         goal >= kMinLodFaces || faces.empty(); goal *= plan_settings::kLevelShare) {
       const auto next = static_cast<std::uint32_t>(goal * plan_settings::kLevelShare);
-      const std::uint32_t whole = std::max(next, kFewestFaces);
+      const std::uint32_t whole = std::max(next, kMinLodFaces);
       if (faces.empty() || whole < faces.back()) faces.push_back(whole);
     }
-    simpler_ = std::make_unique<SimplifyLevels>(first().low, faces, LevelRule::keep_uvs);
+    simplified_levels_ = std::make_unique<SimplifyLevels>(first().low, faces, LevelRule::keep_uvs);
   }
 
-  /// Measures a level, and takes it for the plan's choice where it is within the error.
-  bool fits(std::size_t level, const HighPolyView& shown, LowPolyPlan& plan) {
+  /// Measures a level, and makes it the plan's choice if it is within the error.
+  bool fits(std::size_t level, const HighPolyView& high_view, LowPolyPlan& plan) {
     SimplifyReport report;
-    Mesh low = simpler_->mesh(level, &report);
+    Mesh low = simplified_levels_->mesh(level, &report);
     Candidate candidate = first().chosen;
     candidate.faces = low.triangles.size();
     candidate.positions = low.positions.size();
     candidate.vertices = split_vertices(low);
     candidate.charts = report.charts;
-    // Vertices with UVs; the map is the first level's.
+    // Counts vertices with UVs alone, since the map is the first level's.
     candidate.bytes =
         low_poly_bytes(candidate.vertices, candidate.faces, candidate.size, {}, candidate.bits);
-    const NormalProbe probe(impl_of(source_), low, shown);
+    const NormalProbe probe(impl_of(source_), low, high_view);
     set_measured(probe.with_map(first().drawn, plan.bake), candidate);
     candidate.expected = candidate.measured;
     plan.candidates.push_back(candidate);
@@ -139,11 +140,11 @@ class LodMaker {
   }
 
   void add(LodLevel level) {
-    const auto weight = [&](const LowPolyPlan& plan) {  // Shared maps do not count.
+    const auto weight = [&](const LowPolyPlan& plan) {  // Shared maps add no bytes.
       const LowPolyBytes& bytes = plan.chosen.bytes;
       return static_cast<double>(level.own_maps ? bytes.total() : bytes.vertices);
     };
-    if (chain_.levels.empty() || (weight(level.plan) <= kLevelBytes * weight(before()) &&
+    if (chain_.levels.empty() || (weight(level.plan) <= kMaxLevelBytesRatio * weight(before()) &&
                                   (level.plan.reached || !before().reached))) {
       chain_.levels.push_back(std::move(level));
       return;
@@ -162,9 +163,9 @@ class LodMaker {
   const Source& source_;
   const Mesh& high_;
   const LodOptions& options_;
-  double growth_ = 1;  ///< The level's error over the first one's
+  double growth_ = 1;  ///< Ratio of the level's error bound to the first one's
   LevelCache cache_;
-  std::unique_ptr<SimplifyLevels> simpler_;  ///< Simplifications of the first level
+  std::unique_ptr<SimplifyLevels> simplified_levels_;  ///< Simplified meshes of the first level
   LodChain chain_;
 };
 

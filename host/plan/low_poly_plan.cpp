@@ -33,9 +33,9 @@ class LowPolyPlanner {
         high_(high),
         options_(options),
         most_faces_(most_faces > 0 ? static_cast<double>(most_faces) : HUGE_VAL),
-        most_mismatch_(options.max_outline > 0 ? options.max_outline : kMostMismatch),
+        max_mismatch_(options.max_outline > 0 ? options.max_outline : kMaxOutlineMismatch),
         bake_(options.bake),
-        alive_(bake_.progress),
+        progress_scope_(bake_.progress),
         evaluator_(source, high, options, bake_, plan_, cache),
         builder_(source, options, bake_, evaluator_, plan_) {
     plan_.wanted = options.max_error;
@@ -51,14 +51,14 @@ class LowPolyPlanner {
     do {
       do {
         search();
-      } while (!mend());
+      } while (!rebuild_without_folds());
     } while (!finish());
     plan_.reached = meets_bounds(plan_.chosen) && all_reached(plan_.bounds);
     return std::move(plan_);
   }
 
  private:
-  /// Candidates of one size that missed their bounds.
+  /// Record of candidates of one map size that exceeded a bound.
   struct Missed {
     std::size_t first_excluded =
         SIZE_MAX;  ///< The finest level among them: it and coarser ones are out of the search.
@@ -70,13 +70,14 @@ class LowPolyPlanner {
     return candidate.measured <= options_.max_error &&
            (options_.max_outline == 0 || candidate.silhouette_mismatch <= options_.max_outline);
   }
-  /// It meets its bounds, and no part of the surface is lost.
+  /// True if a candidate meets its bounds and lost no part of the surface.
   bool is_sound(const Candidate& candidate) const {
-    return meets_bounds(candidate) && candidate.silhouette_mismatch <= most_mismatch_;
+    return meets_bounds(candidate) && candidate.silhouette_mismatch <= max_mismatch_;
   }
   bool is_better(const Candidate& a, const Candidate& b) const {
     const auto rank = [&](const Candidate& c) {
-      if (c.size < sizes_.front()) return -1;  // Too small for another map
+      // This size is too small for the bound of another map.
+      if (c.size < sizes_.front()) return -1;
       return is_sound(c) ? 2 : meets_bounds(c) ? 1 : 0;
     };
     if (rank(a) != rank(b)) return rank(a) > rank(b);
@@ -87,46 +88,49 @@ class LowPolyPlanner {
       return is_better(a.candidate, b.candidate);
     });
   }
-  bool found() {
+  bool has_sound_candidate() {
     return !made_.empty() && is_sound(best().candidate) && best().candidate.size >= sizes_.front();
   }
 
   void make(const Choice& choice) {
     const std::uint32_t size = choice.second;
-    const std::size_t level = without_flaws(choice);
-    if (found() && !may_be_made(level) && !is_worth_flaws({level, size})) {
+    const std::size_t level = without_folds(choice);
+    if (has_sound_candidate() && !can_be_foldless(level) && !is_worth_folds({level, size})) {
       missed_[size].first_excluded = level;
       return;
     }
     made_.push_back(builder_.build(level, size));
-    if (!is_sound(made_.back().candidate)) miss(made_.back());
+    if (!is_sound(made_.back().candidate)) record_miss(made_.back());
   }
-  /// The next finer level without flaws, if one is near; else the level itself. Near: one of eight levels, or once a
-  /// candidate is known, within kMostForFlaws of the bytes.
-  std::size_t without_flaws(const Choice& choice) {
+  /// The next finer level without folds if one is near, else the level itself. A near level is one of the next eight,
+  /// or once a sound candidate is known, one within kMaxBytesRatioWithoutFolds times the bytes.
+  std::size_t without_folds(const Choice& choice) {
     const auto [level, size] = choice;
-    if (may_be_made(level)) return level;
-    const double most = kMostForFlaws * builder_.bytes(level, size);
+    if (can_be_foldless(level)) return level;
+    const double max_bytes = kMaxBytesRatioWithoutFolds * builder_.bytes(level, size);
     for (std::size_t finer = 1; level >= finest() + finer;
-         finer = found() ? finer + 1 : 2 * finer) {
-      if (found() ? builder_.bytes(level - finer, size) > most : finer > 8) break;
-      if (may_be_made(level - finer)) return level - finer;
+         finer = has_sound_candidate() ? finer + 1 : 2 * finer) {
+      if (has_sound_candidate() ? builder_.bytes(level - finer, size) > max_bytes : finer > 8)
+        break;
+      if (can_be_foldless(level - finer)) return level - finer;
     }
     return level;
   }
-  /// True if no sound candidate without flaws is known that weighs about as little.
-  bool is_worth_flaws(const Choice& choice) {
-    const double most = kMostForFlaws * builder_.bytes(choice.first, choice.second);
+  /// True if no sound candidate without folds has less than kMaxBytesRatioWithoutFolds times the bytes.
+  bool is_worth_folds(const Choice& choice) {
+    const double max_bytes =
+        kMaxBytesRatioWithoutFolds * builder_.bytes(choice.first, choice.second);
     return std::none_of(made_.begin(), made_.end(), [&](const MadeCandidate& made) {
-      return is_sound(made.candidate) && may_be_made(made.level) &&
-             static_cast<double>(made.candidate.bytes.total()) <= most;
+      return is_sound(made.candidate) && can_be_foldless(made.level) &&
+             static_cast<double>(made.candidate.bytes.total()) <= max_bytes;
     });
   }
-  /// False if a level has folded triangles, which are holes to many renderers, that mend() cannot remove.
-  bool may_be_made(std::size_t level) const {
+  /// False if a level has folded triangles that rebuild_without_folds() cannot remove. Most renderers show folds as
+  /// holes.
+  bool can_be_foldless(std::size_t level) const {
     return !evaluator_.levels().has_flaws(level) || evaluator_.levels().can_be_solved(level);
   }
-  void miss(const MadeCandidate& made) {
+  void record_miss(const MadeCandidate& made) {
     Missed& missed = missed_[made.candidate.size];
     missed.first_excluded = std::min(missed.first_excluded, made.level);
     ++missed.count;
@@ -138,52 +142,54 @@ class LowPolyPlanner {
     return level;
   }
 
-  /// coarsest(), where errors need not rise from level to level: what is known to be good bounds the search.
+  /// coarsest() for errors that need not rise from level to level: the search starts at the coarsest evaluated level
+  /// that is good.
   template <class IsGood>
-  std::optional<std::size_t> coarsest_beyond_known(std::size_t begin, std::size_t end, bool mapped,
-                                                   const IsGood& is_good) const {
+  std::optional<std::size_t> coarsest_from_known(std::size_t begin, std::size_t end, bool mapped,
+                                                 const IsGood& is_good) const {
     for (const std::size_t level : evaluator_.evaluated(mapped)) {
       if (level > begin && level < end && is_good(level)) begin = level;
     }
     return coarsest(begin, end, is_good);
   }
 
-  /// True if a level's error with an endless map leaves half of the error to texels.
-  bool leaves_half(std::size_t level) {
+  /// True if a level's error with an infinite map leaves half of the bound to texels.
+  bool leaves_half_to_texels(std::size_t level) {
     const LevelErrors errors = evaluator_.at(level, true);
     return errors.infinite_map <= options_.max_error / 2 &&
-           errors.silhouette_mismatch <= most_mismatch_;
+           errors.silhouette_mismatch <= max_mismatch_;
   }
-  /// The coarsest such level. \param begin  the finest that is looked at
+  /// The coarsest level that leaves half of the bound to texels. \param begin the finest level of the search
   std::optional<std::size_t> coarsest_for_map(std::size_t begin) {
     return coarsest(begin, evaluator_.count(),
-                    [&](std::size_t level) { return leaves_half(level); });
+                    [&](std::size_t level) { return leaves_half_to_texels(level); });
   }
-  /// The coarsest level that reaches the error without a map, if it weighs at most `most` bytes.
-  std::optional<std::size_t> coarsest_without_map(double most) {
+  /// The coarsest level below `max_bytes` bytes that reaches the error without a map.
+  std::optional<std::size_t> coarsest_without_map(double max_bytes) {
     if (sizes_.front() != 0) return std::nullopt;
-    return coarsest_beyond_known(first_within(most, 0), evaluator_.count(), false,
-                                 [&](std::size_t level) {
-                                   const LevelErrors errors = evaluator_.at(level, false);
-                                   return errors.without_map <= options_.max_error &&
-                                          errors.silhouette_mismatch <= most_mismatch_;
-                                 });
+    return coarsest_from_known(finest_level_below(max_bytes, 0), evaluator_.count(), false,
+                               [&](std::size_t level) {
+                                 const LevelErrors errors = evaluator_.at(level, false);
+                                 return errors.without_map <= options_.max_error &&
+                                        errors.silhouette_mismatch <= max_mismatch_;
+                               });
   }
-  /// The finest level that weighs less than so much.
-  std::size_t first_within(double most, std::uint32_t size) const {
+  /// The finest level below `max_bytes` bytes.
+  std::size_t finest_level_below(double max_bytes, std::uint32_t size) const {
     std::size_t level = finest();
-    while (level < evaluator_.count() && builder_.bytes(level, size) >= most) ++level;
+    while (level < evaluator_.count() && builder_.bytes(level, size) >= max_bytes) ++level;
     return level;
   }
 
-  /// The first map tells how much texels matter. Its mesh leaves half of the error to them, and weighs about as much as
-  /// they do. Where a mesh without a map is lighter than that one with the smallest, no map is made.
+  /// Bakes the first map, which calibrates the error of texels. Its mesh leaves half of the error to texels, and mesh
+  /// and map have about the same bytes. If a mesh without a map is lighter than this mesh with the smallest map, no map
+  /// is baked.
   void try_first_map() {
     std::optional<std::size_t> mapped = coarsest_for_map(finest());
     if (!mapped && finest() == 0 && !coarsest_without_map(HUGE_VAL) && evaluator_.refine()) {
       // A map is worth its bytes only on levels that do not reach the error without one.
       const std::optional<std::size_t> bare = coarsest_without_map(HUGE_VAL);
-      if (!bare || leaves_half(*bare)) mapped = coarsest_for_map(bare.value_or(0));
+      if (!bare || leaves_half_to_texels(*bare)) mapped = coarsest_for_map(bare.value_or(0));
     }
     std::size_t level = mapped.value_or(finest());
     auto size = sizes_.begin() + (sizes_.front() == 0 ? 1 : 0);
@@ -194,41 +200,41 @@ class LowPolyPlanner {
     if (options_.choose_match && evaluator_.choose_match(level)) {
       level = std::max(level, coarsest_for_map(finest()).value_or(level));
     }
-    const double most = 2 * builder_.bytes(level, *size);
-    while (size + 1 != sizes_.end() && builder_.bytes(level, size[1]) < most) ++size;
+    const double max_bytes = 2 * builder_.bytes(level, *size);
+    while (size + 1 != sizes_.end() && builder_.bytes(level, size[1]) < max_bytes) ++size;
     make({level, *size});
   }
 
-  /// Next candidate: the lightest of the coarsest levels that are expected to reach the error, one for each size. The
-  /// size of the lightest so far is aimed a margin above the error, others a margin below. Each miss at a size lowers
-  /// the aim.
+  /// Next candidate. For each map size, finds the coarsest level that is predicted to reach the error, and returns the
+  /// lightest of them. The target is one margin above the error for the size of the lightest candidate so far, one
+  /// margin below for other sizes. Each miss at a size lowers its target.
   std::optional<Choice> lightest_expected() {
     std::optional<Choice> lightest;
-    const MadeCandidate* known = found() ? &best() : nullptr;
-    double most = HUGE_VAL;
-    if (known) most = kWorthwhile * static_cast<double>(known->candidate.bytes.total());
-    // Meshes without a map last: these take the finest levels.
+    const MadeCandidate* known = has_sound_candidate() ? &best() : nullptr;
+    double max_bytes = HUGE_VAL;
+    if (known) max_bytes = kWorthwhile * static_cast<double>(known->candidate.bytes.total());
+    // Meshes without a map come last, because they need the finest levels, which are the slowest to evaluate.
     for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
       const std::uint32_t size = *at;
       const Missed& missed = missed_[size];
       const int margins = (known && known->candidate.size == size ? 1 : -1) - missed.count;
-      const double aim = options_.max_error * (1 + kMargin * margins);
+      const double aim = options_.max_error * (1 + kErrorMargin * margins);
       const std::size_t end = std::min(evaluator_.count(), missed.first_excluded);
-      const auto found_level =
-          coarsest_beyond_known(first_within(most, size), end, size != 0, [&](std::size_t level) {
+      const auto found_level = coarsest_from_known(
+          finest_level_below(max_bytes, size), end, size != 0, [&](std::size_t level) {
             return builder_.expected_error(level, size) <= aim &&
-                   evaluator_.at(level, size != 0).silhouette_mismatch <= most_mismatch_;
+                   evaluator_.at(level, size != 0).silhouette_mismatch <= max_mismatch_;
           });
       if (!found_level) continue;
       lightest = {*found_level, size};
-      most = builder_.bytes(*found_level, size);
+      max_bytes = builder_.bytes(*found_level, size);
     }
     return lightest;
   }
 
-  /// The lightest that is expected to come near the least error of all.
-  Choice nearest_expected() {
-    double least = HUGE_VAL, most = HUGE_VAL;
+  /// The lightest candidate whose predicted error is within kErrorMargin of the least one.
+  Choice near_least_error() {
+    double least = HUGE_VAL, max_bytes = HUGE_VAL;
     for (const std::uint32_t size : sizes_) {
       least = std::min(least, builder_.expected_error(finest(), size));
       for (const std::size_t level : evaluator_.evaluated(size != 0)) {
@@ -238,35 +244,36 @@ class LowPolyPlanner {
     Choice nearest = {finest(), sizes_.back()};
     for (const std::uint32_t size : sizes_) {
       const auto level =
-          coarsest_beyond_known(finest(), evaluator_.count(), size != 0, [&](std::size_t at) {
-            return builder_.expected_error(at, size) <= least * (1 + kMargin);
+          coarsest_from_known(finest(), evaluator_.count(), size != 0, [&](std::size_t at) {
+            return builder_.expected_error(at, size) <= least * (1 + kErrorMargin);
           });
-      if (!level || builder_.bytes(*level, size) >= most) continue;
+      if (!level || builder_.bytes(*level, size) >= max_bytes) continue;
       nearest = {*level, size};
-      most = builder_.bytes(*level, size);
+      max_bytes = builder_.bytes(*level, size);
     }
     return nearest;
   }
 
-  /// Makes what is expected to be lightest, until nothing lighter is expected. Where nothing is expected to do, makes
-  /// what comes near the least error.
+  /// Builds the candidate that is predicted to be lightest until no lighter one is predicted. If no candidate is
+  /// predicted to reach the error, builds the one near the least error.
   void search() {
-    const std::size_t most = std::max(kMostCandidates, made_.size() + 2);
-    while (made_.size() < most) {
+    const std::size_t max_candidates = std::max(kMaxCandidates, made_.size() + 2);
+    while (made_.size() < max_candidates) {
       const std::optional<Choice> next = lightest_expected();
       if (next) {
         make(*next);
-      } else if (found()) {
+      } else if (has_sound_candidate()) {
         return;
       } else {
-        make(nearest_expected());
-        if (!found()) return;
+        make(near_least_error());
+        if (!has_sound_candidate()) return;
       }
     }
   }
 
-  /// Makes the best candidate again if its mesh has flaws that take long to mend. \returns true if it has none
-  bool mend() {
+  /// Rebuilds the best candidate if presimplification left folds in its mesh; this is slow, hence not done for others.
+  /// \returns true if it has none
+  bool rebuild_without_folds() {
     const Choice chosen = {best().level, best().candidate.size};
     if (!evaluator_.levels().can_be_solved(chosen.first)) return true;
     evaluator_.solve(chosen.first);
@@ -275,10 +282,11 @@ class LowPolyPlanner {
     return false;
   }
 
-  /// Bakes all maps of the best, and measures these. \returns whether that ends the plan
+  /// Bakes all maps of the best candidate and measures them. \returns true if the plan is complete, false if the search
+  /// must continue
   bool finish() {
     MadeCandidate& chosen = best();
-    const bool was_found = found();
+    const bool was_found = has_sound_candidate();
     plan_.low = chosen.low;
     transfer_colors(high_, plan_.low);
     if (chosen.candidate.size != 0) builder_.finish(chosen);
@@ -286,7 +294,7 @@ class LowPolyPlanner {
     list_expected();
     if (options_.on_measured) options_.on_measured(plan_);
     if (was_found && !is_sound(chosen.candidate)) {
-      miss(chosen);
+      record_miss(chosen);
       return false;
     }
     if (plan_.result) {
@@ -294,7 +302,7 @@ class LowPolyPlanner {
           reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
     }
     if (!all_reached(plan_.bounds) && chosen.candidate.size < sizes_.back()) {
-      // A map of this size does not do for another map, whatever the mesh is.
+      // Another map exceeds its bound at this size with any mesh.
       std::erase_if(sizes_, [&](std::uint32_t size) { return size <= chosen.candidate.size; });
       return false;
     }
@@ -304,7 +312,7 @@ class LowPolyPlanner {
     return true;
   }
 
-  /// LowPolyPlan::candidates, trade, outlook and levels, by what is known.
+  /// Fills LowPolyPlan::candidates, trade, outlook and levels from known errors.
   void list_expected() {
     for (auto* list : {&plan_.candidates, &plan_.trade, &plan_.outlook}) list->clear();
     plan_.levels.clear();
@@ -331,11 +339,11 @@ class LowPolyPlanner {
   const Source& source_;
   const Mesh& high_;
   const LowPolyPlanOptions& options_;
-  const double most_faces_, most_mismatch_;
+  const double most_faces_, max_mismatch_;
   BakeOptions bake_;
-  ProgressScope alive_;
-  std::vector<std::uint32_t> sizes_;        ///< Sizes of maps, rising; 0: no map
-  std::map<std::uint32_t, Missed> missed_;  ///< By size
+  ProgressScope progress_scope_;
+  std::vector<std::uint32_t> sizes_;        ///< Map sizes in rising order; 0: no map
+  std::map<std::uint32_t, Missed> missed_;  ///< By map size
   std::vector<MadeCandidate> made_;
   LowPolyPlan plan_;
   LevelEvaluator evaluator_;

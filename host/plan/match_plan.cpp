@@ -1,4 +1,6 @@
-// The cheapest match and the smallest map for a given low poly: see bake_planned().
+// Finds the cheapest match and the smallest map for a given low poly: see bake_planned(). Methods are tried in the
+// order of their cost. For each, the error with an infinite map bounds what any map can reach; TexelError predicts the
+// sizes between, so that few sizes are baked.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,39 +21,41 @@
 namespace kiln {
 namespace {
 
-using plan_settings::kGain;
+using plan_settings::kMaxErrorRatioOfBetterMatch;
 
-/// The smallest map that is tried: smaller ones take as long.
-constexpr std::uint32_t kFirstSize = 128;
-/// Triangles from which on building the BVH takes longer than all else, so that depth views come first.
-constexpr std::size_t kMany = 2000000;
-/// Rays may miss this share of places without there being something wrong.
+/// Side of the smallest map that is tried: smaller ones are no faster.
+constexpr std::uint32_t kFirstMapSize = 128;
+/// From this number of triangles on, building the BVH dominates the time, so depth views are tried first.
+constexpr std::size_t kViewsFirstTriangles = 2000000;
+/// Share of misses up to which a match counts as working.
 constexpr double kFewMissed = 0.01;
-/// An error so near to that of an endless map is as good as it; what is expected to be so far above the bound may be within it.
-constexpr double kNear = 1.05;
-/// Size of map for which matches that are only looked at are prepared, with depth views of half of it and visibility from
-/// an eighth as many directions.
-constexpr std::uint32_t kLookSize = 1024;
+/// Tolerance of comparisons. A map whose error is within this factor of the infinite map's is large enough, and one
+/// that is predicted within this factor of the bound is worth a bake.
+constexpr double kErrorTolerance = 1.05;
+/// Map size for which matches are prepared while they are only compared, with depth views of half the size and an
+/// eighth as many visibility directions.
+constexpr std::uint32_t kComparisonSize = 1024;
 
-/// The two layouts turned out not to agree, at one size or another, or nothing lies at the same UVs.
-struct Unfit {};
+/// Thrown if the UV layouts of both meshes do not agree at the size of a bake, or if no sample has a point at its UVs.
+struct LayoutMismatch {};
 
-/// Error that texels add to a match's error with an endless map: 1 / (1 / range + rate s^2). A tiny map is as bad as none, a large one off by
-/// the square of its texels' size.
+/// Error that texels of a map of size s add to a match's error with an infinite map: 1 / (1 / range + rate s^2). A tiny
+/// map is as bad as none; for a large one the error is proportional to the square of the texel size.
 class TexelError {
  public:
   double at(std::uint32_t size) const { return 1 / (1 / range_ + rate_ * size * size); }
 
-  /// \param plain  the error without any map, over that of an endless one
+  /// \param plain  error without a map minus error with an infinite one
   void begin(double plain) { range_ = std::max(plain, kLeast); }
   void measured(std::uint32_t size, double above) {
     above = std::max(above, kLeast);
     const double texels = 1.0 * size * size;
-    // A tiny map, whose charts have few texels, is worse than none, and how much worse is not known.
+    // The charts of a tiny map have few texels, so it may be worse than none; the range allows for twice the measured
+    // error.
     range_ = std::max(range_, 2 * above);
     rate_ = (1 / above - 1 / range_) / texels;
     if (texels_ > 0) {
-      // Two sizes tell both.
+      // Two measured sizes determine both range and rate.
       const double rate = (1 / above - 1 / above_) / (texels - texels_);
       const double start = 1 / above - rate * texels;
       if (rate > 0 && start > 0) {
@@ -66,13 +70,13 @@ class TexelError {
  private:
   static constexpr double kLeast = 1e-6;
   double range_ = kLeast, rate_ = 0;
-  double texels_ = 0, above_ = 0;  // Of the last map
+  double texels_ = 0, above_ = 0;  // Of the last measured map
 };
 
 class MatchPlanner {
  public:
   MatchPlanner(const Source& source, const Mesh& low, const PlanOptions& options)
-      : source_(source), low_(low), options_(options), wanted_(options.max_error) {}
+      : source_(source), low_(low), options_(options), target_error_(options.max_error) {}
 
   PlannedBake run() {
     const ProgressScope alive(options_.bake.progress);
@@ -81,12 +85,12 @@ class MatchPlanner {
           const bool cage = options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr;
           try {
             return planned(!cage && !impl_of(source_).uvs.empty());
-          } catch (const Unfit&) {
+          } catch (const LayoutMismatch&) {
             planned_ = {};
             texels_ = {};
             infinite_maps_.clear();
             best_weighed_ = 0;
-            finds_ = false;
+            chosen_found_points_ = false;
             return planned(/*by_uvs=*/false);
           }
         },
@@ -94,46 +98,49 @@ class MatchPlanner {
   }
 
  private:
-  /// One bake, yet to be measured.
+  /// One bake that is not measured yet.
   struct Baked {
     PlanTrial trial;
     BakeOptions options;
     BakeResult result;
-    Image drawn;  // The normals as renderers read them, where the map holds them otherwise
+    Image drawn;  // The tangent-space normals, if the map stores them in another encoding
   };
 
   PlannedBake planned(bool by_uvs) {
     methods_ = searching_methods();
     if (by_uvs) methods_.insert(methods_.begin(), by_uv_);
-    // The first map comes before pictures: it tells whether layouts agree.
-    Baked baked = bake_at(methods_.front(), std::min(kFirstSize, largest()));
-    take_pictures(by_views(methods_[by_uvs ? 1 : 0]) || (by_uvs && wanted_ > 0));
+    // The first bake comes before the reference pictures, because it throws LayoutMismatch.
+    Baked baked = bake_at(methods_.front(), std::min(kFirstMapSize, largest()));
+    make_probe(uses_views(methods_[by_uvs ? 1 : 0]) || (by_uvs && target_error_ > 0));
     infinite_map_error(methods_.front());
-    if (measure(std::move(baked)) <= wanted_) return finished();
+    if (measure(std::move(baked)) <= target_error_) return finished();
     MatchMethod nearest = methods_.front();
     for (std::size_t i = 0; i < methods_.size(); ++i) {
       const MatchMethod method = methods_[i];
-      const std::size_t searching = by_uvs ? i : i + 1;  // Methods that search, this one included
-      if (searching > 1 && (wanted_ == 0 || (finds_ && is_hopeless(nearest)))) break;
-      if (searching > 1 && by_views(method) && !views_may_help()) continue;
+      // Number of searching methods up to this one
+      const std::size_t searching = by_uvs ? i : i + 1;
+      if (searching > 1 && (target_error_ == 0 || (chosen_found_points_ && is_hopeless(nearest))))
+        break;
+      if (searching > 1 && uses_views(method) && !views_may_help()) continue;
       const double own = infinite_map_error(method), other = infinite_map_error(nearest);
-      if (by_uvs && look_at(method).missed == 1) continue;
-      if (wanted_ > 0 && grow_until_reached(method)) return finished();
-      if (gains(method, own, nearest, other)) nearest = method;
+      if (by_uvs && limit_of(method).missed == 1) continue;
+      if (target_error_ > 0 && grow_until_reached(method)) return finished();
+      if (is_better_match(method, own, nearest, other)) nearest = method;
     }
-    if (tried(nearest) == 0 && wanted_ == 0) trial(nearest, std::min(kFirstSize, largest()));
+    if (largest_tried(nearest) == 0 && target_error_ == 0)
+      trial(nearest, std::min(kFirstMapSize, largest()));
     grow_until_flat(nearest);
-    for (std::size_t i = 0; i < methods_.size() && !finds_; ++i) {
-      if (tried(methods_[i]) != 0) continue;
+    for (std::size_t i = 0; i < methods_.size() && !chosen_found_points_; ++i) {
+      if (largest_tried(methods_[i]) != 0) continue;
       infinite_map_error(methods_[i]);
-      if (std::isfinite(trial(methods_[i], std::min(kFirstSize, largest()))))
+      if (std::isfinite(trial(methods_[i], std::min(kFirstMapSize, largest()))))
         grow_until_flat(methods_[i]);
     }
     return finished();
   }
 
-  /// Its preparation is no BVH, but depth views.
-  static bool by_views(MatchMethod method) {
+  /// True if a method prepares depth views instead of a BVH.
+  static bool uses_views(MatchMethod method) {
     return obeys(match_row(method).info, "match.views.count");
   }
 
@@ -142,13 +149,13 @@ class MatchPlanner {
     if (options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr) {
       std::erase_if(methods,
                     [](MatchMethod way) { return !obeys(match_row(way).info, "match.cage"); });
-    } else if (impl_of(source_).triangles.size() > kMany) {
-      std::stable_partition(methods.begin(), methods.end(), by_views);
+    } else if (impl_of(source_).triangles.size() > kViewsFirstTriangles) {
+      std::stable_partition(methods.begin(), methods.end(), uses_views);
     }
     return methods;
   }
 
-  void take_pictures(bool raster) {
+  void make_probe(bool raster) {
     const Stopwatch watch;
     if (!probe_) {
       std::vector<ViewAngles> views;
@@ -160,21 +167,21 @@ class MatchPlanner {
     planned_.seconds_measure += watch.total();
   }
 
-  const PlanLimit& look_at(MatchMethod method) const {
+  const PlanLimit& limit_of(MatchMethod method) const {
     return *std::find_if(planned_.limits.begin(), planned_.limits.end(),
                          [&](const PlanLimit& limit) { return limit.method == method; });
   }
 
-  /// The mean error that a map of endless size would reach. Found once.
+  /// Mean error of a method with a map of infinite resolution. Cached.
   double infinite_map_error(MatchMethod method) {
     const auto known = infinite_maps_.find(method.name);
     if (known != infinite_maps_.end()) return known->second.error.mean_degrees;
     const std::string doing = "looking at both meshes";
-    BakeOptions options = bake_options(method, std::min(largest(), kLookSize), doing);
+    BakeOptions options = bake_options(method, std::min(largest(), kComparisonSize), doing);
     options.match.visibility.directions =
-        std::min(options.match.visibility.directions, kLookSize / 8);
-    if (options.match.views.size == 0 && !by_views(methods_.front()))
-      options.match.views.size = kLookSize / 2;
+        std::min(options.match.visibility.directions, kComparisonSize / 8);
+    if (options.match.views.size == 0 && !uses_views(methods_.front()))
+      options.match.views.size = kComparisonSize / 2;
     ProgressGuard::poll_at(0, doing);
     const Stopwatch watch;
     const NormalProbe::InfiniteMap& found = infinite_maps_[method.name] =
@@ -186,54 +193,57 @@ class MatchPlanner {
     return found.error.mean_degrees;
   }
 
-  /// True if one way gets nearer than another. Seen from aslant, heights far off the low poly may look worse than none:
-  /// what finds less than UVs do is no better for it.
-  bool gains(MatchMethod method, double error, MatchMethod other, double other_error) const {
-    const bool finds_less =
-        other == by_uv_ && look_at(method).missed > look_at(other).missed + kFewMissed;
-    return !finds_less && error < kGain * other_error;
+  /// True if a method has a lower error than another. At grazing views, heights far off the low poly may raise the
+  /// error above that of a miss, so a method with more misses than matching by UVs never counts as better.
+  bool is_better_match(MatchMethod method, double error, MatchMethod other,
+                       double other_error) const {
+    const bool misses_more =
+        other == by_uv_ && limit_of(method).missed > limit_of(other).missed + kFewMissed;
+    return !misses_more && error < kMaxErrorRatioOfBetterMatch * other_error;
   }
 
-  /// True if no match is good enough, so that there is no need to look at others.
+  /// True if no match can reach the error even at the largest size, so that the others need no comparison.
   bool is_hopeless(MatchMethod nearest) {
-    if (planned_.least > 0 || by_views(searching_methods().front()))
-      return false;  // That takes a BVH to tell.
+    if (planned_.least > 0 || uses_views(searching_methods().front()))
+      return false;  // This bound needs a BVH.
     const Stopwatch watch;
     const NormalProbe::InfiniteMap& found = infinite_maps_.at(nearest.name);
     planned_.least = found.error.mean_degrees * probe_->least_share(found);
     planned_.seconds_measure += watch.total();
-    return planned_.least + texels_.at(largest()) > wanted_;
+    return planned_.least + texels_.at(largest()) > target_error_;
   }
 
-  /// Depth views take longer to prepare than all else where there is a BVH. Where rays miss nothing and no other way gets
-  /// nearer, it is not the match that is wrong, but what a low poly of this shape can show.
+  /// Preparing depth views beside a BVH is expensive. If rays miss nothing and no other method has a lower error, the
+  /// low poly's shape limits the error, not the match, and views are skipped.
   bool views_may_help() const {
-    const PlanLimit& first = look_at(searching_methods().front());
+    const PlanLimit& first = limit_of(searching_methods().front());
     return first.missed > kFewMissed ||
            std::any_of(planned_.limits.begin(), planned_.limits.end(), [&](const PlanLimit& limit) {
-             return limit.error.mean_degrees < first.error.mean_degrees * kGain;
+             return limit.error.mean_degrees <
+                    first.error.mean_degrees * kMaxErrorRatioOfBetterMatch;
            });
   }
 
-  /// Bakes larger maps, from the smallest that is expected to reach the error on. \returns whether one did
+  /// Bakes growing maps, from the smallest that is predicted to reach the error. \returns whether one reached it
   bool grow_until_reached(MatchMethod method) {
-    for (std::uint32_t size = tried(method); size < largest();) {
-      size = next(size);
-      if (infinite_map_error(method) + texels_.at(size) > wanted_ * kNear) continue;
+    for (std::uint32_t size = largest_tried(method); size < largest();) {
+      size = next_size(size);
+      if (infinite_map_error(method) + texels_.at(size) > target_error_ * kErrorTolerance) continue;
       const double error = trial(method, size);
-      if (error <= wanted_) return true;
-      // Larger maps gain nothing, or find no more.
+      if (error <= target_error_) return true;
+      // A larger map cannot lower the error.
       if (error <= infinite_map_error(method) || !std::isfinite(error)) return false;
     }
     return false;
   }
 
-  /// Bakes larger maps until a still larger one would not improve much.
+  /// Bakes growing maps until texels add less than 5% to the error of an infinite map.
   void grow_until_flat(MatchMethod method) {
-    for (std::uint32_t size = tried(method); size < largest();) {
+    for (std::uint32_t size = largest_tried(method); size < largest();) {
       std::uint32_t enough = size;
-      while (enough < largest() && texels_.at(enough) > (kNear - 1) * infinite_map_error(method)) {
-        enough = next(enough);
+      while (enough < largest() &&
+             texels_.at(enough) > (kErrorTolerance - 1) * infinite_map_error(method)) {
+        enough = next_size(enough);
       }
       if (enough == size || !std::isfinite(trial(method, size = enough))) return;
     }
@@ -241,13 +251,13 @@ class MatchPlanner {
 
   std::uint32_t largest() const { return std::min(options_.bake.width, options_.bake.height); }
 
-  /// 0: none yet.
-  std::uint32_t next(std::uint32_t size) const {
-    return std::min(size == 0 ? kFirstSize : 2 * size, largest());
+  /// The size after `size`; 0 stands for no map yet.
+  std::uint32_t next_size(std::uint32_t size) const {
+    return std::min(size == 0 ? kFirstMapSize : 2 * size, largest());
   }
 
-  /// The largest size that was tried, 0 where none was.
-  std::uint32_t tried(MatchMethod method) const {
+  /// The largest size that was tried with a method; 0: none.
+  std::uint32_t largest_tried(MatchMethod method) const {
     std::uint32_t size = 0;
     for (const PlanTrial& trial : planned_.trials) {
       if (trial.method == method) size = std::max(size, std::min(trial.width, trial.height));
@@ -268,7 +278,7 @@ class MatchPlanner {
     } else if (options_.choose_rays) {
       leave_to_rays(options_.bounds, bake);
     }
-    // The number of trials is not known: progress says what is going on.
+    // The number of trials is unknown, so progress reports the stage alone.
     if (options_.bake.progress) {
       bake.progress = [this, doing](double, std::string_view) {
         return options_.bake.progress(0, doing);
@@ -277,7 +287,7 @@ class MatchPlanner {
     return bake;
   }
 
-  /// \throws Unfit
+  /// \throws LayoutMismatch
   Baked bake_at(MatchMethod method, std::uint32_t size) const {
     Baked baked;
     baked.options = bake_options(method, size, {});
@@ -294,14 +304,14 @@ class MatchPlanner {
       baked.result =
           bake_drawn(impl_of(source_), low_, baked.options, plain ? nullptr : &baked.drawn);
     } catch (const Error& error) {
-      if (method == by_uv_ && error.code() == ErrorCode::input) throw Unfit();
+      if (method == by_uv_ && error.code() == ErrorCode::input) throw LayoutMismatch();
       throw;
     }
     trial.seconds = watch.total();
     const BakeReport& report = baked.result.report;
     trial.missed = report.samples == 0 ? 1 : static_cast<double>(report.missed) / report.samples;
     if (report.recall) trial.lost = report.recall->lost;
-    if (method == by_uv_ && found_nothing(report)) throw Unfit();
+    if (method == by_uv_ && found_nothing(report)) throw LayoutMismatch();
     return baked;
   }
 
@@ -319,7 +329,7 @@ class MatchPlanner {
     planned_.trials.push_back(baked.trial);
   }
 
-  /// Bakes and measures. \returns the mean error; infinite where nothing was found
+  /// Bakes and measures. \returns the mean error; infinity if no sample has a point
   double trial(MatchMethod method, std::uint32_t size) { return measure(bake_at(method, size)); }
 
   double measure(Baked baked) {
@@ -329,14 +339,15 @@ class MatchPlanner {
     texels_.measured(std::min(trial.width, trial.height),
                      std::max(error - infinite_map_error(trial.method),
                               1e-3 * infinite_map_error(trial.method)));
-    // Lost places count as without a map. A larger map must be worth it. A match that found nothing gives way to anything.
+    // Lost parts of the surface count with the error without a map. A larger map must lower the error by 2%. Any match
+    // replaces one that found no point.
     const double weighed = error + trial.lost * planned_.without_map.mean_degrees;
     const bool finds = !found_nothing(baked.result.report);
-    const bool first = planned_.trials.size() == 1 || (finds && !finds_);
-    if (first ||
-        (finds && ((wanted_ > 0 && error <= wanted_) || weighed <= 0.98 * best_weighed_))) {
+    const bool first = planned_.trials.size() == 1 || (finds && !chosen_found_points_);
+    if (first || (finds && ((target_error_ > 0 && error <= target_error_) ||
+                            weighed <= 0.98 * best_weighed_))) {
       best_weighed_ = weighed;
-      finds_ = finds;
+      chosen_found_points_ = finds;
       planned_.chosen = trial;
       planned_.result = std::move(baked.result);
     }
@@ -344,18 +355,19 @@ class MatchPlanner {
   }
 
   PlannedBake finished() {
-    planned_.wanted = wanted_ > 0 ? wanted_ : planned_.chosen.error.mean_degrees;
+    planned_.wanted = target_error_ > 0 ? target_error_ : planned_.chosen.error.mean_degrees;
     if (!options_.bounds.empty()) reach_bounds();
-    planned_.reached = finds_ && planned_.chosen.error.mean_degrees <= planned_.wanted &&
+    planned_.reached = chosen_found_points_ &&
+                       planned_.chosen.error.mean_degrees <= planned_.wanted &&
                        all_reached(planned_.bounds);
     return std::move(planned_);
   }
 
-  /// Bakes all maps with the way to match that was chosen, ever larger until each is within its bound.
+  /// Bakes all maps with the chosen match at growing sizes until each is within its bound.
   void reach_bounds() {
     all_maps_ = true;
     for (std::uint32_t size = std::min(planned_.chosen.width, planned_.chosen.height);;
-         size = next(size)) {
+         size = next_size(size)) {
       Baked all = bake_at(planned_.chosen.method, size);
       const Stopwatch watch;
       planned_.bounds =
@@ -371,17 +383,18 @@ class MatchPlanner {
   const Source& source_;
   const Mesh& low_;
   const PlanOptions& options_;
-  const double wanted_;
+  const double target_error_;
   const MatchMethod by_uv_ = match_at_uvs();
-  std::vector<MatchMethod> methods_;  // In the order of their cost
+  std::vector<MatchMethod> methods_;  // In rising order of cost
   std::optional<NormalProbe> probe_;
   std::shared_ptr<const VisibilityField> field_;
   std::map<std::string_view, NormalProbe::InfiniteMap> infinite_maps_;  // By the method's name
   TexelError texels_;
   PlannedBake planned_;
   double best_weighed_ = 0;
-  bool finds_ = false;     // The chosen trial found something
-  bool all_maps_ = false;  // Bakes make all maps, where bounds are reached after the normal map's
+  bool chosen_found_points_ = false;  // True if the chosen trial found a point for any sample
+  // True while reach_bounds() bakes all maps; before, only the normal map is baked
+  bool all_maps_ = false;
 };
 
 }  // namespace

@@ -14,15 +14,16 @@
 namespace kiln {
 namespace {
 
-/// Constants of the choice of pictures.
+/// Constants of the choice of encodings. Sizes halve down to kMinPictureSide; kQualities are tried at each size unless
+/// the next smaller one shows that the bytes cannot fit.
 struct PictureFitSettings {
-  /// Smaller maps are all border.
-  static constexpr std::uint32_t kSmallestSide = 16;
-  /// Qualities of lossy pictures: steps of a quarter of the bytes or so. Below 35 a smaller size is nearer.
+  /// Smallest side in texels: in smaller maps, padding covers everything.
+  static constexpr std::uint32_t kMinPictureSide = 16;
+  /// Qualities of lossy pictures, about 25% of the bytes apart. Below 35, a smaller size has a lower error.
   static constexpr std::array<std::uint32_t, 7> kQualities = {35, 50, 65, 78, 88, 94, 98};
-  /// A picture of twice the side takes 2.2 to 4 times the bytes.
-  static constexpr double kLeastGrowth = 2.2;
-  /// Sums of several pictures are kept for so many classes of bytes: 0.05% of the bound each.
+  /// Least growth of bytes if the side doubles (measured: 2.2 to 4).
+  static constexpr double kMinByteGrowth = 2.2;
+  /// Number of byte classes of the knapsack: each is 0.05% of the budget.
   static constexpr std::uint64_t kByteClasses = 2048;
 };
 using Fit = PictureFitSettings;
@@ -33,7 +34,7 @@ bool is_covered(std::span<const std::uint8_t> coverage, std::size_t texel) {
   return state == TexelState::baked || state == TexelState::missed;
 }
 
-/// Values that may be averaged, and back.
+/// Converts texels to values that may be averaged, and back.
 void to_mean_space(TextureUse use, std::uint32_t channels, const float* texel, double* sum) {
   for (std::uint32_t c = 0; c < channels; ++c) {
     const double value = texel[c];
@@ -56,8 +57,8 @@ void from_mean_space(TextureUse use, std::uint32_t channels, std::array<double, 
   }
 }
 
-/// An image and its halves, quarters...: each texel is the mean of the covered texels that it stands for; one that stands for
-/// none has the value of the coarser level there.
+/// An image and its successive halvings. Each texel is the mean of the covered texels below it; if there are none, it
+/// gets the value of the next coarser level.
 std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_t> coverage,
                                   TextureUse use) {
   const std::uint32_t channels = full.channels;
@@ -68,7 +69,8 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
   weights[0].resize(texels);
   for (std::size_t i = 0; i < texels; ++i) weights[0][i] = is_covered(coverage, i) ? 1 : 0;
   std::size_t kept = 1;
-  // Down to one texel, whose value fills what no chart is near; levels that are not half of the one before are for that alone.
+  // Levels go down to one texel, whose value fills areas far from all charts. Levels that are not exactly half of the
+  // one before serve only to fill.
   while (levels.back().width > 1 || levels.back().height > 1) {
     const Image& from = levels.back();
     const std::vector<double>& of = weights.back();
@@ -77,7 +79,7 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
     half.height = (from.height + 1) / 2;
     const bool is_half = from.width % 2 == 0 && from.height % 2 == 0;
     if (kept == levels.size() && is_half &&
-        std::min(half.width, half.height) >= Fit::kSmallestSide) {
+        std::min(half.width, half.height) >= Fit::kMinPictureSide) {
       ++kept;
     }
     half.channels = channels;
@@ -122,7 +124,7 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
   return levels;
 }
 
-/// An image's channels at a place of another size's texel, bilinear, clamped to the edges.
+/// Samples an image bilinearly at relative coordinates of 0 to 1, clamped to the edges.
 void read_bilinear(const Image& image, double x, double y, double* values) {
   const double column = std::clamp(x * image.width - 0.5, 0.0, image.width - 1.0);
   const double row = std::clamp(y * image.height - 0.5, 0.0, image.height - 1.0);
@@ -137,7 +139,7 @@ void read_bilinear(const Image& image, double x, double y, double* values) {
   }
 }
 
-/// Differences of a decoded picture of any size from the map, over the map's covered texels.
+/// Mean difference between a map and a decoded picture of any size, over the map's covered texels.
 PictureError error_over_texels(const Image& map, const Image& picture,
                                std::span<const std::uint8_t> coverage, TextureUse use) {
   struct Sum {
@@ -150,7 +152,8 @@ PictureError error_over_texels(const Image& map, const Image& picture,
     for (std::size_t y = begin; y < end; ++y) {
       for (std::size_t x = 0; x < map.width; ++x) {
         if (!is_covered(coverage, y * map.width + x)) continue;
-        std::array<double, 4> shown{1, 1, 1, 1};  // without alpha where all of it is opaque
+        // Alpha stays 1 in opaque pictures, which store none.
+        std::array<double, 4> shown{1, 1, 1, 1};
         const bool same = picture.width == map.width && picture.height == map.height;
         if (same) {
           for (std::uint32_t c = 0; c < picture.channels; ++c) shown[c] = picture.at(x, y)[c];
@@ -174,7 +177,7 @@ PictureError error_over_texels(const Image& map, const Image& picture,
           const double cosine =
               std::clamp(dot / std::sqrt(std::max(of_a * of_b, 1e-30)), -1.0, 1.0);
           rows[y].degrees += std::acos(cosine) * 180 / 3.14159265358979323846;
-          squares = (1 - cosine) / 2;  // the square of half the chord
+          squares = (1 - cosine) / 2;  // square of half the chord between unit vectors
         } else {
           for (std::uint32_t c = 0; c < map.channels; ++c) {
             const double off = own[c] - shown[c];
@@ -196,7 +199,7 @@ PictureError error_over_texels(const Image& map, const Image& picture,
   return {all.steps / count, all.degrees / count};
 }
 
-/// The ways to encode a picture, lossless ones first.
+/// Encodings to try for a picture, lossless ones first.
 std::vector<PictureEncoding> encodings_of(const PictureFitOptions& options, TextureUse use,
                                           bool has_alpha) {
   const EncodeMapsOptions& encode = options.encode;
@@ -227,7 +230,7 @@ std::vector<PictureEncoding> encodings_of(const PictureFitOptions& options, Text
   return list;
 }
 
-/// The file of a picture; none where the format is not built in.
+/// Encodes a picture; nullopt if the format is not built in.
 std::optional<std::vector<std::byte>> encoded(const Image& image, const PictureEncoding& encoding,
                                               bool any_format) {
   if (!any_format) return encode_picture(image, encoding);
@@ -235,7 +238,7 @@ std::optional<std::vector<std::byte>> encoded(const Image& image, const PictureE
     return encode_picture(image, encoding);
   } catch (const Error&) {
     if (encoding.format == PictureFormat::png) throw;
-    return std::nullopt;  // without libjpeg: PNG alone
+    return std::nullopt;  // Builds without libjpeg have PNG alone.
   }
 }
 
@@ -260,7 +263,7 @@ PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
     }
     ladder.levels[level] = error_of(rounded);
     for (std::size_t i = 0; i < encodings.size(); ++i) {
-      if (Fit::kLeastGrowth * before[i] > most) continue;
+      if (Fit::kMinByteGrowth * before[i] > most) continue;
       PictureChoice choice;
       choice.level = level;
       choice.width = levels[level].width;
@@ -317,8 +320,8 @@ std::uint64_t least_bytes(std::span<const PictureLadder> ladders) {
 }
 
 std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes) {
-  // Of all sums within one class of bytes the one with the least error stands for all: a knapsack whose classes are so fine that
-  // the loss is below that of the qualities' steps.
+  // Knapsack by dynamic programming: of all partial sums within one byte class, only the one with the least error is
+  // kept. The classes are finer than the steps between qualities, so the loss is negligible.
   const std::uint64_t step = bytes / Fit::kByteClasses + 1;
   std::map<std::uint64_t, PictureFit> sums;
   sums[0] = {};

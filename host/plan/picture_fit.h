@@ -1,4 +1,4 @@
-// Sizes and encodings of an asset's pictures: the least error within a number of bytes.
+// Chooses sizes and encodings of an asset's pictures for the least error within a byte budget.
 #pragma once
 
 #include <cstddef>
@@ -14,63 +14,63 @@
 
 namespace kiln {
 
-/// Difference between what a picture shows and what it should, over the surface or the pixels that show it.
+/// Error of a picture against the map, averaged over the surface or over rendered pixels.
 struct PictureError {
   double steps = 0;    ///< Mean length of the difference of all channels, in steps of 1/255
-  double degrees = 0;  ///< Of normals: the mean angle
+  double degrees = 0;  ///< Mean angle of normals; 0 for other pictures
 };
 
 /// One way to store a picture.
 struct PictureChoice {
-  std::size_t level = 0;        ///< Sides are halved so many times
+  std::size_t level = 0;        ///< Number of halvings of the full size
   std::uint32_t width = 0;      ///< Texels
   std::uint32_t height = 0;     ///< Texels
   PictureEncoding encoding;     ///< Format, quality, dithering
-  std::uint64_t bytes = 0;      ///< In the file: rounded up to 4
-  PictureError error;           ///< Of the decoded picture
-  std::vector<std::byte> data;  ///< The file
+  std::uint64_t bytes = 0;      ///< Bytes in the GLB, rounded up to a multiple of 4
+  PictureError error;           ///< Error of the decoded picture
+  std::vector<std::byte> data;  ///< The encoded picture
 };
 
-/// The ways to store a picture that are worth it: by rising bytes and falling error.
+/// Pareto-optimal ways to store a picture, by rising bytes and falling error.
 struct PictureLadder {
   PictureSlot picture = PictureSlot::normal;
   double weight = 1;                   ///< Share of the surface that has this picture
-  std::vector<PictureChoice> choices;  ///< One at least
-  std::vector<PictureError> levels;    ///< By PictureChoice::level: errors of 8 bits without loss
+  std::vector<PictureChoice> choices;  ///< At least one
+  std::vector<PictureError> levels;  ///< By PictureChoice::level: errors of lossless 8-bit pictures
 };
 
-/// Error of a decoded normal map of some size.
+/// Measures a decoded normal map of any size.
 using NormalMapError = std::function<PictureError(const Image&)>;
 
-/// Ways to store pictures that may be chosen, and how their errors are found.
+/// Allowed encodings of pictures, and the measure of their errors.
 struct PictureFitOptions {
-  /// With `any_format` PNG and JPEG are tried, which all readers have; else the format alone, and PNG for what it cannot hold.
-  /// A quality, or a bound of normals' errors, leaves others out.
+  /// With `any_format`, PNG and JPEG are tried, which all glTF readers support; else `format` alone, and PNG for
+  /// pictures that it cannot store. A set `quality` or `max_normal_error` excludes other encodings.
   EncodeMapsOptions encode = {};
   bool any_format = true;
-  bool all_qualities = false;        ///< Steps of 3 in place of a few: for what is written
-  std::uint64_t most_bytes = 0;      ///< Larger pictures are left out
-  NormalMapError normal_error = {};  ///< Empty: the angle to the largest map's texels
+  bool all_qualities = false;    ///< Tries every third quality instead of seven, for the final file
+  std::uint64_t most_bytes = 0;  ///< Larger pictures are skipped
+  NormalMapError normal_error = {};  ///< If empty: the mean angle to the full-size map's texels
 };
 
-/// Ways to store each picture of a set of maps. Smaller sizes are means of covered texels, of normals as directions, of
-/// colours in linear light; the rest takes the nearest coarser mean, so that no background bleeds in. Errors are those of the
-/// decoded picture, read bilinearly, against the maps themselves.
-/// Deterministic on any number of threads. Time: sizes and qualities are encoded and decoded once each, 1.33 times the texels a
-/// quality; sizes whose smaller neighbour shows that they cannot fit are skipped.
+/// Computes the ladder of each picture of a set of maps. Smaller sizes average covered texels: normals as directions,
+/// colours in linear light. Uncovered texels get the nearest coarser mean, so that no background bleeds in. Errors
+/// compare the decoded picture, filtered bilinearly, with the maps. Deterministic on any number of threads. Cost: each
+/// size and quality is encoded and decoded once, in total 1.33 times the texels per quality; a size is skipped if the
+/// bytes of the next smaller one show that it cannot fit.
 std::vector<PictureLadder> picture_ladders(const AssetMaps& maps, const PictureFitOptions& options);
 
-/// Choices of one for each ladder.
+/// One choice for each ladder.
 struct PictureFit {
-  std::vector<std::size_t> choices;  ///< Index into PictureLadder::choices
-  std::uint64_t bytes = 0;           ///< Sum
-  double error = 0;                  ///< Sum of weighted steps
+  std::vector<std::size_t> choices;  ///< Indices into PictureLadder::choices
+  std::uint64_t bytes = 0;           ///< Sum over all pictures
+  double error = 0;                  ///< Weighted sum of PictureError::steps
 };
 
-/// The least sum of errors with at most so many bytes; none: even the smallest take more.
+/// The choices with the least sum of errors within `bytes`; nullopt if even the smallest exceed it.
 std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes);
 
-/// Bytes of the smallest choices.
+/// Sum of the smallest choices' bytes.
 std::uint64_t least_bytes(std::span<const PictureLadder> ladders);
 
 }  // namespace kiln

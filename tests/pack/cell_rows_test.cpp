@@ -45,7 +45,7 @@ struct PlainGrid {
     }
     return std::nullopt;
   }
-  void take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
+  void occupy(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
     for (const ChartMask::Run& run : mask.runs) {
       for (std::uint32_t i = run.first; i <= run.last; ++i) {
         taken[std::size_t{y + run.row} * width + x + i] = 1;
@@ -72,12 +72,12 @@ TEST(CellRows, FindsWhatAPlainGridFinds) {
       ASSERT_EQ(rows.find(mask, window), expected) << "mask " << i;
       ++(expected ? placed : refused);
       if (!expected) continue;
-      grid.take(mask, expected->first, expected->second);
+      grid.occupy(mask, expected->first, expected->second);
       if (i % 3 == 0) {
         rows.mark(mask, expected->first, expected->second);
-        rows.widen(0, height, 0, width - 1);
+        rows.dilate(0, height, 0, width - 1);
       } else {
-        rows.take(mask, expected->first, expected->second);
+        rows.occupy(mask, expected->first, expected->second);
       }
     }
     EXPECT_GT(placed, 3);

@@ -101,10 +101,10 @@ TEST(LevelEvaluator, TellsOfLevelsNearThoseThatAreKnown) {
   EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share), 1e-9);
   EXPECT_EQ(evaluator.evaluated(false), (std::vector<std::size_t>{2 * kStep, 3 * kStep}));
   // What was made corrects what is rough.
-  evaluator.set_made(3 * kStep, false, {coarse / 2, 0, 0});
+  evaluator.record_measured(3 * kStep, false, {coarse / 2, 0, 0});
   EXPECT_EQ(error(3 * kStep), coarse / 2);
   EXPECT_NEAR(error(2 * kStep), fine / 2, 1e-9);
-  evaluator.set_made(2 * kStep, false, {fine / 4, 0, 0});
+  evaluator.record_measured(2 * kStep, false, {fine / 4, 0, 0});
   EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share) / 4, 1e-9);
   EXPECT_EQ(error(3 * kStep), coarse / 2);
 }

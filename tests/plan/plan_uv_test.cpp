@@ -164,7 +164,7 @@ struct Strip : Waves {
   PlanOptions options = plan_options(0, 512);
 };
 
-/// `finds_less`: what misses a part of the surface is not taken for its mean error, though it be lower.
+/// `misses_more`: what misses a part of the surface is not taken for its mean error, though it be lower.
 TEST(Plan, WhatFindsLessThanUvsIsNotNearer) {
   KILN_REQUIRE_DEVICE();
   const Strip strip;

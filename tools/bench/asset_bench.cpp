@@ -1,5 +1,5 @@
-// Reading of a GLB of a million faces with four pictures, beside the PLY of the same mesh and the pictures alone; and
-// what the formats take: processor seconds and bytes.
+// Compares reading a GLB of a million faces and four pictures with reading the same mesh as PLY and the pictures alone;
+// and processor seconds and bytes of output formats.
 //
 // asset_bench [FACES [SIZE]]   default: 1000000 4096
 //

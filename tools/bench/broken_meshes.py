@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Meshes as generators and scanners leave them, by formula, for `kiln simplify` and `kiln bake`.
+"""Generates meshes with the defects of generators and scanners, for `kiln simplify` and `kiln bake`.
 
 broken_meshes.py DIR          writes one PLY a class
 broken_meshes.py DIR --table KILN [--faces N]
@@ -318,7 +318,7 @@ def chair(r):
     return mesh
 
 
-# Seeds go by the place: new ones come last.
+# Seeds depend on the position, so append new classes.
 CLASSES = [plain, soup, flipped, doubled, torn, shells, robot, floaters, pinholes, pieces, plant, hair, room, figure, chair]
 
 

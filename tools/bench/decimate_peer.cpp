@@ -1,4 +1,4 @@
-// Simplifies a mesh as other libraries do, for simplify_bench.py:
+// Simplifies a mesh with other libraries, for simplify_bench.py:
 //
 //     decimate_peer meshoptimizer|openmesh HIGH.obj FACES OUT.obj
 //
@@ -68,7 +68,7 @@ double by_meshoptimizer(const Mesh& high, std::size_t faces, Mesh& low) {
   return seconds;
 }
 
-/// Quadrics alone, as its own manual's first example.
+/// Quadrics alone, as in the first example of its manual.
 double by_openmesh(const Mesh& high, std::size_t faces, Mesh& low) {
   OmMesh mesh;
   for (const auto& p : high.positions) mesh.add_vertex({p[0], p[1], p[2]});

@@ -1,4 +1,4 @@
-// Embree as the peer: the same rays by each of its ways of casting them.
+// The peer Embree: casts the same rays with each of its interfaces.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -13,7 +13,7 @@
 
 namespace kiln::bench {
 
-/// Planes of origins and directions, the range common to all.
+/// Rays as planes of origins and directions, with a common range.
 struct RayPlanes {
   std::span<const float> planes;  ///< 7 planes of `capacity`, as TexelBand::points
   std::size_t count = 0;
@@ -26,7 +26,7 @@ struct RayPlanes {
 };
 
 struct RayResults {
-  std::vector<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE where nothing was hit
+  std::vector<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE for misses
   std::vector<float> t, u, v;
 };
 
@@ -48,9 +48,9 @@ class EmbreeScene {
   /// Any hit.
   void occluded(const RayPlanes& rays, EmbreeMode mode, std::vector<std::uint8_t>& hit) const;
 
-  /// Nearest points within `t_max` by rtcPointQuery with our callback (embree_point.cpp). Where not
-  /// two-sided, faces turned away from the direction are left out. `seeded`: the search starts with the
-  /// radius that the previous answer allows, as ours does. Distances go to `t`.
+  /// Nearest points within `t_max` by rtcPointQuery with our callback (embree_point.cpp). If not two-sided, back faces
+  /// are skipped. `seeded`: the search radius starts at the bound from the previous answer, as in Kiln. Distances go to
+  /// `t`.
   void closest(const RayPlanes& rays, bool two_sided, bool seeded, RayResults& results) const;
 
   double build_seconds() const { return build_seconds_; }

@@ -1,4 +1,4 @@
-// Embree's calls on as many threads as ours.
+// Runs Embree's calls on as many threads as Kiln's.
 #pragma once
 
 #include <pmmintrin.h>
@@ -13,7 +13,7 @@
 
 namespace kiln::bench {
 
-/// Contiguous ranges, one a thread, with denormals flushed as Embree asks for.
+/// Runs a body over contiguous ranges, one per thread, with denormals flushed as Embree requires.
 template <typename Body>
 void on_threads(std::size_t count, const Body& body) {
   const auto threads = static_cast<std::size_t>(thread_count());

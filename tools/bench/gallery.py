@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The gallery: meshes as generators and scanners leave them, to 10,000 faces with maps of 2048², by Kiln and a glue.
+"""The gallery: defective generated and scanned meshes, reduced to 10,000 faces with 2048² maps, by Kiln and by other libraries.
 
     gallery.py DIR [--only NAME,...] [--faces N] [--size N] [--json FILE]
 
@@ -60,7 +60,7 @@ def texels(faces, uvs, size):
 
 
 def glue(vertices, faces, colors, target, size, path):
-    """What a pipeline without Kiln does. \\returns the low poly, object-space normals in [0, 1] and colours"""
+    """A pipeline without Kiln. \\returns the low poly, object-space normals in [0, 1] and colours"""
     import fast_simplification
     import trimesh
     import xatlas

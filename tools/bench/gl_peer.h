@@ -15,7 +15,7 @@ namespace kiln::bench {
 /// Surfaceless OpenGL 3.3 core, with the mesh in buffers and one picture of 32-bit depth and unsigned ids.
 class GlPeer {
  public:
-  /// \throws std::runtime_error where there is no such context
+  /// \throws std::runtime_error if no such context can be created
   GlPeer(std::span<const Vec3> positions, std::span<const Triangle> triangles, std::uint32_t size);
   ~GlPeer();
   GlPeer(GlPeer&&) noexcept;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Processor seconds of `kiln bake` as its input grows, and the power of each family's growth: at most 1.1.
+"""Measures processor seconds of `kiln bake` as its input grows, and the exponent of each family's growth: at most 1.1.
 
 growth.py KILN [--only WORD]    KILN is the program `kiln`
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""40 commands under --memory-limit: each is within 105% of it (peak RSS of the process), or refused early.
+"""Checks 40 commands under --memory-limit: each stays within 105% of it (peak RSS of the process), or is rejected early.
 
 memory_limit.py KILN SAMPLE [--only WORD] [--shares 0.5,0.9]
                   KILN and SAMPLE are the programs `kiln` and `kiln_sample`

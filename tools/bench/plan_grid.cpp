@@ -1,4 +1,4 @@
-// Plans of low polys beside a brute-force grid over faces and sizes of maps.
+// Compares plans of low polys with a brute-force grid over faces and map sizes.
 //
 // plan_grid [--screen PIXELS] [--repeat N] [--times] [--cache FILE] HIGH:DEGREES [HIGH:DEGREES ...]
 //
@@ -94,7 +94,7 @@ Mesh laid_out(const Mesh& mesh, std::uint32_t size) {
   return unwrap(mesh, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
 }
 
-/// One bake of what a plan came to, from the file on.
+/// One bake of a plan's result, including reading the file.
 void bake_chosen(const Device& device, const std::string& path, const Candidate& chosen) {
   const Mesh high = load_mesh(path);
   SimplifyOptions options;
@@ -107,7 +107,7 @@ void bake_chosen(const Device& device, const std::string& path, const Candidate&
   bake(source, fit_normals(laid_out(low, chosen.size), high), bake_options(chosen, chosen.size));
 }
 
-/// Measures by pictures that plans do not see.
+/// Measures with pictures from directions that plans do not use.
 class Pictures {
  public:
   Pictures(const Device& device, const Source& source, const Mesh& high, std::uint32_t screen)
@@ -248,7 +248,7 @@ class Grid {
   std::map<std::size_t, Mesh> meshes_;
 };
 
-/// Maps that were made, and low polys that were looked at, in short lists.
+/// Prints short lists of the maps that were baked and the low polys that were evaluated.
 void print_tries(const LowPolyPlan& plan) {
   const char* comma = "";
   std::printf(",\"tried\":[");

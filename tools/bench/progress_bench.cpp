@@ -1,4 +1,4 @@
-// Signs of life of long work: calls a second, the longest silence, and how soon a cancel is heard.
+// Progress of long work: callbacks per second, the longest interval between them, and the latency of cancelling.
 //
 // progress_bench [FACES [CANCELS [MATCH]]]   default: 10000000 faces, 8 cancels, ray
 //
@@ -27,7 +27,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Processor time of all threads: steadier where others use the machine.
+/// Processor time of all threads: more stable under other load.
 double cpu_seconds() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
@@ -61,7 +61,7 @@ Mesh wave(std::uint32_t cells, double height) {
   return mesh;
 }
 
-/// Progress that a run told, and when.
+/// Records a run's progress callbacks with their times.
 struct Watch {
   double cancel_after = 1e9;  ///< Seconds
   Clock::time_point begin = Clock::now(), last = begin;
@@ -91,7 +91,7 @@ struct Watch {
   }
 };
 
-/// \returns whether it came to its end
+/// \returns false if it was cancelled
 bool run(const Device& device, const Mesh& high, const Mesh& low, const MatchMethod& method,
          Watch& watch) {
   const auto source = Source::build(device, high, watch.progress());
@@ -131,7 +131,7 @@ int bench(double faces, int cancels, const char* match) {
     Watch watch;
     watch.cancel_after = whole * (i + 0.5) / cancels;
     if (run(device, high, low, method, watch)) continue;
-    // From the moment that it was meant, not that of the call that brought it.
+    // Latency counts from the intended time, not from the callback that requested it.
     print("cancelled", seconds_since(watch.begin), watch,
           seconds_since(watch.begin) - watch.cancel_after);
   }

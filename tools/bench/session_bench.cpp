@@ -105,7 +105,7 @@ class Scene {
     const std::size_t count = to.size() / share, first = (to.size() - count) / 2;
     session.set_positions(static_cast<std::uint32_t>(first), std::span(to).subspan(first, count));
   }
-  /// A re-bake is what a fresh bake makes.
+  /// Checks that a re-bake equals a fresh bake.
   void check(BakeSession& session) const {
     const Source source(device, session.high(), RayTraversal::automatic, session.bounds());
     const BakeResult fresh = bake(source, wave(16, 0, 0), options);

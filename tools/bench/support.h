@@ -1,4 +1,4 @@
-// Shared by the benchmarks: scenes, timing, and one JSON line a result.
+// Shared code of the benchmarks: scenes, timing, and one JSON line per result.
 #pragma once
 
 #include <algorithm>
@@ -25,13 +25,14 @@ inline double seconds_of(const std::function<void()>& run) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// One way of doing the same work.
+/// One of several compared implementations.
 struct Mode {
   std::string name;
   bool peer = false;  ///< Embree's
   std::function<void()> run;
   std::vector<double> seconds{};
-  std::vector<double> cpu_seconds{};  ///< Of all threads: steadier where others use the machine
+  /// Processor time of all threads: more stable under other load
+  std::vector<double> cpu_seconds{};
 
   static double median_of(std::vector<double> values) {
     std::sort(values.begin(), values.end());
@@ -41,11 +42,11 @@ struct Mode {
   double least() const { return *std::min_element(seconds.begin(), seconds.end()); }
 };
 
-/// Warms each mode up, then runs all of them in turn, round by round, since a machine's speed drifts:
-/// at least `rounds` rounds and half a second a mode.
+/// Warms each mode up, then alternates between all modes, since a machine's speed drifts: at least `rounds` rounds and
+/// half a second per mode.
 void run_rounds(std::vector<Mode>& modes, int rounds);
 
-/// {"a":1,...}: built up field by field.
+/// Builds a JSON object field by field.
 class JsonLine {
  public:
   JsonLine& add(const std::string& key, const std::string& value);
@@ -59,7 +60,7 @@ class JsonLine {
 /// Adds device, driver and threads.
 void describe(JsonLine& line, const DeviceInfo& info);
 
-/// One line a mode: Mitems/s (median and best) and the ratio to the best peer, round by round.
+/// Prints one line per mode: Mitems/s (median and best) and the ratio to the best peer, round by round.
 void print_modes(const std::string& bench, const std::string& scene, const DeviceInfo& info,
                  double items, const std::vector<Mode>& modes,
                  const std::vector<std::pair<std::string, double>>& extra);

@@ -67,7 +67,7 @@ BakeOptions options_of(std::uint32_t size, MatchMethod method) {
   return options;
 }
 
-/// The kernels of a bake.
+/// Times the kernels of a bake.
 void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) {
   cl::Context& context = context_of(device);
   const Source source(device, dense);
@@ -101,7 +101,7 @@ void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) 
   const auto read = [&](const TexelBand& band, DeviceCorrespondence& found) {
     detail.run(band, found, image, coverage);
   };
-  // Every sample has a point before anything is timed.
+  // Matches all samples before timing.
   for_bands(match);
   for (std::size_t b = 0; b < bands.size(); ++b) {
     const std::vector<std::uint8_t> status = matches[b].status.download(context);
@@ -135,7 +135,7 @@ void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) 
   }
 }
 
-/// A mesh that moves, all of it or a twentieth, baked again and again.
+/// Times re-bakes of a mesh of which all or a twentieth moves.
 void bench_session(const Device& device, std::uint32_t cells, std::uint32_t size,
                    MatchMethod method, const char* name) {
   const BakeOptions options = options_of(size, method);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the extension as Blender installs it: kiln_bake-VERSION.zip with Kiln's wheels inside.
+"""Builds the extension package for Blender: kiln_bake-VERSION.zip, which contains Kiln's wheels.
 
     build.py OUT [WHEEL...]
 

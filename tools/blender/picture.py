@@ -1,4 +1,4 @@
-"""Draws panel.png: within a Blender that has a window, such as Xvfb's. `kiln` must be importable.
+"""Draws panel.png. Needs a Blender with a window, for example under Xvfb, in which `kiln` can be imported.
 
 xvfb-run -a blender --window-geometry 0 0 400 660 --python tools/blender/picture.py -- OUT.png
 """
@@ -12,7 +12,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), *sys.argv[sys.argv.index("
 import kiln_bake  # noqa: E402
 
 OUT = sys.argv[sys.argv.index("--") + 1]
-# Alone and open, not within Render > Bake.
+# Shows the panel by itself, expanded, instead of within Render > Bake.
 for panel in bpy.types.Panel.__subclasses__():
     if getattr(panel, "bl_context", "") == "render" and hasattr(bpy.types, panel.__name__):
         bpy.utils.unregister_class(panel)

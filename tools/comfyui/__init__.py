@@ -1,4 +1,4 @@
-"""Kiln's nodes for ComfyUI. Nothing of ComfyUI or torch is needed to import this."""
+"""Kiln's nodes for ComfyUI. Importing them requires neither ComfyUI nor torch."""
 
 from .nodes import NODE_CLASS_MAPPINGS, NODE_DISPLAY_NAME_MAPPINGS
 

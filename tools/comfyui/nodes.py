@@ -1,4 +1,4 @@
-"""Simplify, unwrap, bake and to GLB: from MESH to MESH and IMAGE, as ComfyUI's own mesh nodes have them.
+"""Nodes to simplify, unwrap, bake and write GLB: from MESH to MESH and IMAGE, the types of ComfyUI's own mesh nodes.
 
 A MESH holds a batch, filled up with zeros where vertex_counts and face_counts say less: vertices (B, N, 3), faces
 (B, M, 3), uvs (B, N, 2) with the origin at the upper left, vertex_colors (B, N, 3 or 4) linear, normals, tangents;
@@ -21,7 +21,7 @@ import warnings
 import kiln
 import numpy as np
 
-#: Fields of MESH beside vertices and faces: what a node does not give its result, the result does not have.
+#: Fields of MESH besides vertices and faces. Fields that a node does not set are missing in its result.
 OPTIONAL = (
     "uvs",
     "vertex_colors",
@@ -35,12 +35,12 @@ OPTIONAL = (
 )
 FACES = ("INT", {"default": 10_000, "min": 4, "max": 50_000_000})
 SIZE = ("INT", {"default": 2048, "min": 64, "max": 8192, "step": 64})
-#: What lies nearer to 0 or 1 is rounded to them by pictures of 8 bits.
+#: 8-bit pictures round values within this distance of 0 or 1 to them.
 HALF_STEP = 0.5 / 255
 
 
 def as_numpy(values):
-    """Any tensor, on any device, or array."""
+    """Converts a tensor on any device, or an array, to NumPy."""
     for step in ("detach", "cpu"):
         if hasattr(values, step):
             values = getattr(values, step)()
@@ -50,7 +50,7 @@ def as_numpy(values):
 
 
 def as_tensor(array):
-    """torch's, where torch is there."""
+    """Converts to a torch tensor, if torch is installed."""
     try:
         import torch
     except ImportError:
@@ -59,7 +59,7 @@ def as_tensor(array):
 
 
 def as_shares(values, name):
-    """Numbers in [0, 1]: floats clipped, whole numbers as shares of the largest."""
+    """Converts to [0, 1]: floats are clipped, integers divided by their type's maximum."""
     if values.dtype in (np.uint8, np.uint16):
         return values / np.float32(np.iinfo(values.dtype).max)
     if values.dtype.kind != "f":
@@ -79,7 +79,7 @@ def linear_to_srgb(values):
 
 
 def parts_of(mesh, name, dimensions):
-    """Arrays, one a mesh of the batch: of a tensor (B, ...), a list of tensors, or one tensor without B."""
+    """One array per mesh of the batch, from a tensor (B, ...), a list of tensors, or one tensor without B."""
     value = getattr(mesh, name, None)
     if value is None:
         return None
@@ -90,7 +90,7 @@ def parts_of(mesh, name, dimensions):
 
 
 def digest_of(arrays):
-    """Of the arrays that a mesh's shape and maps depend on."""
+    """Hash of the arrays that determine a mesh's shape and maps."""
     digest = hashlib.sha256()
     for name in ("vertices", "faces", "uvs", "vertex_colors", "normals"):
         array = arrays.get(name)
@@ -101,7 +101,7 @@ def digest_of(arrays):
 
 
 def items(mesh):
-    """Each mesh of the batch: a kiln.Mesh, and its texture (H, W, C) or None."""
+    """Iterates over the meshes of a batch: a kiln.Mesh, with its texture (H, W, C) or None."""
     parts = {name: parts_of(mesh, name, 2) for name in ("vertices", "faces", "uvs", "vertex_colors", "normals")}
     counts = [parts_of(mesh, name, 0) for name in ("vertex_counts", "face_counts")]
     textures = parts_of(mesh, "texture", 3)
@@ -126,7 +126,7 @@ def items(mesh):
 
 
 def batch_of(mesh, batch, **fields):
-    """A MESH like the one given, of what arrays_of() returns."""
+    """Builds a MESH of the given one's type from the result of arrays_of()."""
     made = copy.copy(mesh)
     for name in OPTIONAL:
         if hasattr(made, name):
@@ -149,7 +149,7 @@ def batch_of(mesh, batch, **fields):
 
 
 def arrays_of(low):
-    """By their fields, of a kiln.Mesh or kiln.Glb whose rows have one list of indices; and the kiln.Mesh."""
+    """Arrays by MESH field from a kiln.Mesh or kiln.Glb, with one index list for all; also the kiln.Mesh."""
     parts = {
         "vertices": np.asarray(low.vertices, np.float32),
         "faces": low.faces.astype(np.int64),
@@ -162,7 +162,7 @@ def arrays_of(low):
 
 
 def pictures(maps, name, size, background):
-    """IMAGE (B, H, W, 3) of each item's map; the background where it has none."""
+    """IMAGE (B, H, W, 3) with each item's map, or the background colour for items without it."""
     empty = np.full((size, size, 3), background, np.float32)
     return as_tensor(
         np.stack([np.broadcast_to(item.get(name, empty)[:, :, :3], empty.shape) for item in maps]).astype(np.float32)
@@ -170,7 +170,7 @@ def pictures(maps, name, size, background):
 
 
 def textured(mesh, baked, maps, size):
-    """What SaveGLB writes with its maps; and the maps as IMAGEs."""
+    """The MESH with textures for SaveGLB, and the maps as IMAGEs."""
     normal, occlusion = pictures(maps, "normal", size, (0.5, 0.5, 1)), pictures(maps, "ao", size, 1)
     color = pictures(maps, "color", size, 1)
     rough = np.array(as_numpy(occlusion))
@@ -189,7 +189,7 @@ def textured(mesh, baked, maps, size):
 
 
 def progress():
-    """Moves ComfyUI's bar and heeds its cancel button, where it runs."""
+    """Updates ComfyUI's progress bar and checks its cancel button, if ComfyUI runs."""
     utils, management = (sys.modules.get("comfy." + name) for name in ("utils", "model_management"))
     bar = utils.ProgressBar(1000) if utils else None
 
@@ -208,7 +208,7 @@ def maps_of(names, mesh, texture):
 
 
 class KilnSimplify:
-    """A light mesh of a dense one; torn, doubled and hidden parts are repaired first."""
+    """Simplifies a dense mesh, after repairing cracks and removing duplicate and hidden parts."""
 
     @classmethod
     def INPUT_TYPES(cls):
@@ -234,7 +234,7 @@ class KilnSimplify:
 
 
 class KilnUnwrap:
-    """UVs in few charts. Vertices at seams are doubled."""
+    """Unwraps a mesh into few charts. Vertices at seams are duplicated."""
 
     @classmethod
     def INPUT_TYPES(cls):
@@ -254,7 +254,7 @@ class KilnUnwrap:
 
 
 class KilnBake:
-    """The dense mesh's normals, occlusion and colours as pictures for the light one's UVs.
+    """Bakes the dense mesh's normals, occlusion and colours into textures of the light one.
 
     The mesh that comes out has them and its tangents: SaveGLB writes it as it is.
     """
@@ -293,7 +293,7 @@ class KilnBake:
 
 
 class KilnToGLB:
-    """All of it: a light mesh of a dense one, with UVs and maps, and the GLB of it."""
+    """All steps in one: simplifies, unwraps and bakes a dense mesh, and returns the light mesh with maps, and its GLB."""
 
     @classmethod
     def INPUT_TYPES(cls):
@@ -340,7 +340,7 @@ class KilnToGLB:
 
 
 def file_of(data):
-    """ComfyUI's File3D; outside of it, the bytes. Of a batch, the first: SaveGLB writes all of the MESH."""
+    """ComfyUI's File3D, or bytes outside of ComfyUI. Contains the first mesh of a batch; SaveGLB writes all."""
     try:
         from comfy_api.latest import Types
     except ImportError:

@@ -1,4 +1,4 @@
-// Stands for your engine: what it has in memory, as it has it.
+// Stands for your engine and its vertex format.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ inline VertexBuffer sheet(std::uint32_t cells, float wave, float phase = 0) {
   return sheet;
 }
 
-/// Takes a texture of 16-bit RGBA; here, says what it is.
+/// Uploads a texture of 16-bit RGBA; here, it prints its size.
 inline void upload(std::span<const std::uint16_t> texels, std::size_t width) {
   std::size_t opaque = 0;
   for (std::size_t i = 3; i < texels.size(); i += 4) opaque += texels[i] == 65535 ? 1 : 0;

@@ -1,4 +1,4 @@
-// Kiln from C: a box in arrays, simplified, unwrapped and baked. from_c NORMAL.png BOX.glb
+// Uses Kiln from C: a box in arrays is simplified, unwrapped and baked. from_c NORMAL.png BOX.glb
 #include <kiln/kiln_c.h>
 #include <stdio.h>
 

@@ -1,4 +1,4 @@
-// What `kiln bake` does, in one call: materials, alpha and hierarchy stay. job HIGH GAME.glb
+// Runs `kiln bake` in one call: materials, alpha and hierarchy are kept. job HIGH GAME.glb
 #include <kiln/job.h>
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-// Eight low polys of one high poly, with progress; Ctrl-C cancels.
+// Bakes eight low polys of one high poly, with progress; Ctrl-C cancels.
 #include <kiln/kiln.h>
 
 #include <csignal>

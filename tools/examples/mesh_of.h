@@ -1,4 +1,4 @@
-// From the engine's vertex buffers to Kiln's meshes; own_memory.cpp shows it.
+// Converts the engine's vertex buffers to Kiln's meshes; own_memory.cpp shows it.
 #pragma once
 
 #include <kiln/mesh_view.h>

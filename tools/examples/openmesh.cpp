@@ -1,4 +1,4 @@
-// A mesh of OpenMesh is baked: Kiln makes the low poly and its maps. openmesh HIGH GAME.glb
+// Bakes an OpenMesh mesh: Kiln makes the low poly and its maps. openmesh HIGH GAME.glb
 #include <kiln/interop/openmesh.h>
 #include <kiln/job.h>
 

@@ -1,4 +1,4 @@
-// Values of your own at the high poly's vertices, baked as a map: here, heat along x.
+// Bakes your own values at the high poly's vertices as a map: here, heat along x.
 #include <kiln/attribute.h>
 #include <kiln/kiln.h>
 

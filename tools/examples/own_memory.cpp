@@ -1,4 +1,4 @@
-// From your own vertex buffers to a texture of 16-bit RGBA: no file, coverage as alpha.
+// Bakes from your own vertex buffers to a texture of 16-bit RGBA, without files, with coverage as alpha.
 #include <kiln/kiln.h>
 #include <kiln/mesh_view.h>
 

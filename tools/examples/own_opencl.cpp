@@ -27,7 +27,7 @@ int main() {
   write_pixels(device, session.bake().map(MapKind::normal).image, PixelFormat::rgba8,
                {.memory = texture()});
   const Vec3 up{0, 0, 1};
-  session.set_normals(0, {&up, 1});  // of the vertex in the lower left corner
+  session.set_normals(0, {&up, 1});  // normal of the vertex in the lower left corner
   const Image& changed = session.bake().map(MapKind::normal).image;
   const Rectangle dirty = session.last_update().dirty;
   write_pixels(device, changed, PixelFormat::rgba8, {.memory = texture(), .part = dirty});

@@ -1,8 +1,8 @@
-# Runs an example and checks what it says; see example() in CMakeLists.txt.
+# Runs an example and checks its output; see example() in CMakeLists.txt.
 cmake_policy(VERSION 3.25)
 
 file(READ ${SOURCE} text)
-string(REGEX REPLACE "[][;]" "." text "${text}")  # of lists and quoting, not of lines
+string(REGEX REPLACE "[][;]" "." text "${text}")  # replaces characters that CMake lists and quoting treat specially
 string(REGEX MATCHALL "[^\n]*[^ \t\n][^\n]*" lines "${text}")
 list(FILTER lines EXCLUDE REGEX "^[ \t]*//")
 list(LENGTH lines count)

@@ -1,4 +1,4 @@
-// A high poly that moves, baked again and again: everything stays on the device.
+// Bakes a moving high poly repeatedly: all data stay on the device.
 #include <kiln/kiln.h>
 #include <kiln/session.h>
 

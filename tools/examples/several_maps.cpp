@@ -1,4 +1,4 @@
-// Several maps from one match: the costly half runs once, maps are read as they are asked for.
+// Bakes several maps from one match: the expensive match runs once.
 #include <kiln/kiln.h>
 
 #include "mesh_of.h"

@@ -1,4 +1,4 @@
-// From voxels in memory to a low poly with a normal map: a ball of radius 20 in 48 x 48 x 48 voxels.
+// Makes a low poly with a normal map from voxels in memory: a ball of radius 20 in 48 x 48 x 48 voxels.
 #include <kiln/contour.h>
 #include <kiln/kiln.h>
 #include <kiln/volume.h>

@@ -1,4 +1,4 @@
-// The subcommands. Each adds itself to the command line and says what to run.
+// The subcommands. Each add_...() function adds its options to the command line and returns the function to run.
 #pragma once
 
 #include <array>
@@ -15,11 +15,10 @@ using Run = std::function<int()>;
 /// A command of a program.
 struct CommandEntry {
   std::string_view name;
-  Run (*add)(
-      Command& app);  ///< nullptr: another program runs it, and this one has its name for help
+  Run (*add)(Command& app);  ///< nullptr: kiln-lab runs the command, and only help lists it here
 };
 
-/// The commands that kiln-lab runs (tools/lab), with what help says of them.
+/// The commands that kiln-lab runs (tools/lab), with their help texts.
 inline constexpr std::array<std::array<std::string_view, 2>, 3> kLabCommands = {{
     {"measure",
      "Rate the matches on two meshes; one mesh's UVs; or, with --study, how errors depend on "
@@ -31,14 +30,15 @@ inline constexpr std::array<std::array<std::string_view, 2>, 3> kLabCommands = {
      "Pictures of every match side by side: the low poly with each map, where each is "
      "wrong, and where texels land on HIGH"},
 }};
-/// The command of the lab that the words ask for, or for whose help; nullptr: none.
+/// The lab command that the words run or request help for; nullptr if it is none.
 const char* asked_of_lab(int argc, char** argv);
 
-/// Becomes kiln-lab, with the same words: it stands beside this program, or where both are installed.
+/// Replaces this process by kiln-lab with the same words. It is searched beside this program and in the installation
+/// folder.
 /// \param command  for the message
-/// \returns the exit code where it cannot be run, which a message explains
+/// \returns the exit code, after a message, if it cannot be run
 int run_lab(const char* command, char** argv);
-/// Adds one of them without its options.
+/// Adds a lab command without its options, for help.
 Command* name_lab_command(Command& app, std::string_view name);
 
 Run add_bake(Command& app);

@@ -103,7 +103,8 @@ bool find_linker() {
   return false;
 }
 
-/// Maps of the user's are native code. None of the thread's own state is asked for: the map may have written over it.
+/// Ends the process after a crash in an own map, which is native code. Uses no thread-local state, because the map may
+/// have overwritten it.
 [[noreturn]] void end_by_own_map(const char* name) {
   say("kiln: The map ");
   say(name);
@@ -139,7 +140,7 @@ extern "C" void on_crash(int number) {
   end_by_driver();
 }
 
-/// LLVM within PoCL ends the process by exit() where it cannot write.
+/// LLVM within PoCL calls exit() if it cannot write files.
 void on_exit_within() {
   if (!in_driver() && on_main_thread()) return;
   remove_temporary_files();
@@ -148,7 +149,7 @@ void on_exit_within() {
   end_by_driver();
 }
 
-/// An exception that nobody caught: on a thread of the driver, or in a function that may not throw.
+/// Handles uncaught exceptions: on a driver's thread, or in a noexcept function.
 [[noreturn]] void on_terminate() {
   remove_temporary_files();
   if (const char* map = running_own_map()) end_by_own_map(map);

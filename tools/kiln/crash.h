@@ -1,4 +1,4 @@
-// Crashes of drivers: they throw on threads of their own, abort, or touch what is not there.
+// Handling of crashes in OpenCL drivers: exceptions on the driver's threads, aborts, and invalid memory accesses.
 #pragma once
 
 namespace kiln::cli {

@@ -1,4 +1,4 @@
-// The kiln command. The commands that compare and study are run by kiln-lab.
+// The `kiln` program. Commands for comparisons and studies are run by kiln-lab.
 #include "commands.h"
 #include "program.h"
 

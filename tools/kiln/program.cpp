@@ -33,7 +33,7 @@ std::uint64_t parse_memory(const char* flag, const std::string& text) {
 
 namespace {
 
-/// Adds --memory-limit to all commands of the program; it counts as soon as it is read.
+/// Adds --memory-limit to all commands. It takes effect as soon as it is parsed.
 void add_memory_option(Command& app) {
   for (Command* command : app.commands()) {
     command
@@ -100,7 +100,7 @@ Run Program::parse(std::vector<std::string> words) {
     words.push_back("--help");
   }
   if (words == std::vector<std::string>{"version"}) words[0] = "--version";
-  // The parser would say only that a command is missing.
+  // CLI11 would only report that a command is missing.
   if (words.empty() || (!words[0].starts_with('-') && commands_.count(words[0]) == 0)) {
     std::vector<std::string> known;
     for (const auto& [name, run] : commands_) known.push_back(name);

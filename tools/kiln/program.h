@@ -1,4 +1,4 @@
-// A program of commands: what a command line asks for, and the main function.
+// A program with commands: parsing of its command line, and the main function.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace kiln::cli {
 
-/// "500M", "4G", "2T" (binary: 1024 of each make one of the next) or bytes, from 64M up. \throws Error(usage)
+/// Parses "500M", "4G", "2T" (powers of 1024) or bytes, at least 64M. \throws Error(usage)
 std::uint64_t parse_memory(const char* flag, const std::string& text);
 
 class Program {
@@ -21,11 +21,12 @@ class Program {
   /// \param commands  in the order of help
   explicit Program(std::span<const CommandEntry> commands);
 
-  /// The run that the words after the program's name ask for; none where it is answered already (--help, --version).
+  /// Parses the words after the program's name to a function to run; empty after --help and --version, which are
+  /// answered here.
   /// \throws UsageError
   Run parse(std::vector<std::string> words);
 
-  /// The error, with what to do instead where an option is unknown: whole sentences.
+  /// The error in full sentences, with alternatives to an unknown option.
   std::string explain(const UsageError& error) const;
 
   /// All commands.
@@ -36,13 +37,14 @@ class Program {
   std::map<std::string, Run> commands_;
 };
 
-/// Parses, runs one of the commands, and turns errors into the documented exit codes. Sets no handlers and, but for
-/// --memory-limit, no limits.
-/// \param commands  of the program, in the order of its help
+/// Parses the command line, runs the command, and converts errors to the documented exit codes. Installs no signal
+/// handlers, and sets no limits but --memory-limit.
+/// \param commands  the program's commands in the order of help
 /// \returns the exit code
 int run_program(int argc, char** argv, std::span<const CommandEntry> commands);
 
-/// The main function: run_program(), with handlers of signals and of crashes, and supervised where a driver failed.
+/// The main function: run_program() with handlers for signals and crashes; after a driver's crash, the run is repeated
+/// under supervision.
 int program_main(int argc, char** argv, std::span<const CommandEntry> commands);
 
 }  // namespace kiln::cli

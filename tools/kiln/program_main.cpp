@@ -56,7 +56,7 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
     cli::print_line(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.");
     return static_cast<int>(ErrorCode::usage);
   }
-  // Whatever ends the run: a folder that was made for nothing goes.
+  // Removes empty folders that the run created, however it ends.
   struct Tidy {
     bool success = false;
     ~Tidy() {
@@ -67,13 +67,13 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
     OutputSet outputs;
     const int result = command();
     if (result == cli::kExitCancelled) return cancelled();
-    // First: where it fails, no file appears.
+    // First, so that no file is placed if it fails.
     cli::finish_output();
     outputs.commit();
     tidy.success = result == 0;
     return result;
   } catch (const Error& error) {
-    // A driver that is interrupted while it compiles fails in its own way.
+    // An interrupt during compilation shows up as a driver error.
     if (cli::interrupted()) return cancelled();
     if (std::string_view(error.id()) == "kernel-cache") cli::retry();
     cli::print_line(stderr, "kiln: " + error.message().text(option_as_flag));
@@ -116,7 +116,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   cli::catch_interrupts();
   exit_code = run_program(argc, argv, commands);
   if (driver_failed()) {
-    // Its handlers at exit would wait for locks that it holds for good.
+    // After a crash, the driver's exit handlers would wait for locks that are never released.
     std::fflush(nullptr);
     _exit(exit_code);
   }

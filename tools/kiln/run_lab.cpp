@@ -33,7 +33,7 @@ Path own_folder() {
 const char* asked_of_lab(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
-    // Flags before a command are of the program: --help, --version. So is the word help.
+    // Flags before the command (--help, --version) and the word `help` belong to the program.
     if (word.starts_with('-') || (i == 1 && word == "help")) continue;
     const auto is_it = [&](const auto& command) { return command[0] == word; };
     return std::any_of(kLabCommands.begin(), kLabCommands.end(), is_it) ? argv[i] : nullptr;

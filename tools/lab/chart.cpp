@@ -13,9 +13,9 @@
 namespace kiln::cli {
 namespace {
 
-constexpr double kAtSave = 0.98;  // of the progress
+constexpr double kAtSave = 0.98;  // share of the progress
 
-/// The index of the middle one; of an even number the lower of the two.
+/// The index of the median; of an even number the lower one.
 std::size_t median_index(const std::vector<double>& values) {
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -37,7 +37,7 @@ bool is_on_front(const Mark& mark, const std::vector<Mark>& marks, const Measure
   });
 }
 
-/// Tables and what follows them, as chart.md and the terminal have them.
+/// The tables and the following lines, for chart.md and the terminal.
 std::vector<std::string> lines_of(const ChartGroup& group) {
   std::vector<std::string> lines;
   for (const ChartTable& table : group.tables) {
@@ -50,7 +50,7 @@ std::vector<std::string> lines_of(const ChartGroup& group) {
   return lines;
 }
 
-/// Files of data by their endings: rows of all groups, with the group's number.
+/// Data files by their suffix: rows of all groups, with the group's number.
 std::map<std::string, Json> data_of(const char* key, const std::vector<ChartGroup>& groups) {
   std::map<std::string, Json> files;
   for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -130,7 +130,7 @@ Json chart_panel(const std::vector<Mark>& marks, const Measure& measure) {
 
 bool ChartKind::look(const Progress&) {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (!is_readable_file(inputs[i])) read(i);  // says what is wrong with it
+    if (!is_readable_file(inputs[i])) read(i);  // throws the error in the file
   }
   return true;
 }

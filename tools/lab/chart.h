@@ -1,4 +1,4 @@
-// Shared by charts of speed against accuracy: marks, their plot, and how a chart is run and saved.
+// Shared code of charts of speed against accuracy: marks, their plot, and running and saving a chart.
 #pragma once
 
 #include <cstdint>
@@ -21,42 +21,43 @@
 
 namespace kiln::cli {
 
-constexpr const char* kChartName = "chart";  ///< Of the files, without their endings
+constexpr const char* kChartName = "chart";  ///< Stem of the files
 
-/// Something that is timed and measured.
+/// A setting that is timed and measured: one mark in the plot.
 struct Mark {
-  std::string name;                      ///< In files: letters, digits and _
-  std::string label;                     ///< In the picture
-  std::string family;                    ///< Marks of one are drawn alike
-  Json figures = Json::object();         ///< Its part of the report; finish_marks() adds to it
-  std::vector<Json> runs = {};           ///< Seconds of each run, in order: by stage, or a number
-  std::vector<double> run_seconds = {};  ///< What counts of them
+  std::string name;               ///< In files: letters, digits and _
+  std::string label;              ///< In the picture
+  std::string family;             ///< Marks of a family have one style
+  Json figures = Json::object();  ///< Its part of the report; finish_marks() adds to it
+  std::vector<Json> runs = {};  ///< Seconds of each run, in order: an object by stage, or a number
+  std::vector<double> run_seconds = {};  ///< The compared seconds of each run
   double seconds = 0;                    ///< Their median
 };
 
 /// A measure of errors.
 struct Measure {
   std::string name;         ///< In files
-  std::string path;         ///< Of the error in Mark::figures
+  std::string path;         ///< Path of the error in Mark::figures
   std::string title, unit;  ///< In the picture
-  double scale = 1;         ///< Errors are drawn so many times as large
+  double scale = 1;         ///< Factor of drawn errors
 };
 
-/// Look of the marks of a family.
+/// Style of a family's marks.
 struct MarkStyle {
   const char *family, *title, *mark, *color;
 };
 
-/// Times marks in turns, so that what else the machine does falls on all alike.
-/// \param run  times one, by its index: sets the stage with a note such as ", run 2 of 3"; null: progress said stop
-/// \returns false where progress said stop
+/// Times marks in turns, so that other load on the machine affects all equally.
+/// \param run  times a mark by its index; the note, such as ", run 2 of 3", completes the stage. Returns null if
+///             cancelled
+/// \returns false if cancelled
 bool time_in_turns(std::vector<Mark>& marks, std::uint32_t repeat,
                    const std::function<Json(std::size_t mark, const std::string& note)>& run);
-/// Sets seconds of marks that were timed, and adds to their figures: "seconds" of the median run (its "total" is the
-/// median of its own), "seconds_least", "seconds_most", "runs", and "on_front" by measure: nothing else is both faster
-/// and closer.
-/// \param counted  the path of the seconds that count
-/// \returns "settings", the figures of all, and "front", by measure the names of those on it, the fastest first
+/// Sets the seconds of timed marks, and adds to their figures: "seconds" of the median run, "seconds_least",
+/// "seconds_most", "runs", and "on_front" by measure (Pareto-optimal: no other mark is both faster and more accurate).
+/// \param counted  path of the compared seconds
+/// \returns "settings" with the figures of all marks, and "front" with the names on each measure's Pareto front, the
+///          fastest first
 Json finish_marks(std::vector<Mark>& marks, const char* counted,
                   const std::vector<Measure>& measures);
 /// A panel of a chart's plot.
@@ -66,21 +67,19 @@ Json chart_panel(const std::vector<Mark>& marks, const Measure& measure);
 struct ChartSetting {
   std::string name, label, family;  ///< As Mark
   BakeOptions bake;                 ///< Match and samples; size, distance and maps are the chart's
-  bool find_cage = false;           ///< As --cage auto, which counts as a part of the match
+  bool find_cage = false;  ///< With --cage auto; finding the cage is timed as a part of the match
 };
-/// A bake with such flags of `kiln bake`, each with its value.
+/// The job of flags of `kiln bake`, each with its value.
 Job bake_job(const std::string& flags);
-/// Settings that are compared, a row each. The reference is among them. Matching by UVs is for pairs whose layouts
-/// agree.
+/// The compared settings, including the reference. Matching by UVs is only for pairs with equal layouts.
 std::vector<ChartSetting> chart_settings();
-/// Appends a setting for each row of a match that none of `settings` uses. Matches along a direction that somebody
-/// must choose are left out.
+/// Appends a setting for each match that none of `settings` uses, except matches along a direction that must be given.
 void add_other_matches(std::span<const MatchInfo> rows, std::vector<ChartSetting>& settings);
-/// Those and what is compared where it is asked for by name: other directions and cages, for hard surfaces.
+/// All settings, including those that are compared only by name: other directions and cages, for hard surfaces.
 std::vector<ChartSetting> all_chart_settings();
-/// The names that --settings hard stands for.
+/// The settings that --settings hard selects.
 const std::vector<std::string>& hard_settings();
-/// Its map is what other maps are compared with.
+/// The setting whose map is the reference for others.
 constexpr const char* kChartReference = "ray_4x4";
 /// The settings of charts of volumes.
 std::vector<std::string> volume_setting_names();
@@ -106,16 +105,16 @@ struct ChartArguments : LabArguments {
   std::vector<std::string> max_errors;  ///< To plan for, degrees
   std::string screen;                   ///< Of plans: pixels wide; empty: none
 
-  /// True if --settings names it.
+  /// True if --settings includes the setting.
   bool names(const std::string& setting) const;
 };
 
-/// Rows of figures for people, and for a file of data.
+/// A table of figures, for text and for a data file.
 struct ChartTable {
-  std::string note;             ///< Before the table
-  std::vector<Column> columns;  ///< None: data alone
+  std::string note;             ///< Text above the table
+  std::vector<Column> columns;  ///< Empty: only for the data file
   Json rows;
-  const char* data = nullptr;  ///< The file's ending: ".csv", "_ao.csv"; null: none
+  const char* data = nullptr;  ///< Suffix of the data file: ".csv", "_ao.csv"; null: none
 };
 
 /// The measurements of one input.
@@ -128,27 +127,28 @@ struct ChartGroup {
   Json panels = Json::array();     ///< Of chart.png
 };
 
-/// A kind of chart: what it reads and measures. run_chart() calls the functions in their order, and writes.
+/// A kind of chart: its inputs and measurements. run_chart() calls the functions in their order, and writes the
+/// results.
 class ChartKind {
  public:
   virtual ~ChartKind() = default;
 
   const char *input_key,
       *inputs_key;                  ///< Of an input's number, in data; of all inputs, in the report
-  std::vector<std::string> inputs;  ///< Files, each measured by itself
-  std::string about;                ///< Of figures, above all tables
-  Json options = Json::object();    ///< For the report: those that it puts in other words
-  std::vector<Warning> warnings;    ///< Of all of the work
-  std::vector<Warning> of_settings;  ///< Those of single settings
+  std::vector<std::string> inputs;  ///< Input files, each measured separately
+  std::string about;                ///< Explains the figures, above all tables
+  Json options = Json::object();    ///< Options in the report that differ from the flags
+  std::vector<Warning> warnings;    ///< Warnings of the whole run
+  std::vector<Warning> of_settings;  ///< Warnings of single settings
   // Titles of chart.png, where it shows speed; the device and number of runs are added to the subtitle.
   std::string title, subtitle;
   const char* seconds_title = "";
   std::span<const MarkStyle> styles;
 
-  /// Checks now what could stop a long run later. \returns false where progress said stop
+  /// Checks early for errors that would stop a long run later. \returns false if cancelled
   virtual bool look(const Progress& progress);
   virtual void read(std::size_t input) = 0;
-  /// Measures what was read last. \returns nothing where progress said stop
+  /// Measures the last input that was read. \returns nullopt if cancelled
   virtual std::optional<ChartGroup> measure(const Device& device, std::size_t input,
                                             const Progress& progress) = 0;
   /// The data of chart.png.
@@ -168,12 +168,12 @@ std::unique_ptr<ChartKind> chart_of_matches(const ChartArguments& arguments);
 std::unique_ptr<ChartKind> chart_of_volumes(const ChartArguments& arguments);
 std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments);
 
-/// The settings of ambient occlusion that are asked for.
+/// The selected settings of ambient occlusion.
 std::vector<AoSetting> ao_settings(const ChartArguments& arguments);
-/// Bakes with every setting once for the errors, then in turns for the seconds. The seconds are those of the map
-/// alone: the match, the hierarchy of the high poly and files are left out. Errors: root mean square, a share of 1.
-/// \param steps  of which each bake is one, and measuring another
-/// \returns false where progress said stop
+/// Bakes with every setting once for the errors, then in turns for the seconds. The seconds are those of the map alone,
+/// without the match, the BVH and file access. Errors are root mean squares as shares of 1.
+/// \param steps  progress: one step per bake, and one per measurement
+/// \returns false if cancelled
 bool add_ao(const Device& device, const Mesh& high, const Mesh& low,
             const ChartArguments& arguments, const std::vector<AoSetting>& settings, Steps& steps,
             ChartGroup& group);

@@ -1,4 +1,4 @@
-// Ambient occlusion, speed against error: by rays, by rays whose noise is smoothed, and by depth views.
+// Chart of ambient occlusion, speed against error: by rays, by smoothed rays, and by depth views.
 #include <algorithm>
 #include <optional>
 
@@ -11,8 +11,8 @@
 namespace kiln::cli {
 namespace {
 
-/// --ao-error casts a quarter of its rays before anything is smoothed, and more only where the error asks for
-/// it: an error of 1 never does.
+/// --ao-error first casts a quarter of its rays, and more only where the error bound requires it, which a bound of 1
+/// never does.
 constexpr std::uint32_t kSmoothedShare = 4;
 
 const Measure& ao_measure() {
@@ -22,7 +22,7 @@ const Measure& ao_measure() {
   return measure;
 }
 
-/// 8 to 1024 rays, plain and smoothed; 64 to 512 views.
+/// All settings: 8 to 1024 rays, plain and smoothed; 64 to 512 views.
 std::vector<AoSetting> all_settings() {
   std::vector<AoSetting> settings;
   const auto add = [&](const std::string& family, const char* what, std::uint32_t count,
@@ -45,8 +45,8 @@ std::vector<AoSetting> all_settings() {
 
 double rms_of(const Mark& mark) { return mark.figures.at("rms").number(); }
 
-/// Adds to the report, and as a line, the setting within a limit of one figure that is best by another; where none is
-/// within, the one that is nearest to it.
+/// Adds the setting that is best by one figure within a limit of another to the report and the lines; if none is within
+/// the limit, the nearest one.
 /// \param key  in the report
 template <class Bounded, class Wanted>
 void choose(const char* key, double limit, const std::string& unit, const Bounded& bounded,
@@ -89,7 +89,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
             const std::vector<AoSetting>& settings, Steps& steps, ChartGroup& group) {
   const Source source(device, high);
   BakeOptions bake_with;
-  // All settings can be asked of it.
+  // All settings apply to this map.
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
                       return obeys(map, "occlusion.max_error") && obeys(map, "occlusion.views");
                     })->kind};
@@ -111,7 +111,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
                                         "there is no ambient occlusion to compare: use a larger "
                                         "--size.");
     }
-    const MapError& e = baked.report.errors.front();  // of rays from the same points
+    const MapError& e = baked.report.errors.front();  // against rays from the same points
     marks.push_back({setting.name, setting.label, setting.family});
     marks.back().figures =
         fields("name label family flags rms mean p95 max texels against",

@@ -1,4 +1,4 @@
-// Speed against accuracy of every way to match, each timed and compared with the truth.
+// Chart of all matches, speed against accuracy.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -18,7 +18,7 @@
 namespace kiln::cli {
 namespace {
 
-/// As --fallback takes it.
+/// Formats a chain for --fallback.
 std::string chain_text(const std::vector<MatchMethod>& fallback) {
   std::string names;
   for (const MatchMethod next : fallback) {
@@ -27,11 +27,11 @@ std::string chain_text(const std::vector<MatchMethod>& fallback) {
   return names.empty() ? "low" : names;
 }
 
-/// Texels a side for Tarini's measures, one sample each.
+/// Texels per side for Tarini's measures, with one sample each.
 constexpr std::uint32_t kAssessedSize = 256;
 
-/// Tarini et al. 2003, sections 4.1, 4.2.1 and 4.3; then rendered normals against the high poly's, over held-out views;
-/// then the map against the reference's, over texels that both have and where the reference found something.
+/// Measures by Tarini et al. 2003, sections 4.1, 4.2.1 and 4.3; then rendered normals against the high poly's over
+/// held-out views; then the map against the reference's, over texels that both have and that the reference matched.
 std::vector<Measure> measures(double degrees_without_map = 0) {
   return {{"object_space", "object_space_percent",
            "Object space: from what the map shows to what the high poly shows",
@@ -46,9 +46,9 @@ std::vector<Measure> measures(double degrees_without_map = 0) {
            "Mean angle, degrees"},
           {"map_error", "map_error.mean_angle_degrees", "", ""}};
 }
-constexpr std::size_t kDrawn = 4;  // of these measures, in the picture
+constexpr std::size_t kDrawnMeasures = 4;  // number of these measures in the plot
 
-/// Columns of the table of settings, for people.
+/// Columns of the table of settings.
 const std::vector<Column>& columns() {
   static const std::vector<Column> all = {
       {"setting", "name"},
@@ -67,7 +67,7 @@ const std::vector<Column>& columns() {
   return all;
 }
 
-// Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
+// Styles also differ in shape and lightness (colours by Okabe and Ito, distinguishable with colour blindness).
 constexpr MarkStyle kStyles[] = {{"rays", "rays", "^", "#222222"},
                                  {"views", "depth views", "o", "#0072b2"},
                                  {"views_rays", "views, then rays", "d", "#009e73"},
@@ -110,7 +110,7 @@ class MatchChart : public ChartKind {
         "closer.";
   }
 
-  /// Low polys are read first.
+  /// Reads low polys first.
   bool look(const Progress& progress) override {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       if (!progress(0, "reading " + low_path(i))) return false;
@@ -121,8 +121,8 @@ class MatchChart : public ChartKind {
 
   void read(std::size_t i) override { high_ = read_high(a_, inputs[i], warnings); }
 
-  /// Bakes with every setting once for the errors, then in turns for the seconds. Each time it is from a new
-  /// Source. The errors are the same on every run; the seconds are not.
+  /// Bakes with every setting once for the errors, then in turns for the seconds, each time from a new Source. Errors
+  /// are equal in every run, so one run suffices for them.
   std::optional<ChartGroup> measure(const Device& device, std::size_t i,
                                     const Progress& progress) override {
     if (!progress(0, "preparing the high poly")) return std::nullopt;
@@ -138,7 +138,7 @@ class MatchChart : public ChartKind {
                            {describe(high, inputs[i]), describe(low, low_path(i)),
                             source_->stats().diagonal, kChartReference, choose()});
     steps_ = Steps(progress);
-    // A bake with all its measuring counts as two without.
+    // A bake with measurements counts as two without.
     steps_.count = static_cast<double>((marks_.size() + ao_.size()) * (2 + a_.repeat));
     if (!measure_settings(group_.report)) return std::nullopt;
     const auto run = [&](std::size_t k, const std::string& note) {
@@ -150,7 +150,7 @@ class MatchChart : public ChartKind {
     group_.tables.push_back(
         {"Without a map, rendered normals are " + fixed_text(none, 3) + " degrees off.", columns(),
          group_.report.at("settings"), ".csv"});
-    for (std::size_t m = 0; m < kDrawn; ++m) {
+    for (std::size_t m = 0; m < kDrawnMeasures; ++m) {
       group_.panels.push_back(chart_panel(marks_, measures(none)[m]));
     }
     if (!ao_.empty() && !add_ao(device, high, low, a_, ao_, steps_, group_)) return std::nullopt;
@@ -162,10 +162,10 @@ class MatchChart : public ChartKind {
 
   struct Baked {
     BakeResult result;
-    Json seconds;  ///< Null where progress said stop
+    Json seconds;  ///< Null if cancelled
   };
 
-  /// The settings that do for the pair: layouts must agree to match by them. \returns those that do not
+  /// Selects the settings that suit the pair. \returns the others, with reasons
   Json choose() {
     const UvOptions uv = uv_options(high_);
     std::vector<LeftOut> left_out;
@@ -189,7 +189,7 @@ class MatchChart : public ChartKind {
     return describe_left_out(left_out, "setting");
   }
 
-  /// With its size, its distance, which a cage has of its own, and its cage where that is to be found.
+  /// A setting's bake options with size, search distance (unless a cage sets it), and the found cage.
   BakeOptions bake_options(const ChartSetting& setting, std::uint32_t size, const Source& source,
                            std::optional<FoundCage>& cage) const {
     BakeOptions bake_with = setting.bake;
@@ -202,8 +202,8 @@ class MatchChart : public ChartKind {
     return bake_with;
   }
 
-  /// From the mesh in the host's memory to the map there. Seconds: the correspondence is from the high poly on the
-  /// device; "total" is all, wall clock.
+  /// Bakes a setting. Seconds: "total" is the wall-clock time from the mesh to the map, both in host memory; the match
+  /// alone starts with the high poly on the device.
   Baked bake_setting(std::size_t i, const std::string& stage) {
     if (!steps_.at(stage)) return {};
     Stopwatch watch;
@@ -224,15 +224,14 @@ class MatchChart : public ChartKind {
     return baked;
   }
 
-  /// The first bake of a setting, of which the errors are; kept until they are measured. \returns null where progress said
-  /// stop
+  /// A setting's first bake, which is measured; cached until then. \returns null if cancelled
   const BakeResult* first_bake(std::size_t i) {
     if (first_.contains(i)) return &first_[i];
     Baked baked = bake_setting(i, "baking with " + marks_[i].label);
     return baked.seconds.is_null() ? nullptr : &(first_[i] = std::move(baked.result));
   }
 
-  /// Distances of a setting's matches from the samples: one sample a texel says enough.
+  /// Measures a setting's matches with one sample per texel, which suffices.
   MatchAssessment assess_setting(const ChartSetting& setting, const std::vector<Vec3>& used) {
     std::optional<FoundCage> cage;
     BakeOptions bake_with = bake_options(setting, kAssessedSize, *source_, cage);
@@ -247,7 +246,7 @@ class MatchChart : public ChartKind {
     return assess(*source_, *low_, *baked.match, assess_with);
   }
 
-  /// 1 where both maps have a texel of the low poly and the reference found something for it.
+  /// A mask of texels that both maps cover and that the reference matched.
   Image common_texels(const BakeResult& reference, const BakeResult& other) const {
     constexpr std::uint8_t kBaked = 1, kMissed = 2;  // see BakeResult::coverage
     Image mask{*a_.size, *a_.size, 1, std::vector<float>(reference.coverage.size())};
@@ -258,7 +257,7 @@ class MatchChart : public ChartKind {
     return mask;
   }
 
-  /// Adds what a setting's views are, and marks a number that was chosen as such in the picture.
+  /// Adds a setting's views to its figures, and marks an automatic number of views in the plot.
   void describe_views_of(std::size_t i, const ViewReport& views) {
     const ViewOptions& options = settings_[i].bake.match.views;
     marks_[i].figures.update(
@@ -271,9 +270,9 @@ class MatchChart : public ChartKind {
       group_.note = "views of " + std::to_string(views.size) + "² pixels where none are named";
   }
 
-  /// Errors of every setting. \returns false where progress said stop
+  /// Measures the errors of every setting. \returns false if cancelled
   bool measure_settings(Json& report) {
-    // The reference's map comes first, and views that are chosen by what they see, since none is measured from.
+    // The reference's map comes first, and settings with adaptive views, since held-out views must avoid these.
     first_.clear();
     const BakeResult* reference = nullptr;
     std::vector<Vec3> used;

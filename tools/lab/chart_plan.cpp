@@ -1,5 +1,4 @@
-// `kiln chart HIGH --plan`: bytes against error: low polys of all numbers of faces with maps of all sizes, and where
-// plans stand.
+// `kiln chart HIGH --plan`: bytes against error of low polys with all face counts and map sizes, compared with plans.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -22,21 +21,20 @@
 namespace kiln::cli {
 namespace {
 
-/// Bits a channel of all maps of the grids. Plans choose their own.
+/// Bits per channel of all maps of the grids. Plans choose their own.
 constexpr std::uint32_t kGridBits = 8;
-constexpr std::uint32_t kFewestFaces = 125, kMostFaces = 16000, kSmallestMap = 16;
-/// One part of a pair has at most so many times the bytes of the other: beyond that, a step of either brings
-/// little.
-constexpr std::uint64_t kMostApart = 16;
+constexpr std::uint32_t kMinFaces = 125, kMaxFaces = 16000, kSmallestMap = 16;
+/// Maximum ratio of the bytes of mesh and map: beyond it, further steps hardly change the error.
+constexpr std::uint64_t kMaxBytesRatio = 16;
 constexpr std::uint32_t kViews = 30, kPixels = 128;
-/// As plans take them.
+/// Samples are chosen as in plans.
 constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
-/// Errors to plan for, where none are given: at these shares of the way from worst to best, by ratio.
-constexpr double kShares[] = {0.25, 0.5, 0.75};
-/// Shares of the progress: grids, then plans.
+/// Default errors to plan for: geometric interpolations between the worst and the best error, at these shares.
+constexpr double kDefaultErrorShares[] = {0.25, 0.5, 0.75};
+/// Share of the progress at which plans follow the grids.
 constexpr double kAtPlans = 0.7;
 
-/// As a file of kGridBits a channel holds it.
+/// Quantises a map to kGridBits per channel.
 Image rounded(Image map) {
   constexpr auto kSteps = static_cast<float>((1U << kGridBits) - 1);
   for (float& value : map.pixels) {
@@ -55,8 +53,8 @@ Json json_of(const LowPolyBytes& b) {
 
 std::string map_text(double size) { return size == 0 ? "no map" : text_of(size) + "²"; }
 
-/// Charts high polys, each by itself: makes and measures a grid, then plans. Pictures come from 30 directions that plans
-/// do not look from.
+/// Charts each high poly: builds and measures a grid, then plans. Pictures are from 30 directions that plans do not
+/// use.
 class PlansChart : public ChartKind {
  public:
   explicit PlansChart(const ChartArguments& a) : ChartKind(a, "mesh", "meshes") {
@@ -67,7 +65,7 @@ class PlansChart : public ChartKind {
         std::to_string(kGridBits) + " bits a channel.";
     if (!a.screen.empty()) screen_ = parse_pixels("--screen", a.screen);
     for (const std::string& text : a.max_errors) {
-      // A bound with a name, as elsewhere: "normal=1.5".
+      // A bound may have the map's name: "normal=1.5".
       const std::string bound = normal_bound(text);
       errors_.push_back(parse_degrees("--max-error", bound.empty() ? text : bound));
     }
@@ -88,13 +86,13 @@ class PlansChart : public ChartKind {
     plans_ = Json::array();
     const Mesh& high = high_.mesh;
     std::vector<std::uint32_t> faces;
-    const std::size_t most = std::min<std::size_t>(kMostFaces, high.triangles.size() / 2);
-    for (std::uint32_t f = kFewestFaces; f <= most; f *= 2) faces.push_back(f);
+    const std::size_t most = std::min<std::size_t>(kMaxFaces, high.triangles.size() / 2);
+    for (std::uint32_t f = kMinFaces; f <= most; f *= 2) faces.push_back(f);
     if (faces.empty()) {
       throw Error(ErrorCode::input, "'" + high.name + "' has " +
                                         std::to_string(high.triangles.size()) +
                                         " triangles: a chart of plans needs " +
-                                        std::to_string(2 * kFewestFaces) + " or more.");
+                                        std::to_string(2 * kMinFaces) + " or more.");
     }
     on_screen_.reset();
     source_.emplace(device, high);
@@ -135,14 +133,14 @@ class PlansChart : public ChartKind {
   }
 
  private:
-  /// A number of faces with maps of all sizes. \returns false where progress said stop
+  /// Adds a face count with maps of all sizes. \returns false if cancelled
   bool add_faces(std::uint32_t faces) {
     const std::string stage = std::to_string(faces) + " faces";
     if (!progress_(at_, stage)) return false;
     SimplifyOptions options;
     options.faces = faces;
     const Mesh simple = simplify(high_.mesh, options);
-    // It makes no fewer faces than the shape needs.
+    // Simplification stops at the faces that the shape needs.
     const auto count = static_cast<double>(simple.triangles.size());
     const bool again = !points_.empty() && points_.back().at("faces").number() == count;
     if (simple.triangles.empty() || again) return true;
@@ -164,7 +162,8 @@ class PlansChart : public ChartKind {
       degrees = measured(simple);
     } else {
       const LowPolyBytes plain = bytes_with(vertices);
-      if (plain.texels > kMostApart * plain.vertices || plain.vertices > kMostApart * plain.texels)
+      if (plain.texels > kMaxBytesRatio * plain.vertices ||
+          plain.vertices > kMaxBytesRatio * plain.texels)
         return true;
       const Mesh low = fit_normals(
           unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)}), high_.mesh);
@@ -197,7 +196,7 @@ class PlansChart : public ChartKind {
     return reference_->compare(Scene(*device_, low, normal)).mean_degrees;
   }
 
-  /// The points that are wanted, by rising bytes.
+  /// The points for which `wanted` is true, by rising bytes.
   template <class Wanted>
   std::vector<Json> points_of(const Wanted& wanted) const {
     std::vector<Json> some;
@@ -208,7 +207,7 @@ class PlansChart : public ChartKind {
     return some;
   }
 
-  /// The Pareto front: nothing else beats these in both bytes and error.
+  /// The Pareto front: no other point has fewer bytes and a lower error.
   std::vector<Json> front() const {
     double least = 1e300;
     std::vector<Json> some = points_of([](const Json&) { return true; });
@@ -230,12 +229,12 @@ class PlansChart : public ChartKind {
     }
   }
 
-  /// Numbers of two digits each.
+  /// The default errors, rounded to two digits.
   std::vector<double> errors_between() const {
     const std::vector<Json> points = front();
     const double worst = degrees_of(points.front()), best = degrees_of(points.back());
     std::vector<double> errors;
-    for (const double share : kShares) {
+    for (const double share : kDefaultErrorShares) {
       const double error = worst * std::pow(best / worst, share);
       const double unit = std::pow(10, std::floor(std::log10(error)) - 1);
       errors.push_back(std::max(std::round(error / unit), 1.0) * unit);
@@ -243,8 +242,7 @@ class PlansChart : public ChartKind {
     return errors;
   }
 
-  /// Bytes of the front at an error; null where it does not get there. Between the front's points, bytes follow a
-  /// power of the error.
+  /// Bytes of the front at an error; null if it does not reach it. Interpolates linearly in log-log scale.
   Json bytes_at(double degrees) const {
     const std::vector<Json> points = front();
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -271,7 +269,7 @@ class PlansChart : public ChartKind {
     LowPolyPlan plan = plan_low_poly(*source_, high_.mesh, options);
     if (plan.cancelled) return false;
     const double seconds = watch.total();
-    const Candidate& c = plan.chosen;  // measured by the plan's own pictures
+    const Candidate& c = plan.chosen;  // measured with the plan's own pictures
     const double degrees =
         plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
     const Json front = bytes_at(degrees);
@@ -285,7 +283,7 @@ class PlansChart : public ChartKind {
     return true;
   }
 
-  /// Curves of the grid by size of map, its front, and rings where plans stand.
+  /// The plot: curves of the grid by map size, its front, and rings at plans.
   Json panel(const std::string& title) const {
     Json panel = plot_panel("Mean angle between rendered normals, degrees");
     panel["title"] = title;
@@ -343,16 +341,17 @@ class PlansChart : public ChartKind {
     return group;
   }
 
-  std::uint32_t screen_ = 0;    ///< LowPolyPlanOptions::screen, also of the grid; 0: 128² pictures
-  std::vector<double> errors_;  ///< To plan for, degrees; none: three between best and worst
+  std::uint32_t screen_ = 0;  ///< LowPolyPlanOptions::screen, also of the grid; 0: 128² pictures
+  /// Errors to plan for, degrees; empty: three between best and worst
+  std::vector<double> errors_;
   HighPolyInput high_;
-  // The high poly that is charted.
+  // The current high poly.
   const Device* device_ = nullptr;
   Progress progress_;
   double at_ = 0;  ///< Of the progress
   std::optional<Source> source_;
   std::optional<NormalReference> reference_;
-  std::optional<ScreenPictures> on_screen_;  ///< In place of the reference
+  std::optional<ScreenPictures> on_screen_;  ///< Replaces the reference, with --screen
   std::vector<Json> points_;                 ///< By faces, size
   Json plans_;                               ///< By falling error
 };

@@ -8,7 +8,7 @@
 namespace kiln::cli {
 namespace {
 
-/// A setting that is compared, by its flags of `kiln bake`.
+/// A compared setting, by its flags of `kiln bake`.
 struct Named {
   const char *name, *label, *family, *flags;
 };
@@ -26,7 +26,7 @@ constexpr Named kSettings[] = {
     {"views_12_1024", "12 views, 1024²", "views", "--match views --views 12 --view-size 1024"},
     {"views_12_2048", "12 views, 2048²", "views", "--match views --views 12 --view-size 2048"},
     {"views_12_4096", "12 views, 4096²", "views", "--match views --views 12 --view-size 4096"},
-    // As Wang, Froehlich and Goebel 2003 do: least depth difference, points left where they are.
+    // The method of Wang, Froehlich and Goebel 2003: least depth difference, without refinement of points.
     {"paper_12", "12 views as in the paper", "paper",
      "--match views --views 12 --view-criterion depth --no-view-refine true"},
     {"views_12_ray", "12 views, then rays", "views_rays",
@@ -41,7 +41,7 @@ constexpr Named kSettings[] = {
     {"hybrid", "hybrid, texels", "visibility", "--match hybrid --visibility-at texel"},
     {"uv", "same UVs", "uv", "--match uv"}};
 
-/// Compared where they are asked for by name: other directions and cages, for hard surfaces.
+/// Compared only by name: other directions and cages, for hard surfaces.
 constexpr Named kHardOnly[] = {
     {"ray_nearest", "nearest face, averaged", "directions", "--ray nearest --direction averaged"},
     {"ray_averaged", "averaged", "directions", "--direction averaged"},

@@ -1,4 +1,4 @@
-// Speed against accuracy of maps from volumes: straight from the voxels, or the full contour baked.
+// Chart of maps from volumes, speed against accuracy: directly from the voxels, or baked from the full contour.
 #include <algorithm>
 #include <utility>
 
@@ -22,14 +22,15 @@ constexpr std::uint32_t kLargest = 8192;
 
 /// Ways to make a map of a volume's surface.
 struct VolumeWay {
-  std::string name, label, family;   ///< As Mark; the name without the size of the map
-  std::optional<std::string> flags;  ///< Of `kiln bake`: the full contour baked so; else no bake
-  bool every_size;                   ///< At half and twice the size, too
+  std::string name, label, family;  ///< See Mark; the name excludes the map size
+  /// Flags of `kiln bake` for the full contour; nullopt: no bake
+  std::optional<std::string> flags;
+  bool every_size;  ///< Also at half and twice the size
 };
 bool is_plain(const VolumeWay& way) { return way.name == "none"; }  ///< The low poly's own normals
 bool is_direct(const VolumeWay& way) { return way.name == "direct"; }  ///< extract()'s map
 
-/// Settings that are compared.
+/// The compared settings.
 std::vector<VolumeWay> volume_ways() {
   return {{"none", "no map", "none", std::nullopt, false},
           {"direct", "direct", "direct", std::nullopt, true},
@@ -39,8 +40,8 @@ std::vector<VolumeWay> volume_ways() {
           {"closest", "nearest points", "closest", "--match closest", true}};
 }
 
-/// Mean angles: of the map's texels to the field's gradient on the shading normal's line; of rendered normals to
-/// the full contour's, over views that nothing is matched from.
+/// Mean angles: of the map's texels to the field's gradient along the shading normal; of rendered normals to the full
+/// contour's, over held-out views.
 const std::vector<Measure>& measures() {
   static const std::vector<Measure> all = {
       {"gradient_error", "gradient_error.mean_angle_degrees",
@@ -50,7 +51,7 @@ const std::vector<Measure>& measures() {
   return all;
 }
 
-/// One size of map: the low poly with its UVs is made once for all ways.
+/// One map size. The low poly with its UVs is shared by all ways.
 struct Sized {
   std::uint32_t size = 0;
   ExtractResult low_poly;
@@ -72,7 +73,7 @@ Json json_of(const GradientError& e) {
        e.p99_degrees, e.max_degrees});
 }
 
-// Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
+// Styles also differ in shape and lightness (colours by Okabe and Ito, distinguishable with colour blindness).
 constexpr MarkStyle kStyles[] = {{"none", "no map", "+", "#777777"},
                                  {"direct", "direct", "s", "#d55e00"},
                                  {"rays", "contour baked by rays", "^", "#222222"},
@@ -224,7 +225,7 @@ class VolumesChart : public ChartKind {
     steps_.count = static_cast<double>(tasks_.size() * (2 + a_.repeat));
   }
 
-  /// Measures errors of every mark, at each size. \returns false where progress said stop
+  /// Measures errors of every mark, at each size. \returns false if cancelled
   bool measure_marks(Json& report) {
     const Source source(*device_, high_);
     const Length reach = a_.search_distance();
@@ -299,8 +300,9 @@ class VolumesChart : public ChartKind {
   }
 
   /// Seconds from the volume in memory to low poly and map: the finest contour, also where a high poly is made of it;
-  /// simplifying, and UVs where there is a map; putting the high poly on the device; splatting, or the rest of the bake.
-  /// A stage that several marks share is timed once a run, and counts for each. \returns null where progress said stop
+  /// simplifying, and UVs where there is a map; putting the high poly on the device; splatting, or the rest of the
+  /// bake. Times a mark. A stage that several marks share is timed once per run, and counts for each. \returns null if
+  /// cancelled
   Json time(std::size_t i, const std::string& note) {
     const auto& [way, sized] = tasks_[i];
     const std::uint32_t size = sized->size;
@@ -339,7 +341,7 @@ class VolumesChart : public ChartKind {
   std::vector<VolumeWay> ways_;
   ExtractOptions extract_;  ///< But for the size
   Volume volume_;
-  // The volume that is measured.
+  // The current volume.
   const Device* device_ = nullptr;
   Mesh high_;
   std::vector<Sized> sizes_;

@@ -16,10 +16,10 @@ namespace fs = std::filesystem;
 
 using Arguments = ChartArguments;
 
-/// The name that stands for the settings that suit hard surfaces.
+/// The name that selects the settings for hard surfaces.
 constexpr const char* kHard = "hard";
 
-/// Every setting of charts of meshes, by name.
+/// Names of all settings of mesh charts.
 std::vector<std::string> mesh_setting_names() {
   std::vector<std::string> names;
   for (const ChartSetting& setting : all_chart_settings()) names.push_back(setting.name);
@@ -27,7 +27,7 @@ std::vector<std::string> mesh_setting_names() {
   return names;
 }
 
-/// Names of the settings of all charts, each once.
+/// Names of the settings of all charts, without duplicates.
 std::vector<std::string> setting_names() {
   std::vector<std::string> names = mesh_setting_names();
   for (const std::string& name : volume_setting_names()) {
@@ -36,7 +36,7 @@ std::vector<std::string> setting_names() {
   return names;
 }
 
-/// But those of surfaces of volumes.
+/// Rows of the chart's options, except those of volumes.
 std::vector<OptionRow> chart_rows() {
   std::vector<std::string> settings = setting_names();
   settings.emplace_back(kHard);
@@ -83,7 +83,7 @@ std::set<std::string> volume_flags() {
   return flags;
 }
 
-/// Settings by name that a kind of input does not have. \throws Error(usage)
+/// Rejects settings that do not exist for a kind of input. \throws Error(usage)
 void check_settings(const Arguments& a, const std::vector<std::string>& names, const char* kind) {
   for (const std::string& name : a.settings) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
@@ -92,7 +92,7 @@ void check_settings(const Arguments& a, const std::vector<std::string>& names, c
   }
 }
 
-/// All are volumes, or none is. \throws Error(usage)
+/// Checks that either all inputs are volumes or none is. \throws Error(usage)
 void check_alike(const Arguments& a, bool volumes) {
   for (const std::string& path : a.meshes) {
     if (is_volume(a, path) == volumes) continue;
@@ -102,7 +102,7 @@ void check_alike(const Arguments& a, bool volumes) {
   }
 }
 
-// Before any work. \throws Error(usage)
+// Checks before any work. \throws Error(usage)
 
 void check_volumes(const Arguments& a) {
   const std::string volume = "'" + a.meshes.front() + "'";
@@ -153,7 +153,7 @@ void check_plan(const Arguments& a) {
   check_files(a, a.meshes, {});
 }
 
-/// Settings without the comma between them would be meshes. \throws Error(usage)
+/// Rejects inputs that are names of settings: without a comma, they would count as meshes. \throws Error(usage)
 void check_no_settings(const Arguments& a) {
   std::vector<std::string> names = setting_names();
   std::sort(names.begin(), names.end());

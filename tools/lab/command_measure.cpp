@@ -119,7 +119,7 @@ Run add_measure(Command& app) {
     if (!a->low.empty()) low.push_back(a->low);
     check_mesh_frame(a->bake.frame, high, low, a->bake.occluders);
     a->given = given_flags(*command);
-    bool of_matches = false;  // something that is given is of no use for a layout
+    bool of_matches = false;  // a given option does not apply to a layout
     for (const std::string& flag : a->given) {
       static const std::set<std::string> of_layouts = {"--size", "--json", "--quiet", "--device"};
       of_matches = of_matches || !(of_layouts.contains(flag) || of_meshes.contains(flag));

@@ -1,4 +1,4 @@
-// Pictures of every way to match, side by side: `kiln gallery HIGH LOW`.
+// `kiln gallery HIGH LOW`: pictures of all matches, side by side.
 #include <memory>
 #include <optional>
 
@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Bytes that are held when the last picture is drawn, and not yet when the first is: pictures and sheets, a map with
-/// its errors, what bakes leave behind (20 MiB were measured), and the high poly's tree (87 bytes a face of 300,000).
+/// Memory that is in use at the last picture, but not at the first: pictures and sheets, a map with its errors, memory
+/// that bakes retain (measured: 20 MiB), and the high poly's BVH (measured: 87 bytes per face at 300,000).
 std::uint64_t bytes_to_come(const PictureGeometry& picture, std::uint64_t methods,
                             std::uint64_t texels, std::uint64_t faces) {
   constexpr std::uint64_t kBytesOfFace = 80, kBytesOfBake = 16 << 20,
@@ -31,8 +31,8 @@ std::uint64_t bytes_to_come(const PictureGeometry& picture, std::uint64_t method
          kBytesOfFace * faces;
 }
 
-/// Draws and saves all, and adds it to the report. \returns false where progress said stop
-/// \throws Error(input) where nothing matches, or a match that was asked for does not do
+/// Draws and saves all pictures, and adds them to the report. \returns false if cancelled
+/// \throws Error(input) if nothing matches, or a given match does not suit
 bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& low,
                   const LabArguments& a, RenderOptions view, LabRun& run) {
   const fs::path folder = a.out;
@@ -113,7 +113,7 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
 
 int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
   check_mesh_frame(a.frame, {a.high}, {a.low}, {});
-  a.search_distance();  // checked before any work
+  a.search_distance();  // checks it before any work
   if (a.matches.empty()) a.matches = match_names();
   RenderOptions view = view_options(a.view, is_height_field(a.high));
   view.size = *a.picture_size;

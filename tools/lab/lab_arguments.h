@@ -1,4 +1,4 @@
-// Arguments of the lab's commands: one table of options, of which each command has some.
+// Arguments of the lab's commands: each command uses some rows of one table.
 #pragma once
 
 #include <cstdint>
@@ -18,27 +18,28 @@ namespace kiln::cli {
 struct LabArguments {
   std::string high, low, out, json, device;
   std::string max_distance = "2%";
-  std::vector<std::string> matches;  ///< None: all that do for the meshes
+  std::vector<std::string> matches;  ///< Empty: all that suit the meshes
   std::optional<std::uint32_t> size, directions, pixels, picture_size;
   HeightFieldOptions heights;
   LoadMeshOptions load;
   MeshFrameArguments frame;
   ViewArguments view;
-  std::set<std::string> given;  ///< Flags, such as "--size", whatever their values
+  std::set<std::string> given;  ///< Given flags, such as "--size"
   bool quiet = false;
 
   bool gave(std::string_view flag) const { return given.contains(std::string(flag)); }
   Length search_distance() const;
 };
 
-/// The rows of some flags of these, in the table's order: --match, --size, --max-distance, --directions, --pixels,
-/// --picture-size, --height, --extent, --triangulate, --up, --unit, --uv-set, --allow-outside, --device, --json, --quiet.
+/// The rows of the given flags, in the table's order. Known flags are: --match, --size, --max-distance, --directions,
+/// --pixels, --picture-size, --height, --extent, --triangulate, --up, --unit, --uv-set, --allow-outside, --device,
+/// --json, --quiet.
 std::vector<OptionRow> lab_rows(const std::set<std::string_view>& flags);
 
 /// "view", "zoom", "at", "z_up" and "square".
 Json describe_view(const RenderOptions& view);
 
-/// Some of several words. \param delimiter  between them; 0: the flag is given again for each
+/// A list of choices. \param delimiter separates them; 0: the flag is repeated for each
 template <typename Job>
 OptionValue some_of(Member<Job, std::vector<std::string>> member,
                     const std::vector<std::string>& words, char delimiter = 0) {

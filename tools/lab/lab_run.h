@@ -1,4 +1,4 @@
-// Shared by runs of the lab's commands: progress and exit codes.
+// Shared code of the lab's commands: progress, reports and exit codes.
 #pragma once
 
 #include <string>
@@ -20,12 +20,12 @@ class Steps {
 
   double count = 1, done = 0;
 
-  /// Says what is done next. \returns false where progress said stop
+  /// Starts a stage. \returns false if cancelled
   bool at(const std::string& stage) {
     stage_ = stage;
     return show(0);
   }
-  /// The callback of a call that is a step, or so much of one.
+  /// A callback for a call that is a step, or a share of one.
   Progress within(double share = 1) {
     return [this, share](double part, std::string_view) { return show(share * part); };
   }
@@ -37,24 +37,25 @@ class Steps {
   std::string stage_;
 };
 
-/// A run: what it has to say, and what it leaves.
+/// A run of a command: its messages, report and output files.
 struct LabRun {
   /// Prepares the folder and the report's place. \throws Error(output)
   explicit LabRun(const LabArguments& arguments);
 
-  /// A callback of work that begins and ends at such shares of the whole. The run outlives it.
+  /// A callback for work from one share of the whole to another. The run must outlive it.
   Progress within(double from, double to);
-  /// Ends a stage, whose seconds the report has.
+  /// Ends a stage and adds its seconds to the report.
   void lap(const char* stage) { seconds[stage] = watch.lap(); }
   /// Saves the report, and prints warnings, lines and files. \returns the exit code
   int end();
 
   Console console;
   Stopwatch watch;
-  std::string json;  ///< Where the report goes; empty: nowhere
+  std::string json;  ///< Destination of the report; empty: none
   Json report = {{"version", version()}};
   Json seconds = Json::object();
-  std::vector<Warning> warnings, of_settings;  ///< Of all of the work, and of single settings
+  /// Warnings of the whole run, and of single settings
+  std::vector<Warning> warnings, of_settings;
   std::vector<std::string> outputs, lines;
 };
 

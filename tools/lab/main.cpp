@@ -1,4 +1,4 @@
-// kiln-lab: what compares and studies ways to bake. `kiln chart`, `kiln measure` and `kiln gallery` run it.
+// kiln-lab: comparisons and studies of matches. `kiln chart`, `kiln measure` and `kiln gallery` run it.
 #include "program.h"
 
 int main(int argc, char** argv) {

@@ -1,4 +1,4 @@
-// Arguments of `kiln measure`, and its three ways to run.
+// Arguments of `kiln measure`, and its three modes.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace kiln::cli {
 
 struct MeasureArguments : LabArguments {
   std::string study;
-  Job bake;                              // flags of the match and of maps, all but those below
+  Job bake;                              // flags of matching and of maps, except those below
   std::set<std::string> matching_flags;  // their names
   std::vector<std::string> visibility_at;
   std::optional<std::uint32_t> views, view_size, faces;
@@ -27,7 +27,7 @@ inline const std::vector<std::string> kStudies = {"faces", "size", "views"};
 int rate_layout_of(const MeasureArguments& arguments);
 /// With --study: how errors depend on views, faces and map size.
 int run_study(MeasureArguments arguments);
-/// Every way to match asked for, rated on the two meshes.
+/// Rates all selected matches on two meshes.
 int run_rating(MeasureArguments arguments);
 
 }  // namespace kiln::cli

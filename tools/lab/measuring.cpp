@@ -14,9 +14,9 @@ namespace {
 
 constexpr std::uint32_t kTrialSize = 256;
 
-/// Empty where it does.
-std::string why_not(MatchMethod method, const Source& source, const Mesh& high, const Mesh& low,
-                    const UvOptions& uv) {
+/// The reason why a match does not suit; empty if it does.
+std::string reason_unsuitable(MatchMethod method, const Source& source, const Mesh& high,
+                              const Mesh& low, const UvOptions& uv) {
   if (high.uvs.empty()) return "'" + high.name + "' has no UVs.";
   BakeOptions trial;
   trial.match.method = method;
@@ -33,16 +33,16 @@ std::string why_not(MatchMethod method, const Source& source, const Mesh& high, 
   return {};
 }
 
-// A side of the map that says where a pixel lies; between its texels places are exact.
-constexpr std::uint32_t kPlaces = 256;
+// Side of the map of UV coordinates; bilinear filtering makes values between its texels exact.
+constexpr std::uint32_t kUvMapSide = 256;
 
-/// Each place's own u and v, and 1.
+/// A map of u, v and 1 at each texel.
 Image places() {
-  Image map{kPlaces, kPlaces, 3, {}};
-  for (std::uint32_t y = 0; y < kPlaces; ++y) {
-    for (std::uint32_t x = 0; x < kPlaces; ++x) {
-      map.pixels.insert(map.pixels.end(), {(static_cast<float>(x) + 0.5F) / kPlaces,
-                                           (static_cast<float>(y) + 0.5F) / kPlaces, 1.0F});
+  Image map{kUvMapSide, kUvMapSide, 3, {}};
+  for (std::uint32_t y = 0; y < kUvMapSide; ++y) {
+    for (std::uint32_t x = 0; x < kUvMapSide; ++x) {
+      map.pixels.insert(map.pixels.end(), {(static_cast<float>(x) + 0.5F) / kUvMapSide,
+                                           (static_cast<float>(y) + 0.5F) / kUvMapSide, 1.0F});
     }
   }
   return map;
@@ -93,7 +93,7 @@ Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
 std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
                              const Mesh& high, const Mesh& low, const UvOptions& uv, bool must) {
   if (!obeys(find_match(method.name), "match.uv")) return std::nullopt;
-  const std::string reason = why_not(method, source, high, low, uv);
+  const std::string reason = reason_unsuitable(method, source, high, low, uv);
   if (reason.empty()) return std::nullopt;
   if (must) {
     throw Error(ErrorCode::input,

@@ -1,4 +1,4 @@
-// Ways to match rated on one pair of meshes: `kiln measure HIGH LOW --match ...`.
+// `kiln measure HIGH LOW --match ...`: rates matches on a pair of meshes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,14 +27,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One way to match.
+/// A rated match.
 struct Rating {
   std::string
       name;  ///< In files: the method, and where it gathers directions if that was asked for
   std::string method, visibility_at;
   Json figures = {};  ///< For the report
   std::vector<Warning> warnings = {};
-  std::vector<Image> pictures = {};  ///< As kShown, one channel; -1 beside LOW, -2 where not known
+  /// In the order of kShown, one channel; -1 beside LOW, -2 unknown
+  std::vector<Image> pictures = {};
 };
 
 /// The meshes and files that are read before rating.
@@ -42,18 +43,18 @@ struct Inputs {
   HighPolyInput high;
   Mesh low;
   MatchInputs match;
-  BakeOptions textures;           ///< Of HIGH, that maps hold
-  std::vector<std::string> maps;  ///< Whose errors are told
+  BakeOptions textures;           ///< Textures of HIGH for maps
+  std::vector<std::string> maps;  ///< Maps whose errors are reported
 };
 
-/// Measures that pictures show, on a scale each.
+/// Measures shown as pictures, each with its own scale.
 constexpr std::array<const char*, 4> kShown = {
     "object space, % of the diagonal", "normalised image space, 0 to 1",
     "uniformity, % longer or shorter", "error of the normal, degrees"};
 
-/// A field as it lies on the mesh: at each pixel the value of its texel, or of the nearest known one, since charts'
-/// borders show texels that have no sample.
-/// \param texels  of the pixels, see Places
+/// Draws a field on the mesh. Each pixel shows the value of its texel, or of the nearest known one, since pixels at
+/// charts' borders may show texels without samples.
+/// \param texels  texel of each pixel, see Places
 Image draw_field(const Image& field, const std::vector<std::size_t>& texels, const Image& picture,
                  double scale) {
   constexpr std::int64_t kReach = 3;
@@ -79,7 +80,7 @@ Image draw_field(const Image& field, const std::vector<std::size_t>& texels, con
   return result;
 }
 
-/// Pixels a side of a picture in which the mesh, however thin, covers the area of a square.
+/// Pixels per side of a picture in which the mesh covers a fixed area, even if it is thin.
 std::uint32_t picture_size(const Scene& scene, RenderOptions view) {
   constexpr double kSide = 330, kLongest = 950;  // pixels
   view.size = 256;
@@ -103,7 +104,7 @@ std::vector<Image> draw_pictures(const Scene& original, const Scene& scene, cons
           draw_field(fields.uniformity, texels, angle, 1), std::move(angle)};
 }
 
-/// The flags of the match for one method, as the bake has them.
+/// The job of one method's bake.
 Job baking(const MeasureArguments& a, const std::string& method) {
   Job bake = a.bake;
   set_first(bake.high, a.high);
@@ -115,7 +116,7 @@ Job baking(const MeasureArguments& a, const std::string& method) {
   return bake;
 }
 
-/// Maps whose errors are asked for.
+/// Maps whose errors were requested.
 std::vector<std::string> measured_maps(const MeasureArguments& a) {
   const bool asked = a.bake.given.contains("--maps") || a.bake.given.contains("--transfer");
   std::vector<std::string> maps = asked ? all_maps(a.bake) : std::vector<std::string>();
@@ -125,8 +126,8 @@ std::vector<std::string> measured_maps(const MeasureArguments& a) {
   return maps;
 }
 
-/// The ways to rate: every method, and those that take directions of visibility once a place where these are gathered. One
-/// that flags do not serve, or that the meshes do not allow, is left out, or refused where it was named.
+/// The matches to rate: every method; those by visibility once for each --visibility-at. A match that the flags do not
+/// serve or that does not suit the meshes is left out, or rejected if it was named.
 /// \throws Error(usage), Error(input)
 std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, const Source& source,
                            std::vector<LeftOut>& left_out) {
@@ -156,7 +157,7 @@ std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, cons
   return rows;
 }
 
-/// As the flags say.
+/// Bake options by the flags.
 BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const Rating& row) {
   const Job job = baking(a, row.method);
   BakeOptions bake_with = options_of(job);
@@ -173,15 +174,14 @@ BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const 
   bake_with.report.keep_match = true;
   bake_with.report.vertex_coverage = !a.out.empty();
   bake_with.report.errors = !inputs.maps.empty();
-  // First of all, for rendered normals, also where its error is not asked for.
+  // The normal map comes first, for rendered normals, even if its error was not requested.
   const MapKind shown = shading_map();
   std::erase(bake_with.maps, shown);
   bake_with.maps.insert(bake_with.maps.begin(), shown);
   return bake_with;
 }
 
-/// Matches next to nothing in the same way, so that seconds are those of the work and not of compiling: LOW with itself,
-/// without what is of HIGH.
+/// Compiles the kernels by matching LOW with itself, so that timings exclude compilation. Options of HIGH are dropped.
 void compile_kernels(const Device& device, const Mesh& low, const MatchOptions& like) {
   BakeOptions bake_with;
   bake_with.width = bake_with.height = 16;
@@ -204,7 +204,7 @@ Json json_of(const RayMeasure& m, double diagonal) {
                 {m.mean, m.rms, m.mean / diagonal, m.rms / diagonal, m.share});
 }
 
-/// Tarini's measures under the paper's names, and Kiln's own.
+/// Tarini's measures by the paper's names, and Kiln's own.
 Json json_of(const MatchAssessment& a) {
   const RayMeasure& n = a.normalised_image_space;
   const auto uniformity = [](const Uniformity& u) {
@@ -225,8 +225,8 @@ Json json_of(const MatchAssessment& a) {
               {a.largest_jump, a.largest_jump / a.diagonal, a.largest_step})});
 }
 
-/// Errors of the maps asked for, and those that have none: names and coverage, and of a saved match all but those of
-/// rays.
+/// Adds the errors of the requested maps, and lists maps without one: names and coverage, and for a saved match all
+/// maps but those of rays.
 void add_errors(const BakeReport& bake, const std::vector<std::string>& maps, Json& figures) {
   std::vector<MapError> errors = bake.errors;
   std::erase_if(errors, [&](const MapError& error) {
@@ -267,7 +267,7 @@ Mesh recall_mesh(const Mesh& high, const std::vector<VertexCoverage>& vertices) 
   return mesh;
 }
 
-/// All matches, a block of pictures for each measure.
+/// Pictures of all matches, with a block for each measure.
 Image ratings_picture(const std::vector<Rating>& rows) {
   std::vector<Image> blocks;
   std::uint32_t width = 0, height = 0;
@@ -294,7 +294,7 @@ Image ratings_picture(const std::vector<Rating>& rows) {
   return canvas.take();
 }
 
-/// Ratings, then errors of maps, as tables.
+/// Tables of ratings and of map errors.
 std::vector<std::string> tables_of(const Json& methods, const Json& without_map) {
   static const std::vector<Column> columns = {
       {"match", "name"},
@@ -333,7 +333,7 @@ std::vector<std::string> tables_of(const Json& methods, const Json& without_map)
   return lines;
 }
 
-/// Measures as textures, and HIGH coloured by recall.
+/// Saves measures as textures, and HIGH coloured by recall.
 void save_textures(const std::string& stem, const AssessmentFields& f, const Image& normal_error,
                    const Mesh& high, const std::vector<VertexCoverage>& recalled,
                    std::vector<std::string>& outputs) {
@@ -345,12 +345,12 @@ void save_textures(const std::string& stem, const AssessmentFields& f, const Ima
     outputs.push_back(stem + "_" + measure + ".exr");
     save_image(*image, outputs.back(), {ImageFormat::exr_float});
   }
-  if (recalled.empty()) return;  // it cannot be told
+  if (recalled.empty()) return;  // recall is unknown
   outputs.push_back(stem + "_recall.obj");
   save_obj(recall_mesh(high, recalled), outputs.back());
 }
 
-/// Rates all rows, of which those are left out that find nothing. \returns false where progress said stop
+/// Rates all rows; those without any match are left out. \returns false if cancelled
 bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
           const RenderOptions& view, LabRun& run, std::vector<Rating>& rated) {
   const Mesh &high = inputs.high.mesh, &low = inputs.low;
@@ -420,7 +420,7 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
 
 // ---- the command -------------------------------------------------------------------------------
 
-/// Before any work. \throws Error(usage)
+/// Checks flags before any work. \throws Error(usage)
 void check_rating(const MeasureArguments& a) {
   refuse_if(
       a.low.empty(),
@@ -444,7 +444,7 @@ void check_rating(const MeasureArguments& a) {
   }
 }
 
-/// Refuses outputs that are inputs. \throws Error(usage)
+/// Rejects outputs that are inputs. \throws Error(usage)
 void check_files(const MeasureArguments& a, const Job& job) {
   std::vector<fs::path> read = {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list};
   std::vector<fs::path> written = {a.json};

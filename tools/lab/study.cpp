@@ -32,12 +32,12 @@ constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16,
 constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 8000, 16000};
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
 
-// Ways to make a setting's map: one curve of a plot each. default_match(): rays along the low poly's normals, no views.
+// Kinds of maps, each a curve in plots. default_match() means rays along the low poly's normals, without views.
 constexpr const char* kPaper =
-    "paper";  ///< Views by the least depth difference, points left on the view's line
+    "paper";  ///< Views by least depth difference, without refinement of points
 constexpr const char* kKiln =
-    "kiln";  ///< Views by the best angle, points moved to the normal's line
-constexpr const char* kNone = "none";  ///< No map at all: the low poly's own normals
+    "kiln";  ///< Views by best angle, with points refined to the normal's line
+constexpr const char* kNone = "none";  ///< No map: the low poly's own normals
 
 constexpr const char* kDegrees = "normal_error.mean_angle_degrees";
 
@@ -45,15 +45,15 @@ constexpr const char* kDegrees = "normal_error.mean_angle_degrees";
 struct Setting {
   std::string curve;
   std::uint32_t views;  ///< 0: not matched by views
-  std::uint32_t faces;  ///< As asked; of a given LOW: its own
+  std::uint32_t faces;  ///< Requested faces; of a given LOW: its own
   std::uint32_t size;   ///< Texels a side; 0: no map
 };
 
 struct Study {
-  std::vector<Json> rows;                 ///< Figures of settings, by curve, faces, map size, views
-  std::vector<Json> others;               ///< Their seconds and warnings
-  std::size_t worst = 0, best = 0;        ///< By mean angle, of the settings matched by views
-  double diagonal = 0, max_distance = 0;  ///< Of HIGH, and looked: world units
+  std::vector<Json> rows;    ///< Figures of settings, ordered by curve, faces, map size, views
+  std::vector<Json> others;  ///< Their seconds and warnings
+  std::size_t worst = 0, best = 0;        ///< By mean angle, among settings matched by views
+  double diagonal = 0, max_distance = 0;  ///< HIGH's diagonal and the search distance, world units
 };
 
 // ---- measuring ---------------------------------------------------------------------------------
@@ -94,12 +94,12 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
   return settings;
 }
 
-/// The low polys, each made where it is first needed.
+/// The low polys, made on first use.
 class LowMeshes {
  public:
   LowMeshes(const Mesh& high, const Mesh* given) : high_(high), given_(given) {}
 
-  /// With UVs laid out for a map of this size (0: without).
+  /// A low poly with UVs for a map of this size (0: without UVs).
   const Mesh& get(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
     if (given_ != nullptr) return *given_;
     const auto found = made_.find({faces, size});
@@ -149,7 +149,7 @@ BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
   return bake;
 }
 
-/// Distances of a match, low poly to high poly, beside the share of samples that found a point.
+/// Distances of a match from the low poly to the high poly, with the share of matched samples.
 Json json_of(const DistanceError& d, double diagonal) {
   return fields(
       "samples missed mean p95 max mean_percent_of_diagonal p95_percent_of_diagonal "
@@ -162,16 +162,16 @@ Json json_of(const DepthError& d) {
   return fields("pixels one_sided mean rms max", {d.pixels, d.one_sided, d.mean, d.rms, d.max});
 }
 
-/// \param low  null: made from `high`
-/// \param run  gets what is no setting's alone
-/// \returns nothing where progress said stop
+/// \param low  null: simplified from `high`
+/// \param run  receives data that concern all settings
+/// \returns nullopt if cancelled
 /// \throws Error(input) where HIGH has too few faces for a study of them
 std::optional<Study> measure_study(const Device& device, const Mesh& high, const Mesh* low,
                                    const MeasureArguments& a, const Progress& progress,
                                    LabRun& run) {
   Study study;
   const std::vector<Setting> settings = plan(a, high, low);
-  // The same views for all three studies, so that their figures can be compared.
+  // All three studies use the same views, so that their figures are comparable.
   std::vector<Vec3> used = spread_views(*a.views);
   for (const std::uint32_t count : kStudyViews) {
     const std::vector<Vec3> more = spread_views(count);
@@ -253,7 +253,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
 
 // ---- plots -------------------------------------------------------------------------------------
 
-/// Settings of one curve, and of one low poly where `faces` is given, in the study's order.
+/// Settings of one curve, and of one low poly if `faces` is given, in the study's order.
 std::vector<Json> select(const Study& study, const std::string& curve, double faces = 0) {
   std::vector<Json> some;
   for (const Json& row : study.rows) {
@@ -265,17 +265,17 @@ std::vector<Json> select(const Study& study, const std::string& curve, double fa
 
 double degrees_of(const Json& row) { return row.at(kDegrees).number(); }
 
-/// The first of an ordered series whose mean angle is within 5% of the series' least: more than that (views,
-/// texels) gains little.
+/// The first of an ordered series whose mean angle is within 5% of the least: further views or texels gain little.
 const Json& levels_off(const std::vector<Json>& series) {
-  constexpr double kEnough = 0.05;
+  constexpr double kMaxRelativeGain = 0.05;
   double least = degrees_of(series.front());
   for (const Json& row : series) least = std::min(least, degrees_of(row));
-  return *std::find_if(series.begin(), series.end(),
-                       [&](const Json& row) { return degrees_of(row) <= least * (1 + kEnough); });
+  return *std::find_if(series.begin(), series.end(), [&](const Json& row) {
+    return degrees_of(row) <= least * (1 + kMaxRelativeGain);
+  });
 }
 
-/// A curve of figures by their paths.
+/// A curve of figures, given by their paths.
 Json curve_of(const std::string& title, const Json& look, const std::vector<Json>& series,
               const char* x, const char* y) {
   const auto figure = [](const char* path) {
@@ -299,7 +299,7 @@ std::string size_text(std::uint32_t size) {
   return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
-/// The two ways to match by views.
+/// The curves of both ways to match by views.
 Json paper_curve(const Study& study, const char* x, const char* y) {
   return curve_of("paper: least depth difference", kPaper, select(study, kPaper), x, y);
 }
@@ -343,7 +343,7 @@ Json faces_plot(const Study& study, const MeasureArguments& a, const std::string
                 "distance_error.max_percent_of_diagonal"),
        curve_of("95% are nearer", "p95", own, faces, "distance_error.p95_percent_of_diagonal"),
        curve_of("mean", "mean", own, faces, "distance_error.mean_percent_of_diagonal")});
-  // Wang et al., figure 3b: of the mesh alone, whatever its map.
+  // Wang et al., figure 3b: the depth difference depends on the mesh alone, not on its map.
   const Json depths =
       panel_of("Depth difference in pictures, normalised screen units",
                {curve_of("mean over 30 views", "mean", without, faces, "depth_difference.mean")});
@@ -381,7 +381,7 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
 
 // ---- text --------------------------------------------------------------------------------------
 
-/// The number of views by curve, or the map's size by faces, from which on more gains little.
+/// The number of views by curve, or the map size by faces, beyond which little is gained.
 Json levels_off_at(const Study& study, const MeasureArguments& a) {
   Json enough = Json::object();
   if (a.study == "views") {
@@ -415,7 +415,7 @@ const std::vector<Column>& columns() {
   return all;
 }
 
-/// Adds all that was found.
+/// Adds all results to the report.
 void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
   run.lines = table_lines(columns(), study.rows);
   Json settings = study.rows;
@@ -436,7 +436,7 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
 
 // ---- the command -------------------------------------------------------------------------------
 
-/// Contradictions between several options. \throws Error(usage)
+/// Rejects contradictory options. \throws Error(usage)
 void check_study(const MeasureArguments& a) {
   refuse(a,
          {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--z-up",
@@ -457,7 +457,7 @@ void check_study(const MeasureArguments& a) {
 
 int run_study(MeasureArguments a) {
   check_study(a);
-  a.search_distance();  // checked before any work
+  a.search_distance();  // checks it before any work
   a.views = a.views.value_or(12);
   a.size = a.size.value_or(1024);
   a.faces = a.faces.value_or(2000);
@@ -493,7 +493,7 @@ int run_study(MeasureArguments a) {
   if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
   run.lap("save");
 
-  // Options in force; null: varied by the study, or not used.
+  // Effective options; null: varied by the study, or not used.
   const bool views = a.study == "views";
   run.report.update(fields(
       "device inputs options",

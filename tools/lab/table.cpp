@@ -11,7 +11,7 @@
 namespace kiln::cli {
 namespace {
 
-using Row = std::map<std::string, std::string>;  // cells by column
+using Row = std::map<std::string, std::string>;  // cells by column name
 
 bool is_true(const Json& value) { return value.dump() == "true"; }
 
@@ -30,7 +30,7 @@ std::string csv_cell(const Json& value) {
   return whole ? text : formatted("%.9g", value.number());
 }
 
-/// Adds the figures of a value, and columns that are new.
+/// Adds the figures of a value, and new columns.
 void add_cells(const std::string& path, const Json& value, Row& row,
                std::vector<std::string>& columns) {
   if (value.is_array()) return;
@@ -71,8 +71,9 @@ std::string join(const std::vector<std::string>& parts, const char* between) {
 std::string text_of(double value) { return formatted("%g", value); }
 
 std::string fixed_text(double value, int digits) {
-  constexpr double kMost = 1e9;  // of 40 digits nobody reads any
-  return std::abs(value) < kMost ? formatted("%.*f", digits, value) : formatted("%.3g", value);
+  constexpr double kMaxFixedValue = 1e9;  // larger numbers would have up to 40 digits
+  return std::abs(value) < kMaxFixedValue ? formatted("%.*f", digits, value)
+                                          : formatted("%.3g", value);
 }
 
 std::string count_text(const Json& number) {

@@ -1,4 +1,4 @@
-// NumPy arrays in and out.
+// Conversions between NumPy arrays and the library's types.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -15,7 +15,7 @@ namespace kiln::python {
 
 namespace nb = nanobind;
 
-/// The caller's array, side by side in memory and of the type asked for: kiln._arrays checks and converts it.
+/// A caller's array, contiguous and of type T: kiln._arrays checks and converts it.
 /// \throws kiln.Error that names the parameter
 template <typename T>
 using Input = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
@@ -24,17 +24,17 @@ Input<float> floats(nb::handle array, const char* parameter, std::initializer_li
 Input<double> doubles(nb::handle array, const char* parameter, std::initializer_list<int> shape);
 Input<std::uint8_t> bytes(nb::handle array, const char* parameter,
                           std::initializer_list<int> shape);
-/// Whole numbers from 0 to below `below`.
+/// Checks an array of integers in [0, below).
 Input<std::uint32_t> indices(nb::handle array, const char* parameter,
                              std::initializer_list<int> shape, std::size_t below);
 
-/// An array over memory that an owner keeps. \tparam T  const: it cannot be written to
+/// An array over memory that `owner` keeps alive. \tparam T const for read-only arrays
 template <typename T>
 nb::any view(T* data, std::initializer_list<std::size_t> shape, nb::handle owner) {
   return nb::steal<nb::any>(nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner)).release());
 }
 
-/// An array that owns its numbers.
+/// An array that owns its values.
 template <typename T>
 nb::any array(std::vector<T> values, std::initializer_list<std::size_t> shape) {
   auto kept = std::make_unique<std::vector<T>>(std::move(values));
@@ -44,7 +44,7 @@ nb::any array(std::vector<T> values, std::initializer_list<std::size_t> shape) {
   return nb::steal<nb::any>(nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner)).release());
 }
 
-/// (H, W) or (H, W, C), float32. \throws kiln.Error that names the parameter
+/// Converts an array (H, W) or (H, W, C) to a float32 image. \throws kiln.Error that names the parameter
 Image image_of(nb::handle array, const char* parameter);
 
 }  // namespace kiln::python

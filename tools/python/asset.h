@@ -1,4 +1,4 @@
-// Low polys with their maps as one GLB, and maps of the caller's own values.
+// GLB files of a low poly with its maps, and maps from the caller's values.
 #pragma once
 
 #include "mesh.h"

@@ -94,8 +94,8 @@ std::string name_or(const PyMesh& mesh, const char* otherwise) {
   return mesh.mesh->name.empty() ? otherwise : mesh.mesh->name;
 }
 
-/// A job of the meshes that a source and a call have, whose result comes from memory.
-/// \param bare  stands for the high poly, which the source has
+/// A job whose inputs and outputs are in memory.
+/// \param bare  placeholder of the high poly, which the source provides
 Job job_in_memory(const PySource& source, const Keywords& words) {
   Job job;
   job.in_memory = true;
@@ -192,7 +192,7 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Keywords& wor
           describe(result.report)};
 }
 
-/// \returns the low poly, its maps or None, and what was chosen
+/// \returns the low poly, its maps or None, and the plan's choices
 nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object progress) {
   const Call call(std::move(progress));
   const Job job = job_in_memory(source, words);
@@ -260,7 +260,7 @@ nb::bytes encoded(nb::handle pixels, const std::string& format, bool dither) {
   return nb::bytes(bytes.data(), bytes.size());
 }
 
-/// As integers hold it, in [0, 1].
+/// A map as integer formats store it, in [0, 1].
 nb::any stored(PyBake& self, const std::string& name) {
   const BakedMap& map = map_of(self, name);
   BakedMap copy = map;
@@ -270,7 +270,7 @@ nb::any stored(PyBake& self, const std::string& name) {
   return array(std::move(image.pixels), {height, width, channels});
 }
 
-/// True if materials of the mesh are transparent, through which its inner surfaces show.
+/// True if the mesh has transparent materials, through which inner surfaces are visible.
 bool is_transparent_mesh(const PyMesh& high) {
   const Call call;
   return call.run([&] {

@@ -13,25 +13,25 @@
 
 namespace kiln::python {
 
-/// Options of a match or a session, with all that they point to.
+/// Options of a match or a session, with the objects that they reference.
 class Request {
  public:
   /// \param words      keywords
   /// \param cage_mesh  or null
-  /// \param occluders  beside high and low
+  /// \param occluders  in addition to high and low
   Request(const Keywords& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
           bool by_high, bool by_low);
 
-  /// Makes LOW's normals agree with its faces; reads textures of the high poly's materials; finds parts and the cage,
-  /// where they were asked for. Without the interpreter's lock.
-  /// \param source         null: of a high poly that changes, for which no cage is found
+  /// Makes LOW's normals consistent with its faces, reads textures of the high poly's materials, and finds parts and
+  /// the cage if requested. Releases the GIL.
+  /// \param source  null for a high poly that changes, which cannot have a found cage
   /// \param faces_inwards  see PySource
   void prepare(const Source* source, const PyMesh& high, bool faces_inwards, const PyMesh& low);
 
   NormalTextureFormat normal_format() const { return job_.high_normal_map; }
   bool chooses_match() const { return job_.match_auto; }
 
-  /// After prepare().
+  /// The prepared low poly. Call prepare() first.
   const Mesh& low() const { return *low_; }
 
   BakeOptions options;
@@ -45,28 +45,28 @@ class Request {
   std::optional<FoundCage> cage_;
 };
 
-/// A bake's maps, which Python's arrays lie in.
+/// The result of a bake, whose memory Python's arrays reference.
 struct PyBake {
   BakeResult result;
-  std::vector<std::string> names;  ///< Of the maps, as of the command's files
+  std::vector<std::string> names;  ///< Names of the maps, as in the command's files
   nb::any report;
   std::string low_name;
 };
 
-/// Of a session's bake: says the warnings. \throws Error(cancelled)
+/// Wraps the result of a session's bake and issues its warnings. \throws Error(cancelled)
 PyBake finished(BakeResult result, const Request& request, const std::string& low_name);
 
-/// \param textures  (name, pixels, kind) over the high poly's UVs: those of maps that hold a texture, and maps of their own
+/// \param textures  tuples (name, pixels, kind) over the high poly's UVs, for maps that transfer a texture
 void take_textures(const nb::list& textures, NormalTextureFormat normals, BakeOptions& options);
 
-/// The maps of a bake by their names, with a report that has these warnings.
+/// Wraps a bake's result, with a report that includes the warnings.
 PyBake py_bake(BakeResult result, const std::vector<Warning>& warnings,
                const std::string& low_name);
 
-/// Refuses pictures of materials of a mesh that came from no file. \throws Error(usage)
+/// Rejects transfers of material textures for a mesh that was not read from a file. \throws Error(usage)
 void check_transfers(const Job& job, const PyMesh& high);
 
-/// Figures of a bake as Python has them: a dict of dicts.
+/// A bake's report as a dict of dicts.
 nb::dict describe(const BakeReport& report);
 
 void add_bake(nb::module_& module);

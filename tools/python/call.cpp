@@ -16,13 +16,13 @@
 namespace kiln::python {
 namespace {
 
-/// The process that opened the first device: threads of a driver do not follow into a fork.
+/// The process that opened the first device. A forked child has no driver threads, so it must not use the device.
 std::atomic<pid_t> opened_in{0};
 thread_local bool in_callback = false;
 
 nb::object errors() { return nb::module_::import_("kiln._errors"); }
 
-/// With the option's name, value and allowed values, and what else to change.
+/// Raises kiln.Error with the option's name, value, allowed values and remedies.
 void raise(const Error& error) {
   try {
     const Message message = error.message();
@@ -39,7 +39,8 @@ void raise(const Error& error) {
           nb::make_tuple(text_of(option_as_keyword(piece.option, {})), text_of(piece.value)));
     }
     facts["remedies"] = remedies;
-    const char* const kind = Error(error.code(), "").id();  // without an id it is the kind's
+    // an error without an id of its own has its kind's
+    const char* const kind = Error(error.code(), "").id();
     const nb::object made = errors().attr("from_core")(text_of(message.text(option_as_keyword)),
                                                        error.id(), kind, facts);
     PyErr_SetObject(made.type().ptr(), made.ptr());
@@ -56,8 +57,8 @@ void translate(const std::exception_ptr& thrown, void*) {
   }
 }
 
-/// True for False, and for NumPy's and other arrays' that `done < limit` gives. Not for 0 or an empty list, which a
-/// callback happens to return.
+/// True for False, also for the boolean scalars of NumPy and other array libraries, as from `done < limit`. Not for 0
+/// or an empty list, which a callback may return accidentally.
 bool is_false(const nb::object& said) {
   if (!nb::hasattr(said, "dtype")) return said.ptr() == Py_False;
   const nb::object type = said.attr("dtype");
@@ -105,7 +106,7 @@ void check_cancelled(bool cancelled) {
 
 const Device& device_of(const std::string& name) {
   static std::mutex mutex;
-  // Never closed: the driver may be gone before what the interpreter frees last.
+  // Never destroyed, because the driver may be unloaded before the interpreter frees its last objects.
   static auto* const devices = new std::map<std::string, Device>;
   const std::lock_guard lock(mutex);
   const auto known = devices->find(name);

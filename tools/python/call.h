@@ -1,4 +1,4 @@
-// Calls from Python into the library: without the interpreter's lock, with progress and Ctrl-C.
+// Calls from Python into the library: they release the GIL, and support progress and Ctrl-C.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -16,20 +16,20 @@ namespace kiln::python {
 
 namespace nb = nanobind;
 
-/// State of a call of the library that runs on this thread. Made with the lock held.
+/// State of a library call on this thread. Construct it with the GIL held.
 class Call {
  public:
-  /// \param progress  None, or called with (share done, stage); False stops the call
-  /// \throws Error(usage) from within a callback of the library's, Error(device) in a forked child
+  /// \param progress  None, or a callback (completed share, stage); the call stops if it returns False
+  /// \throws Error(usage) if called from one of the library's callbacks; Error(device) in a forked child
   explicit Call(nb::object progress = nb::none());
   ~Call();
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
 
-  /// For functions that take one: looks for signals such as Ctrl-C, then asks the caller's callback.
+  /// A Progress for library functions. It checks for signals such as Ctrl-C, then calls the caller's callback.
   Progress progress() const;
 
-  /// Runs a function without the lock. \throws what it throws; Error(cancelled) where the callback said stop
+  /// Runs a function without the GIL. \throws exceptions of the function; Error(cancelled) if the callback stopped it
   template <typename Function>
   auto run(Function&& function) const {
     const nb::gil_scoped_release unlocked;
@@ -37,8 +37,8 @@ class Call {
     return function();
   }
 
-  /// Runs a function that takes a Progress and tells shares of the whole: calls within it, which know their own part
-  /// alone, give signs of life. Shares never fall.
+  /// Runs a function that reports shares of the whole work to a Progress. Nested calls, which know only their own
+  /// share, just poll. Reported shares never fall.
   template <typename Function>
   auto run_whole(Function&& function) const {
     const nb::gil_scoped_release unlocked;
@@ -55,24 +55,24 @@ class Call {
   nb::object progress_;
 };
 
-/// \throws Error(cancelled) where a result says that the callback said stop
+/// \throws Error(cancelled) if a result is cancelled
 void check_cancelled(bool cancelled);
 
-/// The device of a name, opened once a process. The lock is not held. \throws Error(device)
+/// The device of a name, opened once per process. Call without the GIL. \throws Error(device)
 const Device& device_of(const std::string& name);
 
-/// Each one a Python warning of kiln.KilnWarning.
+/// Issues each warning as a kiln.KilnWarning.
 void warn(const std::vector<Warning>& warnings);
 
-/// Names and messages may hold bytes of files, which are no text always: \xNN then.
+/// Converts names and messages to str. Bytes that are not UTF-8 become \xNN.
 nb::str text_of(std::string_view bytes);
-/// A list of them.
+/// A list of converted texts.
 nb::list texts_of(const std::vector<std::string>& bytes);
 
-/// The path that a caller gave. \throws kiln.Error
+/// Converts a caller's path. \throws kiln.Error
 std::filesystem::path path_of(nb::handle given);
 
-/// Turns the library's exceptions into kiln.Error.
+/// Registers the conversion of the library's exceptions to kiln.Error.
 void register_errors(nb::module_& module);
 
 }  // namespace kiln::python

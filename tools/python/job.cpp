@@ -24,7 +24,7 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// A mesh of Python's with the materials of its file.
+/// A job input from a Python mesh and the materials of its file.
 JobInput input_of(const PyMesh& mesh, const Call& call) {
   return call.run([&] {
     Asset asset;
@@ -44,7 +44,7 @@ JobInput input_of(const PyMesh& mesh, const Call& call) {
 /// Calls the caller's function with a match. \returns its images by their names
 std::map<std::string, Image> sampled(const nb::object& function, const Match& match,
                                      const Mesh& high) {
-  Mesh places;  // all that a match's positions are computed from
+  Mesh places;  // the data from which a match's positions are computed
   places.origin = high.origin;
   places.positions = high.positions;
   places.triangles = high.triangles;
@@ -60,7 +60,7 @@ std::map<std::string, Image> sampled(const nb::object& function, const Match& ma
   return images;
 }
 
-/// \param json  options, and the files of sides that are no mesh here
+/// \param json  options, and files of inputs that are not meshes
 nb::dict run_whole_job(const std::string& json, const std::optional<PyMesh>& high,
                        const std::optional<PyMesh>& low, bool in_memory, nb::object progress) {
   const Call call(std::move(progress));
@@ -98,10 +98,10 @@ nb::dict run_whole_job(const std::string& json, const std::optional<PyMesh>& hig
   return d;
 }
 
-/// A job whose output is a GLB in memory.
-/// \param json         options, and the high poly's file where `high` is none
-/// \param not_written  maps that are baked beside others alone
-/// \param sample       none, or called with a kiln.Match; returns images by the names of their slots in a material
+/// Runs a job whose output is a GLB in memory.
+/// \param json  options, and the high poly's file if `high` is none
+/// \param not_written  maps that are baked only because others need them
+/// \param sample  none, or a function from a kiln.Match to images by material slot
 /// \returns the file; the low poly; the maps as baked, or none
 nb::tuple run_glb(const std::string& json, const std::optional<PyMesh>& high,
                   const std::set<std::string>& not_written, const nb::object& sample,

@@ -1,4 +1,4 @@
-// kiln.run(): a whole job.
+// kiln.run(): runs a whole job.
 #pragma once
 
 #include "call.h"

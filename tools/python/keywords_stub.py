@@ -1,4 +1,4 @@
-"""Writes what type checkers need to know of the keywords of kiln.bake(): run by the build.
+"""Writes the type stub for the keywords of kiln.bake(). The build runs it.
 
     python keywords_stub.py FILE
 """
@@ -19,7 +19,7 @@ LINES = [
     "class Keywords(TypedDict, total=False):",
 ]
 
-#: Those that bake() and match() name themselves.
+#: Keywords that bake() and match() declare themselves.
 OWN = {"size", "maps", "match"}
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ using nb::literals::operator""_a;
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
-/// For each sample, numbers of the triangle's corners mixed by its weights.
+/// Interpolates corner values of the triangle at each sample by its barycentric coordinates.
 /// \param corner  (triangle, corner, component)
 template <typename T, typename Corner>
 nb::object mixed(const PyMatch& self, const Corner& corner) {
@@ -35,7 +35,7 @@ nb::object mixed(const PyMatch& self, const Corner& corner) {
   return array(std::move(values), {match.height, match.width, 3});
 }
 
-/// The type of a property, for stubs.
+/// Declares a property's type for stubs.
 auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
 
 double component(const Vec3& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }

@@ -1,4 +1,4 @@
-// kiln.Match: which point of the high poly each texel stands for.
+// kiln.Match: the point of the high poly for each texel sample.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace kiln::python {
 
-/// Arrays that Python sees lie in it.
+/// A match, whose memory Python's arrays reference.
 struct PyMatch {
   std::shared_ptr<const Match> match;
   PyMesh high;

@@ -1,4 +1,4 @@
-// kiln.measure(): how far rendered normals are off.
+// kiln.measure(): the error of rendered normals.
 #pragma once
 
 #include <nanobind/nanobind.h>

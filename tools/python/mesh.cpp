@@ -20,7 +20,7 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// If single precision would lose detail, positions are measured from a place nearby: as readers of files do.
+/// Chooses an origin near the positions if single precision would lose detail, like file readers do.
 std::array<double, 3> origin_for(const double* xyz, std::size_t count) {
   std::array<double, 3> low{}, high{}, origin{};
   low.fill(std::numeric_limits<double>::infinity());
@@ -50,7 +50,7 @@ std::vector<T> elements(const void* data, std::size_t count) {
   return values;
 }
 
-/// One row a triangle of whole numbers, and their names.
+/// Sets one index per triangle, and the names for these indices.
 void name_triangles(nb::handle given, nb::handle given_names, const char* parameter,
                     std::size_t triangles, std::vector<std::uint32_t>& numbers,
                     std::vector<std::string>& names) {
@@ -69,7 +69,7 @@ void name_triangles(nb::handle given, nb::handle given_names, const char* parame
   }
 }
 
-/// Values a vertex (V, n), a corner (F, 3, n), or a pool with triangles of its own.
+/// Converts values per vertex (V, n), per corner (F, 3, n), or a pool of values with its own triangles.
 template <typename T>
 void take_pool(nb::handle values, nb::handle faces, const char* parameter,
                const char* faces_parameter, int channels, const Mesh& mesh, std::vector<T>& pool,
@@ -164,7 +164,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   return {shared(std::move(mesh))};
 }
 
-/// None where there is none.
+/// An array of rows; None if there are none.
 template <typename Row, typename T>
 nb::object rows(const PyMesh& self, const std::vector<Row>& values, const T*, std::size_t columns) {
   if (values.empty()) return nb::none();
@@ -203,7 +203,7 @@ nb::str describe(const PyMesh& self) {
   return text_of(text + ">");
 }
 
-/// All parts of a mesh, in the order of pickles. A part more of Mesh does not compile.
+/// Visits all members of a mesh in the order of pickles. A new member of Mesh fails to compile here.
 template <typename AnyMesh, typename Function>
 void each_part(AnyMesh& mesh, Function&& part) {
   auto& [name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
@@ -215,7 +215,7 @@ void each_part(AnyMesh& mesh, Function&& part) {
        material_files, polygons, metres, uv_set, other_uvs);
 }
 
-/// Its figures alone, since the warnings were given.
+/// Visits the numbers of a report. Warnings are omitted, because they were already issued.
 template <typename Report, typename Function>
 void each_figure(Report& report, Function&& figure) {
   auto& [input_faces, faces, error, mean_error, back_error, mended, folded, without_area, holes,
@@ -225,7 +225,7 @@ void each_figure(Report& report, Function&& figure) {
        dropped_parts, charts, coverage, uv_strays, seconds);
 }
 
-/// Arrays and names are bytes in pickles; all else is what Python has for it.
+/// Pickles store arrays and names as bytes, other members as Python objects.
 template <typename T>
 constexpr bool kIsArray = false;
 template <typename T>
@@ -259,7 +259,7 @@ nb::tuple pickled(const PyMesh& self) {
       parts.append(part);
     }
   });
-  // A file that goes with the mesh comes along; others are found where they are.
+  // Temporary files are embedded in the pickle; others are referenced by path.
   const std::string file =
       self.file.empty() ? "" : std::filesystem::absolute(self.file).lexically_normal().string();
   nb::object content = nb::none();
@@ -345,7 +345,7 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   return mesh;
 }
 
-/// The mesh with the one material that another has.
+/// A copy of a mesh with another mesh's single material.
 PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   PyMesh result = mesh;
   Mesh copy = *mesh.mesh;
@@ -359,7 +359,7 @@ PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   return result;
 }
 
-/// The mesh with the normals that all which is baked from it sees. \param rule  as --high-normals
+/// A copy of a mesh with the normals that bakes use. \param rule see --high-normals
 PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
   const Call call;
   PyMesh result = mesh;

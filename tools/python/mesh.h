@@ -11,18 +11,19 @@
 
 namespace kiln::python {
 
-/// An immutable mesh: arrays that Python sees lie in it, and calls may read it on any thread.
+/// An immutable mesh, whose memory Python's arrays reference. Any thread may read it.
 struct PyMesh {
   std::shared_ptr<const Mesh> mesh;
-  std::string file = {};           ///< That it was read from: materials are found beside it
-  nb::object keep = nb::none();    ///< What the file lives as long as
-  nb::object report = nb::none();  ///< Of what made it
-  std::shared_ptr<const SimplifyReport> made = {};              ///< If Kiln made it of a high poly
-  std::shared_ptr<const std::vector<Material>> materials = {};  ///< Of its file; null: not read yet
-  bool height_field = false;  ///< Matched by UVs, however far the low poly is below
+  std::string file = {};           ///< Its file, if any; materials are resolved relative to it
+  nb::object keep = nb::none();    ///< Object that keeps a temporary file alive
+  nb::object report = nb::none();  ///< Report of the call that made it
+  std::shared_ptr<const SimplifyReport> made = {};  ///< Set if Kiln simplified it from a high poly
+  /// Materials of its file; null: not read yet
+  std::shared_ptr<const std::vector<Material>> materials = {};
+  bool height_field = false;  ///< Height field: matched by UVs at any distance
 };
 
-/// Needs no lock of the interpreter, unlike a PyMesh.
+/// Wraps a mesh. Needs no GIL, unlike a PyMesh.
 inline std::shared_ptr<const Mesh> shared(Mesh mesh) {
   return std::make_shared<const Mesh>(std::move(mesh));
 }

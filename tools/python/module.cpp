@@ -1,4 +1,4 @@
-// kiln._core: what kiln/*.py calls.
+// kiln._core: the extension module behind kiln/*.py.
 #include "asset.h"
 #include "bake.h"
 #include "call.h"

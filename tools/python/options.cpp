@@ -12,11 +12,11 @@
 namespace kiln::python {
 namespace {
 
-/// Keywords beside what are members of BakeOptions.
+/// Keywords that are no members of BakeOptions.
 constexpr std::array<std::string_view, 6> kOthers = {"--range",      "--match-by",   "--low-names",
                                                      "--high-names", "--match-list", "--transfer"};
 
-/// True for what a bake of meshes in memory takes. Occluders are meshes, too, and a parameter of their own.
+/// True for options of a bake of meshes in memory. Occluders are meshes, so they have their own parameter.
 bool is_keyword(const OptionRow& row) {
   return std::find(kOthers.begin(), kOthers.end(), row.flag) != kOthers.end() ||
          (row.value.member.starts_with("bake.") && row.flag != "--ao-occluders");
@@ -41,7 +41,7 @@ std::vector<Keyword> keywords() {
 
 Job job_of(const Keywords& keywords) {
   Job job;
-  // The meshes are in memory: these stand for them.
+  // Placeholders of the meshes in memory.
   job.high = {JobInput(Asset{}, "high")};
   job.low.given = {JobInput(Asset{}, "low")};
   job.in_memory = true;

@@ -20,8 +20,8 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// A session and what it points into, which one thread at a time may use, until close(). The interpreter's lock is held
-/// in all calls.
+/// A session with the objects that it references. One thread at a time may use it, until close(). All calls hold the
+/// GIL.
 template <typename Session>
 class Exclusive {
  public:
@@ -32,8 +32,8 @@ class Exclusive {
 
   void set(std::shared_ptr<Session> made) { session_ = std::move(made); }
 
-  /// Calls a function with the session, which stays until then when another thread closes it.
-  /// \throws Error(usage) after close(), and while a call is under way
+  /// Calls a function with the session, and keeps it alive if another thread closes it meanwhile.
+  /// \throws Error(usage) after close(), and during another call
   template <typename Function>
   auto use(const Function& function) {
     if (session_ == nullptr)
@@ -58,7 +58,7 @@ class Exclusive {
   bool closed() const { return session_ == nullptr; }
 
  private:
-  /// Waits for the driver, which may wait for a callback that wants the interpreter's lock.
+  /// Releases the GIL, because destruction waits for the driver, which may wait for a callback that needs the GIL.
   static void free(std::shared_ptr<Session>& session) {
     std::shared_ptr<Session> last;
     last.swap(session);
@@ -70,7 +70,7 @@ class Exclusive {
   bool busy_ = false;
 };
 
-/// The library's error of an argument that it does not name.
+/// Adds the parameter's name to a library error that does not name it.
 template <typename Function>
 auto with_parameter(const char* parameter, const Function& function) {
   try {
@@ -81,7 +81,7 @@ auto with_parameter(const char* parameter, const Function& function) {
   }
 }
 
-/// The first row that an array sets. \param first  none: the array has all rows
+/// The first row that an array sets. \param first nullopt: the array has all rows
 std::uint32_t first_row(const char* parameter, std::optional<std::uint32_t> first,
                         std::size_t given, std::size_t all) {
   const std::string has = "but the high poly has " + std::to_string(all);
@@ -128,7 +128,7 @@ class PyBakeSession {
     });
     const std::vector<Warning>& source = work->session.warnings();
     warnings.insert(warnings.end(), source.begin(), source.end());
-    high_.report = nb::none();  // of a mesh that does not change
+    high_.report = nb::none();  // reports belong to meshes that do not change
     high_.made = nullptr;
     work_.set(std::move(work));
     warn(warnings);
@@ -207,7 +207,7 @@ class PyBakeSession {
     });
   }
 
-  /// As it is now.
+  /// The current mesh.
   PyMesh mesh() {
     return work_.use([&](Work& work) {
       PyMesh copy = high_;
@@ -216,7 +216,7 @@ class PyBakeSession {
     });
   }
 
-  /// World units.
+  /// The box in world units.
   nb::tuple bounds() {
     return work_.use([](Work& work) {
       const auto world = [&](const std::array<double, 3>& corner) {
@@ -232,13 +232,13 @@ class PyBakeSession {
   bool closed() const { return work_.closed(); }
 
  private:
-  /// The request is what the session's options point into.
+  /// The session's options reference the request.
   struct Work {
     std::unique_ptr<Request> request;
     BakeSession session;
   };
 
-  /// A mesh's own normals do not follow its positions; after the bake that took both over.
+  /// Warns after a bake of moved positions with unchanged explicit normals, which do not follow them.
   std::vector<Warning> look_at_normals(const Mesh& high) {
     std::vector<Warning> notes;
     const std::uint64_t moved = std::exchange(moved_, 0);
@@ -268,7 +268,7 @@ class PyBakeSession {
     return notes;
   }
 
-  PyMesh high_;  // as it was at first, with its file
+  PyMesh high_;  // the initial mesh, with its file
   std::string low_name_;
   std::uint64_t moved_ = 0;  // since the last bake
   bool turned_ = false;      // since the last bake
@@ -300,7 +300,7 @@ class PyViewSession {
                          static_cast<float>(xyz.data()[2])};
     return work_.use([&](Work& work) {
       const ViewSession::Step step = with_parameter("direction", [&] {
-        // No signs of life: of a view that was stopped, some samples would know.
+        // Without progress: a view that was cancelled would remain in some samples.
         const nb::gil_scoped_release unlocked;
         return work.session.add(toward);
       });

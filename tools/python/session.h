@@ -1,4 +1,4 @@
-// kiln.BakeSession and kiln.ViewSession: bakes and matches that stay on the device.
+// kiln.BakeSession and kiln.ViewSession: incremental bakes and matches on the device.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -40,7 +40,7 @@ Source PySource::get() const {
 }
 
 void PySource::close() {
-  // Freeing waits for the driver, which may wait for a callback that wants the interpreter's lock.
+  // Destruction waits for the driver, which may wait for a callback that needs the GIL.
   std::optional<Source> last;
   last.swap(source);
   const nb::gil_scoped_release unlocked;

@@ -82,8 +82,8 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
   return result;
 }
 
-/// \returns of each set its material or object, its tile (either may be ""), and the low poly to bake it with; empty:
-/// one map does
+/// \returns for each set its material or object, its tile (either may be ""), and the low poly for its bake; empty if
+/// one map suffices
 nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   const Call call;
   const auto* const chosen = Words(kSets).find(word);

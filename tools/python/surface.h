@@ -1,4 +1,4 @@
-// Low polys: kiln.simplify() and kiln.unwrap().
+// kiln.simplify() and kiln.unwrap(): low polys and their UVs.
 #pragma once
 
 #include "mesh.h"

@@ -1,4 +1,4 @@
-// kiln.contour() and kiln.volume(): meshes of voxels.
+// kiln.contour() and kiln.volume(): meshes from voxels.
 #pragma once
 
 #include <nanobind/nanobind.h>

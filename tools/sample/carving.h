@@ -1,4 +1,4 @@
-// Reliefs that a band of a surface of revolution can be carved with.
+// Relief patterns for bands of a surface of revolution.
 //
 // All take `x` around and `y` along the band, lengths on the surface, and give a height over the smooth
 // surface (negative: carved in). `edge` is the width over which a hard edge rises.
@@ -6,7 +6,7 @@
 
 namespace kiln::sample {
 
-/// Place of a point in a band: made by `band_at`.
+/// Coordinates of a point in a band, from `band_at`.
 struct BandPoint {
   double x;       ///< Around, in repeats of the pattern: [0, repeats)
   double y;       ///< Along, 0 at the band's start, 1 at its end

@@ -24,11 +24,11 @@ double torus_field(const Point& p);
 /// cut off at the sphere of radius 0.95. Near the distance to either, of first order.
 double gyroid_field(const Point& p);
 
-/// A box with a turned bar across it, a turned bar cut out and a step: flat faces, convex and concave
-/// sharp edges and corners. The least or greatest of distances to boxes: exact on the surface.
+/// A box with a rotated bar across it, a rotated bar cut out and a step: flat faces, convex and concave sharp edges and
+/// corners. The least or greatest of distances to boxes: exact on the surface.
 double boxes_field(const Point& p);
 
-/// "sphere", "torus", "gyroid" or "boxes", else nothing.
+/// The field named "sphere", "torus", "gyroid" or "boxes"; nullopt for other names.
 std::optional<Field> field_of(std::string_view name);
 
 /// The value on the surface: 0 for floats, else the middle of the type's range, as 127.5 for u8.

@@ -22,7 +22,7 @@ inline Vec3 to_float(const Point& p) {
   return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }
 
-/// Place of a part: its own axes in the scene, right-handed and of unit length.
+/// A part's frame in the scene: right-handed axes of unit length.
 struct Stand {
   Point origin{0, 0, 0};
   Point x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
@@ -65,7 +65,7 @@ class HighPolyParts {
   void sheet(const Stand& stand, double w, double h, int steps,
              double (*height)(double x, double y));
 
-  /// Shapes added from now on are of this group.
+  /// Starts a group for the following shapes.
   void group(std::string name);
   const Mesh& mesh() const { return mesh_; }
 
@@ -89,7 +89,7 @@ class LightParts {
   void extrusion(const Stand& stand, const Outline& outline, const std::array<double, 2>& centre,
                  double half);
   void card(const Stand& stand, double w, double h);
-  /// Shapes added from now on are of this group.
+  /// Starts a group for the following shapes.
   void group(std::string name);
 
   /// Packs the charts into the unit square, `gap` apart, and returns the mesh.

@@ -11,7 +11,7 @@
 
 namespace kiln::sample {
 
-/// A raised disc: where its axis leaves the low poly, along what, and what it rises to.
+/// A raised disc: the point where its axis leaves the low poly, the axis, and the disc's height.
 struct Stamp {
   Point at, normal;
   double radius = 0, height = 0;
@@ -19,7 +19,7 @@ struct Stamp {
 
 struct HardScene {
   Mesh high, low;
-  std::vector<Stamp> stamps;  ///< Those that stand on flat faces of the low poly
+  std::vector<Stamp> stamps;  ///< Discs on flat faces of the low poly
 };
 
 /// "cube": bevelled, with 18 raised discs that float, touch or sink in. "cylinder": of 12 sides, with panels

@@ -1,4 +1,4 @@
-// kiln_sample: writes a high poly, a volume or a height field made by formula, to try Kiln and to measure it on.
+// kiln_sample: writes a generated high poly, volume or height field, for trying Kiln and for measurements.
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -91,7 +91,8 @@ void check_scene(const Options& options, bool others) {
 
 Options parse(const std::vector<std::string>& arguments) {
   Options options;
-  std::string for_mesh, for_volume;  // an option that was given and is for the one alone
+  // a given option that applies only to meshes, or only to volumes
+  std::string for_mesh, for_volume;
   for (std::size_t i = 0; i < arguments.size(); i += 2) {
     const std::string& name = arguments[i];
     const bool mesh = name == "--shape" || name == "--faces" || name == "--colors";

@@ -108,7 +108,7 @@ Profile::Sample Profile::at(double arc) const {
   const Control &a = points_[i - 1], &b = points_[i];
   const double length = std::max(arc_[i] - arc_[i - 1], 1e-12);
   const double s = std::clamp((arc - arc_[i - 1]) / length, 0.0, 1.0);
-  // The direction over some neighbours: the normal turns smoothly from piece to piece.
+  // The direction over several neighbours makes the normal vary smoothly.
   const Control& before = points_[i >= 9 ? i - 9 : 0];
   const Control& after = points_[std::min(i + 8, points_.size() - 1)];
   const double dr = after.radius - before.radius, dy = after.height - before.height;

@@ -54,7 +54,7 @@ class Urn {
 
   Point operator()(const Place& at) const {
     const Point& p = at.position;
-    // Stones are never true: the whole leans and swells a little.
+    // Real stones are irregular: the whole shape leans and swells slightly.
     const double swell = 0.010 * gradient_noise(1.7 * p, 11);
     double height = relief(at);
     height = wear(p, height) + swell + stone(p, at.spacing);
@@ -138,7 +138,7 @@ class Urn {
       h -= 0.005 * smooth_step(size, 0.35 * size, holes.nearest);
     }
     h += 0.0016 * fractal_noise(16 * p, 3, 101);
-    // Finer grain than the mesh can hold would only alias.
+    // Finer grain than the mesh resolves would alias.
     h += 0.0009 * smooth_step(0.012, 0.003, spacing) * fractal_noise(85 * p, 2, 111);
     return h;
   }

@@ -115,7 +115,7 @@ CLASSES = (KilnSettings, bake.KILN_OT_bake, bake.KILN_OT_cancel, KILN_PT_sidebar
 
 
 def register():
-    # Within Render > Bake where Cycles is there, which owns that panel.
+    # A subpanel of Render > Bake if Cycles is enabled, which defines that panel.
     if hasattr(bpy.types, "CYCLES_RENDER_PT_bake"):
         KILN_PT_render.bl_parent_id = "CYCLES_RENDER_PT_bake"
     for each in CLASSES:

@@ -1,4 +1,4 @@
-"""What a bake takes of the scene, the thread that it runs on, and what it leaves in the scene."""
+"""Collects a bake's input from the scene, runs it on a thread, and adds its results to the scene."""
 
 import re
 import threading
@@ -14,7 +14,7 @@ HIGH = re.compile(r"_(high|hi|hp|highpoly)(_.*)?(\.\d+)?$", re.IGNORECASE)
 
 
 def sides(context, settings):
-    """Objects of the low and of the high poly; the low poly's are none where one is to be made."""
+    """Objects of the low and of the high poly; the former are empty if Kiln shall make the low poly."""
     solid = [item for item in context.selected_objects if item.type in meshes.SOLID or item.instance_type != "NONE"]
     if settings.mode == "NEW":
         return [], solid
@@ -29,7 +29,7 @@ def sides(context, settings):
 
 
 class Bake:
-    """One bake: made and finished on Blender's thread; run() is for any, and touches nothing of Blender's."""
+    """One bake. Created and finished on Blender's main thread; run() may use any thread, since it does not access bpy."""
 
     def __init__(self, context):
         settings = context.scene.kiln_bake
@@ -77,7 +77,7 @@ class Bake:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", kiln.KilnWarning)
             bakes = self._run(progress)
-        # The bakes' reports have their own; others are of what was made before.
+        # Warnings in the bakes' reports belong to them; others come from earlier steps.
         reported = {(told["code"], told["count"]) for bake in bakes.values() for told in bake.report.warnings}
         told = [warning.message for warning in caught if isinstance(warning.message, kiln.KilnWarning)]
         self.notes += [str(message) for message in told if (message.code, message.count) not in reported]
@@ -99,7 +99,7 @@ class Bake:
         return {"": kiln.bake(high, self.low, size=self.size, progress=progress, **self.keywords)}
 
     def finish(self, context, bakes):
-        """Images, wired into the low poly's materials. Returns warnings."""
+        """Creates images and connects them in the low poly's materials. Returns warnings."""
         if self.made:
             self.lows = [meshes.new_object(context, self.low, self.name)]
         results.show(self.lows, results.images_of(bakes, self.name, self.folder), self.keywords["flip_y"])
@@ -107,7 +107,7 @@ class Bake:
 
 
 class Job:
-    """A bake on a thread of its own."""
+    """Runs a bake on a separate thread."""
 
     running = None
 
@@ -129,7 +129,7 @@ class Job:
         return not self.stopped.is_set()
 
     def stop(self):
-        """Within half a second."""
+        """Stops the bake within half a second."""
         self.stopped.set()
 
 

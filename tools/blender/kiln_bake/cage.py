@@ -1,4 +1,4 @@
-"""The cage, drawn over the active object: its edges, moved out along the vertices' normals."""
+"""Draws the cage over the active object: its edges, offset along the vertex normals."""
 
 import bpy
 import numpy as np
@@ -9,7 +9,7 @@ handler = None
 
 
 def lines(context):
-    """Ends of the cage's edges, (2 N, 3), world units; none where there is nothing to show."""
+    """End points of the cage's edges, (2 N, 3), world units; None if there is no cage."""
     item, offset = context.active_object, context.scene.kiln_bake.cage
     if item is None or item.type != "MESH" or not offset:
         return np.zeros((0, 3), np.float32)

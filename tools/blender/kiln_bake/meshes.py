@@ -1,4 +1,4 @@
-"""Blender's objects as kiln.Mesh: evaluated, in world space, cut into triangles as Blender cuts them."""
+"""Converts Blender's objects to kiln.Mesh: evaluated, in world space, with Blender's triangulation."""
 
 from contextlib import contextmanager
 
@@ -16,13 +16,13 @@ def values(collection, name, width, dtype=np.float32):
 
 
 def is_stretched(matrix):
-    """Not by the same along all axes."""
+    """True if a matrix scales non-uniformly."""
     sizes = [abs(size) for size in matrix.to_scale()]
     return max(sizes) > 1.01 * min(sizes)
 
 
 def holders(objects):
-    """These and what they show instances of."""
+    """The given objects, and those that they instance."""
     found, todo = [], list(objects)
     while todo:
         item = todo.pop()
@@ -37,7 +37,7 @@ def holders(objects):
 
 @contextmanager
 def as_rendered(objects):
-    """Modifiers as a render has them: whether they are on, and their levels."""
+    """Sets modifiers to their render state: visibility and subdivision levels."""
     before = []
     try:
         for item in holders(objects):
@@ -56,7 +56,7 @@ def as_rendered(objects):
 
 
 class Gathered:
-    """Triangles of several objects, to become one mesh."""
+    """Collects triangles of several objects for one mesh."""
 
     def __init__(self):
         self.parts = {name: [] for name in ("vertices", "faces", "uvs", "normals", "colors", "tangents")}
@@ -77,8 +77,8 @@ class Gathered:
         linear = matrix[:3, :3]
         mirrored = np.linalg.det(linear) < 0
         layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
-        uvs = None if layer is None else values(layer.uv, "vector", 2)  # before the mesh is changed
-        # MikkTSpace of quads is not that of their triangles. Blender gives none of polygons with more corners.
+        uvs = None if layer is None else values(layer.uv, "vector", 2)  # read before the mesh is changed
+        # MikkTSpace of quads differs from that of their triangles. Blender computes none for polygons with more corners.
         with_tangents = tangents and layer is not None and max(values(mesh.polygons, "loop_total", 1, np.int32)) <= 4
         if with_tangents:
             mesh.calc_tangents(uvmap=layer.name)
@@ -93,7 +93,7 @@ class Gathered:
         colors = self._colors(mesh, vertex_of) if colored else None
         if colors is None:
             add["faces"](vertex_of[corners] + self.count)
-        else:  # of corners: each has a vertex of its own
+        else:  # corner colours: each corner gets its own vertex
             points = points[vertex_of]
             add["faces"](corners + self.count)
         add["colors"](np.full((len(points), 4), 255, np.uint8) if colors is None else colors)
@@ -103,7 +103,7 @@ class Gathered:
         normals = values(mesh.corner_normals, "vector", 3) @ np.linalg.inv(linear)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
         normals = normals[corners]
-        # A flat face of four corners has the normals of its two triangles.
+        # The two triangles of a flat quad keep their own normals.
         flat = ~values(mesh.loop_triangles, "use_smooth", 1, bool)
         if flat.any():
             a, b, c = (points[self.parts["faces"][-1][flat, k] - first] for k in range(3))
@@ -130,7 +130,7 @@ class Gathered:
 
     @staticmethod
     def _colors(mesh, vertex_of):
-        """Of corners, sRGB-encoded; None where there are none."""
+        """Corner colours, sRGB-encoded; None if there are none."""
         attributes = mesh.color_attributes
         if not 0 <= attributes.render_color_index < len(attributes):
             return None
@@ -154,7 +154,7 @@ class Gathered:
 
 
 def gather(context, objects, name, *, tangents=False, colored=False):
-    """The kiln.Mesh of objects with their modifiers, transforms and instances; and their materials by name."""
+    """Converts objects with their modifiers, transforms and instances to one kiln.Mesh; also returns materials by name."""
     hidden = [item.name for item in objects if item.type in SOLID and not item.visible_get()]
     if hidden:
         raise kiln.Error(f"{name}: '{hidden[0]}' is hidden, one of {len(hidden)}: show it, or choose without it.")
@@ -169,7 +169,7 @@ def gather(context, objects, name, *, tangents=False, colored=False):
 
 
 def picture_of(materials):
-    """The one picture that all materials show as their colour, (H, W, 4) and its kind; None where there is none."""
+    """The colour texture that all materials share, (H, W, 4), with its kind; None if there is none."""
     images = set()
     for material in materials.values():
         for node in material.node_tree.nodes if material.node_tree else ():
@@ -191,9 +191,9 @@ def picture_of(materials):
 
 
 def new_object(context, mesh, name):
-    """An object of a kiln.Mesh, with its UVs and normals."""
+    """Creates an object from a kiln.Mesh, with its UVs and normals."""
     vertices, faces = np.asarray(mesh.vertices, np.float32), mesh.faces.astype(np.int32)
-    # Of two faces with the same vertices, as two-sided sheets have, Blender drops one: it gets vertices of its own.
+    # Blender drops one of two faces with the same vertices, as in two-sided sheets, so the second gets separate vertices.
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     again = np.setdiff1d(np.arange(len(faces)), first)
     vertices = np.concatenate([vertices, vertices[faces[again]].reshape(-1, 3)])

@@ -1,4 +1,4 @@
-"""Maps as images, and images in materials."""
+"""Converts maps to images, and connects images in materials."""
 
 import os
 import tempfile
@@ -13,7 +13,7 @@ INPUTS = {"color": "Base Color", "opacity": "Alpha"}
 
 
 def image_of(pixels, name, is_data):
-    """A float image of (H, W, C), row 0 at the top; an image of that name and size is filled anew."""
+    """Creates a float image from (H, W, C), row 0 at the top; reuses an image of the same name and size."""
     height, width, channels = pixels.shape
     image = bpy.data.images.get(name)
     if image is not None and (
@@ -31,7 +31,7 @@ def image_of(pixels, name, is_data):
 
 
 def tiles_of(bakes, name, map_name, folder):
-    """A tiled image of bakes by their tiles; packed where no folder is named."""
+    """Creates a tiled (UDIM) image from bakes by tile; packed into the file if no folder is given."""
     keep = folder or tempfile.mkdtemp(dir=bpy.app.tempdir)
     first = None
     for tile, bake in bakes.items():
@@ -53,7 +53,7 @@ def tiles_of(bakes, name, map_name, folder):
 
 
 def images_of(bakes, name, folder):
-    """{set: {map: image}} of kiln.bake_sets()'s result."""
+    """Converts the result of kiln.bake_sets() to {set: {map: image}}."""
     tiled = any(word.isdigit() and len(word) >= 4 for word in bakes)
     if tiled:
         maps = next(iter(bakes.values()))
@@ -77,7 +77,7 @@ def images_of(bakes, name, folder):
 
 
 def upright(tree, node, flipped):
-    """Where Blender, which reads green as OpenGL does, gets an image's normals from."""
+    """The socket with an image's normals in OpenGL convention, which Blender expects."""
     turn = tree.nodes.get("Kiln green")
     if not flipped:
         if turn is not None:
@@ -95,7 +95,7 @@ def upright(tree, node, flipped):
 
 
 def wire(material, images, uv_layer, flipped):
-    """Shows images in a material: normals and colours linked, all others beside them."""
+    """Adds images to a material: normals and colours are linked, others are added unlinked."""
     if material.node_tree is None:
         material.use_nodes = True
     tree = material.node_tree
@@ -134,7 +134,7 @@ def show(objects, images, flipped):
             found = images.get(slot.material.name, images.get(item.name, images.get("")))
             if not found:
                 continue
-            if item.name in images and slot.material.users > 1:  # a set of its own
+            if item.name in images and slot.material.users > 1:  # a texture set needs its own copy
                 slot.material = slot.material.copy()
             elif slot.material in others:
                 if slot.material not in copies:

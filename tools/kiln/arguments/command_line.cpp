@@ -113,7 +113,7 @@ Option* Command::add_flag(std::string_view name, Option::Take take, std::string_
 }
 void Command::add_text_flag(std::string_view name, std::function<std::string()> text,
                             const std::string& help) {
-  // As CLI11's flag of a version, of which a command has but one.
+  // CLI11 allows one version flag per command, so this one is made by hand.
   app_->add_flag_callback(
           std::string(name), [text = std::move(text)] { throw CLI::CallForVersion(text(), 0); },
           help)
@@ -154,7 +154,7 @@ Command* Command::chosen() const {
   return nullptr;
 }
 
-/// Required options that were not given; empty: none.
+/// The message for missing required options; empty if none is missing.
 std::string Command::what_is_missing() const {
   for (const std::unique_ptr<Option>& option : options_) {
     const std::string name = option->get_name();
@@ -174,7 +174,7 @@ std::string Command::what_is_missing() const {
   return {};
 }
 
-/// A flag that stands alone or with one of its choices behind it takes that word, as with = between them.
+/// Joins a flag with an optional value to a following word that is one of its choices, as if written with `=`.
 void Command::join_choices(std::vector<std::string>& words) const {
   const auto named = [&](const auto& command) {
     return !words.empty() && command->get_name() == words.front();
@@ -195,11 +195,11 @@ void Command::join_choices(std::vector<std::string>& words) const {
 bool Command::parse(std::vector<std::string> words) {
   const std::string last = words.empty() ? "" : words.back();
   join_choices(words);
-  std::reverse(words.begin(), words.end());  // as CLI11 wants them
+  std::reverse(words.begin(), words.end());  // CLI11 expects words in reverse order.
   try {
     app_->parse(words);
   } catch (const CLI::ArgumentMismatch&) {
-    // Options take their values one by one, so one can only lack at the end.
+    // Each option takes one value, so a value can only be missing at the end.
     throw UsageError(last + " was given nothing: give a value");
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {

@@ -1,6 +1,6 @@
-// The command line: commands, their options and what these accept. The library behind it (CLI11, in
-// command_line.cpp alone) splits words into options; values are read, and refused, by the rows of options. Its headers
-// take compilers seconds for each file that includes them.
+// The command line: commands and their options. CLI11 assigns words to options; the rows of the option table parse and
+// check the values. CLI11 is hidden in command_line.cpp, since its headers add seconds to the compile time of each file
+// that includes them.
 #pragma once
 
 #include <cstddef>
@@ -21,46 +21,46 @@ class Option;
 
 namespace kiln::cli {
 
-/// An error in the words of a command line.
+/// An error in the syntax of a command line.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// An option, flag or position of a command. Its command owns it.
+/// An option, flag or positional argument of a command, which owns it.
 class Option {
  public:
   using Words = OptionWords;
-  /// Takes the values that were given, of which there is one at least. \throws UsageError, Error(usage)
+  /// Receives the given values, at least one. \throws UsageError, Error(usage)
   using Take = std::function<void(const Words&)>;
 
-  /// The heading of help that it stands below.
+  /// Sets its heading in help.
   Option* group(std::string_view name);
-  /// Help says this value.
+  /// Sets the default value that help shows.
   Option* default_text(const std::string& text);
-  /// Parsing fails without it.
+  /// Makes it required: parsing fails without it.
   Option* required();
-  /// Words for the missing value in an error.
+  /// Sets the names that the error for a missing value lists.
   Option* choices(std::vector<std::string> names);
-  /// It may be given again; a position takes several words.
+  /// Allows repetition; a positional argument then takes several words.
   Option* repeats();
-  /// The separator between several values of one word.
+  /// Sets the separator of several values in one word.
   Option* delimiter(char between);
-  /// Parsing fails where it is given without the other.
+  /// Requires another option: parsing fails if only this one is given.
   Option* needs(const Option* other);
-  /// Parsing fails where it is given with the other.
+  /// Excludes another option: parsing fails if both are given.
   Option* excludes(Option* other);
-  /// Values, in the words of help.
+  /// Sets the placeholder of its value in help.
   Option* type_name(std::string_view words);
 
-  /// As help says it: "--size", or "HIGH" of a position.
+  /// Its name in help: "--size", or "HIGH" for a positional argument.
   std::string get_name() const;
   /// Its names without dashes.
   const std::vector<std::string>& get_lnames() const;
-  /// The text of help.
+  /// Its help text.
   std::string get_help() const;
-  /// Number of times that it was given.
+  /// How often it was given.
   std::size_t count() const;
-  /// True if it is given without a value.
+  /// True if it takes no value.
   bool is_flag() const;
 
  private:
@@ -77,37 +77,37 @@ class Option {
 /// A command, or the program with its commands.
 class Command {
  public:
-  /// The program, which needs one of its commands. \param footer  what help ends with
+  /// The program, which requires one of its commands. \param footer last lines of help
   Command(std::string_view description, std::string_view name, const std::string& version,
           const std::string& footer);
   ~Command();
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
 
-  /// Adds an option of a name that starts with dashes, or a position, whose values a function takes.
+  /// Adds an option if the name starts with dashes, else a positional argument. \param take receives the values
   Option* add_option(std::string_view name, Option::Take take, std::string_view help);
-  /// Adds a flag that may have a value after =; without one the function is given "true".
+  /// Adds a flag with an optional value after `=`. Without one, `take` receives "true".
   Option* add_flag(std::string_view name, Option::Take take, std::string_view help);
-  /// Adds a flag that prints a text, and ends the run.
+  /// Adds a flag that prints a text and exits.
   void add_text_flag(std::string_view name, std::function<std::string()> text,
                      const std::string& help);
 
   std::string get_name() const;
-  /// Without --help.
+  /// All options but --help.
   std::vector<const Option*> get_options() const;
-  /// nullptr: there is none of that name.
+  /// The option of a name; nullptr if there is none.
   const Option* find_option(std::string_view name) const;
 
   /// Adds a command to the program.
   Command* add_command(std::string_view name, std::string_view description);
   /// All commands of the program.
   std::vector<Command*> commands() const;
-  /// The program's command that was given; nullptr: none.
+  /// The command given on the command line; nullptr if there was none.
   Command* chosen() const;
-  /// Parses the program's words and sets variables. \returns whether a command is to run: not after --help and --version,
-  /// which it answers. \throws UsageError
+  /// Parses the program's words and passes values to the options. \returns false if nothing remains to run, as after
+  /// --help and --version. \throws UsageError
   bool parse(std::vector<std::string> words);
-  /// Words that parsing did not understand.
+  /// Words that no option or command accepted.
   std::vector<std::string> not_understood() const;
 
  private:
@@ -116,7 +116,7 @@ class Command {
   std::string what_is_missing() const;
   void join_choices(std::vector<std::string>& words) const;
 
-  std::unique_ptr<CLI::App> owned_;  ///< Of the program
+  std::unique_ptr<CLI::App> owned_;  ///< Set for the program, null for commands
   CLI::App* app_;
   std::vector<std::unique_ptr<Command>> commands_;
   std::vector<std::unique_ptr<Option>> options_;

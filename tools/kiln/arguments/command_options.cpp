@@ -53,7 +53,7 @@ std::set<std::string> flags_of(const std::vector<OptionRow>& rows) {
 
 std::set<std::string> add_matching_flags(Command& command, Job& job,
                                          const std::set<std::string>& without) {
-  // Flags of reading meshes and of finding points, but for those that a match has no say in.
+  // Flags of mesh input that affect matching.
   static const std::set<std::string> of_meshes = {
       "--high",         "--low",       "--triangulate",    "--tangents",
       "--uv-copies",    "--two-sided", "--split-at-seams", "--traversal",
@@ -72,7 +72,7 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
 
 std::set<std::string> add_measured_map_flags(Command& command, Job& job) {
   static const std::set<std::string> wanted = {"--maps", "--transfer", "--range"};
-  // Those of values, not of how files hold them.
+  // Excludes flags that affect only how files store values.
   static const std::set<std::string> never = {"--space", "--bitangent",     "--flip-y",
                                               "--raw",   "--two-component", "--gutter",
                                               "--mips",  "--id-by"};

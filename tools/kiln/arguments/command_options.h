@@ -1,4 +1,4 @@
-// Rows of the option table as options of commands.
+// Adds rows of the option table to commands.
 #pragma once
 
 #include <set>
@@ -11,10 +11,10 @@
 
 namespace kiln::cli {
 
-/// Adds the options of rows to a command. \param job  of the type that the rows are of; outlives the parsing
+/// Adds the options of rows to a command. \param job object that the rows set; must outlive parsing
 void add_options(Command& command, std::span<const OptionRow> rows, void* job);
 
-/// The flags that were given, at their default value or another, such as "--views".
+/// Flags that were given explicitly, such as "--views", also with their default value.
 std::set<std::string> given_flags(const Command& command);
 
 /// Adds --device, --json and --quiet.
@@ -31,14 +31,15 @@ void add_height_options(Command& command, Job& job, const char* group) {
   add_options(command, rows, &job);
 }
 
-/// Adds all flags of the bake that change which points are found. A command may have none of some, or its own.
-/// \param without  names such as "--match"; call this before the command adds its own
-/// \returns the names of those added
+/// Adds all flags of `kiln bake` that affect which points are found, except those that the command omits or defines
+/// itself.
+/// \param without  flags to omit, such as "--match"; call this before the command adds its own
+/// \returns the names of the added flags
 std::set<std::string> add_matching_flags(Command& command, Job& arguments,
                                          const std::set<std::string>& without);
 
-/// Adds the flags of the bake that say which maps are made and what they hold: --maps, --transfer, those of
-/// occlusion, shadow and curvature. \returns their names
+/// Adds the flags of `kiln bake` that select maps and define their values: --maps, --transfer, and those of occlusion,
+/// shadow and curvature. \returns their names
 std::set<std::string> add_measured_map_flags(Command& command, Job& arguments);
 
 }  // namespace kiln::cli

@@ -56,7 +56,7 @@ OptionValue error_value() {
   return value;
 }
 
-/// Percent, or auto.
+/// A percentage, or auto.
 OptionValue min_part_value() {
   return value_of<Arguments>(
       "options.min_part", "number", "PERCENT|auto",
@@ -75,7 +75,7 @@ OptionValue min_part_value() {
       });
 }
 
-/// Three numbers with a separator between them.
+/// Three numbers with a separator.
 template <typename T>
 OptionValue three(Member<Arguments, std::array<T, 3>> member, std::string_view words,
                   char separator) {

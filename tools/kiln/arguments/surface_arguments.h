@@ -1,4 +1,4 @@
-// Options of commands that contour volumes: rows of the option table.
+// Option rows of commands that contour volumes.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@
 
 namespace kiln::cli {
 
-/// Which surface of which file, and how many faces: as extract() takes it, with what was left open.
+/// Arguments of contouring: the surface and its face count, as extract() takes them, plus options that Kiln may choose.
 struct SurfaceArguments {
   SurfaceArguments() { options.choose.min_part = true; }
 
   ExtractOptions options;
   std::optional<double> iso, error;
-  std::optional<bool> keep_topology;  ///< None: chosen
-  RawVolumeLayout raw;                ///< With --raw-size
+  std::optional<bool> keep_topology;  ///< Nullopt: chosen by Kiln
+  RawVolumeLayout raw;                ///< Used with --raw-size
 
   bool is_raw() const { return raw.size[0] != 0; }
 };
@@ -30,13 +30,13 @@ constexpr const char* kMapGroup = "The map";
 
 /// --iso, --inside, --border, --outer, --outer-gap, --faces, --error, --topology, --min-part.
 std::vector<OptionRow> surface_rows(bool iso_required);
-/// --chart-border, --raw-size and what goes with it.
+/// --chart-border, and --raw-size with its related flags.
 std::vector<OptionRow> file_and_chart_rows();
 
 /// Checks that need no file. \throws Error(usage)
 void check(const SurfaceArguments& arguments);
 
-/// The options, with what extract() is to choose.
+/// Options of extract(), including the values that it shall choose.
 ExtractOptions extract_options(const SurfaceArguments& arguments);
 
 /// \throws Error as load_volume() and load_raw_volume()
@@ -44,9 +44,9 @@ Volume read_volume(const std::string& path, const SurfaceArguments& arguments,
                    std::vector<Warning>& warnings);
 
 Json describe(const Volume& volume, const std::string& path);
-/// The options of the surface, for a report.
+/// The given options of the surface, for reports.
 Json describe(const SurfaceArguments& arguments);
-/// The options as they were used.
+/// The effective options, for reports.
 Json describe(const ExtractUsed& used);
 
 }  // namespace kiln::cli

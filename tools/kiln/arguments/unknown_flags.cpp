@@ -13,7 +13,7 @@ extern const char kUnknownFlags[];  // unknown_flags.txt
 
 namespace {
 
-/// The list's answer for a flag; empty: none. \param heading  "bake", "chart" or "faces"
+/// The answer in unknown_flags.txt for a flag; empty if there is none. \param heading "bake", "chart" or "faces"
 std::string answer_of(std::string_view heading, std::string_view name) {
   std::istringstream lines{std::string(kUnknownFlags)};
   bool below = false;
@@ -29,7 +29,7 @@ std::string answer_of(std::string_view heading, std::string_view name) {
   return {};
 }
 
-/// "--no-flip-y": flags are off unless they are given.
+/// Answers "--no-flip-y": flags are off unless given.
 std::string answer_to_negated(const Command& command, const std::string& name) {
   if (!name.starts_with("no-")) return {};
   const std::string flag = name.substr(3);
@@ -41,7 +41,7 @@ std::string answer_to_negated(const Command& command, const std::string& name) {
   return "Without --" + flag + " it is off, which is the default: leave --no-" + flag + " out.";
 }
 
-/// A map or a match, given as a flag.
+/// Answers a map's or a match's name that was given as a flag.
 std::string answer_to_name(const std::string& name) {
   const auto answer = [&](const char* what, const char* flag, std::string_view ours) {
     return "'" + name + "' is " + what + ": " + flag + " " + std::string(ours) + ".";

@@ -1,4 +1,4 @@
-// Answers to flags that no command has.
+// Explanations for unknown flags.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace kiln::cli {
 
-/// The answer for a word that begins with "-" and is no flag of this command: whole sentences.
+/// Explains a word that begins with "-" and is no flag of this command, in full sentences.
 std::string answer_to_unknown(const Command& command, const std::string& word);
 
 }  // namespace kiln::cli

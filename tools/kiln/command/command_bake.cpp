@@ -1,4 +1,4 @@
-// kiln bake: words to a job, and what came of it to words.
+// `kiln bake`: converts arguments to a job, and prints its result.
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -25,8 +25,8 @@ std::string size_text(std::uint32_t size) {
   return size == 0 ? "none" : std::to_string(size) + " x " + std::to_string(size);
 }
 
-/// Maps that weigh more than so many times what was chosen are not drawn.
-constexpr std::uint64_t kDrawn = 16;
+/// The plot omits maps with more than this many times the bytes of the chosen one.
+constexpr std::uint64_t kMaxDrawnBytesRatio = 16;
 
 Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
   const auto kib = [](const Candidate& c) { return static_cast<double>(c.bytes.total()) / 1024; };
@@ -38,7 +38,7 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
   for (const Candidate& trial : plan.outlook) by_size[trial.size].push_back(trial);
   std::erase_if(by_size, [&](const auto& curve) {
     return std::none_of(curve.second.begin(), curve.second.end(), [&](const Candidate& trial) {
-      return trial.bytes.total() <= kDrawn * plan.chosen.bytes.total();
+      return trial.bytes.total() <= kMaxDrawnBytesRatio * plan.chosen.bytes.total();
     });
   });
   double least = 1e300, most = 0, before = 0;
@@ -67,7 +67,7 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
   return plot;
 }
 
-/// Draws a plan by Python, which gets ready while the plan is made.
+/// Hooks that draw a plan with Python, which starts while the plan is computed.
 RunHooks drawing_hooks(const Job& job, std::optional<RunningProgram>& python) {
   RunHooks hooks;
   hooks.plan_files = [](const std::string& stem) { return plot_files(stem + "_plan"); };

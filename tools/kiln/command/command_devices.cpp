@@ -20,8 +20,8 @@
 namespace kiln::cli {
 namespace {
 
-/// Result of the device's self-test, or why it cannot be opened; empty: it computes as it should.
-std::string fault_of(const DeviceInfo& info) {
+/// The failure of the device's self-test, or why it cannot be opened; empty if it passes.
+std::string device_failure(const DeviceInfo& info) {
   try {
     Device::open(std::to_string(info.index));
   } catch (const Error& error) {
@@ -48,14 +48,14 @@ void print(const DeviceInfo& info) {
                "   may wait for itself without end where several threads use it, as plans do: "
                "choose PoCL's pthread (POCL_DEVICES=pthread)");
   }
-  std::fflush(stdout);  // what comes next may crash
-  const std::string fault = fault_of(info);
+  std::fflush(stdout);  // The driver may crash next.
+  const std::string fault = device_failure(info);
   print_line(stdout, "   computes as it should: " + (fault.empty() ? "yes" : "no. " + fault));
 }
 
-/// A sheet of squares over the unit square, with UVs, normals by default, and colours: every map can be baked of it.
-/// \param height  of its bumps
-Mesh sheet(std::uint32_t squares, float height) {
+/// A bumpy grid over the unit square with UVs and colours, from which every map can be baked.
+/// \param height  height of the bumps
+Mesh make_bumpy_grid(std::uint32_t squares, float height) {
   Mesh mesh;
   mesh.name = "sheet";
   const std::uint32_t points = squares + 1;
@@ -77,13 +77,13 @@ Mesh sheet(std::uint32_t squares, float height) {
   return mesh;
 }
 
-/// Bakes a small sheet, so that the kernels of these maps are kept. \throws Error(usage) for what is no map
-int warm(const std::string& device, const std::vector<std::string>& maps) {
+/// Bakes a small sheet to fill the kernel cache for these maps. \throws Error(usage) for an unknown map
+int fill_kernel_cache(const std::string& device, const std::vector<std::string>& maps) {
   constexpr std::uint32_t kTexels = 16, kSquares = 8;
   constexpr float kBumps = 0.02F;
   Job job;
-  job.high.emplace_back(sheet(kSquares, kBumps));
-  job.low = JobLow(sheet(1, 0));
+  job.high.emplace_back(make_bumpy_grid(kSquares, kBumps));
+  job.low = JobLow(make_bumpy_grid(1, 0));
   job.out = "warm";
   job.in_memory = true;
   job.bake.width = job.bake.height = kTexels;
@@ -127,19 +127,19 @@ Run add_devices(Command& app) {
     refuse_if(!arguments->warm && !arguments->device.empty(),
               "--device is of --warm: without it, all devices are listed.");
     refuse_if(arguments->warm && arguments->json, "--warm prints no JSON: leave --json out.");
-    if (arguments->warm) return warm(arguments->device, arguments->maps);
+    if (arguments->warm) return fill_kernel_cache(arguments->device, arguments->maps);
     const std::vector<DeviceInfo> devices = list_devices();
     if (arguments->json) {
       Json list = Json::array();
       for (const DeviceInfo& info : devices) {
         Json entry = describe(info);
-        entry["fault"] = fault_of(info);
+        entry["fault"] = device_failure(info);
         list.push_back(entry);
       }
       std::fputs(to_text(list).c_str(), stdout);
       return 0;
     }
-    if (devices.empty()) Device::open();  // says how to get one
+    if (devices.empty()) Device::open();  // throws with installation advice
     for (const DeviceInfo& info : devices) print(info);
     const Device chosen = Device::open();
     Console console(/*quiet=*/false);

@@ -28,7 +28,7 @@
 namespace kiln::cli {
 namespace {
 
-/// Values of files reach 1e38, whose digits nobody reads.
+/// Values of files reach 1e38, so large ones are shown with 6 significant digits.
 std::string error_text(double value) { return formatted(value < 1e6 ? "%.6f" : "%.6g", value); }
 
 struct DiffArguments {
@@ -49,7 +49,8 @@ void check(const DiffArguments& arguments) {
   prepare_parent(arguments.out);
 }
 
-/// Saves the difference of the maps: a picture with its scale (PNG), or the values as they are (EXR). The maps are gone after it.
+/// Saves the difference of two maps: a picture with a colour scale (PNG), or the values themselves (EXR). Consumes both
+/// maps.
 void save_difference(const DiffArguments& arguments, Image& a, Image& b, const Image* mask) {
   constexpr Colour kMasked = {0.55F, 0.60F, 0.68F};
   const bool by_channel =
@@ -75,9 +76,9 @@ void save_difference(const DiffArguments& arguments, Image& a, Image& b, const I
   save_image(make_sheet(panels, scale), arguments.out, {ImageFormat::png8});
 }
 
-/// How a file of one folder is beside that of the other.
+/// The result of comparing a file in both folders.
 struct FileDifference {
-  std::string file;   ///< Below both folders
+  std::string file;   ///< Path relative to both folders
   const char* state;  ///< equal, within, beyond, missing, new
   std::string problem;
   std::optional<ImageDifference> figures;
@@ -85,7 +86,7 @@ struct FileDifference {
 
 bool is_problem(const FileDifference& file) { return !file.problem.empty(); }
 
-/// Regular files of a folder and those in it, below it, sorted. Names that begin with a dot are left out.
+/// Sorted relative paths of all regular files below a folder, except names that begin with a dot.
 std::set<std::string> files_below(const std::filesystem::path& folder, const std::string& name) {
   namespace fs = std::filesystem;
   std::set<std::string> files;
@@ -107,7 +108,8 @@ std::set<std::string> files_below(const std::filesystem::path& folder, const std
   return files;
 }
 
-/// Holds a map to the limits of its kind: angles of directions, channel differences of all others.
+/// Compares a map with its golden file, by the limits of its kind: angles for direction maps, channel differences for
+/// others.
 FileDifference compare_maps(const DiffArguments& arguments, const std::string& file) {
   const std::filesystem::path golden = std::filesystem::path(arguments.a) / file,
                               ours = std::filesystem::path(arguments.b) / file;
@@ -173,7 +175,7 @@ Json difference_json(const FileDifference& file) {
   return json;
 }
 
-/// A folder of golden files beside one of ours.
+/// Compares a folder with a folder of golden files.
 int diff_folders(const DiffArguments& arguments) {
   refuse_if(!arguments.mask.empty(),
             "--mask is for two maps; of folders, the map 'mask' beside a golden map says which "
@@ -245,7 +247,7 @@ int run_diff(const DiffArguments& arguments) {
   refuse_if(!arguments.junit.empty(), "--junit is for two folders: leave it out.");
   check(arguments);
   Image a = load_normal_map(arguments.a);
-  // The other one, and an angle a texel.
+  // Memory for the second map and one angle per texel.
   require_pictures({.width = a.width, .height = a.height}, 2);
   Image b = load_normal_map(arguments.b);
   std::optional<Image> mask;

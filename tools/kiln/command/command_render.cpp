@@ -40,7 +40,7 @@ RenderOptions render_options(const RenderArguments& arguments) {
   return options;
 }
 
-/// Checks that would otherwise fail after the meshes were read.
+/// Checks arguments before meshes are read.
 void check(const RenderArguments& arguments) {
   refuse_if(std::filesystem::path(arguments.out).extension() != ".png",
             "--out '" + arguments.out + "': the picture is a PNG, so the name must end in .png.");
@@ -70,13 +70,13 @@ void check(const RenderArguments& arguments) {
             "--frames says how many frames --json times: add --json FILE.");
 }
 
-/// True if a lit picture is asked for without saying which maps it shows: those of the mesh's materials.
+/// True if a lit picture shows the maps of the mesh's materials, because no maps are given.
 bool shows_own_maps(const RenderArguments& a) {
   return !a.no_maps && a.normal.empty() && !bakes(a) && !a.dress.any() && a.show.empty() &&
          a.views == 0 && !a.flat;
 }
 
-/// Read, or baked, or of the mesh's materials; none where there is none.
+/// The normal map: from a file, baked, or of the mesh's materials; empty if there is none.
 NormalMap map_of(const RenderArguments& arguments, Image& image,
                  const std::function<Image()>& baked) {
   NormalMap map;
@@ -90,8 +90,9 @@ NormalMap map_of(const RenderArguments& arguments, Image& image,
   return map;
 }
 
-/// Original, low poly, low poly with the map, as far as they are there; with --error also where they differ.
-/// \param cage  drawn over all of them; null: none
+/// Draws the available panels: high poly, low poly, low poly with its map; with --error also the angles between their
+/// normals.
+/// \param cage  overlay for all panels; null: none
 Image draw_picture(const RenderArguments& arguments, const Scene* high, const Scene& low,
                    const Dressed& mesh, const Dress& maps, bool has_map,
                    const RenderOptions& options, const CagePicture* cage) {
@@ -125,7 +126,7 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   return make_sheet(panels, scale, panels.size());
 }
 
-/// Number of pictures that are held at a time: all that are drawn, what they become together, and those that help.
+/// Maximum number of pictures in memory: all panels, the combined picture and temporaries.
 std::uint64_t pictures_held(const RenderArguments& arguments, const Dress& maps, bool has_map) {
   if (arguments.views != 0) return 2 * std::uint64_t{arguments.views};
   if (!arguments.show.empty()) return 2 * arguments.show.size() + 1;
@@ -135,8 +136,8 @@ std::uint64_t pictures_held(const RenderArguments& arguments, const Dress& maps,
   return panels + std::max(helpers, arguments.error ? panels + 2 : panels);
 }
 
-/// Times of frames, drawn of the original, of the low poly, of the low poly with the map (Wang et al., figure 7;
-/// Barry and Wood, table 1).
+/// Measures frame times of the high poly, the low poly, and the low poly with its map (Wang et al., figure 7; Barry and
+/// Wood, table 1).
 Json time_frames(const RenderArguments& arguments, Console& console, const Scene* high,
                  const Scene& low, bool has_map, RenderOptions options) {
   constexpr std::uint32_t kFrames = 30, kLargest = 2048;

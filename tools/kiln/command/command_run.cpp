@@ -1,4 +1,4 @@
-// kiln run: a job file to bakes, and what came of them to words.
+// `kiln run`: runs the bakes of a job file, and prints their results.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -100,7 +100,7 @@ ReportHead head_of(const RunArguments& arguments, double seconds) {
   return {arguments.file, arguments.profile, arguments.shard, seconds};
 }
 
-/// Notes in a report how it differs from a former one, and says so.
+/// Adds the differences to a former report to a report, and prints them.
 void compare(const RunArguments& arguments, const Json& former, Json& report, Console& console) {
   add_baseline(report, former);
   report["baseline"] = arguments.baseline;
@@ -123,7 +123,7 @@ void compare(const RunArguments& arguments, const Json& former, Json& report, Co
   }
 }
 
-/// Writes all reports that were asked for.
+/// Writes all requested reports.
 void save_reports(const RunArguments& arguments, const Json& report) {
   if (!arguments.json.empty() && arguments.json != "-")
     save_report(arguments.json, without_pictures(report));
@@ -134,7 +134,7 @@ void save_reports(const RunArguments& arguments, const Json& report) {
   }
 }
 
-/// Reports of the parts of a run as one.
+/// Merges the reports of a run's shards.
 int merge(const RunArguments& arguments, Console& console) {
   refuse_if(arguments.json.empty() && arguments.report.empty() && arguments.junit.empty(),
             "--merge joins reports: say where to, --json FILE, --report FILE or --junit FILE.");
@@ -167,7 +167,7 @@ int merge(const RunArguments& arguments, Console& console) {
   return failed == 0 ? 0 : 1;
 }
 
-/// Runs a command by the shell, in the job file's folder. \returns its exit code
+/// Runs a shell command in the job file's folder. \returns its exit code
 int run_shell(const JobFile& file, const std::string& command, const std::string& input,
               std::string& said) {
   constexpr double kLimitSeconds = 3600;
@@ -183,7 +183,7 @@ int run_shell(const JobFile& file, const std::string& command, const std::string
   return result.exit_code;
 }
 
-/// What a server of results has to say, from any thread, for the end of a run.
+/// Collects warnings of the cache server from any thread, to print them at the end of a run.
 class LateWarnings {
  public:
   void add(const std::string& text) {
@@ -201,13 +201,13 @@ class LateWarnings {
   std::vector<std::string> texts_;
 };
 
-/// The folder of results; empty: they are on a server.
+/// The folder of the cache; empty if the cache is a server.
 std::filesystem::path cache_folder(const RunArguments& arguments, const JobFile& file) {
   if (arguments.cache.empty()) return file.folder / ".kiln";
   return is_cache_server(arguments.cache) ? "" : arguments.cache;
 }
 
-/// What was baked before; null: nothing is kept.
+/// Opens the cache; null with --no-cache.
 std::unique_ptr<BakeCache> open_cache(const RunArguments& arguments, const JobFile& file,
                                       LateWarnings& late) {
   refuse_if(arguments.no_cache && !arguments.cache.empty(),
@@ -221,7 +221,7 @@ std::unique_ptr<BakeCache> open_cache(const RunArguments& arguments, const JobFi
   } else {
     store = std::make_unique<FolderStore>(folder);
   }
-  // Two job files of one folder may have assets of one name.
+  // Records are separate for each job file, because two files of a folder may have assets of the same name.
   const std::filesystem::path records = file.folder / ".kiln" / "records" / file.path.filename();
   return std::make_unique<BakeCache>(file.folder, records, std::move(store));
 }
@@ -245,7 +245,7 @@ int plan(const Batch& batch, BakeCache& cache, const std::string& device) {
   return 0;
 }
 
-/// A path as makefiles have it.
+/// Escapes a path for makefiles.
 std::string make_path(const std::string& path) {
   std::string text;
   for (const char c : path) {
@@ -256,7 +256,7 @@ std::string make_path(const std::string& path) {
   return text;
 }
 
-/// All outputs, and all files that they depend on, as makefiles and Ninja read them.
+/// Writes a depfile for make and Ninja: all outputs, and all files that they depend on.
 void save_depfile(const RunArguments& arguments, const Batch& batch,
                   const std::vector<AssetResult>& results, BakeCache& cache) {
   std::set<std::string> inputs = {
@@ -278,7 +278,7 @@ void save_depfile(const RunArguments& arguments, const Batch& batch,
   save_text(arguments.depfile, text + "\n");
 }
 
-/// "2/8": which part of how many. \throws Error(usage)
+/// Removes all assets outside a shard such as "2/8" (the second of eight). \throws Error(usage)
 void keep_shard(const std::string& shard, Batch& batch) {
   const std::size_t slash = shard.find('/');
   double part = 0, count = 0;
@@ -294,7 +294,7 @@ void keep_shard(const std::string& shard, Batch& batch) {
   batch.assets = std::move(some);
 }
 
-/// What is held of results beside their bakes.
+/// Checks of results: golden maps, limits and hashes.
 class Holder {
  public:
   Holder(const RunArguments& arguments, const JobFile& file) : arguments_(arguments), file_(file) {
@@ -309,7 +309,7 @@ class Holder {
     }
   }
 
-  /// Of several assets at once.
+  /// Checks an asset. Called concurrently.
   std::vector<std::string> check(const BatchAsset& asset, const AssetResult& result) {
     if (!arguments_.hashes.empty() || !arguments_.check_hashes.empty()) {
       std::map<std::string, std::string> hashes;
@@ -333,14 +333,14 @@ class Holder {
     return {};
   }
 
-  /// After all assets. \param whole  no asset was left out \returns what is wrong
+  /// Finishes the checks after all assets. \param whole true if no asset was skipped \returns the problems
   std::vector<std::string> finish(Console& console, const std::vector<AssetResult>& results,
                                   bool whole) {
     for (const std::string& golden : golden_) console.line("accepted: " + golden);
     if (!arguments_.hashes.empty()) save_text(arguments_.hashes, hashes_text(hashes_));
     std::vector<std::string> problems;
     if (!arguments_.check_hashes.empty()) {
-      // Where assets were left out, theirs were not made.
+      // Skipped assets have no new hashes.
       if (!whole)
         std::erase_if(wanted_, [&](const auto& entry) { return hashes_.count(entry.first) == 0; });
       problems = compare_hashes(wanted_, hashes_);
@@ -372,7 +372,7 @@ ExpandOptions expand_options(const RunArguments& arguments) {
   return expand;
 }
 
-/// What a run would make, as a text: what is wrong with the job file where it cannot be read.
+/// Describes the outputs of a run as a text, or the error in the job file.
 std::string plan_text(const RunArguments& arguments) {
   try {
     const JobFile file = read_job_file(arguments.file, arguments.profile);
@@ -385,7 +385,7 @@ std::string plan_text(const RunArguments& arguments) {
   }
 }
 
-/// Files that a run depends on, as far as they are known.
+/// All known files that a run depends on.
 std::set<std::string> watched_files(const RunArguments& arguments) {
   std::set<std::string> files = {arguments.file};
   try {
@@ -404,7 +404,7 @@ std::set<std::string> watched_files(const RunArguments& arguments) {
       }
     }
   } catch (const Error&) {
-    // The run says what is wrong; the job file is watched.
+    // The run reports the error. The job file itself is watched.
   }
   return files;
 }
@@ -455,7 +455,7 @@ int run_job_file(const RunArguments& arguments) {
     late.print(console);
     return code;
   }
-  // What is wrong with a report's place or a former one is said before the work.
+  // Outputs and the former report are checked before the bakes.
   for (const std::string* const output : {&arguments.json, &arguments.report, &arguments.junit,
                                           &arguments.hashes, &arguments.depfile}) {
     if (*output != "-") prepare_parent(*output);
@@ -484,7 +484,7 @@ int run_job_file(const RunArguments& arguments) {
     for (const Warning& warning : result.causes)
       console.warning(asset.name + ": " + warning.message);
     const std::string state = result.state == AssetState::failed ? "FAILED" : name_of(result.state);
-    // Of what was left as it is, the last line tells.
+    // Unchanged assets are summarised in the last line.
     if (result.state != AssetState::unchanged)
       console.line(formatted("[%zu/%zu] ", done, batch.assets.size()) + asset.name + ": " + state +
                    formatted(" in %.2f s", result.seconds) +
@@ -509,7 +509,7 @@ int run_job_file(const RunArguments& arguments) {
     const bool wrote = std::any_of(results.begin(), results.end(), [](const AssetResult& result) {
       return result.state == AssetState::baked;
     });
-    // A server's limit is its own.
+    // A cache server enforces its own limit.
     const std::filesystem::path folder = cache_folder(arguments, file);
     if (wrote && !folder.empty()) FolderStore(folder).prune(limit);
     late.print(console);
@@ -548,7 +548,7 @@ int run_job_file(const RunArguments& arguments) {
   return failed.empty() && problems.empty() ? 0 : 1;
 }
 
-/// Options of kiln bake, which go before those of the file.
+/// Adds the options of `kiln bake`, which override those of the job file.
 void add_bake_options(Command& command, RunArguments& arguments) {
   static const std::set<std::string> own = {"HIGH",   "LOW",     "--high",   "--low",
                                             "--json", "--quiet", "--device", "--allow-outside"};

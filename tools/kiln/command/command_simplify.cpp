@@ -40,12 +40,12 @@ struct SimplifyArguments {
   bool hull = false, keep_parts = false;
   CleanHigh clean = CleanHigh::automatic;
   bool keep_inner = false, keep_hulls = false;
-  bool keep_uvs = false, laid_out = false;  // laid_out: --size, --unwrap or --density was given.
+  bool keep_uvs = false, laid_out = false;  // laid_out: --size, --unwrap or --density was given
   bool by_density = false;                  // --density was given.
   bool quiet = false, force = false;
 };
 
-/// The layout, in the words of the summary.
+/// Describes the UV layout for the summary.
 std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
   const char* const covers = charts == 1 ? kept ? "chart was kept, and covers" : "chart covers"
                              : kept      ? "charts were kept, and cover"
@@ -54,7 +54,7 @@ std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
                    coverage * 100);
 }
 
-/// UVs that lie farther outside of HIGH's charts than most textures go on around them.
+/// Warns about UVs farther outside HIGH's charts than the padding of most textures.
 void warn_of_uvs(const SimplifyReport& report, std::uint32_t size, std::vector<Warning>& warnings) {
   constexpr double kMostTexels = 8;
   const double texels = report.uv_strays * size;
@@ -104,7 +104,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.keep_uvs = arguments.keep_uvs;
   options.hull = arguments.hull;
   options.keep_parts = arguments.keep_parts;
-  options.fit_normals = false;  // Once there are seams.
+  options.fit_normals = false;  // Normals are fitted after unwrapping, when seams are known.
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
@@ -117,7 +117,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   Stopwatch fitting;
   low = fit_normals(low, high,
                     {.hard_degrees = arguments.hard_angle,
-                     // An angle of 180 says that no edge is hard.
+                     // An angle of 180 degrees disables hard edges.
                      .crease_degrees = arguments.hard_angle < 180 ? kShadingCreaseDegrees : 180,
                      .purpose = shaded ? NormalPurpose::shading : NormalPurpose::map},
                     &normals);

@@ -68,7 +68,7 @@ std::string size_text(std::uint64_t bytes) {
                          : formatted("%.2f MB", static_cast<double>(bytes) / 1e6);
 }
 
-/// States the angles between rendered normals of both, as `kiln render --reference` does.
+/// Adds the angles between rendered normals of both meshes to the page, as `kiln render --reference` prints them.
 void add_errors(const ViewCommandArguments& arguments, Mesh low,
                 const std::vector<Material>& materials, const Mesh& high, ViewPage& page,
                 std::vector<Warning>& warnings) {

@@ -27,7 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kDirect = "direct";  ///< Of --match: no match, but vertices splatted
+/// Value of --match: no matching; vertices are splatted into the map
+constexpr const char* kDirect = "direct";
 
 struct VolumeArguments {
   VolumeArguments() { surface.options.choose.size = true; }
@@ -143,17 +144,17 @@ void check(const VolumeArguments& a, bool by_density) {
       "--full '" + a.full + "': the full contour is written as OBJ, so the name must end in .obj.");
 }
 
-/// The long way: the full contour as the high poly.
-struct Baked {
+/// Result of a bake with the full contour as high poly.
+struct ContourBake {
   BakeReport report;
   double contour = 0, build = 0, bake = 0;  // seconds
   std::uint64_t triangles = 0;
   bool cancelled = false;
 };
 
-Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense,
-               ExtractResult& result, Console& console) {
-  Baked baked;
+ContourBake bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense,
+                     ExtractResult& result, Console& console) {
+  ContourBake baked;
   Stopwatch watch;
   baked.triangles = dense.triangles.size();
   const Source source(device, dense);
@@ -165,7 +166,7 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   options.match.max_distance = a.max_distance;
   options.encoding.space = a.surface.options.space;
   options.encoding.flip_y = a.surface.options.flip_y;
-  // Charts have just their border around them, and none may write into another's.
+  // Padding is limited to the border of charts, so that none writes into another.
   options.encoding.gutter = static_cast<std::int32_t>(a.surface.options.border_texels);
   options.progress = [&](double done, std::string_view stage) {
     return console.progress(0.6 + 0.3 * done, stage);
@@ -180,8 +181,8 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   return baked;
 }
 
-/// Options of a level after the first: for half the size on screen of the one before, so with a
-/// quarter of its faces and half the side of its map. Parts and topology are those of all levels.
+/// Options of a further level of detail. It is for half the size on screen of the one before, so it has a quarter of
+/// the faces and half the map's side. All levels share parts and topology.
 ExtractOptions next_level(const ExtractOptions& first, const ExtractReport& before) {
   ExtractOptions options = first;
   options.choose = {};
@@ -192,8 +193,8 @@ ExtractOptions next_level(const ExtractOptions& first, const ExtractReport& befo
   return options;
 }
 
-/// Adds further levels to the first. One that would save less than a tenth of the faces is left out, and so
-/// are those after it. \returns false where cancelled
+/// Adds further levels to the first. The chain ends before a level that would save less than 10% of the faces. \returns
+/// false if cancelled
 bool add_levels(const Device& device, const VolumeArguments& a, const ExtractOptions& options,
                 const VolumeSession& session, const std::optional<Mesh>& dense, Console& console,
                 std::vector<ExtractResult>& levels, std::vector<Warning>& warnings) {
@@ -211,7 +212,7 @@ bool add_levels(const Device& device, const VolumeArguments& a, const ExtractOpt
       break;
     }
     if (a.match != kDirect) {
-      Baked baked = bake_map(device, a, *dense, level, console);
+      ContourBake baked = bake_map(device, a, *dense, level, console);
       if (baked.cancelled) return false;
       level.report.warnings = std::move(baked.report.warnings);
     }
@@ -225,7 +226,7 @@ bool add_levels(const Device& device, const VolumeArguments& a, const ExtractOpt
   return true;
 }
 
-/// One level as programs read it.
+/// One level for the JSON report.
 Json level_json(const ExtractResult& level, std::size_t number, const fs::path& mesh,
                 const fs::path& map) {
   return {{"level", number},
@@ -238,7 +239,7 @@ Json level_json(const ExtractResult& level, std::size_t number, const fs::path& 
           {"error_cells", level.report.error}};
 }
 
-/// Prints what was chosen, and why.
+/// Prints the chosen values, with reasons.
 void print_choice(Console& console, const ExtractReport& r, const ExtractOptions& options) {
   const ExtractUsed& used = r.used;
   if (options.choose.error) {
@@ -323,12 +324,12 @@ int run_volume(const VolumeArguments& a) {
   if (a.lods != 0) session.emplace(device, std::move(loaded), options.contour);
   const Volume& volume = session ? session->volume() : loaded;
   std::vector<ExtractResult> levels;
-  levels.reserve(std::max(1U, a.lods));  // the first is referred to
+  levels.reserve(std::max(1U, a.lods));  // References to the first element must stay valid.
   levels.push_back(session ? session->extract(options) : extract(device, volume, options));
   stages.reset();
   ExtractResult& result = levels.front();
   watch.lap();
-  std::optional<Baked> baked;
+  std::optional<ContourBake> baked;
   std::optional<Mesh> dense;
   double dense_seconds = 0;
   if (a.match != kDirect || !a.full.empty()) {
@@ -366,7 +367,7 @@ int run_volume(const VolumeArguments& a) {
   }
   const double save_seconds = watch.lap();
   ExtractReport& r = result.report;
-  // This warning is of the direct map, which another took the place of.
+  // This warning is about the direct map, which the baked one replaced.
   if (baked) std::erase_if(r.warnings, [](const Warning& w) { return w.code == "map-too-fine"; });
   warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
   if (baked) {

@@ -25,14 +25,15 @@ bool is_cache_server(const std::string& cache) {
 
 namespace {
 
-/// Calls that fail in a row before a server is left alone.
+/// Failed requests in a row after which the server is abandoned.
 constexpr int kMostFailures = 3;
-/// Seconds to connect; and of a transfer without a byte a second, so that a server that hangs ends.
+/// Timeouts in seconds: for connecting, and for transfers below one byte per second, so that a hanging server does not
+/// block.
 constexpr long kConnectSeconds = 5, kStalledSeconds = 20;
-/// Largest result that is taken.
+/// Maximum bytes of a result.
 constexpr std::size_t kMostBytes = std::size_t{4} << 30;
 
-/// Without user and password, for messages.
+/// Removes user and password from a URL, for messages.
 std::string without_secret(const std::string& url) {
   const std::size_t host = url.find("//") + 2, at = url.find('@', host), end = url.find('/', host);
   return at == std::string::npos || at > end ? url : url.substr(0, host) + url.substr(at + 1);
@@ -102,7 +103,7 @@ class HttpStore : public CacheStore {
     return answer >= 200 && answer < 300;
   }
 
-  /// \returns the answer's status; 0: there was none
+  /// \returns the HTTP status; 0 if there was no answer
   template <typename Prepare>
   long call(const std::string& name, const Prepare& prepare) {
     if (failures_ >= kMostFailures) return 0;
@@ -117,7 +118,7 @@ class HttpStore : public CacheStore {
     curl_easy_setopt(handle, CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
     curl_easy_setopt(handle, CURLOPT_LOW_SPEED_LIMIT, 1L);
     curl_easy_setopt(handle, CURLOPT_LOW_SPEED_TIME, kStalledSeconds);
-    // Waiting for "100 Continue" takes a second where a server does not know it.
+    // Servers that do not support "100 Continue" would cost a second of waiting.
     curl_slist* const headers = curl_slist_append(nullptr, "Expect:");
     curl_easy_setopt(handle, CURLOPT_HTTPHEADER, headers);
     prepare(handle);
@@ -125,7 +126,7 @@ class HttpStore : public CacheStore {
     long answer = 0;
     if (code == CURLE_OK) curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &answer);
     curl_slist_free_all(headers);
-    curl_easy_reset(handle);  // connections stay
+    curl_easy_reset(handle);  // keeps connections open
     give_back(handle);
     const bool good = code == CURLE_OK && ((answer >= 200 && answer < 300) || answer == 404);
     if (good) {

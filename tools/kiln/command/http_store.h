@@ -1,4 +1,4 @@
-// A cache of kiln run on a server, by plain GET and PUT.
+// The cache of `kiln run` on an HTTP server, with GET and PUT requests.
 #pragma once
 
 #include <functional>
@@ -9,13 +9,13 @@
 
 namespace kiln::cli {
 
-/// True if a --cache names a server: "http://" or "https://".
+/// True if the value of --cache is a URL: "http://" or "https://".
 bool is_cache_server(const std::string& cache);
 
-/// Results at URL/NAME. 404 is a result that is not there. A server that cannot be reached, or answers with errors, is
-/// left alone for the rest of the run after a few calls in a row: a run never fails for want of a cache.
-/// \param warn  is told once why the server is left alone; any thread
-/// \throws Error(usage) for what is no URL, and where this build has no libcurl
+/// Stores results at URL/NAME. Status 404 means that a result is missing. After three failed requests in a row, the
+/// server is not used for the rest of the run: a missing cache never fails a run.
+/// \param warn  called once with the reason when the server is abandoned, from any thread
+/// \throws Error(usage) for an invalid URL, and in builds without libcurl
 std::unique_ptr<CacheStore> open_cache_server(const std::string& url,
                                               std::function<void(const std::string&)> warn);
 

@@ -20,12 +20,12 @@
 namespace kiln::cli {
 namespace {
 
-/// Flags of the match that say no more than what the meshes are.
+/// Flags of mesh input, which do not request a bake.
 const std::set<std::string> kOfMeshes = {
     "--high", "--low",    "--triangulate",   "--split-at-seams", "--up",
     "--unit", "--uv-set", "--allow-outside", "--tangents",       "--high-normals"};
 
-/// Flags that have a say in a cage; the first ones in any.
+/// Flags that affect a cage: kOfCages any cage, kOfFoundCages only one that Kiln computes.
 const std::set<std::string> kOfCages = {"--cage", "--cage-mesh"};
 const std::set<std::string> kOfFoundCages = {"--direction",  "--edge-width", "--max-distance",
                                              "--match-by",   "--match-list", "--low-names",
@@ -154,8 +154,8 @@ std::vector<ViewAngles> measured_views(const RenderOptions& options) {
           {0, -90}};
 }
 
-/// Measures how near the low poly comes to the reference, from the view shown and along the six
-/// axes. Says so, and returns it for the report. The same pixels whatever the picture's own size.
+/// Measures the low poly's deviation from the reference in measured_views(). Prints it, and returns it for the report.
+/// The resolution does not depend on the picture's size.
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map) {
   const std::vector<ViewAngles> views = measured_views(options);
@@ -182,7 +182,7 @@ Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& 
   return json;
 }
 
-/// The views that a match by depth views takes (Wang, Froehlich, Goebel 2003, figure 4a).
+/// Shows the depth views of --match views (Wang, Froehlich, Goebel 2003, figure 4a).
 Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options) {
   options.trim = false;
   std::vector<Panel> panels;
@@ -196,8 +196,8 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
   return make_sheet(panels);
 }
 
-/// Distance of the low poly from directions all around. None is along an axis, from where flat
-/// faces look as straight down as they were baked.
+/// Measures the low poly's deviation from directions all around. None is along an axis, since flat faces seen head-on
+/// hide errors.
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
   constexpr std::uint32_t kAround = 30, kPixels = 256;
   std::vector<ViewAngles> views;
@@ -213,8 +213,8 @@ Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool
 namespace {
 
 constexpr double kClearly = 0.9;  // of the error, at most
-// A map of HIGH's own normals is nearer than none, but for what its bits round off: one that is farther by so many times and
-// degrees fits another HIGH.
+// A map of HIGH's normals lowers the error, apart from rounding. If it raises the error by this factor plus this many
+// degrees, it belongs to another HIGH.
 constexpr double kWorse = 1.1, kWorseDegrees = 1;
 constexpr std::uint32_t kPixels = 256;
 
@@ -230,8 +230,8 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
   const double turned = reference.compare(Scene(device, mesh, map)).mean_degrees;
   const double without = reference.compare(Scene(device, mesh, map), true).mean_degrees;
   const bool turning_helps = turned < kClearly * as_given;
-  // A map of other normals than HIGH's may be less wrong with any axis turned. One of the other convention is right then,
-  // which is nearer than no map.
+  // Inverting any axis may lower the error of a foreign map. Only a map that then beats no map at all is of the other
+  // convention.
   const bool makes_worse = std::min(as_given, turned) > kWorse * without + kWorseDegrees;
   if (makes_worse || (turning_helps && !(turned < kClearly * without))) {
     const std::string text = formatted(
@@ -261,7 +261,7 @@ constexpr double kEdgeWidth = 1.5, kEdgeHides = 0.9;
 constexpr double kStep = 1;      // pixels along an edge
 constexpr double kBehind = 1.5;  // pixels, in depth: an edge lies on its faces
 
-/// Without the inner shell and what no picture needs.
+/// Copies the outer shell of a cage, with the data that pictures need.
 Mesh outer_of(const Mesh& cage) {
   Mesh outer;
   outer.name = cage.name;
@@ -285,7 +285,7 @@ Viewed project(const PictureGeometry& geometry, const Mesh& mesh, std::uint32_t 
   return {at[0], at[1], at[2]};
 }
 
-/// Draws the parts of an edge that nothing of the cage lies before.
+/// Draws the visible parts of an edge, which no part of the cage hides.
 void draw_edge(const Viewed& a, const Viewed& b, const Image& depth, double behind,
                Canvas& canvas) {
   const double size = std::hypot(b.x - a.x, b.y - a.y);

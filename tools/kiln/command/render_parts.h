@@ -1,4 +1,4 @@
-// Parts of `kiln render`: its arguments, the map that it bakes, its pictures and figures.
+// Parts of `kiln render`: its arguments, its baked map, its pictures and measurements.
 #pragma once
 
 #include <cstdint>
@@ -35,41 +35,41 @@ struct RenderArguments {
   bool draw_cage = false, no_maps = false;
 };
 
-/// True if a map is to be baked for the picture: --map-size was given, or a flag of the match without --draw-cage.
+/// True if a map must be baked for the picture: --map-size was given, or a flag of matching without --draw-cage.
 bool bakes(const RenderArguments& arguments);
 
-/// The flags of the match as the bake has them.
+/// The job of that bake.
 Job baking(const RenderArguments& arguments);
 
-/// Checks that would otherwise fail after the meshes were read. \throws Error(usage)
+/// Checks arguments of the bake before meshes are read. \throws Error(usage)
 void check_bake(const RenderArguments& arguments);
 
 Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
                const Mesh& mesh, std::vector<Warning>& warnings);
 
-/// Pictures side by side, with a thin line between them.
+/// Joins pictures side by side, separated by thin lines.
 Image join(std::vector<Image> panels);
-/// Asks for pictures before the first is drawn. \param count  held at a time, at most
-/// \throws Error(internal) where they do not fit
+/// Checks the memory for pictures before the first is drawn. \param count maximum number at a time
+/// \throws Error(internal) if they do not fit
 void require_pictures(const PictureGeometry& size, std::uint64_t count);
-/// The seven views that angles of a page and of `kiln render` are stated over: that of the options, and both ways along
-/// each axis.
+/// The seven views of the measured angles in pages and `kiln render`: the options' own, and both directions of each
+/// axis.
 std::vector<ViewAngles> measured_views(const RenderOptions& options);
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map);
 Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options);
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up);
 
-/// Compares rendered normals with those of the map as it is, and with its green turned round; adds a warning
-/// where it fits better so, by a tenth or more.
-/// \param map    without an image: nothing is done
-/// \param frame  the high poly, which pictures show all of
+/// Compares HIGH's rendered normals with those of the map as given and with inverted green. Adds a warning if the error
+/// is at least 10% lower inverted.
+/// \param map  if it has no image, nothing is checked
+/// \param frame  the mesh that the pictures frame: the high poly
 void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Scene& high,
                  const Mesh& frame, bool z_up, std::vector<Warning>& warnings);
 
-/// The surface that rays start from, as --cage or --cage-mesh and what goes with them say: of two shells the
-/// outer one. \param high  null: none
-/// \throws Error(usage) where a share of HIGH's diagonal, or auto, is asked for without HIGH; Error(input)
+/// The surface where rays start, by --cage, --cage-mesh and related flags; of two shells the outer one. \param high
+/// null: none
+/// \throws Error(usage) if the cage is relative to HIGH's diagonal, or auto, without HIGH; Error(input)
 Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, const Mesh* high,
                 std::vector<Warning>& warnings);
 
@@ -78,8 +78,8 @@ class CagePicture {
   CagePicture(const Device& device, Mesh cage);
 
   const Mesh& mesh() const { return mesh_; }
-  /// Tints what the cage covers and draws the edges that look to the viewer. What sticks out of it stays as
-  /// it is. \param within  drawn in `picture` with these options
+  /// Tints the pixels that the cage covers, and draws its edges that face the viewer. Parts of the scene outside the
+  /// cage are unchanged. \param within the scene drawn in `picture` with these options
   void draw(const Scene& within, const RenderOptions& options, Image& picture) const;
 
  private:

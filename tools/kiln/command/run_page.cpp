@@ -20,8 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Sides of pictures and maps. Each is halved until all of a page are expected within its bytes, so that browsers open
-/// pages of thousands of assets, too: packed texels take about a byte and a half.
+/// Sides of pictures and maps in pixels. Each is halved, down to its minimum, until all pictures of a page are expected
+/// within a byte budget, so that browsers can open pages with thousands of assets. Compressed texels take about 1.5
+/// bytes.
 struct PageSizes {
   std::uint32_t picture = 256, map = 512;
 };
@@ -48,7 +49,7 @@ PageSizes sizes_of(const std::vector<AssetResult>& results) {
   return sizes;
 }
 
-/// A picture as a page has it within.
+/// Encodes a picture as a data URI.
 Json data_uri(const Image& image) {
   if (image.width == 0) return {};
   const std::vector<std::byte> bytes = encode(image, {ImageFormat::png8});
@@ -72,7 +73,7 @@ Json map_json(const MapPicture& map) {
   return json;
 }
 
-/// "pictures", "rendered" and "maps" of an asset.
+/// Draws an asset and returns its "pictures", "rendered" and "maps".
 Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
                  const std::function<Device()>& device, const PageSizes& sizes) {
   Json drawn = {
@@ -168,7 +169,7 @@ Json without_pictures(const Json& report) {
 }
 
 void save_page(const fs::path& path, const Json& report) {
-  // Links begin at the page.
+  // Links are relative to the page.
   const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
   Json linked = report, assets = Json::array();
   for (Json asset : report.at("assets").elements()) {

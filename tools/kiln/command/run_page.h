@@ -1,4 +1,4 @@
-// The page of kiln run --report: pictures and figures of each asset, in one file.
+// The page of `kiln run --report`: pictures and statistics of each asset in one file.
 #pragma once
 
 #include <filesystem>
@@ -14,18 +14,18 @@
 
 namespace kiln::cli {
 
-/// Adds to each asset of a report what a page shows: "pictures", "rendered" and "maps". A picture that cannot be drawn
-/// leaves a note.
-/// \param device  called once, for the first picture \param cache  that keeps pictures; null: none
-/// \returns false where interrupted
+/// Adds the contents of a page to each asset of a report: "pictures", "rendered" and "maps". If a picture cannot be
+/// drawn, a note explains why.
+/// \param device  called once, for the first picture \param cache cache of pictures; null: none
+/// \returns false if interrupted
 bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
                   const std::vector<AssetResult>& results, const std::function<Device()>& device,
                   BakeCache* cache, Console& console);
 
-/// The same without bytes of pictures.
+/// A copy of a report without the bytes of pictures.
 Json without_pictures(const Json& report);
 
-/// Writes the page, which needs no other file. \throws Error(output)
+/// Writes the page as one self-contained file. \throws Error(output)
 void save_page(const std::filesystem::path& path, const Json& report);
 
 }  // namespace kiln::cli

@@ -21,12 +21,13 @@ extern char** environ;
 namespace kiln::cli {
 namespace {
 
-/// Between two looks; a look that takes longer has as long a pause, so that half a core at most is used.
+/// Minimum pause between two checks. The pause is at least as long as the check, so that checks use at most half a
+/// core.
 constexpr std::chrono::milliseconds kPause(100);
-/// Without a change for so long, a file counts as saved.
+/// A file counts as completely saved after this time without a change.
 constexpr std::chrono::milliseconds kSettled(60);
 
-/// Size, times and number of a file; empty: it is not there.
+/// Size, times and inode number of a file; empty if there is none.
 std::string state_of(const std::string& path) {
   const auto facts = os::facts_of(std::filesystem::path(path));
   if (!facts) return {};
@@ -40,7 +41,7 @@ struct Look {
   bool operator==(const Look&) const = default;
 };
 
-/// The words that this program was called by, without --watch.
+/// The arguments of this program, without --watch.
 std::vector<std::string> own_words() {
   std::ifstream in("/proc/self/cmdline", std::ios::binary);
   std::vector<std::string> words;
@@ -91,7 +92,7 @@ int run_watched(const std::function<std::set<std::string>()>& files,
     if (interrupted()) return kExitCancelled;
     known = files();
     Look seen = look();
-    // What was saved while it ran is a change; files that it found are taken as they are now.
+    // Files saved during the run count as changed; files that the run found first count with their current state.
     for (const auto& [file, state] : before.states) {
       if (seen.states.count(file) != 0) seen.states[file] = state;
     }

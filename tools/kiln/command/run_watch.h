@@ -1,4 +1,4 @@
-// kiln run --watch: a run whenever what it depends on changes.
+// `kiln run --watch`: repeats a run whenever one of its dependencies changes.
 #pragma once
 
 #include <functional>
@@ -9,12 +9,13 @@
 
 namespace kiln::cli {
 
-/// Runs this program again as it was called, but without --watch, and once more whenever a file changes. Each run is a
-/// process of its own: what it reads and writes, and how it ends, is no other's.
-/// \param files  that a change of begins a run: called before and after each run
-/// \param plan   what a run would make, as a text: another one begins a run, too, such as for a new file
-/// \returns the exit code of an interrupt, by which alone it ends
-/// \throws Error(internal) where the system does not say how the program was called
+/// Runs this program with the same arguments but --watch, and again whenever a file changes. Each run is a separate
+/// process, so that crashes and state do not affect later ones.
+/// \param files  returns the files whose changes start a run; called before and after each run
+/// \param plan  returns a text that describes the outputs of a run; a different text also starts a run, for example
+///              after a new input file
+/// \returns the exit code of an interrupt, which is the only way to end it
+/// \throws Error(internal) if the system does not provide the program's arguments
 int run_watched(const std::function<std::set<std::string>()>& files,
                 const std::function<std::string()>& plan, Console& console);
 

@@ -26,12 +26,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Samples a pixel, and rays of occlusion: thumbnails need fewer than a picture that stands alone.
+/// Samples per pixel, and occlusion rays per sample: thumbnails need fewer than full pictures.
 constexpr std::uint32_t kSamples = 2, kAmbientRays = 16;
 
-/// The low poly as it was written, or else as it was given. \param own  true: its materials name its maps
-MeshFiles shown_low(const Job& job, const std::vector<std::string>& files, bool& own,
-                    std::vector<Warning>& warnings) {
+/// The low poly as written, or else as given. \param own out: true if its materials reference its maps
+MeshFiles load_written_low(const Job& job, const std::vector<std::string>& files, bool& own,
+                           std::vector<Warning>& warnings) {
   const std::string asset = asset_file(job);
   own = !asset.empty();
   if (own) return load_meshes({asset}, LoadMeshOptions(), false, warnings, true);
@@ -42,14 +42,14 @@ MeshFiles shown_low(const Job& job, const std::vector<std::string>& files, bool&
   return load_low_files(job, warnings);
 }
 
-/// What follows the stem in the name of a map's file.
+/// The part of a map's file name after the stem.
 std::string map_name(const Job& job, const std::string& file) {
   const std::string name = fs::path(file).stem().string(), before = low_stem(job) + "_";
   return name.size() > before.size() && name.starts_with(before) ? name.substr(before.size())
                                                                  : name;
 }
 
-/// The file of a folder that a material would have in a place; empty: there is none.
+/// The written file for a material's slot; empty if there is none.
 std::string file_for(const Image* AssetMaps::*place, const Job& job,
                      const std::vector<std::string>& files) {
   AssetMaps places;
@@ -59,8 +59,8 @@ std::string file_for(const Image* AssetMaps::*place, const Job& job,
   return {};
 }
 
-/// The mean of blocks of texels, so that no side is longer than it may be.
-Image shrunk(const Image& image, std::uint32_t side) {
+/// Averages blocks of texels so that no side exceeds `side`.
+Image downsample(const Image& image, std::uint32_t side) {
   const std::uint32_t step =
       std::max(1U, (std::max(image.width, image.height) + side - 1) / std::max(1U, side));
   if (step == 1) return image;
@@ -89,7 +89,7 @@ Image shrunk(const Image& image, std::uint32_t side) {
   return result;
 }
 
-/// Some channels of an image, moved into [0, 1].
+/// Extracts channels of an image, and maps [from, to] to [0, 1].
 Image channels_of(const Image& image, std::uint32_t first, std::uint32_t count, double from,
                   double to) {
   Image result{image.width, image.height, count, {}};
@@ -134,17 +134,17 @@ MapPicture picture_of(const std::string& name, const Image& map, std::uint32_t s
     least = std::min(least, low);
     most = std::max(most, high);
   }
-  // Values as they are may lie anywhere; those of pictures in [0, 1].
+  // Raw values may have any range; those of pictures are in [0, 1].
   result.shown_from = least;
   result.shown_to = most;
-  const Image small = shrunk(map, side);
-  // PNG has grey and RGB: of two channels the third is 0.
+  const Image small = downsample(map, side);
+  // PNG stores grey or RGB, so two channels get a third of 0.
   result.picture = channels_of(small, 0, small.channels == 1 ? 1 : 3, least, most);
   if (map.channels == 4) result.alpha = channels_of(small, 3, 1, 0, 1);
   return result;
 }
 
-/// Three channels of what a scene is painted with; none of an empty path.
+/// Maps for drawing, with three channels each; empty paths give none.
 Dress dress_of(const Job& job, const std::vector<std::string>& files) {
   DressMaps maps;
   maps.color = file_for(&AssetMaps::color, job, files);
@@ -156,10 +156,10 @@ Dress dress_of(const Job& job, const std::vector<std::string>& files) {
 
 DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<std::string>& files,
                       std::uint32_t size) {
-  std::vector<Warning> warnings;  // the bake gave them
+  std::vector<Warning> warnings;  // Dropped, because the bake already reported them.
   DrawnAsset result;
   bool own = false;
-  MeshFiles low_files = shown_low(job, files, own, warnings);
+  MeshFiles low_files = load_written_low(job, files, own, warnings);
   Mesh low_mesh = std::move(low_files.mesh);
   HighPolyInput dense = load_high(job.high, job.heights, load_options(job, MeshSide::high),
                                   has_more_files(job), warnings);

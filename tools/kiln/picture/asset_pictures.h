@@ -1,4 +1,5 @@
-// Pictures of a bake for a page: high poly, low poly, low poly with its maps, and where their normals differ.
+// Pictures of a bake for the report page: high poly, low poly, low poly with its maps, and the angles between their
+// normals.
 #pragma once
 
 #include <cstdint>
@@ -12,36 +13,36 @@
 
 namespace kiln::cli {
 
-/// Pictures of a bake, and the angles that they show.
+/// Pictures of a bake, and the mean angles between rendered normals.
 struct DrawnAsset {
   Image high, low;
-  Image with_maps, errors;          ///< Without texels where no map can be shown
+  Image with_maps, errors;          ///< Empty if no map can be shown
   double without_maps_degrees = 0;  ///< Mean angle between rendered normals of HIGH and LOW
-  double with_maps_degrees = 0;     ///< The same of LOW with its maps
-  double scale_degrees = 0;         ///< Of the brightest colour of `errors`
-  std::string note;                 ///< Why a picture is missing; empty: none is
+  double with_maps_degrees = 0;     ///< Mean angle between HIGH and LOW with its maps
+  double scale_degrees = 0;         ///< Angle of the brightest colour in `errors`
+  std::string note;                 ///< Why a picture is missing; empty if none is
 };
 
-/// Draws what a job was given and wrote, from the view that `kiln render` takes. \param files  that it wrote
-/// \param size  of the pictures, which are square, pixels \throws Error(input) where a file cannot be read
+/// Draws a job's inputs and outputs, from the default view of `kiln render`. \param files files that the job wrote
+/// \param size  side of the square pictures, pixels \throws Error(input) if a file cannot be read
 DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<std::string>& files,
                       std::uint32_t size);
 
-/// A map for a page: its own values, and the picture that shows them.
+/// A map for the report page: statistics of its values, and a picture.
 struct MapPicture {
   std::string name;  ///< "normal"
-  std::string file;  ///< Empty: it is within an asset's file
+  std::string file;  ///< Empty if the map is embedded in an asset's file
   std::uint32_t width = 0, height = 0, channels = 0;
   std::vector<std::optional<double>> least, mean,
-      most;                             ///< By channel, of finite values; none: there is none
+      most;  ///< Range of finite values per channel; nullopt if there are none
   double shown_from = 0, shown_to = 1;  ///< Values of black and white
-  std::string hash;                     ///< Of its values
-  Image picture;  ///< Of its first three channels, or its only one; values in [0, 1]
-  Image alpha;    ///< Of its fourth; without texels where it has none
+  std::string hash;                     ///< Hash of its values
+  Image picture;  ///< Its first three channels, or its only one; values in [0, 1]
+  Image alpha;    ///< Its fourth channel; empty if it has none
 };
 
-/// Maps of a job: files of pictures that it wrote, or what its asset's materials have.
-/// \param side  most texels a side of pictures; maps are averaged down to it
+/// Maps of a job: its picture files, or the textures of its asset's materials.
+/// \param side  maximum side of pictures in texels; larger maps are averaged down to it
 std::vector<MapPicture> picture_maps(const Job& job, const std::vector<std::string>& files,
                                      std::uint32_t side);
 

@@ -8,11 +8,11 @@
 namespace kiln::cli {
 namespace {
 
-/// A letter on a grid: lines from y = 0 (as deep as a "g") over 2 (where letters stand) and 6 (as high as an
-/// "x") to 8 (as high as an "X").
+/// A letter as strokes on a grid: y = 0 is the descender of "g", 2 the baseline, 6 the height of "x", 8 the height of
+/// "X".
 struct Glyph {
   int width = 0;  ///< Largest x; the next letter begins kGlyphGap further
-  /// Lines, apart by spaces: two digits a point, x and y. A line of one point twice is a dot.
+  /// Polylines separated by spaces, two digits (x, y) per point. A line with the same point twice is a dot.
   std::string_view lines;
 };
 
@@ -20,7 +20,7 @@ constexpr double kGlyphGap = 2;
 
 constexpr Glyph kBox = {4, "0208484202"};
 
-// From the space, 32, to "~", 126.
+// Glyphs of the ASCII characters 32 (space) to 126 ("~").
 constexpr std::array<Glyph, 95> kGlyphs = {{
     {2, ""},
     {0, "0804 0202"},
@@ -125,7 +125,7 @@ Glyph glyph_of(char letter) {
   return kGlyphs[static_cast<std::size_t>(index)];
 }
 
-constexpr double kRows = 10;  // of a glyph's grid, in the height of a line
+constexpr double kRows = 10;  // rows of the glyph grid per line height
 
 /// True if a byte begins a character of UTF-8.
 bool begins(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; }

@@ -1,4 +1,4 @@
-// Pictures put together from panels, lines and labels.
+// A canvas for composing pictures from panels, lines and labels.
 #pragma once
 
 #include <array>
@@ -10,16 +10,16 @@
 
 namespace kiln::cli {
 
-using Colour = std::array<float, 3>;  ///< [0, 1], as the file has it
+using Colour = std::array<float, 3>;  ///< [0, 1], in the file's encoding
 constexpr Colour kWhite = {1, 1, 1}, kInk = {0.13F, 0.13F, 0.13F};
 
-/// Height of a line of text that is easy to read at the picture's own size, pixels.
+/// Default height of a line of text in pixels, readable at the picture's native size.
 constexpr double kTextHeight = 20;
 
-/// Size of a line of text, pixels.
+/// Width of a line of text in pixels.
 double text_width(const std::string& text, double height = kTextHeight);
 
-/// An RGB picture to draw on. Coordinates are pixels from the top left corner; what lies beside is left out.
+/// An RGB picture to draw on. Coordinates are pixels from the top left corner; drawing is clipped to the picture.
 class Canvas {
  public:
   Canvas(std::uint32_t width, std::uint32_t height, const Colour& background = kWhite);
@@ -29,10 +29,10 @@ class Canvas {
   void put(const Image& picture, std::int64_t left, std::int64_t top);
   void fill(std::int64_t left, std::int64_t top, std::int64_t width, std::int64_t height,
             const Colour& colour);
-  /// Round ends. \param width  pixels. \param share  how much of what is below it hides, [0, 1]
+  /// Draws a line with round ends. \param width pixels. \param share opacity in [0, 1]
   void line(double x0, double y0, double x1, double y1, double width, const Colour& colour,
             double share = 1);
-  /// \param top  of the line of text. Bytes that are not ASCII become boxes, one a character
+  /// \param top  of the line of text. Characters outside ASCII become boxes
   void text(double left, double top, const std::string& words, const Colour& colour = kInk,
             double height = kTextHeight);
 

@@ -11,14 +11,14 @@
 namespace kiln::cli {
 namespace {
 
-// Colours that Scene::draw() paints meshes with, linear light (kernels/render/render.cl).
+// Colour of meshes in Scene::draw(), in linear light (kernels/render/render.cl).
 constexpr std::array<float, 3> kClay = {0.60F, 0.505F, 0.425F};
 
 double linear(double value) {
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-/// Three channels, whatever the file has: a single one is grey.
+/// Converts an image to three channels; a single one becomes grey.
 Image three_channels(const Image& image) {
   Image result{image.width, image.height, 3, {}};
   const std::size_t texels = std::size_t{image.width} * image.height;
@@ -32,25 +32,23 @@ Image three_channels(const Image& image) {
   return result;
 }
 
-/// A map over the mesh, without light; 0 beside the mesh.
-Image over_mesh(const Dressed& dressed, const Image& map, RenderOptions options) {
+/// Draws the mesh unlit with a map; pixels beside the mesh are 0.
+Image draw_with_map(const Dressed& dressed, const Image& map, RenderOptions options) {
   const Scene scene(dressed.device, dressed.mesh, {&map});
   options.show_colors = true;
   options.flat = options.show_normals = options.ignore_map = false;
   return scene.draw(options);
 }
 
-/// Not 0 where the picture shows the mesh.
-Image mask(const Dressed& dressed, const RenderOptions& options) {
-  return over_mesh(dressed, Image{1, 1, 3, {1, 1, 1}}, options);
+/// Draws the mesh's coverage: not 0 in pixels that show it.
+Image draw_coverage(const Dressed& dressed, const RenderOptions& options) {
+  return draw_with_map(dressed, Image{1, 1, 3, {1, 1, 1}}, options);
 }
 
 /// \param bend  -1 (the strongest cavities) to 1 (the strongest edges)
-float light_of_bend(float bend) {
-  return 1 + (bend > 0 ? kEdgeLight - 1 : 1 - kCavityLight) * bend;
-}
+float light_factor(float bend) { return 1 + (bend > 0 ? kEdgeLight - 1 : 1 - kCavityLight) * bend; }
 
-/// Name of a map's file, without the mesh's name before it.
+/// Name of a map's file without the prefix of the mesh's name.
 std::string caption(const std::string& file, const Mesh& mesh) {
   std::string stem = std::filesystem::path(file).stem().string();
   const std::string before = mesh.name + "_";
@@ -71,9 +69,9 @@ Dress load_dress(const DressMaps& maps) {
 void dress(const Dressed& dressed, const Dress& maps, const RenderOptions& options,
            Image& picture) {
   if (!maps.any()) return;
-  const Image shown = mask(dressed, options);
+  const Image shown = draw_coverage(dressed, options);
   const auto draw = [&](const Image& map) {
-    return map.width == 0 ? Image() : over_mesh(dressed, map, options);
+    return map.width == 0 ? Image() : draw_with_map(dressed, map, options);
   };
   const Image colors = draw(maps.color), open = draw(maps.occlusion), bend = draw(maps.bend);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
@@ -81,10 +79,10 @@ void dress(const Dressed& dressed, const Dress& maps, const RenderOptions& optio
     double light = linear(picture.pixels[i]);
     if (colors.width != 0) light *= linear(colors.pixels[i]) / kClay[i % 3];
     if (open.width != 0) light *= open.pixels[i];
-    if (bend.width != 0) light *= light_of_bend(2 * bend.pixels[i] - 1);
+    if (bend.width != 0) light *= light_factor(2 * bend.pixels[i] - 1);
     picture.pixels[i] = static_cast<float>(light);
   }
-  // Pixels beside the mesh stay as they were: there the picture is encoded already.
+  // Pixels beside the mesh are copied unchanged, because they are already encoded.
   Image lit = picture;
   to_srgb(lit);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
@@ -94,10 +92,10 @@ void dress(const Dressed& dressed, const Dress& maps, const RenderOptions& optio
 
 Image map_sheet(const Dressed& dressed, const std::vector<std::string>& files,
                 RenderOptions options) {
-  const Image shown = mask(dressed, options);
+  const Image shown = draw_coverage(dressed, options);
   std::vector<Panel> panels;
   for (const std::string& file : files) {
-    Image picture = over_mesh(dressed, three_channels(load_image(file)), options);
+    Image picture = draw_with_map(dressed, three_channels(load_image(file)), options);
     for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
       if (shown.pixels[i] == 0) picture.pixels[i] = 1;
     }

@@ -1,4 +1,4 @@
-// Pictures of a mesh with its maps over it.
+// Pictures of a mesh with its maps.
 #pragma once
 
 #include <string>
@@ -10,19 +10,19 @@
 
 namespace kiln::cli {
 
-/// A mesh whose maps are drawn over it.
+/// A mesh and how to draw maps on it.
 struct Dressed {
   const Device& device;
   const Mesh& mesh;
 };
 
-/// Files of maps that a lit picture is made with; empty: none.
+/// Files of the maps of a lit picture; empty: none.
 struct DressMaps {
   std::string color, occlusion, curvature;
   bool any() const { return !color.empty() || !occlusion.empty() || !curvature.empty(); }
 };
 
-/// The same as images of three channels; of no texels: none.
+/// The loaded maps, with three channels each; an empty image means none.
 struct Dress {
   Image color, occlusion, bend;
   bool any() const { return count() != 0; }
@@ -34,29 +34,29 @@ struct Dress {
 /// \throws Error(input)
 Dress load_dress(const DressMaps& maps);
 
-/// Factor of the strongest edges' light, and that of the strongest cavities.
+/// Light factors of the strongest edges and cavities.
 constexpr float kEdgeLight = 1.5F, kCavityLight = 0.75F;
 
-/// Gives a lit picture of the mesh (by Scene::draw) the colours of a map. Darkens it by occlusion,
-/// lightens edges and darkens cavities.
+/// Applies maps to a lit picture of the mesh (by Scene::draw): multiplies colours, darkens by occlusion, and by
+/// curvature lightens edges and darkens cavities.
 void dress(const Dressed& dressed, const Dress& maps, const RenderOptions& options, Image& picture);
 
-/// The mesh with each map over it, without light, and the map's name below. \throws Error(input)
+/// Draws the mesh unlit with each map, with the map's name as caption. \throws Error(input)
 Image map_sheet(const Dressed& dressed, const std::vector<std::string>& files,
                 RenderOptions options);
 
-/// Maps over a mesh's UVs; of no texels: none.
+/// Maps over a mesh's UVs; an empty image means none.
 struct OwnMaps {
   Image normal, color, occlusion;  ///< Three channels each: n/2 + 1/2, sRGB, grey
   bool any() const { return normal.width + color.width + occlusion.width != 0; }
 };
 
-/// The pictures of normals, colours and occlusion that materials name, side by side in one map each: a cell for each
-/// set of pictures, in rows of as many cells as there are rows. Moves the UVs of `mesh` there, and gives it the
-/// tangents of before. Values are those of the pictures and factors, as a renderer takes them.
-/// \param materials  as Mesh::material_names; none: no maps
-/// \param warnings   "own-maps" where the mesh is shown without: one whose UVs leave the unit square and whose pictures
-///                   are several, moved or do not repeat, or with a picture that cannot be read
+/// Combines the normal, colour and occlusion textures of all materials into one atlas each: a square grid with one cell
+/// per set of textures. Moves the UVs of `mesh` into its cells and keeps its original tangents. Values combine textures
+/// and factors as a renderer does.
+/// \param materials  in the order of Mesh::material_names; empty: no maps
+/// \param warnings   receives "own-maps" if the mesh is shown without maps: its UVs leave the unit square while there
+///                   are several textures, or transformed or non-repeating ones; or a texture cannot be read
 OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
                       std::vector<Warning>& warnings);
 

@@ -1,4 +1,4 @@
-// Maps that a mesh's own materials name.
+// Combines the textures of a mesh's own materials into one atlas per slot.
 
 #include <algorithm>
 #include <array>
@@ -15,22 +15,22 @@
 namespace kiln::cli {
 namespace {
 
-constexpr std::uint32_t kMostTexels = 8192;  // a side of a map
+constexpr std::uint32_t kMaxAtlasSide = 8192;  // maximum side of an atlas
 
-/// One slot of all materials.
+/// One texture slot of all materials.
 class Slot {
  public:
   Slot(const std::vector<Material>& materials, MaterialSlot slot, std::vector<Warning>& warnings,
        const Mesh& mesh)
       : texture_(load_material_texture(materials, slot, mesh, &warnings)) {}
 
-  /// Number of a material's picture; Texture::kNone: none.
+  /// Index of a material's picture; Texture::kNone if it has none.
   std::uint32_t image_of(std::size_t material) const { return texture_.image_of[material]; }
-  /// True if pictures lie on the mesh's UVs as they are, and repeat beyond them.
+  /// True if textures use the mesh's UVs without a transform, and repeat.
   bool repeats() const {
     return texture_.uv_transforms.empty() && texture_.wraps.empty() && texture_.tiles.empty();
   }
-  /// True if all materials with one picture look alike.
+  /// True if the picture alone determines the material's look.
   bool is_plain(std::size_t material) const {
     return image_of(material) != Texture::kNone && texture_.factors.empty() && repeats();
   }
@@ -40,7 +40,7 @@ class Slot {
     return std::max(texture_.images[image]->width, texture_.images[image]->height);
   }
 
-  /// A material's value at a place of the mesh's UVs, read bilinearly.
+  /// A material's value at given UVs, filtered bilinearly.
   std::array<float, 3> at(std::size_t material, double u, double v) const {
     const std::uint32_t of = image_of(material);
     if (of == Texture::kNone) return stored(texture_.plain[material], /*linear=*/true);
@@ -82,7 +82,7 @@ class Slot {
   }
 
  private:
-  /// As a map holds it. \param linear  whether it is linear light, or a vector
+  /// Converts a value to the map's encoding. \param linear true if it is linear light, or a vector
   std::array<float, 3> stored(const std::array<float, 4>& value, bool linear) const {
     std::array<float, 3> result{value[0], value[1], value[2]};
     if (!linear) return result;
@@ -98,15 +98,16 @@ class Slot {
   Texture texture_;
 };
 
-/// Materials of the same look share a cell: the slots' pictures and, where these are changed, the material.
-struct Look {
+/// Key of a cell: the pictures of all slots and, if factors change them, the material. Materials with equal keys share
+/// a cell.
+struct CellKey {
   std::array<std::uint32_t, 3> pictures{Texture::kNone, Texture::kNone, Texture::kNone};
   std::size_t material = 0;
-  auto operator<=>(const Look&) const = default;
+  auto operator<=>(const CellKey&) const = default;
 };
 
-/// A square of cells, and which material stands in each.
-struct Sheet {
+/// The atlas layout: a square of cells, each with one material.
+struct AtlasLayout {
   std::vector<std::size_t> material;  ///< Per cell
   std::uint32_t rows = 1, side = 1;   ///< Cells along a side, and texels along a cell's
 
@@ -162,12 +163,12 @@ OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
     return leave(error.what());
   }
   if (!slots[0] && !slots[1] && !slots[2]) return maps;
-  Sheet sheet;
-  std::map<Look, std::size_t> cells;
+  AtlasLayout sheet;
+  std::map<CellKey, std::size_t> cells;
   std::vector<std::size_t> cell_of(mesh.triangles.size(), 0);
   for (std::size_t t = 0; t < cell_of.size(); ++t) {
     const std::size_t material = mesh.materials.empty() ? 0 : mesh.materials[t];
-    Look look;
+    CellKey look;
     std::uint32_t side = 1;
     for (std::size_t k = 0; k < slots.size(); ++k) {
       if (!slots[k]) continue;
@@ -200,7 +201,7 @@ OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
         },
         mesh);
   }
-  sheet.side = std::max(1U, std::min(sheet.side, kMostTexels / sheet.rows));
+  sheet.side = std::max(1U, std::min(sheet.side, kMaxAtlasSide / sheet.rows));
   const std::array<Image*, 3> images = {&maps.normal, &maps.color, &maps.occlusion};
   for (std::size_t k = 0; k < slots.size(); ++k) {
     if (slots[k]) *images[k] = sheet.draw(*slots[k]);

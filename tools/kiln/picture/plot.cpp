@@ -251,7 +251,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     save_text(saved(plot.name + "_plot.json"), plot.data.dump(1) + "\n");
     const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
                                 "_plot.json " + plot.name + ".png";
-    // If one finds no Python, no other does.
+    // If Python fails for one plot, it fails for all.
     std::optional<ProgramResult> result;
     const std::string text = plot.data.dump();
     if (python && python->began() && !python->began_with(text)) python.reset();

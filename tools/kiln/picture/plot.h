@@ -1,4 +1,4 @@
-// Pictures of data: C++ writes what they show, picture/plot.py draws it.
+// Plots: C++ writes their data, picture/plot.py draws them.
 #pragma once
 
 #include <filesystem>
@@ -51,12 +51,13 @@ class RunningProgram {
 /// One picture, NAME.png.
 struct Plot {
   std::string name;
-  Json data;  ///< As picture/plot.py reads it; saved as NAME_plot.json
+  Json data;  ///< Input of picture/plot.py; saved as NAME_plot.json
 };
 
-/// A panel of a plot of curves, which has none yet.
+/// An empty panel of a plot of curves.
 Json plot_panel(const std::string& y_title);
-/// A curve of a list's elements. \param look  as the script knows it: a name, or a share from light to dark
+/// A curve with one point per element of a list. \param look a style name of the script, or a brightness share from
+/// light to dark
 template <typename List, typename X, typename Y>
 Json plot_curve(const std::string& title, const Json& look, const List& list, const X& x,
                 const Y& y) {
@@ -68,24 +69,24 @@ Json plot_curve(const std::string& title, const Json& look, const List& list, co
   return curve;
 }
 
-/// Ticks of a logarithmic axis: powers of four around all of it.
+/// Ticks of a logarithmic axis: powers of four that enclose a range.
 Json ticks_around(double least, double most);
 
-/// The files that save_plots() may write.
+/// Files that save_plots() may write.
 std::vector<std::string> plot_files(const std::string& name);
 
-/// A Python that gets ready to draw: reading matplotlib takes a third of a second, in which others can work.
-/// \returns nothing where PATH has no python3
+/// Starts Python in advance, because importing matplotlib takes a third of a second.
+/// \returns nullopt if PATH has no python3
 std::optional<RunningProgram> start_python();
 
-/// Lets it draw a plot: save_plots() takes the picture where it is given the same plot.
+/// Starts drawing a plot. save_plots() uses the picture if it is given the same plot.
 void begin_plot(RunningProgram& python, const Plot& plot);
 
-/// Saves what plots show, and draws them by the first python3 of PATH that has matplotlib. Where there is
-/// none, a warning says what to install, and the script comes along to draw them by hand.
-/// \param outputs,warnings  files written, and what went wrong; added to
-/// \param python  what start_python() started before; for the first plot
-/// \returns false where interrupted
+/// Saves the data of plots, and draws them with the first python3 of PATH that has matplotlib. Without one, a warning
+/// names the package to install, and the script is saved to draw them later.
+/// \param outputs,warnings  written files and warnings are appended to these
+/// \param python  result of start_python(); used for the first plot
+/// \returns false if interrupted
 /// \throws Error(output)
 bool save_plots(const std::filesystem::path& folder, const std::vector<Plot>& plots,
                 std::vector<std::string>& outputs, std::vector<Warning>& warnings,

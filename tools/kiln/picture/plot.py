@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws what `kiln chart` and `kiln measure` found. Needs matplotlib (Debian: python3-matplotlib).
+"""Draws the results of `kiln chart` and `kiln measure`. Needs matplotlib (Debian: python3-matplotlib).
 
     python3 plot.py DATA.json OUT.png     either may be -: standard input, standard output
 
@@ -29,7 +29,7 @@ except ImportError as missing:
         os.execv(sys.argv[3], [sys.argv[3], "-c", script, *sys.argv[1:3], *sys.argv[4:]])
     print(missing, file=sys.stderr)
     sys.exit(69)  # EX_UNAVAILABLE
-# In the command, that file stands in this line's place.
+# The build replaces this line by that file.
 from plot_labels import around, place_labels, shared_area
 
 INK, SOFT, PALE, GRID = "#222222", "#555555", "#999999", "#d8d8d8"
@@ -59,7 +59,7 @@ class Page:
         return np.array(artist.get_window_extent(self.renderer).extents)
 
     def legend(self, handles, y, loc, x=0.5):
-        """In two lines where one is too wide."""
+        """Breaks a text into two lines if it is too wide."""
         for lines in (1, 2):
             made = self.figure.legend(handles=handles, loc=loc, frameon=False,
                                       ncol=-(-len(handles) // lines), fontsize=NORMAL, bbox_to_anchor=(x, y / self.height), borderpad=0,
@@ -89,7 +89,7 @@ def numbers(values):
 
 
 def log_ticks(low, high):
-    """1, 2 and 5 times the powers of ten; where they are too many or too few, fewer or others."""
+    """Ticks at 1, 2 and 5 times powers of ten; other steps if these are too dense or too sparse."""
     for factors in ((1, 2, 5), (1,)):
         values = [float(f"{factor}e{power}") for power in range(-12, 13) for factor in factors]
         values = [value for value in values if low <= value <= high]
@@ -110,7 +110,7 @@ def set_log(axes, side, low, high, ticks, labels=None):
 
 # ---- chart ---------------------------------------------------------------------------------------
 def error_axis(errors):
-    """\\returns low, high, whether logarithmic, and then the place of 0: value, break above"""
+    """\\returns low, high, whether the axis is logarithmic and, if so, the position of 0 and of the break above it"""
     some = [error for error in errors if error > 0]
     has_zero = len(some) < len(errors)
     if not some:
@@ -222,7 +222,7 @@ def draw_chart(data):
 
 
 # ---- study ---------------------------------------------------------------------------------------
-# Told apart by lightness and shape too (after Okabe and Ito's colours for all kinds of sight).
+# Curves also differ in lightness and shape (colours by Okabe and Ito, distinguishable with colour blindness).
 LOOKS = {"paper": ("#d55e00", "s", "-"), "kiln": ("#0072b2", "o", "-"),
          "ray": ("#333333", "^", "--"), "none": ("#888888", "D", ":"),
          "max": ("#7f3b08", "v", ":"), "p95": ("#d55e00", "s", "--"), "mean": ("#e69f00", "o", "-")}
@@ -239,7 +239,7 @@ def curve_look(look):
 
 
 def named(axes, x, y, words, offset, size, color, **look):
-    """Words beside a point, `offset` from it."""
+    """Draws a text at an offset from a point."""
     axes.annotate(words, (x, y), offset, textcoords="offset points", size=size, color=color,
                   annotation_clip=False,
                   bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1},
@@ -247,7 +247,7 @@ def named(axes, x, y, words, offset, size, color, **look):
 
 
 def beside(axes, x, y, words, taken):
-    """A short name's offset from a point, the first that covers least of what is there, and its box in pixels."""
+    """The offset of a short name from its point with the least overlap, and its box in pixels."""
     def box_at(offset):
         corner = axes.transData.transform((x, y)) + np.array(offset) * DPI / 72
         return np.concatenate([corner, corner + (8 * len(words) + 4, 14)])
@@ -268,7 +268,7 @@ def marks_of(axes, curves):
 
 
 def name_rings(page, axes, panel, taken):
-    """Beside them, inside the panel, off the curves."""
+    """Places names of curves beside them, inside the panel and off other curves."""
     rings = panel["rings"]
     if not rings.get("labels"):
         return
@@ -318,9 +318,9 @@ def draw_study(data):
             axes.axvline(data["x_note"]["x"], color="#bbbbbb", linewidth=1.5, zorder=1)
             axes.text(data["x_note"]["x"] * 1.04, 0.98, data["x_note"]["text"], color="#777777",
                       va="top", size=NORMAL, transform=axes.get_xaxis_transform())
-        taken = marks_of(axes, panel["curves"])  # and by names of thin curves
+        taken = marks_of(axes, panel["curves"])  # names of thin curves are added below
         for curve in panel["curves"]:
-            thin = isinstance(curve["look"], dict)  # named at its end, not in the legend
+            thin = isinstance(curve["look"], dict)  # its name is at its end, not in the legend
             axes.plot(curve["x"], curve["y"], label="_" if thin else curve["title"],
                       **curve_look(curve["look"]))
             if thin:
@@ -341,9 +341,9 @@ def draw_study(data):
 
 
 def draw(path):
-    """\\returns the page of a file of data; None where none came"""
-    matplotlib.rcdefaults()  # whatever the user's own settings are
-    matplotlib.rcParams["text.parse_math"] = False  # names of meshes are no formulas
+    """\\returns the figure for a data file; None if there is no data"""
+    matplotlib.rcdefaults()  # ignores the user's settings
+    matplotlib.rcParams["text.parse_math"] = False  # names of meshes are not formulas
     if path == "-":
         text = sys.stdin.buffer.read()
     else:

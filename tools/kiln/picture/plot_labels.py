@@ -1,4 +1,4 @@
-"""Where the names of marks go, so that none covers another: a part of plot.py.
+"""Placement of labels beside marks without overlaps: a part of plot.py.
 
 Local search over places around each mark (after Christensen, Marks and Shieber 1995, "An Empirical
 Study of Algorithms for Point-Feature Label Placement"). A box: left, bottom, right, top; upwards.
@@ -7,9 +7,9 @@ import random
 
 import numpy as np
 
-RADIUS = 10  # of a mark
+RADIUS = 10  # of a mark, pixels
 GAPS, ANGLES, LEADER_GAP, ORDERS = (4, 12, 24, 38, 54, 74, 98, 130, 170, 220, 280), 20, 10, 6
-# Costs: what is never wanted by far above what is merely not nice.
+# Costs: violations are far more expensive than flaws.
 OUTSIDE, ON_LABEL, ON_MARK, ON_LINE = 1e7, 1e5, 3e4, 800
 LEADER_ON_LABEL, LEADERS_CROSS, LEADER_ON_MARK, NEARER_OTHER = 5000, 3000, 2000, 600
 
@@ -39,7 +39,7 @@ def around(mark):
 
 
 class Places:
-    """Of one label: boxes, where lines to the mark end, whether one is needed, the cost alone."""
+    """Candidate places of one label: boxes, ends of leader lines, whether a leader is needed, and costs without other labels."""
 
     def __init__(self, mark, size, marks, panel, kept, lines):
         angle = np.tile(2 * np.pi * np.arange(ANGLES) / ANGLES, len(GAPS))
@@ -49,7 +49,7 @@ class Places:
         self.boxes = boxes = np.concatenate([center - size / 2, center + size / 2], -1)
         self.ends = np.clip(mark, boxes[:, :2], boxes[:, 2:])
         self.mark, self.leader, self.known = mark, gap >= LEADER_GAP, {}
-        # Beside a mark reads better than above or below it.
+        # Labels beside a mark are easier to read than above or below it.
         cost = 6 * gap + 30 * np.abs(center[:, 1] - mark[1]) / (size[1] + RADIUS)
         cost += OUTSIDE * ((boxes[:, :2] < panel[:2]) | (boxes[:, 2:] > panel[2:])).any(-1)
         for box in list(kept) + [around(other) for other in marks]:
@@ -67,7 +67,7 @@ class Places:
         self.cost = cost
 
     def cost_beside(self, other, place):
-        """Of every place here with another label at one of its own."""
+        """Additional cost of each place if another label is at a given place of its own."""
         if (other, place) not in self.known:
             box, end = other.boxes[place], other.ends[place]
             area = shared_area(self.boxes, box)
@@ -86,7 +86,7 @@ def place_labels(marks, sizes, panel, kept=(), lines=()):
     labels = [Places(mark, np.array(size, float), marks, np.array(panel), kept, lines)
               for mark, size in zip(marks, sizes)]
     best, least = {}, np.inf
-    for order in range(ORDERS):  # of turns: the search ends in another place
+    for order in range(ORDERS):  # orders of labels: each leads to another local minimum
         turns = list(range(len(labels)))
         random.Random(order).shuffle(turns)
         chosen, costs, before = {}, {}, None
@@ -99,7 +99,7 @@ def place_labels(marks, sizes, panel, kept=(), lines=()):
                 for k, place in chosen.items():
                     if k != i:
                         cost += labels[i].cost_beside(labels[k], place)
-                # The present one is kept among equals, so that the search ends.
+                # Ties keep the current place, so that the search terminates.
                 if i not in chosen or cost.min() < cost[chosen[i]]:
                     chosen[i] = int(cost.argmin())
                 costs[i] = cost[chosen[i]]

@@ -21,7 +21,7 @@ std::int64_t wide(const std::string& text) {
   return static_cast<std::int64_t>(std::ceil(text_width(text)));
 }
 
-/// The scale's parts, one below the other where they do not fit side by side.
+/// Layout of the scale's parts, which wrap to further lines if needed.
 struct Legend {
   struct Part {
     std::int64_t x, y, width;
@@ -71,7 +71,7 @@ void draw_legend(Canvas& canvas, const Scale& scale, const Legend& legend, std::
   }
 }
 
-/// Columns for a sheet of about 8 : 5.
+/// Number of columns for an aspect ratio of about 8 : 5.
 std::size_t choose_columns(std::size_t count, std::int64_t cell_width, std::int64_t cell_height) {
   std::size_t best = 1;
   double least = 1e300;
@@ -79,7 +79,7 @@ std::size_t choose_columns(std::size_t count, std::int64_t cell_width, std::int6
     const std::size_t rows = (count + columns - 1) / columns;
     const double shape = static_cast<double>(columns) * static_cast<double>(cell_width) /
                          (static_cast<double>(rows) * static_cast<double>(cell_height));
-    // Empty cells count as being off the shape, too.
+    // Empty cells add to the deviation of the aspect ratio.
     const double empty = static_cast<double>(rows * columns - count) / static_cast<double>(count);
     const double off = std::abs(std::log(shape / 1.6)) + empty;
     if (off < least) {
@@ -144,7 +144,7 @@ std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count) {
 }
 
 Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes) {
-  constexpr std::uint64_t kBytesOfLaunches = 8 << 20;  // PoCL keeps 6 MiB of the first picture
+  constexpr std::uint64_t kBytesOfLaunches = 8 << 20;  // PoCL retains 6 MiB after the first picture
   const ReservedMemory later(bytes == 0 ? 0 : bytes + kBytesOfLaunches);
   return scene.draw(options);
 }

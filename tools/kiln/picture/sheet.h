@@ -1,4 +1,4 @@
-// Panels of one size side by side, each with its captions, over a scale of colours where they need one.
+// Contact sheets: panels of equal size with captions, and a colour scale if needed.
 #pragma once
 
 #include <functional>
@@ -19,44 +19,45 @@ struct Panel {
   std::vector<std::string> captions;
 };
 
-/// Colours of values from 0 to an end.
+/// A colour scale for values from 0 to `end`.
 struct Scale {
   double end = 1;
   std::string unit;  ///< "degrees"
-  /// Marks that some pixels hold instead of a value.
+  /// Colours of pixels without a value, with their legends.
   std::vector<std::pair<Colour, std::string>> others;
 };
 
-/// A value's colour, dark to light (inferno, by Smith and van der Walt, at nine of its points).
+/// Colour of a share in [0, 1], dark to light (inferno, by Smith and van der Walt, interpolated from nine points).
 Colour scale_colour(double share);
 
-/// A round number, 1, 2 or 5 times a power of ten, that 3 of 100 values exceed at most.
+/// The least number of the form 1, 2 or 5 times a power of ten that at most 3% of the values exceed.
 double scale_end(std::vector<double> values);
 
-/// Values as colours. \param values  one channel
-/// \param other  of a value that is none: its colour
+/// Converts values to colours. \param values one channel
+/// \param other  colour of a value outside the scale, if it is one
 Image coloured(const Image& values, const Scale& scale,
                const std::function<std::optional<Colour>(float)>& other);
 
-/// In as many columns as make the sheet about 8 : 5, or as told. Cells are as wide as the widest caption.
+/// Arranges panels in columns. Cells are at least as wide as the widest caption. \param columns 0: as for an aspect
+/// ratio of about 8 : 5
 Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& scale = {},
                  std::size_t columns = 0);
 
-/// Bytes of so many pictures.
+/// Memory of `count` pictures in bytes.
 std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count);
 
-/// scene.draw(options), which fails at once where what follows has no room beside it. \param bytes  of that
+/// scene.draw(options), but fails at once if memory does not suffice for later steps. \param bytes memory of these
 Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes);
 
-/// Angles of one view, or several, that share a scale.
+/// Pictures of angles between normals in one or several views with a common scale.
 class AnglePictures {
  public:
-  /// The local error of a view (Wang, Froehlich, Goebel 2003, figure 4b). \param view  of both scenes
+  /// Adds the local error of a view (Wang, Froehlich, Goebel 2003, figure 4b). \param view options of both scenes
   void add(const Scene& high, const Scene& low, RenderOptions view);
-  /// Values of one channel; -1 and -2 as normal_angles() has them.
+  /// Adds angles in one channel; -1 and -2 have the meaning of normal_angles().
   void add(Image values) { angles_.push_back(std::move(values)); }
 
-  /// Over the pixels that both meshes cover; 0 where there is none.
+  /// Mean over the pixels that both meshes cover; 0 if there are none.
   double mean(std::size_t index) const;
   Scale scale() const;
   Image picture(std::size_t index, const Scale& scale) const;

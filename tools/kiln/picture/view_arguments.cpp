@@ -9,16 +9,16 @@
 namespace kiln::cli {
 namespace {
 
-constexpr const char* kView = "30,15";
-constexpr const char* kViewOfHeights = "30,35";
+constexpr const char* kDefaultView = "30,15";
+constexpr const char* kDefaultHeightFieldView = "30,35";
 
 }  // namespace
 
 RenderOptions view_options(const ViewArguments& arguments, bool height_field) {
   RenderOptions options;
   const std::string view = !arguments.view.empty() ? arguments.view
-                           : height_field          ? kViewOfHeights
-                                                   : kView;
+                           : height_field          ? kDefaultHeightFieldView
+                                                   : kDefaultView;
   std::tie(options.azimuth_degrees, options.elevation_degrees) = parse_view(view);
   options.zoom = arguments.zoom;
   if (!arguments.at.empty()) options.at = parse_place("--at", arguments.at);

@@ -1,4 +1,4 @@
-// The view of a picture, as the command line has it.
+// Command-line options of a picture's view.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@
 namespace kiln::cli {
 
 struct ViewArguments {
-  std::string view;  ///< Empty: 30,15; of a height field 30,35
+  std::string view;  ///< Empty: 30,15, or 30,35 for a height field
   std::string at;
   double zoom = 1;
   bool z_up = false, square = false;
 
-  /// True if one says from where: several views leave no room for it.
+  /// True if a viewpoint is given, which excludes several views.
   bool given() const { return !view.empty() || !at.empty() || zoom != 1; }
 };
 
@@ -49,11 +49,11 @@ std::vector<OptionRow> view_rows(const char* group = "") {
   };
 }
 
-/// \param height_field  is what is shown: it is high along +Z
-/// \throws Error(usage) for what is no view, zoom or point
+/// \param height_field  true if the mesh is a height field, whose up axis is +Z
+/// \throws Error(usage) for an invalid view, zoom or point
 RenderOptions view_options(const ViewArguments& arguments, bool height_field);
 
-/// So that a mesh's picture is taken from a direction. \param toward  from the mesh to the viewer
+/// Sets the view direction. \param toward from the mesh to the viewer
 void look_from(const Vec3& toward, RenderOptions& options);
 
 }  // namespace kiln::cli

@@ -40,7 +40,7 @@ std::int16_t packed(float value) {
   return static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0F, 1.0F) * 32767));
 }
 
-/// Vertices as a GPU takes them: corners that agree in position, normal, UV and tangent are one.
+/// A GPU vertex buffer: corners with equal position, normal, UV and tangent share a vertex.
 class VertexBuffer {
  public:
   VertexBuffer(const Mesh& mesh, bool with_uvs)
@@ -135,10 +135,10 @@ class VertexBuffer {
   std::vector<std::pair<std::uint32_t, std::array<std::uint32_t, 2>>> groups_;
 };
 
-/// Pictures of the page, each once.
+/// Textures of the page, without duplicates.
 class PictureList {
  public:
-  /// \param channel  the one that counts, written as grey; none: colours, with their alpha if `with_alpha`
+  /// \param channel  the channel to write as grey; nullopt: colours, with alpha if `with_alpha`
   std::size_t add(const std::shared_ptr<const Image>& image, std::optional<std::uint32_t> channel,
                   const Texture::Factor& factor, bool with_alpha, const std::string& name) {
     const Key key{image.get(),
@@ -175,7 +175,8 @@ class PictureList {
  private:
   using Key = std::tuple<const Image*, int, float, float>;
   std::map<Key, std::size_t> known_;
-  std::vector<std::shared_ptr<const Image>> held_;  ///< So that addresses stay those of one image
+  /// Keeps images alive, because keys contain their addresses
+  std::vector<std::shared_ptr<const Image>> held_;
   Json list_ = Json::array();
 };
 
@@ -279,7 +280,7 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
   return list;
 }
 
-/// The text of a file of three.js: where this program's package put it, or Debian's libjs-three.
+/// Reads a file of three.js from the folder in KILN_THREE, or from Debian's libjs-three.
 std::string library_text(const fs::path& name) {
   const char* const given = std::getenv("KILN_THREE");
   const fs::path folder =
@@ -296,7 +297,7 @@ std::string library_text(const fs::path& name) {
   return text;
 }
 
-/// JSON as the text of a script element: a name may hold "</script>".
+/// Escapes JSON for a script element, since names may contain "</script>".
 std::string script_text(const Json& json) {
   std::string text;
   for (const char c : json.dump()) {

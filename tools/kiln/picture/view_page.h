@@ -1,4 +1,4 @@
-// A page that shows a mesh with its materials in a browser, without network: see view.html.
+// A page that shows a mesh with its materials in a browser, without network access: see view.html.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +12,10 @@
 
 namespace kiln::cli {
 
-/// A mesh and its materials, as the page shows them.
+/// A mesh and its materials for the page.
 struct ViewedMesh {
   const Mesh* mesh = nullptr;
-  std::vector<Material> materials = {};  ///< As Mesh::material_names, or none
+  std::vector<Material> materials = {};  ///< In the order of Mesh::material_names, or empty
 };
 
 struct ViewPage {
@@ -24,10 +24,10 @@ struct ViewPage {
   bool z_up = false;
 };
 
-/// The text of a page: the low poly, and beside it the high poly where there is one. Pictures are PNGs of 8 bits.
-/// \param high      null: none. Without UVs and pictures where it has no materials
-/// \param warnings  where to append what the page leaves out
-/// \throws Error(input) where three.js is not installed, or a picture cannot be read
+/// The HTML of a page with the low poly and, if given, the high poly beside it. Textures are 8-bit PNGs.
+/// \param high  null: none. Without materials, UVs and textures are omitted
+/// \param warnings  omitted features are appended to this
+/// \throws Error(input) if three.js is not installed, or a picture cannot be read
 std::string view_page(const ViewPage& page, const ViewedMesh& low, const ViewedMesh* high,
                       std::vector<Warning>& warnings);
 

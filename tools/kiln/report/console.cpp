@@ -22,8 +22,8 @@
 namespace kiln::cli {
 namespace {
 
-/// C0 but tabs and line breaks, DEL, and C1 (U+0080 to U+009F), of which U+009B begins escape sequences, too. And what
-/// breaks lines or turns the direction of writing, so that a name reads as another.
+/// True for C0 except tabs and line breaks, DEL, and C1 (U+0080 to U+009F), where U+009B starts escape sequences; also
+/// for Unicode line breaks and changes of writing direction, which can make a name look like another.
 bool is_control(std::string_view character) {
   const auto first = static_cast<unsigned char>(character[0]);
   if (character.size() == 1)

@@ -15,17 +15,17 @@
 
 namespace kiln::cli {
 
-/// As a terminal may be given it: control characters, which a name in a file may hold to move the cursor or to
-/// change the window, and bytes that are no UTF-8 become \xNN. Line breaks and tabs stay.
+/// Makes a text safe for terminals: control characters, with which a file's name could move the cursor, and invalid
+/// UTF-8 become \xNN. Line breaks and tabs are kept.
 std::string printable(std::string_view text);
 
-/// The first `columns` characters. \param text  printable
+/// The first `columns` characters of a printable text.
 std::string_view first_columns(std::string_view text, std::size_t columns);
 
-/// A message, and a line break. All that the command says of a run goes this way. Flushed. Where the message has line
-/// breaks, further lines are indented: a file's name, in which line breaks are legal, cannot begin a line of a log.
+/// Prints a message with a line break, and flushes. All messages of the command pass through here. Further lines of a
+/// message are indented, so that a file's name, which may contain line breaks, cannot fake a line of a log.
 void print_line(std::FILE* to, std::string_view text);
-/// A text of any lines, such as a job file, as it stands, and a line break. Flushed.
+/// Prints a text of several lines, such as a job file, unchanged with a line break, and flushes.
 void print_text(std::FILE* to, std::string_view text);
 
 /// Columns of the terminal that standard error is; 80 where it does not say.
@@ -45,20 +45,20 @@ bool reserve_descriptors();
 /// results; warnings stay.
 class Console {
  public:
-  /// \param report  where the command's report goes: with "-", standard output is its alone, and lines go to
-  ///                standard error
+  /// \param report  destination of the command's report; "-" reserves standard output for it, and lines go to standard
+  ///                error
   explicit Console(bool quiet, const std::string& report = {});
   ~Console();
 
-  /// Shows that `share` of the whole work is done. \returns false where the user interrupted
+  /// Shows that `share` of the work is complete. \returns false if the user interrupted
   bool progress(double share, std::string_view stage);
-  /// A callback that shows a call's stages, all at one share.
+  /// A callback that shows the stages of a call without advancing the share.
   Progress stages_at(double share) {
     return [this, share](double, std::string_view stage) { return progress(share, stage); };
   }
-  /// A line of result.
+  /// Prints a line of results.
   void line(const std::string& text);
-  /// A warning, with flags for the library's parameters.
+  /// Prints a warning, which names options by their flags.
   void warning(const Message& message);
 
  private:
@@ -72,18 +72,18 @@ class Console {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// "about 40 s left, ": what the rest takes where it goes on as the first share did. Empty at the beginning, when
-/// nobody knows. \param seconds  that the share took
+/// "about 40 s left, ": linear extrapolation of the elapsed time. Empty at the beginning, when an estimate is
+/// unreliable. \param seconds elapsed time
 std::string time_left(double share, double seconds);
 
-/// Every general warning; and of the settings' every kind once, with how often it came.
-/// \param report  where the others are: "see REPORT"
+/// Prints all general warnings, and each kind of the settings' warnings once with its count.
+/// \param report  the report that lists all: "see REPORT"
 void print_warnings(Console& console, const std::vector<Warning>& general,
                     const std::vector<Warning>& of_settings, const std::string& report);
 
-/// Writes a report to a file, or to standard output where the path is "-". \throws Error(output)
+/// Writes a report to a file, or to standard output if the path is "-". \throws Error(output)
 void save_report(const std::filesystem::path& path, const Json& report);
-/// The same of its text.
+/// Writes the text of a report in the same way.
 void save_report(const std::filesystem::path& path, const std::string& report);
 
 }  // namespace kiln::cli

@@ -1,6 +1,6 @@
-"""Colours of one's own field, asked for at the texels: python field.py FOLDER.
+"""Evaluates your own colour field at the texels: python field.py FOLDER.
 
-The field stands for a network or a voxel grid: it is called once with all places, and may be on a GPU.
+The field stands for a network or a voxel grid: it is called once with all positions, and may run on a GPU.
 """
 
 import sys
@@ -28,6 +28,6 @@ folder = Path(sys.argv[1])
 mesh = dense()
 glb = kiln.to_glb(mesh, faces_target=3000, texture_size=512, sample=field, path=folder / "field.glb")
 print(glb, f"{len(mesh.faces)} faces before")
-# The same by hand, for a low poly that is there already.
+# The same in single steps, for an existing low poly.
 maps = kiln.sampled(kiln.match(mesh, glb.mesh, size=512), field)
 assert {name: array.shape for name, array in maps.items()}["color"] == (512, 512, 3)

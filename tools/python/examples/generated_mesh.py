@@ -1,4 +1,4 @@
-"""A generator's mesh to a GLB: python generated_mesh.py FOLDER [MESH].
+"""Converts a generated mesh to a GLB: python generated_mesh.py FOLDER [MESH].
 
 Without MESH, what a generator leaves is made here: a figure of blended balls by marching cubes, with colours, specks that
 float around it, and a shell within.
@@ -30,7 +30,7 @@ def generated():
 
 folder = Path(sys.argv[1])
 vertices, faces, colors = (sys.argv[2], None, None) if sys.argv[2:] else generated()
-# The shell goes, and so do bodies below 7% of the diagonal, each with a warning.
+# Removes the inner shell and bodies below 7% of the diagonal, each with a warning.
 glb = kiln.to_glb(
     vertices, faces, colors=colors, faces_target=4000, drop_floaters=0.07, texture_size=512, path=folder / "generated.glb"
 )

@@ -1,4 +1,4 @@
-"""Many assets of one dense mesh, whose search structure is built once: python many_assets.py FOLDER [MESH]."""
+"""Makes several assets from one dense mesh, whose BVH is built once: python many_assets.py FOLDER [MESH]."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor

@@ -1,4 +1,4 @@
-"""A scan to a GLB whose error is known: python scan.py FOLDER [SCAN].
+"""Converts a scan to a GLB with a known error: python scan.py FOLDER [SCAN].
 
 Without SCAN, one is made here: a rock with colours, open below, with noise and pinholes.
 """
@@ -26,7 +26,7 @@ def scanned():
 
 folder = Path(sys.argv[1])
 scan = kiln.load(sys.argv[2]) if sys.argv[2:] else kiln.Mesh(*scanned()[:2], colors=scanned()[2])
-# As few faces as keep rendered normals within 4 degrees.
+# The fewest faces with rendered normals within 4 degrees.
 glb = kiln.to_glb(scan, max_error="normal=4deg", texture_size=1024, path=folder / "scan.glb")
 error = kiln.measure(scan, glb.mesh, glb.bake)
 print(glb, f"{error.degrees:.2f} degrees off")

@@ -1,4 +1,4 @@
-"""A volume to a GLB: python volume.py FOLDER [NRRD ISO].
+"""Converts a volume to a GLB: python volume.py FOLDER [NRRD ISO].
 
 Without NRRD, voxels are made here: a gyroid in a ball, as a CT or a simulation would give them.
 """

@@ -9,8 +9,8 @@ import numpy as np
 from . import _core
 from ._errors import Error
 
-_LITTLE = 16 << 20  #: bytes that no limit is asked for
-_MOST_FACES = 0xFFFFFFFF // 3  #: corners are counted in 32 bits
+_LITTLE = 16 << 20  #: bytes: smaller arrays skip the memory check
+_MOST_FACES = 0xFFFFFFFF  // 3 #: corner indices have 32 bits
 
 
 def _fail(parameter: str, what: str, code: str) -> None:
@@ -18,7 +18,7 @@ def _fail(parameter: str, what: str, code: str) -> None:
 
 
 def as_array(values: Any, parameter: str) -> np.ndarray:
-    """Any array, list, or what gives itself by __array__ or DLPack (on the CPU)."""
+    """Converts a list, or an object with __array__ or DLPack (on the CPU), to an array."""
     try:
         if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
             array = np.from_dlpack(values)
@@ -34,7 +34,7 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
         ) from error
     if array.dtype.kind not in "biufc":
         _fail(parameter, f"expected numbers, not {type(values).__name__}.", "array-type")
-    # Of what is broadcast the numbers take no memory, but their copy does.
+    # A broadcast array needs no memory for repeated values, but its copy does.
     needed = 4 * array.size
     if needed > _LITTLE and needed > (left := _core.memory_left()):
         raise Error(
@@ -49,7 +49,7 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
 def checked(
     values: Any, parameter: str, dtype: str, shape: tuple[int, ...], below: int | None
 ) -> np.ndarray:
-    """Side by side, of the type, and of the shape, in which -1 is any number."""
+    """A contiguous array of the given type and shape; -1 in the shape allows any number."""
     array = as_array(values, parameter)
     wanted = ", ".join("N" if side < 0 else str(side) for side in shape)
     if array.ndim != len(shape) or any(
@@ -85,7 +85,7 @@ def checked(
 def corner_values(
     values: Any, faces: Any, parameter: str, channels: int, vertices: int, triangles: int
 ) -> tuple[np.ndarray, str]:
-    """Values a vertex, a corner, or of a pool with faces of its own: and which."""
+    """Values per vertex, per corner, or a pool with its own faces; with the kind."""
     array = as_array(values, parameter)
     if faces is not None:
         return checked(array, parameter, "float32", (-1, channels), None), "pool"
@@ -102,7 +102,7 @@ def corner_values(
 
 
 def vertex_colors(values: Any, vertices: int) -> np.ndarray:
-    """(V, 4) uint8."""
+    """Converts colours to (V, 4) uint8."""
     array = as_array(values, "colors")
     if array.ndim != 2 or array.shape[0] != vertices or array.shape[1] not in (3, 4):
         _fail("colors", f"expected ({vertices}, 3) or ({vertices}, 4), not {array.shape}.", "array-shape")
@@ -110,7 +110,7 @@ def vertex_colors(values: Any, vertices: int) -> np.ndarray:
 
 
 def as_bytes(array: np.ndarray, parameter: str) -> np.ndarray:
-    """uint8 as it is; floats in [0, 1], rounded."""
+    """Converts floats in [0, 1] to uint8 by rounding; uint8 is unchanged."""
     if array.dtype == np.uint8:
         return array
     if array.dtype.kind != "f":
@@ -133,7 +133,7 @@ def _with_alpha(colors: np.ndarray) -> np.ndarray:
 
 
 def check_shares(pixels: np.ndarray, parameter: str, what: str) -> None:
-    """Numbers in [0, 1], but for what no byte tells from them."""
+    """Checks for numbers in [0, 1], with a tolerance of half a step of 8 bits."""
     if pixels.size == 0:
         return
     low, high = float(pixels.min()), float(pixels.max())
@@ -146,7 +146,7 @@ def check_shares(pixels: np.ndarray, parameter: str, what: str) -> None:
 
 
 def image(values: Any, parameter: str) -> np.ndarray:
-    """(H, W, C) float32; uint8 and uint16 are shares of 255 and 65535."""
+    """Converts an image to (H, W, C) float32; uint8 and uint16 are divided by 255 and 65535."""
     array = as_array(values, parameter)
     if array.ndim == 2:
         array = array[:, :, None]
@@ -162,7 +162,7 @@ def image(values: Any, parameter: str) -> np.ndarray:
 
 
 def voxels(values: Any) -> np.ndarray:
-    """(I, J, K) of a type that volumes have."""
+    """Converts voxels to (I, J, K) of a type that volumes support."""
     array = as_array(values, "voxels")
     if array.ndim != 3 or min(array.shape) < 2:
         _fail("voxels", f"expected (I, J, K), each 2 or more, not {array.shape}.", "array-shape")

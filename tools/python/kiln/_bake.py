@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from ._keywords import Keywords
 
-#: Formats that endings of files stand for, and endings of pictures that are not written.
+#: Formats by file extension; None for image formats that cannot be written.
 _FORMATS = {
     ".png": "png16",
     ".exr": "exr",
@@ -40,7 +40,7 @@ _NO_PICTURES = (".bmp", ".gif", ".hdr", ".jpeg", ".jpg")
 
 
 class SampleStatus(enum.IntEnum):
-    """How a sample of a Match was decided, or why it was not."""
+    """How a sample of a Match was matched, or why it was not."""
 
     EMPTY = 0  #: not covered by the low poly
     OUTWARD = 1  #: ray along the sample's direction
@@ -54,7 +54,7 @@ class SampleStatus(enum.IntEnum):
 
 
 class MapError(float):
-    """How far a map is from a finer evaluation: the mean, with rms, p95, max, unit and texels."""
+    """The error of a map against a finer evaluation: the mean, with rms, p95, max, unit and texels."""
 
     unit: str
     rms: float
@@ -70,19 +70,19 @@ class MapError(float):
 
     @property
     def mean(self) -> float:
-        """Of the magnitudes, in the map's unit."""
+        """The mean error, in the map's unit."""
         return float(self)
 
     @property
     def degrees(self) -> float:
-        """The mean angle, of maps of unit vectors."""
+        """The mean angle, for maps of unit vectors."""
         if self.unit != "degrees":
             raise AttributeError(f"this map's error is in {self.unit}: see mean")
         return float(self)
 
 
 class _Errors(dict[str, MapError]):
-    """Of maps that were measured. Others are when they are asked for."""
+    """Errors by map name. Maps that were not measured yet are measured on access."""
 
     measure: Callable[[str], Mapping[str, MapError]] | None = None
 
@@ -95,11 +95,11 @@ class _Errors(dict[str, MapError]):
 
 
 class Report:
-    """What a bake came to: figures as attributes, such as samples, missed, max_distance and seconds_match.
+    """The report of a bake, with attributes such as samples, missed, max_distance and seconds_match.
 
-    errors    of each map by name: all with report_error=True, else measured when first asked for, which bakes that map
+    errors    error of each map by name: all with report_error=True, else measured on first access, which bakes that map
               again
-    warnings  what was imperfect and handled: dicts of code, message and count
+    warnings  imperfect data that was handled: dicts of code, message and count
     plan      with match="auto": match, size, degrees, wanted, reached; else None
     """
 
@@ -120,15 +120,15 @@ class Report:
 
 
 class Bake(Mapping[str, "np.ndarray"]):
-    """The maps of a bake by their names: (H, W, C) float32, row 0 at the top, where v is 1.
+    """The maps of a bake by name: (H, W, C) float32, row 0 at the top, where v is 1.
 
-    The arrays are the bake's own memory: no copies, and they stay when all else is gone.
+    The arrays are views of the bake's memory and keep it alive.
     """
 
     def __init__(self, core: _core.BakeCore, keywords: Mapping[str, Any] | None = None) -> None:
         self._core = core
-        self._keywords = dict(keywords or {})  # how its normals are to be read
-        self._endings: tuple[str, str] = "", ""  # of its files' names before and after the map's: those of a texture set
+        self._keywords = dict(keywords or {})  # options that decide how its normals are read
+        self._endings: tuple[str, str] = "", ""  # parts of file names before and after the map's name, for texture sets
         self.report = Report(core.report)
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -156,15 +156,15 @@ class Bake(Mapping[str, "np.ndarray"]):
         return self._core.mips(name)
 
     def origin(self, name: str) -> tuple[float, float, float]:
-        """Where places in the map are measured from, world units."""
+        """The origin of a map of positions, world units."""
         return self._core.origin(name)
 
     def ranges(self, name: str) -> list[tuple[float, float]]:
-        """Of each channel, the values that integer formats put at 0 and at 1."""
+        """For each channel, the values that integer formats store as 0 and 1."""
         return self._core.ranges(name)
 
     def stored(self, name: str) -> np.ndarray:
-        """The map as integer formats hold it: (H, W, C) float32 in [0, 1], colours sRGB-encoded."""
+        """The map as integer formats store it: (H, W, C) float32 in [0, 1], colours sRGB-encoded."""
         array: np.ndarray = self._core.stored(name)
         return array
 
@@ -176,15 +176,15 @@ class Bake(Mapping[str, "np.ndarray"]):
         dither: bool = False,
         name: str | None = None,
     ) -> list[Path]:
-        """Writes the maps as the command does, to the bit: all into a folder, or one to a file.
+        """Writes the same files as the command, byte for byte: all maps into a folder, or one to a file.
 
-        path    a folder, made where only its last part is missing: NAME_MAP.png there; or, of one map, a file whose
-                extension is png, exr, tif, tga, webp, ktx2 or dds
+        path    a folder, for files NAME_MAP.png; it is created if its parent exists. Or, for a single map, a file
+                with the extension png, exr, tif, tga, webp, ktx2 or dds
         format  png16 (default), png8, exr (half), exr32, tiff8, tiff16, tiff32, tga, webp, ktx2 or dds
         dither  png8: ordered dither instead of rounding
-        name    of the files; without: the low poly's
+        name    NAME of the files; default: the low poly's name
 
-        Returns the files.
+        Returns the written files.
         """
         target = Path(path_of(path))
         suffix = target.suffix.lower()
@@ -207,7 +207,7 @@ class Bake(Mapping[str, "np.ndarray"]):
         format = format or "png16"
         ending = _core.extension_of(format)
         target.mkdir(exist_ok=True)
-        # A mesh's name comes from a file that anybody may have made: it leads into no other folder.
+        # A mesh's name may come from an untrusted file, so it must not lead into another folder.
         stem = name or re.sub(r"[\x00/\\]", "_", self._core.low_name)
         files = []
         for map_name in self:
@@ -230,16 +230,16 @@ class Source:
     """A high poly on the device, for many bakes. Any number of threads may bake from it at once.
 
     high      as bake() takes it
-    bounds    two corners, world units: the box whose diagonal lengths in % are of, about the mesh's size. A mesh that
-              moves in it is rounded alike (kiln.BakeSession). Without: the mesh's own
+    bounds    two corners of a box, world units, about the mesh's size. Lengths in % are shares of its diagonal, and
+              positions are quantised in it: see kiln.BakeSession. Default: the mesh's own box
     device    index or part of its name, as kiln.devices() lists them; "": the first GPU, else the first CPU
     progress  as bake() takes it
     high_normals
-              where its normals come from: "auto" (its own; if it has none, smooth for scans, with hard edges for hard
+              source of its normals: "auto" (its own; if it has none, smooth for scans, with hard edges for hard
               surfaces, as the angles at its edges show), "file" (smooth if it has none), "smooth", "flat", or an angle
               in degrees from which on edges are hard
 
-    close(), or the end of a `with` block, frees its memory on the device; results stay.
+    close(), or the end of a `with` block, frees its memory on the device; results remain valid.
     """
 
     def __init__(
@@ -256,7 +256,7 @@ class Source:
         self._core = _core.SourceCore(mesh, bounds, self._device, callback_of(progress))
 
     def close(self) -> None:
-        """Frees the memory on the device, once bakes under way are done."""
+        """Frees the memory on the device, after running bakes have finished."""
         self._core.close()
 
     @property
@@ -271,12 +271,12 @@ class Source:
 
     @property
     def diagonal(self) -> float:
-        """Of the high poly's bounding box, world units."""
+        """The diagonal of the high poly's bounding box, world units."""
         return self._core.diagonal
 
     @property
     def device_bytes(self) -> int:
-        """Memory on the device so far."""
+        """Memory used on the device, bytes."""
         return self._core.device_bytes
 
     def bake(self, low: Any, **keywords: Any) -> Bake:
@@ -327,7 +327,7 @@ def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str
 
 
 class Wanted(NamedTuple):
-    """What the core needs of bake()'s arguments."""
+    """Converts bake()'s arguments for the core."""
 
     low: Mesh
     options: str
@@ -380,25 +380,25 @@ def bake(
     """Bakes maps of the high poly for the low poly.
 
     high          a kiln.Source, or what kiln.as_mesh() takes: mesh, path, bytes, (vertices, faces), trimesh
-    low           the same, with UVs; one that simplify() or plan() made is looked for from as far as it strays
+    low           the same, with UVs; for one from simplify() or plan(), the search distance covers its deviation
     size          texels: one side, or (width, height), 1 to 16384
     maps          names, such as ["normal", "ao", "color"]; "NAME=FILE.cl" is a map of your own, a program with your rights
-    match         how points are found ("ray", "closest", "visibility"...), or a kiln.Match; "auto": the cheapest that
-                  reaches max_error, and the smallest size up to `size`. What was chosen: report.plan
+    match         method of matching ("ray", "closest", "visibility"...), or a kiln.Match; "auto": the cheapest that
+                  reaches max_error, and the smallest size up to `size`. report.plan has the choice
     max_error     makes match "auto": mean angle between rendered normals, degrees, or text as of kiln.plan()
     cage_mesh     a mesh to cast from, as the command's --cage-mesh
-    ao_occluders  what darkens ao: "high", "low" and meshes
+    ao_occluders  occluders of ao: "high", "low" and meshes
     textures      pictures over the high poly's UVs by the map's name: (H, W, C), or with its kind, (pixels, "srgb"),
                   "linear" or "normal"
     high_normals  as kiln.Source takes it; without: "auto"
     device        as kiln.Source takes it
-    progress      called with (share done, stage), ten times a second; False stops, what it raises leaves bake().
-                  Or a tqdm bar of total 1
+    progress      called with (completed share, stage), ten times a second. False stops the bake; its exceptions
+                  propagate. Or a tqdm bar with a total of 1
     keywords      the command's long flags with underscores: kiln.options() lists them. Lengths are numbers in world
                   units, or "2%" of the high poly's diagonal
 
     The same input gives the same bytes as the command, on every run and device. Ctrl-C stops within half a second.
-    Raises kiln.Error with code and parameter; TypeError for a keyword that there is not.
+    Raises kiln.Error with code and parameter; TypeError for unknown keywords.
 
     >>> import kiln
     >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
@@ -421,12 +421,12 @@ def bake(
         if not made.report.plan["reached"] and max_error is not None:
             warn_not_reached(made.report.plan)
         return made
-    # Holds no memory of the device's: the source may be gone, or of this call alone.
+    # Keeps no device memory alive: the source may be closed, or be temporary.
     origin, mesh, opened = weakref.ref(source), source.mesh, source._device
     again: dict[str, Any] = {**keywords, "report_error": True}
     names = [maps] if isinstance(maps, str) else list(maps)
     named = [name for name, darkens in (("high", given.by_high), ("low", given.by_low)) if darkens]
-    baked = tuple(made)  # a bake that knew itself would stay until the next collection
+    baked = tuple(made)  # names alone: a reference cycle would keep the bake alive until the next collection
 
     def measured(name: str) -> Mapping[str, MapError]:
         if name not in baked:
@@ -455,7 +455,7 @@ def bake(
 
 
 def error_bound(max_error: str | float) -> str:
-    """As the command takes it: degrees of rendered normals, or bounds of maps by name."""
+    """Converts to the command's form: degrees of rendered normals, or bounds by map name."""
     max_error = plain(max_error)
     if is_number(max_error):
         return f"normal={max_error!r}"
@@ -486,15 +486,15 @@ def bake_sets(
     size: int | tuple[int, int] | Mapping[str, Any] = 2048,
     **keywords: Any,
 ) -> dict[str, Bake]:
-    """Bakes a low poly whose UVs are parted into texture sets, each with maps of its own.
+    """Bakes a low poly with several texture sets, each with its own maps.
 
-    sets      a set a "material", "object" or "udim" tile of the low poly; "auto": by material or tile where UVs overlap
-              otherwise; "none"
-    size      texels, of all; or by the set's name, such as {"skin": 4096}, others 2048
+    sets      one set per "material", "object" or "udim" tile of the low poly; "auto": by material or tile if UVs
+              overlap otherwise; "none"
+    size      texels of all sets; or a dict by set name, such as {"skin": 4096}, others 2048
     keywords  as bake() takes them
 
-    Returns a kiln.Bake by the set's name ("1001" and on of tiles, "skin.1001" of a material that spans several); with
-    one set alone, its name is "". Their save() names files as the command does. Raises kiln.Error.
+    Returns a dict of kiln.Bake by set name ("1001" and so on for tiles, "skin.1001" for a material that spans several
+    tiles; "" for a single set). Their save() names files as the command does. Raises kiln.Error.
     """
     low_mesh = as_mesh(low, "low")
     parts = _core.texture_sets(low_mesh, sets) or [("", "", low_mesh)]
@@ -513,9 +513,9 @@ def bake_sets(
         keywords.pop("high_normals", None),
     )
     if len(parts) > 1:
-        keywords["recall"] = 0  # the high poly's surface is shared out among the sets
+        keywords["recall"] = 0  # each set covers only a part of the high poly's surface
     baked: dict[str, Bake] = {}
-    words: dict[str, str] = {}  # in files' names, of materials and objects
+    words: dict[str, str] = {}  # names of materials and objects as used in file names
     for i, (name, (own, tile, mesh)) in enumerate(zip(names, parts)):
         part = None if report is None else _share(report, 0.1 + 0.9 * i / len(parts), 0.9 / len(parts))
         token = texture_set.set(name)
@@ -553,9 +553,9 @@ def match(
     progress: Callable[[float, str], object] | Any = None,
     **keywords: Unpack[Keywords],
 ) -> Match:
-    """Finds which point of the high poly each texel stands for, without baking: parameters as of bake().
+    """Matches each texel sample to a point of the high poly, without baking. Parameters: see bake().
 
-    The result serves bake(match=...), or values of the caller's own at its positions.
+    Use the result for bake(match=...), or to evaluate your own values at its positions.
 
     >>> import kiln
     >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]

@@ -1,4 +1,4 @@
-"""What the environment tells the OpenCL driver, which is loaded at the first use of a device."""
+"""Environment variables for the OpenCL driver, which is loaded at the first use of a device."""
 
 from __future__ import annotations
 

@@ -13,14 +13,14 @@ from typing import Any
 
 
 class Error(RuntimeError):
-    """What went wrong, in a sentence or two with the remedy.
+    """An error, described in one or two sentences with the remedy.
 
-    code       stable word for programs, such as "mesh-index"; else the kind
+    code       stable identifier for programs, such as "mesh-index", or else the kind
     kind       usage, input, device, output, cancelled or internal
     parameter  the argument's name, or None
-    value      that it was given, where the error is about a value; else ""
-    allowed    values that it takes, as "1 to 16"; else ""
-    remedies   other arguments that the message names, with values that they could get: [("format", "exr")]
+    value      the given value, if the error is about a value; else ""
+    allowed    the allowed values, such as "1 to 16"; else ""
+    remedies   other arguments that the message suggests, with values: [("format", "exr")]
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Cancelled(Error):
 
 
 class KilnWarning(UserWarning):
-    """Something imperfect in the data that was handled: code, message and count are its arguments."""
+    """A warning about imperfect data that was handled, with the arguments code, message and count."""
 
     def __init__(self, message: str, code: str = "", count: int = 0) -> None:
         super().__init__(message)
@@ -60,12 +60,12 @@ class KilnWarning(UserWarning):
 
 
 def from_core(message: str, code: str, kind: str, facts: dict[str, Any]) -> Error:
-    """The exception for an error of the library. facts: parameter, remedies, value and allowed"""
+    """Creates the exception for a library error. facts: parameter, remedies, value and allowed"""
     return (Cancelled if kind == "cancelled" else Error)(message, code, kind, **facts)
 
 
 def count_of(value: Any, parameter: str, least: int, most: int) -> int:
-    """The whole number that a caller gave."""
+    """Converts an argument to an integer."""
     try:
         number = operator.index(value)
     except TypeError:
@@ -77,7 +77,7 @@ def count_of(value: Any, parameter: str, least: int, most: int) -> int:
 
 
 def path_of(given: Any, parameter: str = "path") -> str:
-    """A file's path, which a string, bytes or os.PathLike is."""
+    """Converts a path from a string, bytes or os.PathLike."""
     try:
         path = os.fsdecode(given)
         if "\0" not in path and os.fsencode(path):
@@ -100,11 +100,11 @@ def device_of(device: Any) -> str:
     return str(operator.index(device))
 
 
-#: What is baked at this moment of a low poly in texture sets, whose other sets have no UVs then.
+#: The texture set that is being baked; the low poly's other sets have no UVs meanwhile.
 texture_set: ContextVar[str] = ContextVar("texture_set", default="")
 
 
-#: True while something is baked again that has said its warnings.
+#: True while a repeated bake must not repeat its warnings.
 quiet: ContextVar[bool] = ContextVar("quiet", default=False)
 
 
@@ -113,7 +113,7 @@ _untold: ContextVar[str | None] = ContextVar("untold", default=None)
 
 @contextmanager
 def untold(code: str | None) -> Iterator[None]:
-    """Without warnings of a code."""
+    """Suppresses warnings with a code."""
     token = _untold.set(code)
     try:
         yield
@@ -128,7 +128,7 @@ def warn(code: str, message: str, count: int) -> None:
         if code == "uv-missing":
             return
         message = f"Texture set '{name}': {message}"
-    # The caller's line: outside of this package.
+    # The warning refers to the caller's line outside this package.
     _warnings.warn(KilnWarning(message, code, count), stacklevel=_depth())
 
 

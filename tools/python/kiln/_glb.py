@@ -1,4 +1,4 @@
-"""kiln.to_glb(): a dense mesh to a light one with its maps in one file."""
+"""kiln.to_glb(): converts a dense mesh to a light one with its maps in one file."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ._surface import cleaned
 if TYPE_CHECKING:
     import numpy as np
 
-#: Maps that a GLB's material has places for, and their channels.
+#: Maps that a GLB's material can reference, with their channels.
 SLOTS = {"normal": 3, "ao": 1, "color": 3, "opacity": 1, "roughness": 1, "metallic": 1, "emission": 3}
-#: Those that come from materials alone.
+#: Maps that only materials of the high poly provide.
 OF_MATERIALS = ("roughness", "metallic", "emission")
 
 
-#: Extensions of packed triangles, which the arrays of a Glb are not read from; they stand in its JSON.
+#: Extensions for compressed triangles, from which the arrays of a Glb cannot be read; listed in its JSON.
 _PACKED = (b"EXT_meshopt_compression", b"KHR_draco_mesh_compression")
 
 
@@ -35,10 +35,10 @@ class Glb:
 
     data      the file's bytes
     mesh      the light kiln.Mesh
-    maps      by name (H, W, C) float32 in [0, 1], as the file holds them: colours sRGB-encoded; row 0 at the top
+    maps      by name (H, W, C) float32 in [0, 1], as in the file: colours sRGB-encoded; row 0 at the top
     emission_strength
-              what 1 of the map emission stands for
-    bake      the kiln.Bake that the maps are of, with its report
+              radiance of the value 1 in the map emission
+    bake      the kiln.Bake of the maps, with its report
     vertices, faces, uvs, normals, tangents
               as renderers take them, with one list of indices: (V, 3), (F, 3), (V, 2) with the origin at the lower
               left, (V, 3), and (V, 4) with the bitangent's sign
@@ -69,12 +69,12 @@ class Glb:
 
     @property
     def vertices(self) -> np.ndarray:
-        """(V, 3) float32, world units; float64 where the mesh lies far from 0."""
+        """(V, 3) float32, world units; float64 if the mesh is far from the origin."""
         return self._part("vertices")
 
     @property
     def faces(self) -> np.ndarray:
-        """(F, 3) whole numbers: rows of all the others."""
+        """(F, 3) integers: rows of the other arrays."""
         return self._part("faces")
 
     @property
@@ -94,7 +94,7 @@ class Glb:
 
 
 def arrays_of(data: bytes) -> dict[str, np.ndarray]:
-    """Vertices with all attributes, and one list of indices, of a GLB of Kiln's, in the scene's space."""
+    """Vertices with all attributes, and one list of indices, of a GLB written by Kiln, in scene space."""
     import json
 
     import numpy as np
@@ -161,7 +161,7 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _transform_of(node: Mapping[str, Any]) -> np.ndarray:
-    """A node's matrix to its parent, as Kiln writes it: whole, or a translation and a scale."""
+    """A node's local matrix as Kiln writes it: a matrix, or a translation and a scale."""
     import numpy as np
 
     if "matrix" in node:
@@ -178,14 +178,14 @@ def sampled(
     device: str | int = "",
     padding: int = 16,
 ) -> dict[str, np.ndarray]:
-    """Maps of a function of places.
+    """Evaluates a function of positions into maps.
 
-    found    of kiln.match(): where each texel's samples lie on the high poly
-    sample   takes (N, 3) float64, world units. It returns (N, 3): the map color; (N, 4): color and opacity; or a dict
-             of maps by name, (N,) or (N, C). Numbers are taken as they are; uint8 as shares of 255
+    found    result of kiln.match(): the points of the high poly
+    sample   called with positions (N, 3) float64, world units. It returns (N, 3): the map color; (N, 4): color and
+             opacity; or a dict of maps by name, (N,) or (N, C). uint8 values are divided by 255
     padding  texels filled around charts
 
-    A texel is the mean of its samples that found a point. Returns (H, W, C) float32 by name.
+    A texel is the mean of its matched samples. Returns a dict of (H, W, C) float32 by name.
     """
     import numpy as np
 
@@ -244,7 +244,7 @@ def pack_glb(
     double_sided: bool = False,
     alpha: str = "mask",
 ) -> Glb:
-    """A GLB of a mesh with UVs and the maps that you have for it.
+    """Writes a mesh with UVs and your own maps as a GLB.
 
     low           what kiln.as_mesh() takes, with UVs
     maps          of normal, ao, color, opacity, roughness, metallic, emission: (H, W) or (H, W, C), uint8, or float in
@@ -443,7 +443,7 @@ def to_glb(
 
 
 def _maps_of(maps: Sequence[str] | None, samples: bool) -> tuple[list[str] | None, set[str]]:
-    """The maps that are asked for; None: what the materials have. And those that are baked for no other's sake."""
+    """The requested maps, or None for those of the materials; and the maps that are not baked only for others."""
     if maps is None:
         return (["normal", "ao"] if samples else None), set()
     wanted = [maps] if isinstance(maps, str) else list(maps)
@@ -460,7 +460,7 @@ def _file_of(given: Any) -> tuple[str | None, object]:
 
 
 def _name_of(path: str | os.PathLike[str] | None, mesh: Mesh | None, file: str | None) -> str:
-    """A GLB's name, after which its low poly is named."""
+    """The name of a GLB, which its low poly gets, too."""
     if path is not None:
         name = Path(path_of(path))
         return str(name if name.suffix else name.with_name(name.name + ".glb"))
@@ -474,12 +474,12 @@ def _pictures_of(baked: Bake, left_out: set[str]) -> tuple[dict[str, np.ndarray]
     files, strength, _ = _core.asset_maps(baked._core, list(SLOTS))
     if "normal" in left_out and "normals" not in baked:
         files.pop("normal", None)
-    # A slot of one channel holds the first.
+    # A slot of one channel stores the first.
     return {name: file[:, :, : SLOTS[name]].copy() for name, file in files.items()}, strength
 
 
 def _part(report: Callable[[float, str], object] | None, start: float, end: float) -> Any:
-    """A callback for a part of the work."""
+    """A progress callback for a part of the work."""
     if report is None:
         return None
     return lambda done, stage: report(start + (end - start) * done, stage)

@@ -1,4 +1,4 @@
-"""kiln.run(): all that the command `kiln bake` does, in one call."""
+"""kiln.run(): everything that the command `kiln bake` does, in one call."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ class JobMap(NamedTuple):
 
 
 class JobResult(NamedTuple):
-    """What a job came to.
+    """The result of a job.
 
-    files    written, in order
+    files    written files, in order
     glb      bytes of the GLB of a job in memory, else empty
-    maps     of a job in memory without a GLB: JobMap
+    maps     list of JobMap of a job in memory without a GLB
     mesh     the low poly
-    report   as the command's --json has it
-    summary  lines, as the command prints them
-    failure  which limit was missed, where the command exits with 1; else empty
+    report   the report of the command's --json
+    summary  the lines that the command prints
+    failure  the limit that was exceeded, for which the command exits with 1; else empty
     """
 
     files: list[str]
@@ -50,14 +50,14 @@ class JobResult(NamedTuple):
 def run(
     job: Mapping[str, Any] | str | None = None, /, *, in_memory: bool = False, progress: Any = None, **options: Any
 ) -> JobResult:
-    """Runs a job: what `kiln bake` does, with its options by name.
+    """Runs a job like `kiln bake`, with its options as keywords.
 
     job        a dict of options, or a JSON text of one; keyword arguments go before it
     high, low  a path, a list of paths, or a kiln.Mesh. Without low, Kiln makes it (faces=, max_error=)
     out        a folder, or NAME.glb, NAME.gltf or NAME.obj
     options    flags of `kiln bake` with underscores: faces=5000, maps=["normal", "ao"], max_distance="2%";
                kiln.job_schema() describes all
-    in_memory  nothing is written: the result has the GLB's bytes, or the maps
+    in_memory  write no files: the result has the GLB's bytes, or the maps
     progress   as kiln.bake() takes it
 
     Warnings are kiln.KilnWarning. Returns a JobResult. Raises kiln.Error.
@@ -78,6 +78,6 @@ def run(
 
 
 def job_schema() -> dict[str, Any]:
-    """A JSON Schema (2020-12) of what run() takes."""
+    """The JSON Schema (2020-12) of run()'s options."""
     return dict(json.loads(_core.job_schema()))
 

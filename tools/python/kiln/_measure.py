@@ -1,4 +1,4 @@
-"""kiln.measure() and kiln.render(): what a viewer sees."""
+"""kiln.measure() and kiln.render(): comparisons of rendered pictures."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class NormalError(float):
 
 
 def _check_layout(low: _core.Mesh, normal: Any) -> None:
-    """A warning where a bake is of another low poly: triangles in whose middle its map has nothing."""
+    """Warns if a bake belongs to another low poly: its map is empty at the centres of triangles."""
     import numpy as np
 
     if not isinstance(normal, Bake) or low.uvs is None or low.uv_faces is None:
@@ -63,7 +63,7 @@ def _check_layout(low: _core.Mesh, normal: Any) -> None:
 def _as_baked(
     normal: Any, space: str | None, flip_y: bool | None, bitangent: str | None
 ) -> tuple[Any, str, bool, str]:
-    """A normal map's pixels, and how they are to be read."""
+    """A normal map's pixels, and their encoding."""
     pixels = normal
     if isinstance(normal, Bake):
         pixels = normal["normal"]
@@ -92,7 +92,7 @@ def render(
     device: str | int = "",
     progress: Any = None,
 ) -> np.ndarray:
-    """A picture of a mesh as clay, with or without its normal map.
+    """Renders a mesh as clay, with or without its normal map.
 
     mesh          as kiln.as_mesh() takes it
     normal        its normal map, as measure() takes it
@@ -101,7 +101,7 @@ def render(
     elevation     degrees above the horizon
     z_up          the up axis is +Z, else +Y
     show_normals  world-space normals as n/2 + 1/2, exactly 0 beside the mesh
-    frame         a mesh to fit the picture to, so that several line up
+    frame         the mesh that the picture frames, so that several pictures align
 
     Returns (size, size, 3) float32 in [0, 1], sRGB-encoded. Raises kiln.Error.
     """
@@ -148,7 +148,7 @@ def measure(
     normal     the low poly's normal map, (H, W, 3) as n/2 + 1/2, row 0 at the top, or the kiln.Bake that has it;
                without: its own normals. A bake of another low poly is a warning, `other-layout`
     space, flip_y, bitangent
-               that it was baked with; of a kiln.Bake they are known
+               options of its bake; a kiln.Bake knows them
     views      directions, 1 to 4096
     size       pixels a side of each picture, 16 to 8192
     high_normals

@@ -1,4 +1,4 @@
-"""What Kiln takes for a mesh."""
+"""Conversion of meshes to kiln.Mesh."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
 
 
 def as_high(given: Any, high_normals: str | float = "auto", parameter: str = "high") -> Mesh:
-    """The same of a high poly, with the normals that all which is baked from it sees."""
+    """Converts a high poly, with the normals that bakes use."""
     return _core.shaded(as_mesh(given, parameter), str(high_normals))
 
 
 def _of_glb(data: bytes) -> Mesh:
-    """Through a file that lives as long as the mesh, since pictures of its materials are read when they are baked."""
+    """Reads a temporary file of the bytes, which lives as long as the mesh, since bakes read its textures."""
     file, kept = kept_file(data)
     return _core.load_file(file, "auto", 0, kept)
 
@@ -82,7 +82,7 @@ def kept_file(data: bytes) -> tuple[str, object]:
 
 
 class _Kept:
-    """What a mesh keeps, so that something is done when it is gone."""
+    """An object that a mesh references, so that a function runs when the mesh is freed."""
 
 
 def _extension(data: bytes) -> str:
@@ -97,7 +97,7 @@ def _extension(data: bytes) -> str:
     return ".obj"
 
 
-#: What a material of trimesh's shows by.
+#: Members of a trimesh material that Kiln reads.
 _FACTORS = ("baseColorFactor", "metallicFactor", "roughnessFactor", "emissiveFactor")
 _PICTURES = ("baseColorTexture", "metallicRoughnessTexture", "normalTexture", "occlusionTexture", "emissiveTexture")
 
@@ -116,7 +116,7 @@ def _of_object(given: Any, with_material: bool) -> Mesh:
             "The mesh has colours of faces, which are not taken: give each face vertices of its own, with their colours.",
             len(given.faces),
         )
-    # Normals that were computed say nothing new; those that a file gave are in the cache.
+    # Computed normals are redundant; explicit ones from a file are in the cache.
     cache = getattr(given, "_cache", None)
     normals = None
     if cache is not None and "vertex_normals" in getattr(cache, "cache", {}):
@@ -131,7 +131,7 @@ def _of_object(given: Any, with_material: bool) -> Mesh:
 
 
 def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
-    """With a material of trimesh's, by a GLB of one triangle."""
+    """Adds a trimesh material by way of a GLB of one triangle."""
     if hasattr(material, "diffuse") and hasattr(material, "to_pbr"):
         material = _pbr_of_simple(material)
     pictures = [name for name in _PICTURES if getattr(material, name, None) is not None]
@@ -152,7 +152,7 @@ def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
             process=False,
         )
         data: bytes = triangle.export(file_type="glb", include_normals=True)
-        # Pictures that cannot be written are left out without a word.
+        # trimesh silently omits pictures that it cannot write.
         if all(name.encode() in data for name in pictures):
             beside = getattr(visual, "vertex_attributes", {}).get("color")
             if beside is not None and (beside != beside.dtype.type(1 if beside.dtype.kind == "f" else 255)).any():
@@ -168,8 +168,7 @@ def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
 
 
 def _pbr_of_simple(material: Any) -> Any:
-    """Of trimesh's SimpleMaterial, without the greys that stand in for a picture or a colour which nobody gave: its own
-    to_pbr() multiplies pictures by them."""
+    """Converts a SimpleMaterial without the default greys by which its own to_pbr() multiplies pictures."""
     made = material.to_pbr()
     made.metallicFactor = 0.0
     if getattr(material, "_glossiness", None) is None:

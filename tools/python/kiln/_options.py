@@ -1,4 +1,4 @@
-"""Keywords as options of a job: values of Python as JSON, which the library reads."""
+"""Converts keywords to the JSON of a job's options."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _known: dict[str, bool] = {}
 
 
 def options() -> dict[str, str]:
-    """The keywords of bake() and what each means, as the command's help has it.
+    """The keywords of bake() with the help texts of the command.
 
     >>> import kiln
     >>> "samples" in kiln.options()
@@ -41,12 +41,12 @@ def checked(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def json_of(options: Mapping[str, Any]) -> str:
-    """Options and their values, as the library reads them."""
+    """The JSON of options and their values."""
     return json.dumps({name: _value(name, value) for name, value in options.items() if value is not None})
 
 
 def plain(value: Any) -> Any:
-    """Python's own numbers and lists, where they are NumPy's."""
+    """Converts NumPy's numbers and arrays to Python's numbers and lists."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, (list, tuple)):
@@ -67,7 +67,7 @@ def _value(name: str, value: Any) -> Any:
     if isinstance(value, Mapping) and value:
         return {str(key): _value(name, part) for key, part in value.items()}
     if is_number(value):
-        # JSON has no such numbers: as text, the library says which option has them.
+        # JSON cannot represent these numbers. As text, they reach the library, whose error names the option.
         return value if math.isfinite(value) and abs(value) < 2**63 else repr(value)
     if isinstance(value, bool) or (isinstance(value, str) and value):
         return value

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 class Plan(NamedTuple):
-    """What plan() chose: the mesh, its maps (None where it needs none), and chosen: faces, size, samples, bits, match,
-    search_distance (a share of the diagonal), degrees as measured, wanted and reached."""
+    """The result of plan(): the mesh, its maps (None if it needs none), and chosen: faces, size, samples, bits, match,
+    search_distance (a share of the diagonal), measured degrees, wanted and reached."""
 
     mesh: Mesh
     bake: Bake | None
@@ -40,18 +40,19 @@ def plan(
     progress: Any = None,
     **keywords: Unpack[Keywords],
 ) -> Plan:
-    """The fewest bytes of low poly and maps whose rendered normals are near enough.
+    """Finds the low poly and maps with the fewest bytes whose rendered normals are within an error.
 
     high         a kiln.Source, or what kiln.as_mesh() takes
-    max_error    mean angle between rendered normals: degrees, or "normal=3deg"; of other maps, too: "normal=3,ao=2/255"
-    size         the largest size that maps may have
-    screen       the largest size at which the mesh is seen, pixels: finer detail does not count
-    max_outline  share of outlines that may differ, such as "2%"
+    max_error    mean angle between rendered normals: degrees, or "normal=3deg"; with bounds of other maps:
+                 "normal=3,ao=2/255"
+    size         maximum size of maps, texels
+    screen       maximum size of the mesh on screen, pixels: finer detail is ignored
+    max_outline  maximum share by which outlines may differ, such as "2%"
     high_normals
                  as kiln.Source takes it; without: "auto"
-    keywords     as bake() takes them; match and samples are chosen where they are not given
+    keywords     see bake(); match and samples are chosen unless given
 
-    A warning says where the error is not reached. Returns a kiln.Plan.
+    Warns if the error is not reached. Returns a kiln.Plan.
     """
     names = [maps] if isinstance(maps, str) else list(maps)
     options = checked({"size": size, "maps": names, **keywords})
@@ -67,7 +68,7 @@ def plan(
 
 
 def screen_of(screen: int | str | None) -> str | None:
-    """The size on screen as a job has it."""
+    """Converts the size on screen to a job's form."""
     if screen is None or isinstance(screen, str):
         return screen
     return f"{count_of(screen, 'screen', 16, 16384)}px"

@@ -1,4 +1,4 @@
-"""Callbacks and bars of progress."""
+"""Progress callbacks and progress bars."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Made = TypeVar("Made")
 
 
 def callback_of(progress: Any) -> Callable[[float, str], object] | None:
-    """A callback as it is; of a bar with update() and n, such as tqdm's, one that moves it to the share of its total."""
+    """Returns a callback unchanged. For a bar with update() and n, such as tqdm's, returns a callback that moves it."""
     if progress is None or callable(progress) and not hasattr(progress, "update"):
         return progress  # type: ignore[no-any-return]
     if not hasattr(progress, "update") or not hasattr(progress, "n"):
@@ -26,7 +26,7 @@ def callback_of(progress: Any) -> Callable[[float, str], object] | None:
 
 
 def done(report: Callable[[float, str], object] | None, made: Made) -> Made:
-    """The result, once the callback has heard that all is done, which some calls of the library do not say."""
+    """Reports completion to the callback, which some library calls omit, and returns the result."""
     if report is not None:
         report(1.0, "done")
     return made

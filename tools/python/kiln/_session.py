@@ -1,4 +1,4 @@
-"""Sessions: kiln.BakeSession, whose high poly moves, and kiln.ViewSession, which matches view by view."""
+"""Sessions: kiln.BakeSession for a moving high poly, and kiln.ViewSession, which matches view by view."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class BakeSession:
-    """A bake of a high poly that moves: all stays on the device, and only what a change reaches is baked anew.
+    """A bake of a moving high poly. Data stay on the device, and only affected texels are baked again.
 
     high, low, size, maps, match, cage_mesh, ao_occluders, textures, device, keywords
               as bake() takes them. Left out: match="auto" and a kiln.Match, cage="auto", report_error, recall,
@@ -30,12 +30,12 @@ class BakeSession:
               as kiln.Source takes it. Smooth normals of a mesh that has none follow its positions; those that "auto"
               makes for a hard surface stay: "file" has them follow, smooth everywhere
 
-    With match="uv" the texels are read anew whose triangles changed; with others all are matched again. Bytes are those
-    of kiln.Source(session.mesh, bounds=session.bounds).bake(low, ...), and so of kiln.bake() while the mesh's own box
-    stays as it was.
+    With match="uv", texels whose triangles changed are baked again; other matches match all texels again. The bytes are
+    equal to kiln.Source(session.mesh, bounds=session.bounds).bake(low, ...), and thus to kiln.bake() while the mesh's
+    own box is unchanged.
 
-    For one thread at a time: another's call meanwhile is an error (code "busy"). Nothing given is kept but by copy, and
-    results stay. close(), or the end of a `with` block, frees its memory. Ctrl-C stops bake(); the next one makes all anew.
+    One thread at a time: concurrent calls raise an error (code "busy"). Arguments are copied, and results remain valid.
+    close(), or the end of a `with` block, frees its memory. Ctrl-C stops bake(); the next one bakes everything again.
     Raises kiln.Error as bake() does.
 
     >>> import kiln
@@ -50,13 +50,13 @@ class BakeSession:
     """
 
     class Update(NamedTuple):
-        """Work of a bake()."""
+        """Statistics of one bake()."""
 
-        triangles: int  #: of the high poly whose corners or normals had changed
-        texels: int  #: read anew
-        matched: bool  #: samples were matched
-        dirty: tuple[int, int, int, int]  #: x, y, width, height, row 0 at the top: outside, all bytes are as before
-        seconds: float  #: that it took
+        triangles: int  #: of the high poly with changed corners or normals
+        texels: int  #: texels that were baked again
+        matched: bool  #: samples were matched again
+        dirty: tuple[int, int, int, int]  #: x, y, width, height, row 0 at the top: bytes outside are unchanged
+        seconds: float  #: run time
 
     def __init__(
         self,
@@ -82,13 +82,13 @@ class BakeSession:
         self._core = _core.BakeSessionCore(as_high(high, high_normals), *given, bounds, device_of(device))
 
     def set_positions(self, positions: Any, first: int | None = None) -> None:
-        """Moves vertices of the high poly: nothing is baked yet.
+        """Moves vertices of the high poly. The next bake() uses them.
 
         positions  (N, 3) float, world units, finite: rows in the order of session.mesh.vertices, which of a mesh from
                    arrays is the caller's, and of a file that of kiln.load()
-        first      the row that they begin at; without: they are all rows
+        first      index of the first row; default: `positions` has all rows
 
-        Computed normals follow. Those that the mesh has of its own stay: set_normals(). Of a wrong row, nothing is moved.
+        Computed normals follow. Explicit normals do not: see set_normals(). If any row is invalid, none is moved.
         """
         self._core.set_positions(positions, None if first is None else count_of(first, "first", 0, 2**32 - 1))
 
@@ -101,24 +101,24 @@ class BakeSession:
         self._core.set_normals(normals, None if first is None else count_of(first, "first", 0, 2**32 - 1))
 
     def bake(self) -> Bake:
-        """Bakes what is not up to date. Returns all maps: a copy, which stays when the next bake changes some."""
+        """Bakes all outdated texels. Returns a copy of all maps, which later bakes do not change."""
         made = Bake(self._core.bake(), self._keywords)
         made.report.errors.measure = _no_errors
         return made
 
     @property
     def last_update(self) -> Update:
-        """Of the last bake(): zeros where nothing had changed."""
+        """Statistics of the last bake(): zeros if nothing had changed."""
         return self.Update(*self._core.last_update())
 
     @property
     def mesh(self) -> Mesh:
-        """The high poly as it is now: a copy."""
+        """A copy of the current high poly."""
         return self._core.mesh()
 
     @property
     def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Two corners, world units: as given, or the mesh's own at first."""
+        """Two corners of the box, world units: as given, or those of the initial mesh."""
         return self._core.bounds()
 
     @property
@@ -127,7 +127,7 @@ class BakeSession:
         return self._core.closed
 
     def close(self) -> None:
-        """Frees the memory, once a call under way is done."""
+        """Frees the memory, after a running call has finished."""
         self._core.close()
 
     def __enter__(self) -> BakeSession:
@@ -143,7 +143,7 @@ def _no_errors(name: str) -> NoReturn:
 
 
 class ViewSession:
-    """A match by depth views, one view at a time: each improves what is there.
+    """An incremental match by depth views: each added view improves it.
 
     source          a kiln.Source, which may be closed after, or a high poly as bake() takes it
     low, size, samples, max_distance, two_sided, view_size, view_criterion, no_view_refine
@@ -165,11 +165,11 @@ class ViewSession:
     """
 
     class Step(NamedTuple):
-        """Gain by a view."""
+        """Gain of one view."""
 
         samples: int  #: of the low poly
         decided: int  #: by any view so far
-        changed: int  #: that this view newly decided, or decided better
+        changed: int  #: samples that this view decided first, or better
 
     def __init__(
         self,
@@ -205,7 +205,7 @@ class ViewSession:
         return self.Step(*self._core.add(direction))
 
     def match(self) -> Match:
-        """The match so far, for bake(match=...) of this size and samples: a copy."""
+        """A copy of the current match, for bake(match=...) with this size and samples."""
         return self._core.match()
 
     @property
@@ -214,7 +214,7 @@ class ViewSession:
         return self._core.closed
 
     def close(self) -> None:
-        """Frees the memory, once a call under way is done."""
+        """Frees the memory, after a running call has finished."""
         self._core.close()
 
     def __enter__(self) -> ViewSession:

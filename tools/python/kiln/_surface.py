@@ -23,14 +23,14 @@ def simplify(
     high_normals: str | float = "auto",
     progress: Any = None,
 ) -> Mesh:
-    """A mesh of fewer triangles.
+    """Simplifies a mesh to fewer triangles.
 
     mesh        as kiln.as_mesh() takes it; or the vertices, with faces beside them
-    target      number of triangles; without: as few as max_error allows
-    max_error   without target: how far the surfaces may part anywhere, as a share of the bounding box's diagonal
+    target      number of triangles; default: as few as max_error allows
+    max_error   without target: maximum distance of the surfaces, as a share of the bounding box's diagonal
     keep_uvs    keep the UVs, groups and materials and their borders
-    hull        the result encloses the mesh
-    keep_parts  leave out no part for its size
+    hull        make the result enclose the mesh
+    keep_parts  keep parts of any size
     high_normals
                 as kiln.Source takes it
     progress    as bake() takes it
@@ -59,17 +59,18 @@ def clean(
     drop_hidden: bool = True,
     progress: Any = None,
 ) -> Mesh:
-    """The mesh repaired, as generators and scanners leave them; each repair is a kiln.KilnWarning.
+    """Repairs typical defects of generated and scanned meshes; each repair is a kiln.KilnWarning.
 
     mesh           as kiln.as_mesh() takes it; or the vertices, with faces beside them
-    weld           vertices of open edges nearer than this are welded, and cracks closed; 0: none
-    orient         triangles that face against their neighbours, or away from all views, are turned round
-    fill_holes     holes of at most 12 edges and this perimeter are filled; True: 0.02
-    drop_floaters  loose bodies of a smaller diagonal are left out; True: 0.01
-    drop_hidden    parts that nobody sees from outside are left out
+    weld           weld vertices of open edges within this distance, which closes cracks; 0: none
+    orient         flip triangles that face against their neighbours, or away from all views
+    fill_holes     fill holes of at most 12 edges and this perimeter; True: 0.02
+    drop_floaters  remove separate bodies with a smaller diagonal; True: 0.01
+    drop_hidden    remove parts that no view from outside sees
     progress       as bake() takes it
 
-    Lengths are shares of the bounding box's diagonal; False: none. Returns a kiln.Mesh: the same one where nothing was to be done.
+    Lengths are shares of the bounding box's diagonal; False: none. Returns a kiln.Mesh: the same one if no
+    repair was needed.
     Raises kiln.Error.
 
     >>> import kiln
@@ -91,7 +92,7 @@ def cleaned(
     drop_hidden: bool,
     report: Any,
 ) -> Mesh:
-    """clean(), with a callback for its progress."""
+    """clean() with a progress callback."""
     hole = (0.02 if fill_holes else 0) if isinstance(fill_holes, bool) else fill_holes
     floater = (0.01 if drop_floaters else 0) if isinstance(drop_floaters, bool) else drop_floaters
     return _core.clean(high, weld, orient, hole, floater, not drop_hidden, report)
@@ -107,13 +108,13 @@ def unwrap(
     detail_of: Any = None,
     progress: Any = None,
 ) -> Mesh:
-    """The mesh with new UVs that do not overlap.
+    """Gives a mesh new UVs that do not overlap.
 
     mesh       as kiln.as_mesh() takes it; or the vertices, with faces beside them
     size       of the map that it is for, texels
     method     charts (few large ones), pairs (of triangles) or squares
-    border     empty texels between charts; without: 1/256 of the size, at least 2
-    detail_of  a high poly: texels go where its detail is
+    border     empty texels between charts; default: 1/256 of the size, at least 2
+    detail_of  a high poly whose detail decides the texel density
     progress   as bake() takes it
 
     Returns a kiln.Mesh, whose report has charts and coverage. Raises kiln.Error.

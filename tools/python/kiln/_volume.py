@@ -1,4 +1,4 @@
-"""Meshes of voxels: kiln.contour() and kiln.volume()."""
+"""Meshes from voxels: kiln.contour() and kiln.volume()."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ class VolumeBake(NamedTuple):
 
 
 class HeightField(NamedTuple):
-    """A high poly of heights, which is matched by UVs, and the plane under it: bake(*field)."""
+    """A height field as a high poly, matched by UVs, and the plane under it: bake(*field)."""
 
     mesh: Mesh
     plane: Mesh
 
 
 def height_field(heights: Any, *, height: float = 1.0, extent: tuple[float, float] | None = None) -> HeightField:
-    """A terrain or wall of a picture of heights.
+    """Makes the mesh of a height field, such as a terrain or a wall.
 
     heights  (H, W) float, uint8 or uint16 (shares of 255 and 65535), row 0 at the largest y; or a file's path (PNG, EXR, TIFF);
-             NaN, and what stands for no data, is a hole
+             NaN and the file's no-data value become holes
     height   world units of a value of 1; may be negative
-    extent   width along x and depth along y, world units; without: the longer side is 1
+    extent   width along x and depth along y, world units; default: the longer side is 1
 
-    Pixels are points: the outermost lie on the border. Returns (mesh, plane). Raises kiln.Error.
+    Pixels are points: the outermost are on the border. Returns (mesh, plane). Raises kiln.Error.
 
     >>> import kiln
     >>> field = kiln.height_field([[0.0, 0.5], [1.0, 0.5]], height=2, extent=(4, 4))
@@ -78,14 +78,14 @@ def contour(
     device: str | int = "",
     progress: Any = None,
 ) -> Mesh:
-    """The surface of a volume at full resolution, by dual contouring.
+    """Contours a volume at full resolution, by dual contouring.
 
-    voxels   (I, J, K) numbers: voxels[i, j, k] lies at origin + (i, j, k) * spacing; or a file's path (NRRD,
-             MetaImage, NIfTI), which says its own place
+    voxels   (I, J, K) numbers: voxels[i, j, k] is at origin + (i, j, k) * spacing; or a file's path (NRRD,
+             MetaImage, NIfTI), which has its own origin and spacing
     iso      value of the surface
     inside   which side is solid: above or below
-    border   where the solid reaches the volume's border: closed (cut off flat) or open
-    outer    the outer surface alone
+    border   at the volume's border, the solid is closed (cut off flat) or open
+    outer    only the outer surface
 
     Returns a closed kiln.Mesh with normals. Raises kiln.Error.
 
@@ -116,11 +116,11 @@ def volume(
     device: str | int = "",
     progress: Any = None,
 ) -> VolumeBake:
-    """A low poly with a normal map straight from a volume: parameters as of contour(), and
+    """Makes a low poly with a normal map directly from a volume. Parameters: see contour(), and
 
-    faces    at most so many triangles; without: as error says
-    error    without faces: how well vertices fit the surface, cells; without: chosen by the volume
-    size     of the map, texels a side, 16 to 8192; without: about a texel a cell
+    faces    maximum number of triangles; default: as few as `error` allows
+    error    without faces: maximum distance of vertices from the surface, cells; default: chosen for the volume
+    size     texels of one side of the map, 16 to 8192; default: about one texel per cell
     unwrap   pairs (of triangles) or charts (few large ones)
 
     Returns (mesh, normal). Raises kiln.Error.
