@@ -33,6 +33,9 @@ set(kiln_standard_headers <algorithm> <array> <atomic> <cmath> <cstdint> <cstdio
   <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <span> <string>
   <string_view> <thread> <tuple> <utility> <variant> <vector>)
 add_library(kiln_compile INTERFACE)
+# GLM's vectors are those of host/ in double precision.
+find_path(KILN_GLM_INCLUDE glm/glm.hpp DOC "Folder of GLM's headers" REQUIRED)
+target_include_directories(kiln_compile SYSTEM INTERFACE ${KILN_GLM_INCLUDE})
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # Compiler caches need this option to support precompiled headers.
   target_compile_options(kiln_compile INTERFACE -fpch-preprocess)

@@ -35,7 +35,7 @@ void add_square(Matrix3& m, const Vec3d& v, double weight) {
 
 Shape shape_of(const Corners& corners) {
   Shape shape;
-  Vec3d mean;
+  Vec3d mean{};
   const std::size_t count = corners.x.size();
   for (std::size_t i = 0; i < count; ++i) mean += corners.at(i);
   mean = mean * (1 / static_cast<double>(count));
@@ -179,7 +179,7 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   e = e * (1 / length(e));
   const Vec3d f = cross(axis, e);
   const std::array<Point2, kSideCandidates> sides = sides_of(corners, shape, e, f);
-  std::array<Vec3d, kSideCandidates> ways;
+  std::array<Vec3d, kSideCandidates> ways{};
   for (std::size_t k = 0; k < kSideCandidates; ++k) ways[k] = e * sides[k].x + f * sides[k].y;
   std::array<double, kSideCandidates> ends{};
   const std::array<float, kSideCandidates> reached = supports(corners, ways);
@@ -205,7 +205,7 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
     prism.normals[k] = ways[i];
     prism.ends[k] = ends[i];
   }
-  prism.normals[3] = axis * -1;
+  prism.normals[3] = -axis;
   prism.ends[3] = -low;
   prism.normals[4] = axis;
   prism.ends[4] = high;

@@ -19,7 +19,7 @@ std::vector<Vec3d> spread_directions(std::uint32_t count);
 
 /// Ball that views show: radius around a centre, frame units.
 struct ViewArea {
-  Vec3d center;
+  Vec3d center{};
   double radius = 1;
 };
 

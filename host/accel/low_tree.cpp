@@ -12,8 +12,8 @@ std::shared_ptr<const LowTree> LowTree::of_surface(cl::Context& context,
       low.positions.insert(low.positions.end(), {a.position, b.position, c.position});
       low.triangles.push_back({first, first + 1, first + 2});
       low.of.push_back(static_cast<std::uint32_t>(t));
-      const Vec3d normal =
-          cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+      const Vec3d normal = cross(to_double(b.position) - to_double(a.position),
+                                 to_double(c.position) - to_double(a.position));
       low.normals.push_back(normal * (1 / length(normal)));
     }
     low.tree = std::make_shared<Tree>(context, low.positions, low.triangles);

@@ -38,7 +38,7 @@ double squared_radius(std::span<const Vec3> positions, std::span<const Triangle>
     double largest = 0;
     for (std::size_t t = begin; t < end; ++t) {
       for (const std::uint32_t i : triangles[t]) {
-        const Vec3d p(positions[i]);
+        const Vec3d p = to_double(positions[i]);
         const double squared = dot(p, p);
         if (is_in_views(positions[i])) largest = std::max(largest, squared);
       }
@@ -82,8 +82,8 @@ std::vector<std::uint64_t> DepthKeys::picture(cl::Context& context, const kiln_v
 }
 
 kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size, const Vec3d& center) {
-  Vec3d right;
-  Vec3d up;
+  Vec3d right{};
+  Vec3d up{};
   basis(toward, right, up);
   kiln_view view{};
   store(right, view.right);

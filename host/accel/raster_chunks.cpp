@@ -87,8 +87,8 @@ void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, 
     bounds.half_extent[axis][lane] = round_up(std::max(high - centre, centre - low));
     result.diagonals += (high - low) * (high - low);
   }
-  std::array<Vec3d, kChunk> normals;
-  Vec3d sum;
+  std::array<Vec3d, kChunk> normals{};
+  Vec3d sum{};
   double least_height = std::numeric_limits<double>::infinity();
   for (std::uint32_t t = 0; t < count; ++t) {
     const auto corner = [&](std::size_t k) {
@@ -116,7 +116,7 @@ void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, 
   const Vec3 axis = to_float(sum * (1 / sum_length));
   double cosine = 1;
   for (std::uint32_t t = 0; t < count; ++t) {
-    cosine = std::min(cosine, dot(normals[t], Vec3d(axis)));
+    cosine = std::min(cosine, dot(normals[t], to_double(axis)));
   }
   bounds.axis[0][lane] = axis.x;
   bounds.axis[1][lane] = axis.y;

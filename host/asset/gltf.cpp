@@ -72,7 +72,7 @@ class Placing {
   }
   AffineMap m_;
   bool mirrors_ = false;
-  std::array<Vec3d, 3> n_;
+  std::array<Vec3d, 3> n_{};
 };
 
 /// A primitive's triangles, in file coordinates, with its morph targets added.

@@ -98,21 +98,21 @@ struct ToLocal {
   std::array<double, 3> origin{};  // of the mesh's positions in the world
   std::array<Vec3d, 3> rows{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};  // of the inverse
                                                                               // transform
-  Vec3d moved;                                                                // translation of the
+  Vec3d moved{};                                                              // translation of the
                                                                               // transform
   std::array<Vec3d, 3> columns = rows;                                        // of the transform
 
   Vec3 place(const Vec3& p) const {
-    const Vec3d at = Vec3d(p) + Vec3d(origin[0], origin[1], origin[2]) - moved;
+    const Vec3d at = to_double(p) + Vec3d(origin[0], origin[1], origin[2]) - moved;
     return to_float({dot(rows[0], at), dot(rows[1], at), dot(rows[2], at)});
   }
   /// Transforms a normal, by the transposed transform.
   Vec3 normal(const Vec3& n) const {
-    const Vec3d of(n);
+    const Vec3d of = to_double(n);
     return unit({dot(columns[0], of), dot(columns[1], of), dot(columns[2], of)});
   }
   Vec3 tangent(const Vec3& t) const {
-    const Vec3d of(t);
+    const Vec3d of = to_double(t);
     return unit({dot(rows[0], of), dot(rows[1], of), dot(rows[2], of)});
   }
   static Vec3 unit(const Vec3d& v) { return to_float(v * (1 / length(v))); }

@@ -237,17 +237,35 @@ Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options
   return load_mesh_file(path, options, warnings, nullptr);
 }
 
-Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
-               std::vector<Warning>* warnings) {
+namespace {
+
+/// \param whole  receives the whole asset of a glTF or FBX; may be null
+Mesh parse_bytes(std::span<const std::byte> bytes, std::string_view name,
+                 const LoadMeshOptions& options, std::vector<Warning>* warnings, Asset* whole) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const MeshInput input{std::string(name), text, warnings};
+  const MeshInput input{std::string(name), text, warnings, options};
   try {
-    return parse_named(input, std::filesystem::path(name));
+    return parse_named(input, std::filesystem::path(name), whole);
   } catch (const std::bad_alloc&) {
     input.fail(
         "", "memory ran out while it was read",
         "Free some memory, raise the " + option("memory_limit") + ", or use a lighter mesh.");
   }
+}
+
+}  // namespace
+
+Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
+               std::vector<Warning>* warnings) {
+  return parse_bytes(bytes, name, {}, warnings, nullptr);
+}
+
+Asset load_asset(std::span<const std::byte> bytes, std::string_view name,
+                 const LoadMeshOptions& options, std::vector<Warning>* warnings) {
+  Asset asset;
+  Mesh mesh = parse_bytes(bytes, name, options, warnings, &asset);
+  asset.mesh = std::move(mesh);
+  return asset;
 }
 
 }  // namespace kiln

@@ -46,13 +46,13 @@ std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOpti
 
 /// Derivatives of a triangle's surface by u and v, and its unit normal.
 struct UvFrame {
-  Vec3d u, v, normal;
+  Vec3d u{}, v{}, normal{};
   double size = 0;  // surface area for a unit of UV area
 
   explicit UvFrame(const std::array<LowSurface::Corner, 3>& corners) {
     const auto& [a, b, c] = corners;
-    const Vec3d p = Vec3d(b.position) - Vec3d(a.position);
-    const Vec3d q = Vec3d(c.position) - Vec3d(a.position);
+    const Vec3d p = to_double(b.position) - to_double(a.position);
+    const Vec3d q = to_double(c.position) - to_double(a.position);
     const double pu = double{b.uv.x} - a.uv.x, pv = double{b.uv.y} - a.uv.y;
     const double qu = double{c.uv.x} - a.uv.x, qv = double{c.uv.y} - a.uv.y;
     const double area = pu * qv - qu * pv;
@@ -146,9 +146,9 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
     const double share[3] = {1 - u - v, u, v};
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = source_.triangles[of[i]][k];
-      point.at += Vec3d(source_.positions[vertex]) * share[k];
+      point.at += to_double(source_.positions[vertex]) * share[k];
       const float* n = &normals_[std::size_t{3} * normal_indices_[std::size_t{3} * of[i] + k]];
-      point.normal += Vec3d(Vec3{n[0], n[1], n[2]}) * share[k];
+      point.normal += to_double(Vec3{n[0], n[1], n[2]}) * share[k];
       for (std::size_t c = 0; c < 4 && !source_.colors.empty(); ++c) {
         point.color[c] += source_.colors[vertex][c] * share[k];
       }
@@ -214,8 +214,8 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
   for (std::uint32_t t = 0; t < surface_.copy_of.size(); ++t) {
     if (!surface_.is_copy(t)) continue;
     const auto& [a, b, c] = surface_.triangles[t];
-    area +=
-        length(cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position)));
+    area += length(cross(to_double(b.position) - to_double(a.position),
+                         to_double(c.position) - to_double(a.position)));
     copies.push_back(t);
     until.push_back(area);
   }

@@ -32,7 +32,7 @@ class CopyCheck {
   struct Finding {
     Verdict verdict = Verdict::missed;
     std::uint32_t baked = 0;  ///< Triangle that is baked in the copy's place
-    Vec3d found;              ///< The copy's point, frame units; undefined if missed
+    Vec3d found{};            ///< The copy's point, frame units; undefined if missed
   };
 
   /// All arguments must outlive the check.
@@ -55,8 +55,8 @@ class CopyCheck {
   /// The matched point of a place.
   struct Point {
     bool found = false;
-    std::uint32_t triangle = 0;  ///< Matched triangle of the high poly
-    Vec3d at, offset, normal;    ///< Position; offset from the place; unit normal. Frame units
+    std::uint32_t triangle = 0;      ///< Matched triangle of the high poly
+    Vec3d at{}, offset{}, normal{};  ///< Position; offset from the place; unit normal. Frame units
     std::array<double, 4> color{};
   };
 

@@ -27,7 +27,7 @@ std::vector<Vec3> directions_of(const Mesh& low, const std::vector<Vec3>& positi
 }
 
 Vec3 moved(const Vec3& p, const Vec3& direction, double by) {
-  return to_float(Vec3d(p) + Vec3d(direction) * by);
+  return to_float(to_double(p) + to_double(direction) * by);
 }
 
 /// A mesh of both shells, from each vertex's offsets in the frame.

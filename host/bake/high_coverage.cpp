@@ -46,14 +46,14 @@ constexpr std::size_t kMaxListedPlaces = 16;
 constexpr std::uint32_t kNoPlaces = 0, kSearchGrid = 1, kFirstList = 2;
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
-  const Vec3d a(high.positions[t[0]]);
-  return cross(Vec3d(high.positions[t[1]]) - a, Vec3d(high.positions[t[2]]) - a);
+  const Vec3d a = to_double(high.positions[t[0]]);
+  return cross(to_double(high.positions[t[1]]) - a, to_double(high.positions[t[2]]) - a);
 }
 
 std::array<Vec3d, 2> box_of(const Source::Impl& high, const Triangle& t) {
-  Vec3d low(high.positions[t[0]]), top = low;
+  Vec3d low = to_double(high.positions[t[0]]), top = low;
   for (const std::uint32_t corner : t) {
-    const Vec3d p(high.positions[corner]);
+    const Vec3d p = to_double(high.positions[corner]);
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
   }
@@ -80,13 +80,13 @@ cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage:
 
 /// A face of the low poly.
 struct LowFace {
-  Vec3d corner, ab, ac;  ///< First corner, and edges to the others
-  double step = 0;       ///< Distance between samples, frame units; 0 without UVs
+  Vec3d corner{}, ab{}, ac{};  ///< First corner, and edges to the others
+  double step = 0;             ///< Distance between samples, frame units; 0 without UVs
 
   LowFace(const std::array<LowSurface::Corner, 3>& corners, double columns, double rows)
-      : corner(corners[0].position),
-        ab(Vec3d(corners[1].position) - corner),
-        ac(Vec3d(corners[2].position) - corner) {
+      : corner(to_double(corners[0].position)),
+        ab(to_double(corners[1].position) - corner),
+        ac(to_double(corners[2].position) - corner) {
     const auto& [a, b, c] = corners;
     const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
     const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
@@ -136,8 +136,9 @@ HighCoverage::Places HighCoverage::spread(const Source::Impl& high, std::uint32_
       v = 1 - v;
     }
     const Triangle& corners = high.triangles[t];
-    const Vec3d a(high.positions[corners[0]]), b(high.positions[corners[1]]),
-        c(high.positions[corners[2]]);
+    const Vec3d a = to_double(high.positions[corners[0]]),
+                b = to_double(high.positions[corners[1]]),
+                c = to_double(high.positions[corners[2]]);
     const Vec3d normal = face_normal(high, corners);
     places.list.push_back(
         {to_float(a + (b - a) * u + (c - a) * v), to_float(normal * (1 / area[t]))});
@@ -207,7 +208,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
     const auto& corners = surface.triangles[triangle[i]];
     if (std::isnan(corners[0].uv.x)) continue;  // without UVs: mostly of another texture set
-    const double cosine = dot(low->normals[face_of_tree], Vec3d(places_[i].normal));
+    const double cosine = dot(low->normals[face_of_tree], to_double(places_[i].normal));
     if (!(cosine > kMinFaceCosine)) continue;
     const LowFace face(corners, columns, rows);
     radius_[i] = static_cast<float>(kRadiusInSamples * face.step / cosine);
@@ -219,7 +220,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     if (!(radius_[i] > 0) || !surface.is_copy(triangle[i])) continue;
     const LowFace face(surface.triangles[triangle[i]], columns, rows);
     const Vec3d &ab = face.ab, &ac = face.ac, up = cross(ab, ac);
-    const Vec3d way = Vec3d(places_[i].position) - face.corner;
+    const Vec3d way = to_double(places_[i].position) - face.corner;
     const double area = dot(up, up);
     // The nearest point on the low poly is below the place, or on the triangle's border. From the border, a ray may
     // miss the high poly.
@@ -236,7 +237,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
     if (findings[k].verdict != CopyCheck::Verdict::same) continue;
     // The map covers the place if the match finds this place, rather than a layer above it.
-    const Vec3d away = findings[k].found - Vec3d(places_[i].position);
+    const Vec3d away = findings[k].found - to_double(places_[i].position);
     const double near = std::max(double{radius_[i]}, kCopyRadius);
     covered_[i] = dot(away, away) <= near * near ? 1 : 0;
   }
@@ -261,7 +262,7 @@ void HighCoverage::find_seen(const MatchRequest& request) {
                     {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true}, hit);
     const std::vector<std::uint8_t> hidden = hit.download(context);
     for (std::size_t k = 0; k < of.size(); ++k) {
-      const double cosine = dot(Vec3d(places_[of[k]].normal), Vec3d(rays[k].normal));
+      const double cosine = dot(to_double(places_[of[k]].normal), to_double(rays[k].normal));
       if (hidden[k] == 0) visibility_[of[k]] += static_cast<float>(cosine);
     }
     rays.clear();
@@ -269,10 +270,10 @@ void HighCoverage::find_seen(const MatchRequest& request) {
   };
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!(radius_[i] > 0)) continue;
-    const Vec3d normal(places_[i].normal);
-    const Vec3 from = to_float(Vec3d(places_[i].position) + normal * double{kOriginOffset});
+    const Vec3d normal = to_double(places_[i].normal);
+    const Vec3 from = to_float(to_double(places_[i].position) + normal * double{kOriginOffset});
     for (const Vec3& w : directions) {
-      if (!(dot(normal, Vec3d(w)) > 0.05)) continue;
+      if (!(dot(normal, to_double(w)) > 0.05)) continue;
       rays.push_back({from, w});
       of.push_back(i);
     }
@@ -309,7 +310,7 @@ void HighCoverage::make_grid() {
   cells_per_unit_ = 0.5 / std::max(farthest, kMinRadius);
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!(visibility_[i] > 0)) continue;
-    const Vec3d p(places_[i].position);
+    const Vec3d p = to_double(places_[i].position);
     const double r = double{radius_[i]} * kRadiusSlack;
     for (std::int64_t z = cell_coordinate(p.z - r); z <= cell_coordinate(p.z + r); ++z) {
       for (std::int64_t y = cell_coordinate(p.y - r); y <= cell_coordinate(p.y + r); ++y) {
@@ -328,13 +329,14 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   std::vector<std::uint32_t> seen;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
-  Vec3d least = Vec3d{1, 1, 1} * INFINITY, most = least * -1;  // bounds of the places that count
+  Vec3d least = Vec3d{1, 1, 1} * double{INFINITY},
+        most = -least;  // bounds of the places that count
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
     if (!(visibility_[i] > 0)) continue;
     seen.push_back(i);
     farthest = std::max(farthest, double{radius_[i]} * kRadiusSlack);
-    const Vec3d p(points[i]);
+    const Vec3d p = to_double(points[i]);
     least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
     most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
   }
@@ -358,7 +360,7 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
       const Vec3d under = top + reach - least, over = most + reach - low;
       if (std::min({under.x, under.y, under.z, over.x, over.y, over.z}) < 0) continue;
       slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
-        const Vec3d p(points[i]);
+        const Vec3d p = to_double(points[i]);
         const double r = slack + double{radius_[i]} * kRadiusSlack;
         const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
                             p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
@@ -390,9 +392,9 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
 bool HighCoverage::cover(std::uint32_t i, const Sample& sample) {
   std::atomic_ref<std::uint8_t> held(covered_[i]);
   if (held.load(std::memory_order_relaxed) != 0) return true;
-  const Vec3d way = Vec3d(places_[i].position) - sample.point;
+  const Vec3d way = to_double(places_[i].position) - sample.point;
   if (dot(way, way) > double{radius_[i]} * radius_[i]) return false;
-  if (!(dot(cross(sample.ab, sample.ac), Vec3d(places_[i].normal)) > 0)) return false;
+  if (!(dot(cross(sample.ab, sample.ac), to_double(places_[i].normal)) > 0)) return false;
   held.store(1, std::memory_order_relaxed);
   return true;
 }
@@ -433,7 +435,8 @@ void HighCoverage::store(const Source::Impl& high, BandReads& reads,
         if (near == kNoPlaces) continue;
       }
       const Triangle& t = high.triangles[of];
-      const Vec3d a(high.positions[t[0]]), b(high.positions[t[1]]), c(high.positions[t[2]]);
+      const Vec3d a = to_double(high.positions[t[0]]), b = to_double(high.positions[t[1]]),
+                  c = to_double(high.positions[t[2]]);
       const Vec3d ab = b - a, ac = c - a;
       const Sample sample{a + ab * double{u[i]} + ac * double{v[i]}, ab, ac};
       if (near == kSearchGrid) {

@@ -58,7 +58,7 @@ class HighCoverage {
   std::int64_t cell_coordinate(double x) const;
   /// A sample's point and two edges of its triangle, which serve only for the normal's direction.
   struct Sample {
-    Vec3d point, ab, ac;
+    Vec3d point{}, ab{}, ac{};
   };
   bool cover(std::uint32_t place, const Sample& sample);
   /// Marks all places that a sample represents, using the grid.

@@ -68,7 +68,7 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
     if (covered_[i] != 0) continue;
     lost += double{visibility_[i]};
     if (by_copies_[i] != 0) by_copies += double{visibility_[i]};
-    places.push_back(Vec3d(places_[i].position));
+    places.push_back(to_double(places_[i].position));
     weight.push_back(double{visibility_[i]});
   }
   result.weight = all;
@@ -81,12 +81,12 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
   const auto most =
       static_cast<std::uint32_t>(std::max_element(size.begin(), size.end()) - size.begin());
   result.largest = size[most] / all;
-  Vec3d middle;
+  Vec3d middle{};
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (part[i] == most) middle = middle + places[i] * (weight[i] / size[most]);
   }
   double least = INFINITY;
-  Vec3d nearest;
+  Vec3d nearest{};
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Vec3d way = places[i] - middle;
     if (part[i] != most || !(dot(way, way) < least)) continue;

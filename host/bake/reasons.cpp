@@ -117,8 +117,8 @@ class Explainer {
   bool is_folded(std::uint32_t triangle, const std::vector<float>& points, std::size_t plane,
                  std::size_t i) const {
     const auto& [a, b, c] = surface_.triangles[triangle];
-    const Vec3d normal =
-        cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+    const Vec3d normal = cross(to_double(b.position) - to_double(a.position),
+                               to_double(c.position) - to_double(a.position));
     const Vec3d direction{points[3 * plane + i], points[4 * plane + i], points[5 * plane + i]};
     return dot(normal, direction) <= 0;
   }

@@ -130,7 +130,7 @@ class Bodies {
     }
   }
 
-  Vec3d low_;
+  Vec3d low_{};
   double cell_;
   DisjointSets sets_;
   std::vector<Place> places_;

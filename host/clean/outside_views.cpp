@@ -35,19 +35,19 @@ constexpr float kFar = 1e30F;
 constexpr std::uint32_t kNothing = std::numeric_limits<std::uint32_t>::max();
 
 struct Ball {
-  Vec3d middle;
+  Vec3d middle{};
   double radius = 0;
 };
 
 /// Box of triangles that are tested together for occlusion.
 struct Block {
-  Vec3d middle, half;
+  Vec3d middle{}, half{};
 };
 
 Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
   Box box;
   for (const Triangle& t : triangles) {
-    for (const std::uint32_t v : t) box.add(Vec3d(mesh.positions[v]));
+    for (const std::uint32_t v : t) box.add(to_double(mesh.positions[v]));
   }
   return {(box.low + box.high) * 0.5, 0.5 * box.diagonal()};
 }
@@ -93,7 +93,7 @@ class Picture {
     scale_ = 0.5 * views.pixels * kSubpixelSteps / ball.radius;
     points_.resize(mesh.positions.size());
     std::transform(mesh.positions.begin(), mesh.positions.end(), points_.begin(),
-                   [&](const Vec3& v) { return picture_point_of(Vec3d(v)); });
+                   [&](const Vec3& v) { return picture_point_of(to_double(v)); });
   }
 
   /// \returns the number of covered pixels
@@ -269,7 +269,7 @@ class Picture {
   std::span<const Triangle> triangles_;
   const OutsideViews& views_;
   Ball ball_;
-  Vec3d toward_, right_, up_;
+  Vec3d toward_{}, right_{}, up_{};
   double scale_ = 0;  ///< Steps per unit of length
   std::vector<PicturePoint> points_;
   std::vector<Pixel> pixels_;

@@ -21,7 +21,7 @@ Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b
 /// A corner of a hole: the triangle's corner at which an open side starts.
 struct RimCorner {
   CornerOf corner;
-  Vec3d point;
+  Vec3d point{};
 };
 
 /// The corners of a hole's rim, in the orientation of its fill.
@@ -125,7 +125,7 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
                                    [&](std::uint32_t side) { return known[side] != 0; });
     if (taken || around > perimeter) continue;
     for (const std::uint32_t side : sides) known[side] = 1;
-    Vec3d normal;
+    Vec3d normal{};
     for (std::size_t i = 2; i < rim.size(); ++i) {
       normal += normal_of(rim[0].point, rim[i - 1].point, rim[i].point);
     }

@@ -109,7 +109,7 @@ void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const 
     }
     if (!mesh.normal_triangles.empty()) {
       const Triangle& normals = mesh.normal_triangles[rest];
-      const Vec3d p(mesh.normals[normals[0]]), q(mesh.normals[normals[1]]);
+      const Vec3d p = to_double(mesh.normals[normals[0]]), q = to_double(mesh.normals[normals[1]]);
       const Vec3d n = p + (q - p) * share;
       const double size = length(n);
       mesh.normal_triangles[t][b] = mesh.normal_triangles[rest][0] =

@@ -54,7 +54,7 @@ struct Box {
 };
 
 inline Vec3d point_of(const Mesh& mesh, std::uint32_t vertex) {
-  return Vec3d(mesh.positions[vertex]);
+  return to_double(mesh.positions[vertex]);
 }
 
 /// A triangle's area; 0 if a corner is not finite.

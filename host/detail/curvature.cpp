@@ -55,8 +55,8 @@ class SharedCurvature : public SharedWork {
   Vec3d place_of(const HighPoint& point) const {
     const Triangle& t = source_.triangles[point.triangle];
     const double u = point.u, v = point.v;
-    return Vec3d(source_.positions[t[0]]) * (1 - u - v) + Vec3d(source_.positions[t[1]]) * u +
-           Vec3d(source_.positions[t[2]]) * v;
+    return to_double(source_.positions[t[0]]) * (1 - u - v) +
+           to_double(source_.positions[t[1]]) * u + to_double(source_.positions[t[2]]) * v;
   }
 
   const Source::Impl& source_;

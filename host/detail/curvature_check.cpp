@@ -59,7 +59,7 @@ CurvatureCheck::CurvatureCheck(std::span<const Vec3> positions, std::span<const 
     if (!has_area(positions, t)) continue;
     Piece& piece = pieces_.emplace_back();
     piece.triangle = i;
-    for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = Vec3d(positions[t[k]]);
+    for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = to_double(positions[t[k]]);
     piece.normal = unit_normal(piece.corner);
     piece.order = size_exponent(piece.corner, radius);
     piece.x = least_x(piece.corner);

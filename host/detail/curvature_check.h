@@ -19,7 +19,7 @@ class CurvatureCheck {
  public:
   /// Triangles near the last point; one for each thread.
   struct Scratch {
-    Vec3d centre;
+    Vec3d centre{};
     std::vector<std::uint32_t> near;
     bool known = false;
     std::vector<std::uint8_t> connected;  ///< Per triangle: it is connected with the last point
@@ -35,11 +35,11 @@ class CurvatureCheck {
 
  private:
   struct Piece {
-    std::array<Vec3d, 3> corner;
+    std::array<Vec3d, 3> corner{};
     std::array<double, 3> angle{};  ///< Angle of edge k, from corner k; signed
     std::array<std::uint32_t, 3>
-        beside{};  ///< Ring of the pieces around edge k: 3 * piece + edge of the next one
-    Vec3d normal;  ///< Unit normal of the triangle
+        beside{};    ///< Ring of the pieces around edge k: 3 * piece + edge of the next one
+    Vec3d normal{};  ///< Unit normal of the triangle
     std::uint32_t triangle = 0;
     int order = 0;  ///< Binary exponent of its size along x
     double x = 0;   ///< Least x of its corners

@@ -333,8 +333,8 @@ class Cutter {
     if (!added) return entry->second;
     Vec3d position{}, normal{};
     for (std::size_t k = 0; k < 3; ++k) {
-      position += Vec3d(mesh_.positions[corners[k]]) * w[k];
-      normal += Vec3d(result_.normals[normal_triangles_[triangle_][k]]) * w[k];
+      position += to_double(mesh_.positions[corners[k]]) * w[k];
+      normal += to_double(result_.normals[normal_triangles_[triangle_][k]]) * w[k];
     }
     const double size = length(normal);
     entry->second = {static_cast<std::uint32_t>(result_.positions.size()),

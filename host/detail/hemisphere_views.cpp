@@ -35,7 +35,7 @@ HemisphereViews::HemisphereViews(cl::Context& context, std::vector<Vec3> positio
       scalar_(choose_traversal(context, traversal) == Traversal::gpu) {
   double radius = 0;
   for (const Vec3& p : positions) {
-    if (is_finite(p)) radius = std::max(radius, length(Vec3d(p)));
+    if (is_finite(p)) radius = std::max(radius, length(to_double(p)));
   }
   int exponent = 0;
   std::frexp(radius, &exponent);

@@ -33,12 +33,12 @@ float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> othe
   double farthest = 1;  // the high poly's vertices stay within 1, also in sessions
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      farthest = std::max(farthest, length(Vec3d(corner.position)));
+      farthest = std::max(farthest, length(to_double(corner.position)));
     }
   }
   for (const Mesh& other : others) {
     for (const Vec3& p : other.positions) {
-      if (is_finite(p)) farthest = std::max(farthest, length(Vec3d(p)));
+      if (is_finite(p)) farthest = std::max(farthest, length(to_double(p)));
     }
   }
   return static_cast<float>(std::min(farthest + 3, kMaxRayLength));
@@ -178,7 +178,7 @@ Hemispheres::Hemispheres(const MapRequest& request)
   upload_rays(rays_in_, rays, 1);
   rays_in_.side = -1;
   const ShadowLight& light = request.options.light;
-  const Vec3d towards(light.direction);
+  const Vec3d towards = to_double(light.direction);
   const double half = light.angle_degrees / 2 * std::numbers::pi / 180;
   if (length(towards) > 0) light_ = to_float(towards * (1 / length(towards)));
   rays_to_light_.lit = true;

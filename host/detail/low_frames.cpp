@@ -18,7 +18,7 @@ Vec3d interpolate(const float* corners, double u, double v) {
 /// Bitangent that is computed at the corners and interpolated.
 Vec3d corner_bitangent(const kiln_low_shading& low, double u, double v) {
   const std::array<double, 3> weights = {1 - u - v, u, v};
-  Vec3d sum;
+  Vec3d sum{};
   for (std::size_t k = 0; k < 3; ++k) {
     const float* n = low.normal + 3 * k;
     const float* t = low.tangent + 3 * k;
@@ -52,7 +52,7 @@ Vec3d LowFrames::in_frame(const HighPoint& point, const Vec3d& vector) const {
   // The frame is interpolated without normalizing, as shaders do, and inverted by Cramer's rule.
   const Vec3d normal = interpolate(low.normal, point.low_u, point.low_v);
   const Vec3d tangent = interpolate(low.tangent, point.low_u, point.low_v);
-  Vec3d bitangent = cross(normal, tangent) * low.sign;
+  Vec3d bitangent = cross(normal, tangent) * double{low.sign};
   if (at_corners_) bitangent = corner_bitangent(low, point.low_u, point.low_v);
   const Vec3d across = cross(bitangent, normal);
   const double determinant = dot(tangent, across);

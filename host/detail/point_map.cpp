@@ -60,8 +60,8 @@ std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
   std::vector<std::array<Vec3d, 2>> sides(surface.triangles.size());
   for (std::size_t t = 0; t < sides.size(); ++t) {
     const auto& [a, b, c] = surface.triangles[t];
-    const Vec3d p = Vec3d(b.position) - Vec3d(a.position);
-    const Vec3d q = Vec3d(c.position) - Vec3d(a.position);
+    const Vec3d p = to_double(b.position) - to_double(a.position);
+    const Vec3d q = to_double(c.position) - to_double(a.position);
     const double pu = double{b.uv.x} - a.uv.x, pv = double{b.uv.y} - a.uv.y;
     const double qu = double{c.uv.x} - a.uv.x, qv = double{c.uv.y} - a.uv.y;
     const double area = pu * qv - qu * pv;
@@ -286,7 +286,7 @@ class PointMap : public MapMaker {
 
   static Vec3d low_point(const HighPoint& point, const Vec3& a, const Vec3& b, const Vec3& c) {
     const double u = point.low_u, v = point.low_v;
-    return Vec3d(a) * (1 - u - v) + Vec3d(b) * u + Vec3d(c) * v;
+    return to_double(a) * (1 - u - v) + to_double(b) * u + to_double(c) * v;
   }
 
   void locate(HighPoint& point) const {
@@ -303,7 +303,7 @@ class PointMap : public MapMaker {
     const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
     Vec3d position{};
     for (std::size_t k = 0; k < 3; ++k) {
-      position = position + Vec3d(source_.positions[corners[k]]) * weights[k];
+      position = position + to_double(source_.positions[corners[k]]) * weights[k];
     }
     point.position = to_world(position);
     if (!needs_.offset) return;
@@ -314,7 +314,7 @@ class PointMap : public MapMaker {
   /// Sets the point's normal and UVs, as far as they are needed.
   void turn(HighPoint& point, UvFacet& facet) const {
     const auto& [a, b, c] = surface_.triangles[point.low_triangle];
-    const Vec3d low = unit(low_point(point, a.normal, b.normal, c.normal), Vec3d(a.normal));
+    const Vec3d low = unit(low_point(point, a.normal, b.normal, c.normal), to_double(a.normal));
     if (!point.found) {
       point.normal = low;
       return;
@@ -326,7 +326,7 @@ class PointMap : public MapMaker {
     Vec3d normal{};
     for (std::size_t k = 0; k < 3; ++k) {
       const float* n = &normals_[std::size_t{3} * index[k]];
-      normal = normal + Vec3d(Vec3{n[0], n[1], n[2]}) * weights[k];
+      normal = normal + to_double(Vec3{n[0], n[1], n[2]}) * weights[k];
     }
     point.normal = unit(normal, low);
     if (two_sided_ && dot(point.normal, low) < 0) point.normal = point.normal * -1.0;

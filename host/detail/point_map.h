@@ -22,13 +22,13 @@ struct HighPoint {
   std::uint32_t triangle = 0;  ///< Triangle of the high poly; KILN_NO_TRIANGLE for a miss
   float u = 0, v = 0;          ///< Weights of its corners 1 and 2
   double distance =
-      0;           ///< Along the match's direction, world units, outward positive; 0 for a miss
-  Vec3d position;  ///< Position in world units
-  Vec3d normal;    ///< Interpolated unit normal
+      0;             ///< Along the match's direction, world units, outward positive; 0 for a miss
+  Vec3d position{};  ///< Position in world units
+  Vec3d normal{};    ///< Interpolated unit normal
   std::uint8_t status = 0;         ///< kiln_sample_status: which match found it, or a miss
   std::uint32_t low_triangle = 0;  ///< The low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
-  Vec3d offset;                    ///< From the low poly's point to this one, world units
+  Vec3d offset{};                  ///< From the low poly's point to this one, world units
   bool has_uv = false;  ///< uv and uv_sides are set: they were requested, and the high poly has UVs
   std::array<double, 2> uv;  ///< UV of the high poly's point
   /// Sides of the sample's square in its texel (rightwards, downwards), in UVs of the high poly's triangle: projected

@@ -104,11 +104,11 @@ class NormalTransfer : public PointFunction {
       Vec3d up{}, right{};
       const CornerTangent* corners = &tangents_[std::size_t{3} * point.triangle];
       for (std::size_t k = 0; k < 3; ++k) {
-        up += Vec3d(normal_of(point.triangle, k)) * weights[k];
-        right += Vec3d(corners[k].tangent) * weights[k];
+        up += to_double(normal_of(point.triangle, k)) * weights[k];
+        right += to_double(corners[k].tangent) * weights[k];
       }
-      const Vec3d front = cross(up, right) * corners[0].sign;
-      const Vec3d turned = right * read[0] + front * read[1] + up * read[2];
+      const Vec3d front = cross(up, right) * double{corners[0].sign};
+      const Vec3d turned = right * double{read[0]} + front * double{read[1]} + up * double{read[2]};
       const double size = length(turned);
       // On a face that looks away, the normal is turned to the side of the point's interpolated normal.
       const double side = dot(up, point.normal) < 0 ? -1 : 1;

@@ -14,10 +14,11 @@ namespace kiln {
 struct UvFacet {
   std::uint32_t triangle = KILN_NO_TRIANGLE;
   bool has_uv = false;                   ///< All three corners have UVs
-  Vec3d normal;                          ///< Unit; 0 for a triangle without area
+  Vec3d normal{};                        ///< Unit; 0 for a triangle without area
   std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and differences to corners 1 and 2
-  std::array<Vec3d, 2> gradient;  ///< Of u and of v on the triangle, per frame unit; 0 without area
-  std::array<Vec3d, 2> weight_gradient;  ///< Gradients of the weights of corners 1 and 2
+  std::array<Vec3d, 2>
+      gradient{};  ///< Of u and of v on the triangle, per frame unit; 0 without area
+  std::array<Vec3d, 2> weight_gradient{};  ///< Gradients of the weights of corners 1 and 2
 
   /// Computes the mapping of another triangle; does nothing for the same one.
   void move_to(const Source::Impl& source, std::uint32_t next) {
@@ -25,9 +26,9 @@ struct UvFacet {
     *this = {};
     triangle = next;
     const Triangle& corners = source.triangles[next];
-    const Vec3d corner(source.positions[corners[0]]);
-    const Vec3d p = Vec3d(source.positions[corners[1]]) - corner;
-    const Vec3d q = Vec3d(source.positions[corners[2]]) - corner;
+    const Vec3d corner = to_double(source.positions[corners[0]]);
+    const Vec3d p = to_double(source.positions[corners[1]]) - corner;
+    const Vec3d q = to_double(source.positions[corners[2]]) - corner;
     const Vec3d across = cross(p, q);
     if (const double size = length(across); size > 0) normal = across * (1 / size);
     // Change of the corners' weights along a vector, by the normal equations. The change of UVs follows from it.

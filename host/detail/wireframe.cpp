@@ -15,8 +15,9 @@ class Wireframe : public PointFunction {
   explicit Wireframe(const MapRequest& request) : source_(request.source) {
     const double texels = double{1} * request.options.width * request.options.height;
     for (const auto& [a, b, c] : request.surface.triangles) {
-      const Vec3d first(a.position);
-      const double area = length(cross(Vec3d(b.position) - first, Vec3d(c.position) - first));
+      const Vec3d first = to_double(a.position);
+      const double area =
+          length(cross(to_double(b.position) - first, to_double(c.position) - first));
       const double covered = std::abs((double{b.uv.x} - a.uv.x) * (double{c.uv.y} - a.uv.y) -
                                       (double{c.uv.x} - a.uv.x) * (double{b.uv.y} - a.uv.y)) *
                              texels;
@@ -27,8 +28,9 @@ class Wireframe : public PointFunction {
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // misses keep the value 0
     const Triangle& corners = source_.triangles[point.triangle];
-    const Vec3d p[3] = {Vec3d(source_.positions[corners[0]]), Vec3d(source_.positions[corners[1]]),
-                        Vec3d(source_.positions[corners[2]])};
+    const Vec3d p[3] = {to_double(source_.positions[corners[0]]),
+                        to_double(source_.positions[corners[1]]),
+                        to_double(source_.positions[corners[2]])};
     const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
     const double doubled_area = length(cross(p[1] - p[0], p[2] - p[0]));
     // The nearest edge's line is as near as the edge itself: the perpendicular to any nearer line would leave the

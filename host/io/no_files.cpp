@@ -33,6 +33,10 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& /*opt
                  std::vector<Warning>* /*warnings*/) {
   fail(path.string());
 }
+Asset load_asset(std::span<const std::byte> /*bytes*/, std::string_view name,
+                 const LoadMeshOptions& /*options*/, std::vector<Warning>* /*warnings*/) {
+  fail(std::string(name));
+}
 Mesh load_mesh(std::span<const std::byte> /*bytes*/, std::string_view name,
                std::vector<Warning>* /*warnings*/) {
   fail(std::string(name));

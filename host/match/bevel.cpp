@@ -54,18 +54,18 @@ struct Place {
 /// The place at `share` along an edge and `off` away from it, on one of its faces.
 Place place_beside(const std::array<LowSurface::Corner, 3>& face, const HardEdges::Edge& edge,
                    double share, double off) {
-  const Vec3d along(edge.along), a(face[0].position);
-  const Vec3d ab = Vec3d(face[1].position) - a, ac = Vec3d(face[2].position) - a;
+  const Vec3d along = to_double(edge.along), a = to_double(face[0].position);
+  const Vec3d ab = to_double(face[1].position) - a, ac = to_double(face[2].position) - a;
   const Vec3d normal = cross(ab, ac);
   Vec3d inward = cross(normal, along);
   const Vec3d middle = a + (ab + ac) * (1.0 / 3);
-  if (dot(inward, middle - Vec3d(edge.from)) < 0) inward = inward * -1;
-  const Vec3d p = Vec3d(edge.from) + along * share + inward * (off / length(inward));
+  if (dot(inward, middle - to_double(edge.from)) < 0) inward = -inward;
+  const Vec3d p = to_double(edge.from) + along * share + inward * (off / length(inward));
   const double area = dot(normal, normal);
   const double u = dot(cross(p - a, ac), normal) / area, v = dot(cross(ab, p - a), normal) / area;
   if (!(u >= 0 && v >= 0 && u + v <= 1)) return {};
-  const Vec3d direction =
-      Vec3d(face[0].normal) * (1 - u - v) + Vec3d(face[1].normal) * u + Vec3d(face[2].normal) * v;
+  const Vec3d direction = to_double(face[0].normal) * (1 - u - v) + to_double(face[1].normal) * u +
+                          to_double(face[2].normal) * v;
   const double size = length(direction);
   if (!(size > 1e-6)) return {};
   return {to_float(p), to_float(direction * (1 / size))};
@@ -162,8 +162,9 @@ class BevelProbes {
 
   double angle(std::uint32_t triangle, const Vec3d& direction) const {
     const Triangle& t = high_.triangles[triangle];
-    const Vec3d a(high_.positions[t[0]]);
-    const Vec3d normal = cross(Vec3d(high_.positions[t[1]]) - a, Vec3d(high_.positions[t[2]]) - a);
+    const Vec3d a = to_double(high_.positions[t[0]]);
+    const Vec3d normal =
+        cross(to_double(high_.positions[t[1]]) - a, to_double(high_.positions[t[2]]) - a);
     const double cosine = dot(normal, direction) / length(normal);
     return std::acos(std::clamp(cosine, -1.0, 1.0)) * kDegrees;
   }

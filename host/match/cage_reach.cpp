@@ -77,9 +77,10 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
     bool leaves = false;
     if (found.triangle[i] != KILN_NO_TRIANGLE) {
       const Triangle& t = hull_->triangles[found.triangle[i]];
-      const Vec3d a(hull_->positions[t[0]]);
+      const Vec3d a = to_double(hull_->positions[t[0]]);
       leaves =
-          dot(cross(Vec3d(hull_->positions[t[1]]) - a, Vec3d(hull_->positions[t[2]]) - a), d) > 0;
+          dot(cross(to_double(hull_->positions[t[1]]) - a, to_double(hull_->positions[t[2]]) - a),
+              d) > 0;
     }
     ways[i] = std::max(0.0F, found.distance[i]);
     if (leaves) continue;
@@ -110,7 +111,7 @@ std::optional<CageReport> CageReach::report(const LowSurface& surface) const {
     for (const LowSurface::Corner& corner : surface.triangles[t]) {
       const bool shells = surface.cage_kind == CageKind::shells;
       outward.push_back(shells ? corner.outward
-                               : static_cast<float>(length(Vec3d(corner.direction))));
+                               : static_cast<float>(length(to_double(corner.direction))));
       if (shells) inward.push_back(corner.inward);
     }
   }

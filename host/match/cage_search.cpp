@@ -109,7 +109,7 @@ class CageSearch {
   Vec3d normal(std::uint32_t triangle) const {
     const std::vector<Vec3>& p = request_.source.positions;
     const Triangle& t = request_.source.triangles[triangle];
-    return cross(Vec3d(p[t[1]]) - Vec3d(p[t[0]]), Vec3d(p[t[2]]) - Vec3d(p[t[0]]));
+    return cross(to_double(p[t[1]]) - to_double(p[t[0]]), to_double(p[t[2]]) - to_double(p[t[0]]));
   }
 
   Vec3d direction(std::size_t i) const {

@@ -32,17 +32,17 @@ std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::size_t t = needs.places.list[i].triangle;
     const auto& corners = surface.triangles[t];
-    const Vec3d a(corners[0].position);
-    Vec3d normal = cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a);
+    const Vec3d a = to_double(corners[0].position);
+    Vec3d normal = cross(to_double(corners[1].position) - a, to_double(corners[2].position) - a);
     normal = normal * (1 / length(normal));
     const double u = needs.places.list[i].u, v = needs.places.list[i].v;
     const std::array<double, 3> weights = {1 - u - v, u, v};
     for (std::size_t k = 0; k < 3; ++k) {
       parts[i].vertex[k] = vertex_of[3 * t + k];
       parts[i].weight[k] =
-          weights[k] * std::max(dot(Vec3d(corners[k].direction), normal), kMinShellCosine);
+          weights[k] * std::max(dot(to_double(corners[k].direction), normal), kMinShellCosine);
     }
-    parts[i].cosine = std::max(dot(Vec3d(needs.direction[i]), normal), kMinShellCosine);
+    parts[i].cosine = std::max(dot(to_double(needs.direction[i]), normal), kMinShellCosine);
   }
   return parts;
 }

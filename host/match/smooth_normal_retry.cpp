@@ -39,8 +39,9 @@ class SmoothNormalRetry : public Matcher {
     for (std::size_t k = 0; k < count; ++k) {
       const float u = weights[k], v = weights[count + k];
       const auto& [a, b, c] = surface_.triangles[triangle[k]];
-      const Vec3d direction =
-          Vec3d(a.direction) * (1.0 - u - v) + Vec3d(b.direction) * u + Vec3d(c.direction) * v;
+      const Vec3d direction = to_double(a.direction) * (1.0 - u - v) +
+                              to_double(b.direction) * double{u} +
+                              to_double(c.direction) * double{v};
       const double size = length(direction);
       if (!(size > 1e-6)) continue;
       const Vec3 unit = to_float(direction * (1 / size));

@@ -17,8 +17,8 @@ constexpr std::size_t kMaxPlaceRows = 512;  // rows of places in one triangle
 double area_of(const LowSurface& surface, std::size_t t) {
   if (surface.usable[t] == 0) return 0;
   const auto& [a, b, c] = surface.triangles[t];
-  return length(
-      cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position)));
+  return length(cross(to_double(b.position) - to_double(a.position),
+                      to_double(c.position) - to_double(a.position)));
 }
 
 /// Appends the centroids of a triangle's n x n parts, then places near its corners.
@@ -45,7 +45,8 @@ void add_places(std::uint32_t t, std::size_t n, std::vector<LowPlace>& places) {
 Vec3d position_at(const LowSurface& surface, const LowPlace& place) {
   const auto& [a, b, c] = surface.triangles[place.triangle];
   const double u = place.u, v = place.v;
-  return Vec3d(a.position) * (1 - u - v) + Vec3d(b.position) * u + Vec3d(c.position) * v;
+  return to_double(a.position) * (1 - u - v) + to_double(b.position) * u +
+         to_double(c.position) * v;
 }
 
 TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::size_t count,
@@ -64,12 +65,13 @@ TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::s
       const LowPlace at = place(i);
       const auto& [a, b, c] = surface.triangles[at.triangle];
       const double u = at.u, v = at.v, w = 1 - u - v;
-      Vec3d direction = Vec3d(a.direction) * w + Vec3d(b.direction) * u + Vec3d(c.direction) * v;
+      Vec3d direction =
+          to_double(a.direction) * w + to_double(b.direction) * u + to_double(c.direction) * v;
       double reach = length(direction);
       if (!(reach > 1e-15)) {
         reach = 0;
-        direction =
-            cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+        direction = cross(to_double(b.position) - to_double(a.position),
+                          to_double(c.position) - to_double(a.position));
       }
       const Vec3 p = to_float(position_at(surface, at));
       const Vec3 d = to_float(direction * (1 / length(direction)));

@@ -28,8 +28,9 @@ double area_of(std::span<const Vec3> positions, const Triangle& triangle) {
       !is_in_views(positions[triangle[2]])) {
     return 0;
   }
-  const Vec3d a(positions[triangle[0]]);
-  const Vec3d n = cross(Vec3d(positions[triangle[1]]) - a, Vec3d(positions[triangle[2]]) - a);
+  const Vec3d a = to_double(positions[triangle[0]]);
+  const Vec3d n =
+      cross(to_double(positions[triangle[1]]) - a, to_double(positions[triangle[2]]) - a);
   const double area = length(n) / 2;
   return std::isfinite(area) ? area : 0;
 }
@@ -102,7 +103,8 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
   Vec3d high{-1e300, -1e300, -1e300};
   const auto for_each_corner = [&](const auto& body) {
     for (const std::size_t i : surface.usable_triangles()) {
-      for (const LowSurface::Corner& corner : surface.triangles[i]) body(Vec3d(corner.position));
+      for (const LowSurface::Corner& corner : surface.triangles[i])
+        body(to_double(corner.position));
     }
   };
   for_each_corner([&](const Vec3d& p) {
@@ -127,8 +129,8 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
                                             std::span<const Triangle> triangles,
                                             const LowSurface& surface) {
   const auto normal_of = [&](const Triangle& t) {
-    const Vec3d a(positions[t[0]]);
-    const Vec3d n = cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
+    const Vec3d a = to_double(positions[t[0]]);
+    const Vec3d n = cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a);
     return std::isfinite(dot(n, n)) ? n : Vec3d{};
   };
   // Sums per block, so that they do not depend on the number of threads.
@@ -137,7 +139,7 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) sums[begin / kBlock] += normal_of(triangles[i]);
   });
-  Vec3d mean;
+  Vec3d mean{};
   for (const Vec3d& sum : sums) mean += sum;
   if (!(length(mean) > 0)) return std::nullopt;
   mean = mean * (1 / length(mean));
@@ -157,11 +159,11 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   double steep = 0, whole = 0;
   for (const std::size_t i : surface.usable_triangles()) {
     const auto& [a, b, c] = surface.triangles[i];
-    const Vec3d face =
-        cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+    const Vec3d face = cross(to_double(b.position) - to_double(a.position),
+                             to_double(c.position) - to_double(a.position));
     double least = dot(face, mean) / length(face);
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      least = std::min(least, dot(Vec3d(corner.normal), mean));
+      least = std::min(least, dot(to_double(corner.normal), mean));
     }
     if (!(least > 0)) return std::nullopt;
     if (least < kMaxSteepCosine) steep += length(face);

@@ -108,8 +108,8 @@ class ViewMatcher : public Matcher {
     double uv_area = 0;
     for (const std::size_t i : surface.usable_triangles()) {
       const auto& [a, b, c] = surface.triangles[i];
-      const Vec3d origin(a.position);
-      area += length(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin)) / 2;
+      const Vec3d origin = to_double(a.position);
+      area += length(cross(to_double(b.position) - origin, to_double(c.position) - origin)) / 2;
       const double ux = double{b.uv.x} - a.uv.x, uy = double{b.uv.y} - a.uv.y;
       const double vx = double{c.uv.x} - a.uv.x, vy = double{c.uv.y} - a.uv.y;
       const double doubled = std::abs(ux * vy - uy * vx);
@@ -153,7 +153,7 @@ class ViewMatcher : public Matcher {
 }  // namespace
 
 Vec3d unit_direction(const Vec3& toward) {
-  const Vec3d d(toward);
+  const Vec3d d = to_double(toward);
   const double size = length(d);
   if (!(size > 0) || !std::isfinite(size)) {
     throw Error(

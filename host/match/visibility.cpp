@@ -32,8 +32,8 @@ Vec3d unit(const Vec3d& v) {
 }
 
 Vec3d face_normal(const std::array<LowSurface::Corner, 3>& corners) {
-  const Vec3d a(corners[0].position);
-  return unit(cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a));
+  const Vec3d a = to_double(corners[0].position);
+  return unit(cross(to_double(corners[1].position) - a, to_double(corners[2].position) - a));
 }
 
 }  // namespace
@@ -65,7 +65,7 @@ void check_visibility(const VisibilityOptions& options) {
     usage("A list of likely views was asked for, but it is empty: give at least one direction.");
   }
   for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
-    const double size = length(Vec3d(entry.direction));
+    const double size = length(to_double(entry.direction));
     if (!(size > 0) || !std::isfinite(size) || !(entry.weight >= 0) ||
         !std::isfinite(entry.weight)) {
       usage(
@@ -89,7 +89,7 @@ std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
     if (options.likelihood == ViewLikelihood::list) {
       double best = -2;
       for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
-        const double cosine = dot(unit(Vec3d(entry.direction)), toward);
+        const double cosine = dot(unit(to_double(entry.direction)), toward);
         if (cosine > best) {
           best = cosine;
           weight = largest > 0 ? entry.weight / largest : 0;
@@ -201,7 +201,7 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
       const Vec3& position = surface.triangles[t][k].position;
       impl_->triangles[t][k] = topology.vertices[t][k];
       impl_->positions[topology.vertices[t][k]] = position;
-      radius = std::max(radius, length(Vec3d(position)));
+      radius = std::max(radius, length(to_double(position)));
     }
   }
   // A power of two, so that scaling is exact.

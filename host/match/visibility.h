@@ -35,7 +35,7 @@ struct PartedTexel;
 
 /// A direction from which the mesh may be seen.
 struct ProbeDirection {
-  Vec3d toward;      ///< Unit, from the mesh to the viewer
+  Vec3d toward{};    ///< Unit, from the mesh to the viewer
   float weight = 1;  ///< Likelihood of a view from there
 };
 

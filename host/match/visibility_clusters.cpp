@@ -21,7 +21,7 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
                                    std::uint32_t count) {
   std::vector<Vec3d> centres;
   if (directions.empty() || count == 0) return centres;
-  Vec3d sum;
+  Vec3d sum{};
   for (const SeeingDirection& d : directions) sum += d.toward * d.weight;
   if (count == 1) return {normalized_or(sum, directions[0].toward)};
 

@@ -11,7 +11,7 @@ namespace kiln {
 
 /// A direction that sees a place, and its weight.
 struct SeeingDirection {
-  Vec3d toward;
+  Vec3d toward{};
   double weight = 1;
 };
 

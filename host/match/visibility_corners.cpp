@@ -10,15 +10,15 @@ namespace kiln {
 namespace {
 
 double corner_angle(const std::array<LowSurface::Corner, 3>& corners, std::size_t k) {
-  const Vec3d at(corners[k].position);
-  const Vec3d a = Vec3d(corners[(k + 1) % 3].position) - at;
-  const Vec3d b = Vec3d(corners[(k + 2) % 3].position) - at;
+  const Vec3d at = to_double(corners[k].position);
+  const Vec3d a = to_double(corners[(k + 1) % 3].position) - at;
+  const Vec3d b = to_double(corners[(k + 2) % 3].position) - at;
   return std::atan2(length(cross(a, b)), dot(a, b));
 }
 
 Vec3d area_normal(const std::array<LowSurface::Corner, 3>& corners) {
-  const Vec3d a(corners[0].position);
-  return cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a);
+  const Vec3d a = to_double(corners[0].position);
+  return cross(to_double(corners[1].position) - a, to_double(corners[2].position) - a);
 }
 
 /// The equivalent of VisibilityProbe::corners() by rays: the centroids of kParts x kParts equal parts of each face
@@ -48,9 +48,9 @@ std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface
       if (surface.usable[t] == 0) continue;
       const auto& corners = surface.triangles[t];
       const Vec3d normal = area_normal(corners);
-      Vec3d point;
+      Vec3d point{};
       for (std::size_t k = 0; k < 3; ++k) {
-        point += Vec3d(corners[k].position) * shares[i % shares.size()][k];
+        point += to_double(corners[k].position) * shares[i % shares.size()][k];
       }
       positions[i] = to_float(point);
       normals[i] = to_float(normal * (1 / length(normal)));

@@ -15,7 +15,7 @@ namespace kiln {
 
 /// Weighted sum of directions, and the sum of weights.
 struct DirectionSum {
-  Vec3d sum;
+  Vec3d sum{};
   double weight = 0;
   void add(const Vec3d& directions, double weights) {
     sum += directions;

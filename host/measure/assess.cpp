@@ -33,7 +33,7 @@ void rate_match_distance(const AssessedSamples& samples, double unit, bool field
   Weighted distances;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
-    const double distance = length(samples.match[i] - Vec3d(samples.position[i]));
+    const double distance = length(samples.match[i] - to_double(samples.position[i]));
     distances.add(distance, samples.area[i]);
     if (fields) {
       result.fields.match_distance.pixels[samples.element[i]] = static_cast<float>(distance * unit);
@@ -55,7 +55,7 @@ void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double u
     const std::uint32_t right = grid.neighbour(i, 1, 0);
     const std::uint32_t below = grid.neighbour(i, 0, 1);
     const auto low_step = [&](std::uint32_t to) {
-      return Vec3d(samples.position[to]) - Vec3d(samples.position[i]);
+      return to_double(samples.position[to]) - to_double(samples.position[i]);
     };
     const auto high_step = [&](std::uint32_t to) { return samples.match[to] - samples.match[i]; };
     for (const std::uint32_t to : {right, below}) {
@@ -69,9 +69,9 @@ void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double u
     const double low_size = length(low_area);
     if (!(low_size > 0)) continue;
     const double stretch = std::max(std::log2(length(high_area) / low_size), kMinStretch);
-    const bool fold =
-        dot(low_area, Vec3d(samples.normal[i])) * dot(high_area, Vec3d(samples.match_normal[i])) <
-        0;
+    const bool fold = dot(low_area, to_double(samples.normal[i])) *
+                          dot(high_area, to_double(samples.match_normal[i])) <
+                      0;
     folded += fold ? 1 : 0;
     stretches.push_back(stretch);
     areas.push_back(samples.area[i]);

@@ -50,9 +50,9 @@ std::vector<float> dense_normals(const Source::Impl& source) {
   parallel_for(source.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle& corners = source.triangles[t];
-      const Vec3d a(source.positions[corners[0]]);
-      const Vec3d normal =
-          cross(Vec3d(source.positions[corners[1]]) - a, Vec3d(source.positions[corners[2]]) - a);
+      const Vec3d a = to_double(source.positions[corners[0]]);
+      const Vec3d normal = cross(to_double(source.positions[corners[1]]) - a,
+                                 to_double(source.positions[corners[2]]) - a);
       const double size = length(normal);
       if (!(size > 0)) continue;
       const Vec3 unit = to_float(normal * (1 / size));
@@ -65,8 +65,8 @@ std::vector<float> dense_normals(const Source::Impl& source) {
 /// Distance of the viewer from a sample such that both meshes are in front of it; frame units.
 float viewer_distance(const Source::Impl& source, const AssessedSamples& samples) {
   double square = 0;
-  for (const Vec3& p : source.positions) square = std::max(square, dot(Vec3d(p), Vec3d(p)));
-  for (const Vec3& p : samples.position) square = std::max(square, dot(Vec3d(p), Vec3d(p)));
+  for (const Vec3& p : source.positions) square = std::max(square, dot(to_double(p), to_double(p)));
+  for (const Vec3& p : samples.position) square = std::max(square, dot(to_double(p), to_double(p)));
   return static_cast<float>(2.01 * std::sqrt(square));
 }
 
@@ -84,7 +84,7 @@ class RayBench {
         normals_(upload(3, [&](std::size_t i) { return samples.normal[i]; })),
         offsets_(upload(3,
                         [&](std::size_t i) {
-                          return to_float(samples.match[i] - Vec3d(samples.position[i]));
+                          return to_float(samples.match[i] - to_double(samples.position[i]));
                         })),
         dense_normals_(context_, std::span<const float>(dense_normals(source))),
         hidden_(context_, found_.size()),
@@ -165,7 +165,7 @@ void sum_up(const RayBench& bench, const AssessedSamples& samples, double unit, 
     places.add(across / seen, area);
     image.add(area * seen, area * across, area * sum(KILN_ASSESS_ACROSS_SQUARE));
     object.add(area * met, area * sum(KILN_ASSESS_APART), area * sum(KILN_ASSESS_APART_SQUARE));
-    const double apart = length(samples.match[i] - Vec3d(samples.position[i]));
+    const double apart = length(samples.match[i] - to_double(samples.position[i]));
     const bool has_direction = apart * unit > kMinOffset * result.diagonal;
     if (has_direction) {
       normalised.add(area * seen, area * across / apart,

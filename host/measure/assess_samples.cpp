@@ -23,8 +23,8 @@ LowFaces low_faces(const LowSurface& surface) {
                  std::vector<double>(surface.triangles.size())};
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const auto& [a, b, c] = surface.triangles[t];
-    const Vec3d normal =
-        cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+    const Vec3d normal = cross(to_double(b.position) - to_double(a.position),
+                               to_double(c.position) - to_double(a.position));
     const double size = length(normal);
     const double uv_area = std::abs((double{b.uv.x} - a.uv.x) * (double{c.uv.y} - a.uv.y) -
                                     (double{b.uv.y} - a.uv.y) * (double{c.uv.x} - a.uv.x));
@@ -42,9 +42,9 @@ void find_match(const Source::Impl& source, const Match& match, std::size_t elem
   samples.found[i] = triangle != KILN_NO_TRIANGLE ? 1 : 0;
   if (samples.found[i] == 0) return;
   const Triangle& corners = source.triangles[triangle];
-  const Vec3d a(source.positions[corners[0]]);
-  const Vec3d ab = Vec3d(source.positions[corners[1]]) - a;
-  const Vec3d ac = Vec3d(source.positions[corners[2]]) - a;
+  const Vec3d a = to_double(source.positions[corners[0]]);
+  const Vec3d ab = to_double(source.positions[corners[1]]) - a;
+  const Vec3d ac = to_double(source.positions[corners[2]]) - a;
   samples.match[i] = a + ab * double{match.u[element]} + ac * double{match.v[element]};
   const Vec3d normal = cross(ab, ac);
   const double size = length(normal);

@@ -33,7 +33,7 @@ class Steps {
   explicit Steps(const AssessedSamples& samples) : samples_(samples) {}
 
   double low(std::size_t a, std::size_t b) const {
-    return length(Vec3d(samples_.position[a]) - Vec3d(samples_.position[b]));
+    return length(to_double(samples_.position[a]) - to_double(samples_.position[b]));
   }
   /// Relative difference between the matches' distance and the samples' distance, in %.
   double percent(std::size_t a, std::size_t b) const {

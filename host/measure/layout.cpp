@@ -22,7 +22,7 @@ namespace {
 struct TexelMap {
   double area = 0;    ///< Area of the triangle on the surface
   double texels = 0;  ///< Signed area in texels; negative: mirrored
-  Vec3d along_s, along_t;
+  Vec3d along_s{}, along_t{};
 
   TexelMap(const std::array<Vec3d, 3>& p, const std::array<std::array<double, 2>, 3>& st) {
     area = length(cross(p[1] - p[0], p[2] - p[0])) / 2;
@@ -41,10 +41,10 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
   std::vector<TexelMap> maps;
   maps.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    std::array<Vec3d, 3> at;
+    std::array<Vec3d, 3> at{};
     std::array<std::array<double, 2>, 3> st{};
     for (std::size_t k = 0; k < 3; ++k) {
-      at[k] = Vec3d(mesh.positions[mesh.triangles[t][k]]);
+      at[k] = to_double(mesh.positions[mesh.triangles[t][k]]);
       const Vec2& uv = mesh.uvs[mesh.uv_triangles[t][k]];
       st[k] = {double{uv.x} * width, double{uv.y} * height};
     }
@@ -111,8 +111,8 @@ void count_seams(const Mesh& mesh, const LowSurface& surface, LayoutRating& rati
       };
       if (!parts(from) && !parts(to)) continue;
       ++rating.seams;
-      rating.seam_length += length(Vec3d(mesh.positions[mesh.triangles[t][to]]) -
-                                   Vec3d(mesh.positions[mesh.triangles[t][from]]));
+      rating.seam_length += length(to_double(mesh.positions[mesh.triangles[t][to]]) -
+                                   to_double(mesh.positions[mesh.triangles[t][from]]));
     }
   }
 }

@@ -188,7 +188,7 @@ DistanceError match_distance(const Match& match) {
 }
 
 ViewAngles view_angles(const Vec3& toward) {
-  const Vec3d v(toward);
+  const Vec3d v = to_double(toward);
   return {std::atan2(v.x, v.z) * kDegrees, std::atan2(v.y, std::hypot(v.x, v.z)) * kDegrees};
 }
 
@@ -201,7 +201,8 @@ std::vector<Vec3> spread_views(std::uint32_t count) {
 double least_angle_degrees(std::span<const Vec3> a, std::span<const Vec3> b) {
   double least = 180;
   for (const Vec3& one : a) {
-    for (const Vec3& other : b) least = std::min(least, angle_degrees(Vec3d(one), Vec3d(other)));
+    for (const Vec3& other : b)
+      least = std::min(least, angle_degrees(to_double(one), to_double(other)));
   }
   return least;
 }

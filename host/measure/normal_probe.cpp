@@ -106,7 +106,7 @@ NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) co
       const auto& [a, b, c] = corners;
       Vec3d value = texel_at(map, a.uv.x * w + b.uv.x * place.u + c.uv.x * place.v,
                              a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v) *
-                        2 +
+                        2.0 +
                     Vec3d(-1, -1, -1);
       if (baked.encoding.flip_y) value.y = -value.y;
       const kiln_low_shading& low = shading_[place.triangle];
@@ -123,7 +123,7 @@ NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) co
         Vec3d across = cross(n, t);
         if (space == NormalMapSpace::tangent && baked.encoding.bitangent == Bitangent::vertex) {
           const auto at = [](const LowSurface::Corner& corner) {
-            return to_float(cross(Vec3d(corner.normal), Vec3d(corner.tangent)));
+            return to_float(cross(to_double(corner.normal), to_double(corner.tangent)));
           };
           across = blend(at(a), at(b), at(c), place.u, place.v);
         }

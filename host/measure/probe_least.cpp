@@ -16,7 +16,7 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
   struct ViewedPlace {
     std::size_t place = 0;
     double cosine = 0;
-    Vec3d toward, at;
+    Vec3d toward{}, at{};
     double distance = 0;  // distance from the ray's origin to the place
   };
   std::vector<ViewedPlace> looks;
@@ -61,15 +61,15 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
     // Skips places that another part of the low poly hides.
     if (distance[i] < look.distance - 1e-4 * start_ || triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::size_t t = triangle[i];
-    std::array<Vec3d, 3> corner, shading;
+    std::array<Vec3d, 3> corner{}, shading{};
     for (std::size_t k = 0; k < 3; ++k) {
-      corner[k] = Vec3d(source_.positions[source_.triangles[t][k]]);
+      corner[k] = to_double(source_.positions[source_.triangles[t][k]]);
       const float* n = &normals[3 * std::size_t{normal_indices[3 * t + k]}];
       shading[k] = Vec3d(n[0], n[1], n[2]);
     }
     const Vec3d face = cross(corner[1] - corner[0], corner[2] - corner[0]);
     const float u = barycentric[i], v = barycentric[i + count];
-    const Vec3d sum = shading[0] * (1.0 - u - v) + shading[1] * u + shading[2] * v;
+    const Vec3d sum = shading[0] * (1.0 - u - v) + shading[1] * double{u} + shading[2] * double{v};
     const double size = length(sum);
     if (!(size > 0)) continue;
     const double side = dot(face, look.toward) < 0 ? -1 : 1;
@@ -92,13 +92,13 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
     const double own_error =
         mean_angle(Vec3d(own[0], own[1], own[2]) * (places_[place].back ? -1.0 : 1.0), directions);
     // The direction of least mean angle: starts at the least-squares one, then Weiszfeld's iteration.
-    Vec3d best;
+    Vec3d best{};
     for (const auto& [n, weight] : directions) best += n * weight;
     double error = own_error;
     for (int round = 0; round < 8 && length(best) > 0; ++round) {
       best = best * (1 / length(best));
       error = std::min(error, mean_angle(best, directions));
-      Vec3d next;
+      Vec3d next{};
       for (const auto& [n, weight] : directions) {
         const double angle = std::atan2(length(cross(best, n)), dot(best, n));
         next += n * (weight / std::max(angle, 1e-4));

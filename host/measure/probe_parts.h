@@ -18,7 +18,7 @@ inline void encode(const Vec3d& normal, float* pixel) {
 
 template <typename T>
 Vec3d blend(const T& a, const T& b, const T& c, float u, float v) {
-  return Vec3d(a) * (1.0 - u - v) + Vec3d(b) * u + Vec3d(c) * v;
+  return to_double(a) * (1.0 - u - v) + to_double(b) * double{u} + to_double(c) * double{v};
 }
 
 inline Vec3d vector_at(const kiln_float* values) { return {values[0], values[1], values[2]}; }

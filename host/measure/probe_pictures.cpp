@@ -51,7 +51,7 @@ std::vector<Vec3d> used_positions(const Source::Impl& source) {
   }
   std::vector<Vec3d> positions;
   for (std::size_t i = 0; i < used.size(); ++i) {
-    if (used[i] != 0) positions.emplace_back(source.positions[i]);
+    if (used[i] != 0) positions.push_back(to_double(source.positions[i]));
   }
   return positions;
 }
@@ -209,10 +209,10 @@ PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture
 Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
                    const std::vector<float>& normals, const Picture& picture, const Vec3d& pixel,
                    std::uint32_t triangle) {
-  std::array<Vec3d, 3> corners;
+  std::array<Vec3d, 3> corners{};
   std::array<std::array<double, 2>, 3> flat;
   for (std::size_t k = 0; k < 3; ++k) {
-    corners[k] = Vec3d(source.positions[source.triangles[triangle][k]]) - pixel;
+    corners[k] = to_double(source.positions[source.triangles[triangle][k]]) - pixel;
     flat[k] = {dot(corners[k], picture.right), dot(corners[k], picture.up)};
   }
   const auto area = [&](std::size_t a, std::size_t b) {
@@ -221,7 +221,7 @@ Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>&
   const double weights[3] = {area(1, 2), area(2, 0), area(0, 1)};
   const double whole = weights[0] + weights[1] + weights[2];
   const Vec3d face = cross(corners[1] - corners[0], corners[2] - corners[0]);
-  Vec3d sum;
+  Vec3d sum{};
   for (std::size_t k = 0; k < 3; ++k) {
     const float* n = &normals[3 * std::size_t{normal_indices[3 * std::size_t{triangle} + k]}];
     sum += Vec3d(n[0], n[1], n[2]) * (weights[k] / whole);

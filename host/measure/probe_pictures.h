@@ -15,8 +15,8 @@ namespace kiln {
 
 /// A camera in the high poly's frame.
 struct Picture {
-  Vec3d right, up, toward;
-  Vec3d middle;
+  Vec3d right{}, up{}, toward{};
+  Vec3d middle{};
   double half_side = 0;
   std::uint32_t pixels = 0;     ///< Pixels a side of the picture
   std::uint32_t subpixels = 1;  ///< Points a side of each pixel

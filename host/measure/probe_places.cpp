@@ -28,7 +28,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   double radius = 1;
   for (const std::size_t t : surface_.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface_.triangles[t]) {
-      radius = std::max(radius, length(Vec3d(corner.position)));
+      radius = std::max(radius, length(to_double(corner.position)));
     }
   }
   start_ = 1.5 * radius;
@@ -70,8 +70,9 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const High
 
 bool NormalProbe::from_behind(std::uint32_t triangle, const Picture& picture) const {
   const auto& [a, b, c] = surface_.triangles[triangle];
-  const Vec3d origin(a.position);
-  return dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin), picture.toward) < 0;
+  const Vec3d origin = to_double(a.position);
+  return dot(cross(to_double(b.position) - origin, to_double(c.position) - origin),
+             picture.toward) < 0;
 }
 
 /// Points of pixels that both meshes cover completely. Triangles without UVs, such as those of other texture sets, show
@@ -144,7 +145,7 @@ Image NormalProbe::pixel_means(const Image& points, std::uint32_t each) {
   Image means{points.width / each, 1, 3, std::vector<float>(points.pixels.size() / each)};
   parallel_for(means.width, kPlaceGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Vec3d sum;
+      Vec3d sum{};
       for (std::size_t k = i * each; k < (i + 1) * each; ++k) {
         const float* p = &points.pixels[3 * k];
         sum += Vec3d(p[0], p[1], p[2]) + Vec3d(-0.5, -0.5, -0.5);

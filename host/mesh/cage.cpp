@@ -33,7 +33,7 @@ constexpr std::size_t kSampledCorners = 256;
 struct Piece {
   std::string name;
   std::vector<std::uint32_t> triangles;
-  std::array<Vec3d, 2> box;  ///< Bounding box of the finite corners
+  std::array<Vec3d, 2> box{};  ///< Bounding box of the finite corners
 };
 
 void find_boxes(const Mesh& mesh, std::span<const Vec3> positions, std::vector<Piece>& pieces) {
@@ -156,7 +156,7 @@ double far_share(const Mesh& low, std::span<const Vec3> low_positions,
   for (std::size_t i = 0; i < corners.size(); i += step) {
     if (!is_finite(corners[i])) continue;
     const auto off = [&](std::uint32_t vertex) {
-      return length(Vec3d(corners[i]) - Vec3d(low_positions[vertex]));
+      return length(to_double(corners[i]) - to_double(low_positions[vertex]));
     };
     const double own = off(low.triangles[i / 3][i % 3]);
     double nearest = own;

@@ -194,7 +194,7 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
   if (slanted < LatticeRule::kMinSlantedShare * turns.total) return false;
   const auto along = [&](std::uint32_t e) {
     const auto [a, b] = ends(edge(e));
-    const Vec3d d = Vec3d(mesh_.positions[b]) - Vec3d(mesh_.positions[a]);
+    const Vec3d d = to_double(mesh_.positions[b]) - to_double(mesh_.positions[a]);
     return std::array<double, 3>{std::abs(d.x), std::abs(d.y), std::abs(d.z)};
   };
   std::array<double, 3> most{}, step{HUGE_VAL, HUGE_VAL, HUGE_VAL};
@@ -353,7 +353,7 @@ void CreaseFinder::find_regions() {
   std::vector<double> areas(count);
   for (std::uint32_t t = 0; t < count; ++t) {
     const std::uint32_t region = result_.regions[t] = sets.find(t);
-    sums[region] += Vec3d(faces_.normals[t]) * faces_.areas[t];
+    sums[region] += to_double(faces_.normals[t]) * double{faces_.areas[t]};
     areas[region] += faces_.areas[t];
   }
   // A round of many tiny turns is no plane, although none of its edges shows that.
@@ -362,7 +362,7 @@ void CreaseFinder::find_regions() {
   for (std::uint32_t t = 0; t < count; ++t) {
     const std::uint32_t region = result_.regions[t];
     if (faces_.areas[t] > 0 &&
-        dot(sums[region], Vec3d(faces_.normals[t])) < least * length(sums[region])) {
+        dot(sums[region], to_double(faces_.normals[t])) < least * length(sums[region])) {
       bent[region] = true;
     }
   }

@@ -26,8 +26,8 @@ constexpr std::size_t kSumsPerTask = 256;
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 12;
 
 Vec3d area_normal(std::span<const Vec3> positions, const Triangle& t) {
-  const Vec3d first(positions[t[0]]);
-  return cross(Vec3d(positions[t[1]]) - first, Vec3d(positions[t[2]]) - first);
+  const Vec3d first = to_double(positions[t[0]]);
+  return cross(to_double(positions[t[1]]) - first, to_double(positions[t[2]]) - first);
 }
 
 /// Signed angle between the normals of two triangles at their edge.
@@ -99,7 +99,7 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
         }
         const bool joined = next - i == 2 && sides[i].inward == 0 && sides[i + 1].inward == 1;
         if (joined && v < sides[i].other) {
-          const Vec3d way = Vec3d(positions[sides[i].other]) - Vec3d(positions[v]);
+          const Vec3d way = to_double(positions[sides[i].other]) - to_double(positions[v]);
           const std::uint32_t a = sides[i].corner, b = sides[i + 1].corner;
           const Vec3d n = area_normal(positions, triangles[a / 3]);
           const Vec3d m = area_normal(positions, triangles[b / 3]);
@@ -187,8 +187,8 @@ bool MeanCurvature::flood(const Vec3d& point, std::uint32_t triangle, Scratch& s
     const std::uint32_t t = reached[i];
     ++scratch.steps;
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const Vec3d a = Vec3d(positions_[triangles_[t][k]]) - point;
-      const Vec3d way = Vec3d(positions_[triangles_[t][(k + 1) % 3]]) - point - a;
+      const Vec3d a = to_double(positions_[triangles_[t][k]]) - point;
+      const Vec3d way = to_double(positions_[triangles_[t][(k + 1) % 3]]) - point - a;
       const double along = std::clamp(-dot(a, way) / dot(way, way), 0.0, 1.0);
       const Vec3d near = a + way * along;
       if (!(dot(near, near) < radius_ * radius_)) continue;
@@ -220,7 +220,7 @@ double MeanCurvature::at_vertex(std::uint32_t vertex, Scratch& scratch) const {
   std::atomic<double>& kept = at_vertex_[vertex];
   double value = kept.load(std::memory_order_relaxed);
   if (std::isnan(value)) {
-    value = on_sheet(Vec3d(positions_[vertex]), first_triangle_[vertex], scratch);
+    value = on_sheet(to_double(positions_[vertex]), first_triangle_[vertex], scratch);
     kept.store(value, std::memory_order_relaxed);
   }
   return value;
@@ -228,8 +228,8 @@ double MeanCurvature::at_vertex(std::uint32_t vertex, Scratch& scratch) const {
 
 double MeanCurvature::on(std::uint32_t triangle, double u, double v, Scratch& scratch) const {
   const Triangle& t = triangles_[triangle];
-  const std::array<Vec3d, 3> p = {Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]),
-                                  Vec3d(positions_[t[2]])};
+  const std::array<Vec3d, 3> p = {to_double(positions_[t[0]]), to_double(positions_[t[1]]),
+                                  to_double(positions_[t[2]])};
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
   if (longest <= radius_ * kMaxEdgeShare) {
     const double a = at_vertex(t[0], scratch), b = at_vertex(t[1], scratch),

@@ -284,17 +284,17 @@ FlatPolygon seen_along_normal(PolygonCorners corners) {
   const auto at = [&](std::size_t i, std::size_t k) {
     return (corners[i][k] - corners[0][k]) / extent;
   };
-  Vec3d n;
+  Vec3d n{};
   for (std::size_t i = 0, j = corners.size() - 1; i < corners.size(); j = i++) {
-    n += {(at(j, 1) - at(i, 1)) * (at(j, 2) + at(i, 2)),
-          (at(j, 2) - at(i, 2)) * (at(j, 0) + at(i, 0)),
-          (at(j, 0) - at(i, 0)) * (at(j, 1) + at(i, 1))};
+    n += Vec3d((at(j, 1) - at(i, 1)) * (at(j, 2) + at(i, 2)),
+               (at(j, 2) - at(i, 2)) * (at(j, 0) + at(i, 0)),
+               (at(j, 0) - at(i, 0)) * (at(j, 1) + at(i, 1)));
   }
-  if (!(kiln::length(n) > 0)) return {};
-  n = n * (1 / kiln::length(n));
+  if (!(glm::length(n) > 0)) return {};
+  n = n * (1 / glm::length(n));
   const Vec3d axis = std::abs(n.x) < 0.7 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
   Vec3d u = axis - n * dot(axis, n);
-  u = u * (1 / kiln::length(u));
+  u = u * (1 / glm::length(u));
   const Vec3d v = cross(n, u);
   FlatPolygon flat;
   for (std::size_t i = 0; i < corners.size(); ++i) {

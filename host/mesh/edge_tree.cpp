@@ -52,7 +52,7 @@ struct Box {
   }
   /// Volume of the box enlarged by a radius on all sides.
   double reach(double radius) const {
-    const Vec3d size = Vec3d(high) - Vec3d(low);
+    const Vec3d size = to_double(high) - to_double(low);
     return (size.x + 2 * radius) * (size.y + 2 * radius) * (size.z + 2 * radius);
   }
 };
@@ -70,13 +70,13 @@ void cut(const BendPiece& piece, double radius, double most, std::uint32_t left,
   std::size_t k = 0;
   double longest = -1;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3d way = Vec3d(piece.corner[(i + 1) % 3]) - Vec3d(piece.corner[i]);
+    const Vec3d way = to_double(piece.corner[(i + 1) % 3]) - to_double(piece.corner[i]);
     if (dot(way, way) <= longest) continue;
     longest = dot(way, way);
     k = i;
   }
   const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
-  const Vec3 middle = to_float((Vec3d(piece.corner[k]) + Vec3d(piece.corner[l])) * 0.5);
+  const Vec3 middle = to_float((to_double(piece.corner[k]) + to_double(piece.corner[l])) * 0.5);
   BendPiece first = piece, second = piece;
   first.corner[l] = second.corner[k] = middle;
   first.angle[l] = second.angle[m] = kFlat;
@@ -134,19 +134,19 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
     if (usable[t] == 0) continue;
     const Triangle& c = triangles[t];
     const std::array<Vec3, 3> corner = {positions[c[0]], positions[c[1]], positions[c[2]]};
-    const Vec3d first(corner[0]);
-    pieces.push_back(
-        {.corner = corner,
-         .angle = angle[t],
-         .triangle = t,
-         .normal = coarse_normal(cross(Vec3d(corner[1]) - first, Vec3d(corner[2]) - first))});
+    const Vec3d first = to_double(corner[0]);
+    pieces.push_back({.corner = corner,
+                      .angle = angle[t],
+                      .triangle = t,
+                      .normal = coarse_normal(
+                          cross(to_double(corner[1]) - first, to_double(corner[2]) - first))});
   }
   pieces = cut_long(std::move(pieces), radius);
   count_ = pieces.size();
   std::vector<Item> order(count_);
   for (std::uint32_t i = 0; i < count_; ++i) {
-    Vec3d sum;
-    for (const Vec3& corner : pieces[i].corner) sum += Vec3d(corner);
+    Vec3d sum{};
+    for (const Vec3& corner : pieces[i].corner) sum += to_double(corner);
     const Vec3 centre = to_float(sum * (1.0 / 3));
     order[i] = {{centre.x, centre.y, centre.z}, i};
   }
@@ -205,7 +205,7 @@ bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint
     const std::size_t at = stack[--height];
     const Node& node = nodes_[at];
     ++steps;
-    if (nearest(Vec3d(node.low) - high, Vec3d(node.high) - low) >= squared_) continue;
+    if (nearest(to_double(node.low) - high, to_double(node.high) - low) >= squared_) continue;
     if (at < first_of(levels_)) {
       stack[height++] = 2 * at + 2;
       stack[height++] = 2 * at + 1;
@@ -215,11 +215,11 @@ bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint
     for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
       const Box box = box_of(pieces_[i]);
       ++steps;
-      if (nearest(Vec3d(box.low) - high, Vec3d(box.high) - low) >= squared_) continue;
-      const Vec3d centre = (Vec3d(box.low) + Vec3d(box.high)) * 0.5;
+      if (nearest(to_double(box.low) - high, to_double(box.high) - low) >= squared_) continue;
+      const Vec3d centre = (to_double(box.low) + to_double(box.high)) * 0.5;
       double farthest = 0;
       for (const Vec3& p : pieces_[i].corner) {
-        farthest = std::max(farthest, length(Vec3d(p) - centre));
+        farthest = std::max(farthest, length(to_double(p) - centre));
       }
       cell.pieces.push_back({pieces_[i], centre, farthest});
     }
@@ -238,8 +238,9 @@ void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint6
     const std::size_t at = stack[--height];
     const Node& node = nodes_[at];
     ++steps;
-    if (nearest(Vec3d(node.low) - high, Vec3d(node.high) - low) >= squared_) continue;
-    const bool opens = length(Vec3d(node.high) - Vec3d(node.low)) > radius_ * kMinOutsideDiagonal;
+    if (nearest(to_double(node.low) - high, to_double(node.high) - low) >= squared_) continue;
+    const bool opens =
+        length(to_double(node.high) - to_double(node.low)) > radius_ * kMinOutsideDiagonal;
     if (!opens || at >= first_of(levels_)) {
       cell.boxes.push_back(at);
       if (cell.boxes.size() <= kMaxCutLeaves) continue;
@@ -265,7 +266,7 @@ bool EdgeTree::Node::may_be_opposed(const Sheet& sheet) const {
 bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
   const auto reaches = [&](const BendPiece& piece) {
     const Box box = box_of(piece);
-    return nearest(Vec3d(box.low) - centre, Vec3d(box.high) - centre) < squared_;
+    return nearest(to_double(box.low) - centre, to_double(box.high) - centre) < squared_;
   };
   const Cell& cell = cell_of(centre, scratch);
   if (cell.few) {
@@ -281,7 +282,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
     const Node& node = nodes_[at];
     ++scratch.steps;
     if (!node.may_be_opposed(sheet) ||
-        nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) {
+        nearest(to_double(node.low) - centre, to_double(node.high) - centre) >= squared_) {
       continue;
     }
     if (at < first_of(levels_)) {
@@ -312,7 +313,7 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     const Node& node = nodes_[at];
     ++scratch.steps;
-    if (nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) continue;
+    if (nearest(to_double(node.low) - centre, to_double(node.high) - centre) >= squared_) continue;
     if (!node.may_be_opposed(sheet) && try_add_unopened(node, centre, /*coarse=*/false, sums))
       continue;
     if (at < first_of(levels_)) {
@@ -351,7 +352,8 @@ BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& c
 BendSums EdgeTree::sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
   const std::uint32_t level = open_levels(kMaxSampledLeaves, scratch, [&](const Node& node) {
-    if (nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) return true;
+    if (nearest(to_double(node.low) - centre, to_double(node.high) - centre) >= squared_)
+      return true;
     return !node.may_be_opposed(sheet) && try_add_unopened(node, centre, /*coarse=*/true, sums);
   });
   for (const std::size_t at : scratch.next) {
@@ -464,7 +466,7 @@ BendSums EdgeTree::sum_by_levels(const Vec3d& centre, Scratch& scratch) const {
 /// \returns true if nothing remains to be done for it
 bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coarse,
                                 BendSums& sums) const {
-  const Vec3d low = Vec3d(node.low) - centre, high = Vec3d(node.high) - centre;
+  const Vec3d low = to_double(node.low) - centre, high = to_double(node.high) - centre;
   if (nearest(low, high) >= squared_) return true;
   if (farthest(low, high) <= squared_) {
     sums += node.sums;
@@ -517,10 +519,10 @@ void EdgeTree::fill_leaf(std::size_t leaf) {
   CoarseNormal low{127, 127, 127}, high{-127, -127, -127};
   for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
     BendPiece& piece = pieces_[i];
-    std::array<Vec3d, 3> p;
+    std::array<Vec3d, 3> p{};
     for (std::size_t k = 0; k < 3; ++k) {
       box.add(piece.corner[k]);
-      p[k] = Vec3d(piece.corner[k]);
+      p[k] = to_double(piece.corner[k]);
       low[k] = std::min(low[k], piece.normal[k]);
       high[k] = std::max(high[k], piece.normal[k]);
     }
@@ -553,8 +555,8 @@ void EdgeTree::join(std::size_t at) {
 namespace {
 
 std::array<Vec3d, 3> corners(const BendPiece& piece, const Vec3d& from) {
-  return {Vec3d(piece.corner[0]) - from, Vec3d(piece.corner[1]) - from,
-          Vec3d(piece.corner[2]) - from};
+  return {to_double(piece.corner[0]) - from, to_double(piece.corner[1]) - from,
+          to_double(piece.corner[2]) - from};
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ class TriangleSet {
 
 /// The sheet of a point: the surface around it that is connected with it or faces about the same way.
 struct Sheet {
-  Vec3d normal;                            ///< Unit normal at the point
+  Vec3d normal{};                          ///< Unit normal at the point
   const TriangleSet* connected = nullptr;  ///< Null: too many, so none counts as connected
 
   /// Cosine below which a face is opposed. No regular prism or antiprism has this angle.
@@ -106,7 +106,7 @@ class EdgeTree {
   /// A piece near a cell, with its bounding sphere.
   struct Near {
     BendPiece piece;
-    Vec3d centre;
+    Vec3d centre{};
     double radius = 0;
   };
   /// Space is divided into cubes with sides of one radius; a cell caches candidates for balls around points in its

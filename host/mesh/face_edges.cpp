@@ -26,15 +26,16 @@ struct EdgeSide {
 };
 
 float turn_between(const Vec3& a, const Vec3& b) {
-  const Vec3d x(a), y(b);
+  const Vec3d x = to_double(a), y = to_double(b);
   return static_cast<float>(std::atan2(length(cross(x, y)), dot(x, y)) * 180 / std::numbers::pi);
 }
 
 /// Normal of a triangle, with a length of twice its area.
 Vec3d area_vector(const Mesh& mesh, std::size_t triangle) {
   const Triangle& at = mesh.triangles[triangle];
-  const Vec3d corner(mesh.positions[at[0]]);
-  return cross(Vec3d(mesh.positions[at[1]]) - corner, Vec3d(mesh.positions[at[2]]) - corner);
+  const Vec3d corner = to_double(mesh.positions[at[0]]);
+  return cross(to_double(mesh.positions[at[1]]) - corner,
+               to_double(mesh.positions[at[2]]) - corner);
 }
 
 class EdgeFinder {
@@ -73,8 +74,8 @@ class EdgeFinder {
     const Vec3 &m = result_.normals[a.at / 3], &n = result_.normals[b.at / 3];
     result.turn = turn_between(m, n);
     const Vec3d across =
-        Vec3d(mesh_.positions[corner(b, 2)]) - Vec3d(mesh_.positions[corner(a, 0)]);
-    result.convex = dot(across, Vec3d(m)) < 0;
+        to_double(mesh_.positions[corner(b, 2)]) - to_double(mesh_.positions[corner(a, 0)]);
+    result.convex = dot(across, to_double(m)) < 0;
     result.split = corner(a, 0) != corner(b, 1) || corner(a, 1) != corner(b, 0);
     result.inner = !mesh_.polygons.empty() && mesh_.polygons[a.at / 3] == mesh_.polygons[b.at / 3];
     return result;
@@ -124,10 +125,10 @@ bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   std::atomic<bool> found = false;
   parallel_for(mesh.triangles.size(), kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end && !found; ++t) {
-      const Vec3d n(faces.normals[t]);
+      const Vec3d n = to_double(faces.normals[t]);
       if (faces.normals[t] == Vec3{}) continue;
       for (const std::uint32_t v : mesh.triangles[t]) {
-        const Vec3d sum(sums[faces.welded[v]]);
+        const Vec3d sum = to_double(sums[faces.welded[v]]);
         if (dot(n, sum) < least * length(sum) || !(length(sum) > 0)) found = true;
       }
     }

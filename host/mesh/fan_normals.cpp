@@ -96,7 +96,7 @@ Vec3d FanNormals::sum_of(std::span<const std::uint32_t> fan) const {
   const bool plane = std::any_of(fan.begin(), fan.end(), [&](std::uint32_t corner) {
     return !creases_.regions.empty() && creases_.region_areas[creases_.regions[corner / 3]] == most;
   });
-  Vec3d sum;
+  Vec3d sum{};
   for (const std::uint32_t corner : fan) {
     if (plane && area_around(corner) < kMaxBesidePlaneShare * most) continue;
     sum += face(corner) * weights_[corner / 3].angles[corner % 3];

@@ -90,7 +90,9 @@ std::vector<Vec3> Frame::to_frame_within(const Mesh& mesh, double reach) const {
   parallel_for(result.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) result[i] = to_frame(mesh, i);
   });
-  const auto inside = [&](const Vec3& p) { return dot(Vec3d(p), Vec3d(p)) <= reach * reach; };
+  const auto inside = [&](const Vec3& p) {
+    return dot(to_double(p), to_double(p)) <= reach * reach;
+  };
   if (std::all_of(result.begin(), result.end(), inside)) return result;
   std::vector<std::uint8_t> used(result.size());
   for (const Triangle& t : mesh.triangles) {

@@ -60,7 +60,8 @@ std::vector<HardSide> sides_of(const LowSurface& surface) {
 }
 
 bool parts(const Vec3& a, const Vec3& b) {
-  return dot(Vec3d(a), Vec3d(b)) < kSameNormalCosine * length(Vec3d(a)) * length(Vec3d(b));
+  return dot(to_double(a), to_double(b)) <
+         kSameNormalCosine * length(to_double(a)) * length(to_double(b));
 }
 
 struct EdgeBox {
@@ -164,9 +165,9 @@ HardEdges HardEdges::of(const LowSurface& surface) {
              parts(corner(one, one.at_b).normal, corner(sides[i], sides[i].at_b).normal);
     }
     const Vec3 from = corner(one, one.at_a).position;
-    const Vec3 along = to_float(Vec3d(corner(one, one.at_b).position) - Vec3d(from));
+    const Vec3 along = to_float(to_double(corner(one, one.at_b).position) - to_double(from));
     // The squared length must not underflow.
-    if (hard && length(Vec3d(along)) > 1e-15) {
+    if (hard && length(to_double(along)) > 1e-15) {
       result.edges.push_back({from, along, {one.triangle, sides[first + 1].triangle}});
     }
   }
@@ -176,7 +177,7 @@ HardEdges HardEdges::of(const LowSurface& surface) {
 HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float> widths) const {
   std::vector<EdgeBox> boxes(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    const Vec3 to = to_float(Vec3d(edges[e].from) + Vec3d(edges[e].along));
+    const Vec3 to = to_float(to_double(edges[e].from) + to_double(edges[e].along));
     boxes[e] = box_of(std::array{edges[e].from, to}, widths[e]);
   }
   const EdgeBoxTree tree(boxes);

@@ -84,7 +84,7 @@ HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const 
   std::vector<Vec3> sums(touched.size());
   parallel_for(touched.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Vec3d sum;
+      Vec3d sum{};
       double total = 0;
       for (const std::uint32_t corner : users_.of(touched[i])) {
         const CornerWeights& weights = weights_[corner / 3];
@@ -110,7 +110,7 @@ HighPolyNormals::Change HighPolyNormals::set(const Mesh& mesh, std::span<const V
   if (has_extra(mesh)) return rebuild(mesh, positions);
   Change change;
   for (const std::uint32_t entry : entries) {
-    const Vec3d n(mesh.normals[entry]);
+    const Vec3d n = to_double(mesh.normals[entry]);
     const Vec3 unit = to_float(n * (1 / length(n)));
     if (same_bits(corners_.normals[entry], unit)) continue;
     corners_.normals[entry] = unit;

@@ -8,11 +8,11 @@ namespace {
 
 /// Sets the face's frame: its normal, and the direction of increasing u in its plane.
 void set_face_frame(const std::array<LowSurface::Corner, 3>& corners, kiln_low_shading& shading) {
-  const Vec3d p0(corners[0].position);
-  const Vec3d e1 = Vec3d(corners[1].position) - p0;
-  const Vec3d e2 = Vec3d(corners[2].position) - p0;
+  const Vec3d p0 = to_double(corners[0].position);
+  const Vec3d e1 = to_double(corners[1].position) - p0;
+  const Vec3d e2 = to_double(corners[2].position) - p0;
   Vec3d normal = cross(e1, e2);
-  normal = length(normal) > 0 ? normal * (1 / length(normal)) : Vec3d(corners[0].normal);
+  normal = length(normal) > 0 ? normal * (1 / length(normal)) : to_double(corners[0].normal);
   const double u1 = double{corners[1].uv.x} - corners[0].uv.x;
   const double v1 = double{corners[1].uv.y} - corners[0].uv.y;
   const double u2 = double{corners[2].uv.x} - corners[0].uv.x;
@@ -21,7 +21,7 @@ void set_face_frame(const std::array<LowSurface::Corner, 3>& corners, kiln_low_s
   Vec3d tangent = (e1 * v2 - e2 * v1) * (determinant < 0 ? -1.0 : 1.0);
   if (!(length(tangent) > 0)) tangent = e1;
   tangent = tangent - normal * dot(tangent, normal);
-  tangent = length(tangent) > 0 ? tangent * (1 / length(tangent)) : Vec3d(corners[0].tangent);
+  tangent = length(tangent) > 0 ? tangent * (1 / length(tangent)) : to_double(corners[0].tangent);
   const Vec3 n = to_float(normal);
   const Vec3 t = to_float(tangent);
   shading.face_normal[0] = n.x;

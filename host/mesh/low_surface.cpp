@@ -28,7 +28,7 @@ std::string quoted(const Mesh& mesh) { return "'" + mesh.name + "'"; }
 
 /// Sets a corner's ray direction and distances from a cage.
 void apply_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& corner) {
-  const Vec3d offset = Vec3d(cage.outer[index]) - Vec3d(corner.position);
+  const Vec3d offset = to_double(cage.outer[index]) - to_double(corner.position);
   if (cage.kind == CageKind::offsets) {
     corner.direction = to_float(offset);
     return;
@@ -37,8 +37,8 @@ void apply_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& 
   corner.outward = static_cast<float>(outward);
   // If the shell coincides with the mesh, the direction is kept.
   if (outward > 0) corner.direction = to_float(offset * (1 / outward));
-  const Vec3d in = Vec3d(corner.position) - Vec3d(cage.inner[index]);
-  corner.inward = static_cast<float>(dot(in, Vec3d(corner.direction)));
+  const Vec3d in = to_double(corner.position) - to_double(cage.inner[index]);
+  corner.inward = static_cast<float>(dot(in, to_double(corner.direction)));
 }
 
 /// Default length of rays from a cage: twice the largest distance to the cage, or between shells, since rays may be
@@ -48,7 +48,7 @@ double longest_ray(const LowSurface& surface) {
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
       const bool offsets = surface.cage_kind == CageKind::offsets;
-      outward = std::max(outward, offsets ? length(Vec3d(corner.direction)) : corner.outward);
+      outward = std::max(outward, offsets ? length(to_double(corner.direction)) : corner.outward);
       inward = std::max(inward, offsets ? 0.0 : double{corner.inward});
     }
   }
@@ -57,16 +57,16 @@ double longest_ray(const LowSurface& surface) {
 
 bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return false;
-  const Vec3d normal = cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
+  const Vec3d normal = cross(to_double(b) - to_double(a), to_double(c) - to_double(a));
   const double size = length(normal);
   return size > 0 && std::isfinite(size);
 }
 
 /// Uses the caller's tangent. Returns false if it has no direction.
 bool use_given_tangent(const Tangent& given, Vec3& direction, float& sign) {
-  const double size = length(Vec3d(given.direction));
+  const double size = length(to_double(given.direction));
   if (!(size > 0 && std::isfinite(size))) return false;
-  direction = to_float(Vec3d(given.direction) * (1 / size));
+  direction = to_float(to_double(given.direction) * (1 / size));
   sign = given.sign < 0 ? -1.0F : 1.0F;
   return true;
 }
@@ -119,8 +119,8 @@ std::vector<float> LowSurface::shell(bool inner) const {
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (usable[t] == 0) continue;
     const auto& [a, b, c] = triangles[t];
-    Vec3d normal =
-        cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+    Vec3d normal = cross(to_double(b.position) - to_double(a.position),
+                         to_double(c.position) - to_double(a.position));
     normal = normal * (1 / length(normal));
     const Vec3 unit = to_float(normal);
     values[6 * t] = unit.x;
@@ -129,7 +129,7 @@ std::vector<float> LowSurface::shell(bool inner) const {
     for (std::size_t k = 0; k < 3; ++k) {
       const Corner& corner = triangles[t][k];
       const double off = inner ? corner.inward : corner.outward;
-      values[6 * t + 3 + k] = static_cast<float>(off * dot(Vec3d(corner.direction), normal));
+      values[6 * t + 3 + k] = static_cast<float>(off * dot(to_double(corner.direction), normal));
     }
   }
   return values;

@@ -85,13 +85,14 @@ struct SidePart {
 };
 
 struct SideFace {
-  Vec3d normal, middle;  // `normal` is a unit vector if the area is positive
-  double area = 0;       // Doubled area
+  Vec3d normal{}, middle{};  // `normal` is a unit vector if the area is positive
+  double area = 0;           // Doubled area
 };
 
 SideFace face_of(const Mesh& mesh, std::size_t t) {
   const Triangle& v = mesh.triangles[t];
-  const Vec3d a(mesh.positions[v[0]]), b(mesh.positions[v[1]]), c(mesh.positions[v[2]]);
+  const Vec3d a = to_double(mesh.positions[v[0]]), b = to_double(mesh.positions[v[1]]),
+              c = to_double(mesh.positions[v[2]]);
   SideFace face;
   face.normal = cross(b - a, c - a);
   const double size = length(face.normal);
@@ -112,7 +113,7 @@ double agreement(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t 
     if (!is_usable_normal(own)) continue;
     const Vec3d n = Vec3d{own.x * signs[0], own.y * signs[1], own.z * signs[2]};
     double cosine = dot(n, face);
-    if (!smooth.empty()) cosine = std::max(cosine, dot(n, Vec3d(smooth[mesh.triangles[t][k]])));
+    if (!smooth.empty()) cosine = std::max(cosine, dot(n, to_double(smooth[mesh.triangles[t][k]])));
     sum += cosine / length(n);
     ++count;
   }

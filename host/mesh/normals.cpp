@@ -27,8 +27,8 @@ CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& tr
   for (std::uint32_t index : triangle) {
     if (!is_finite(positions[index])) return result;
   }
-  const Vec3d p[3] = {Vec3d(positions[triangle[0]]), Vec3d(positions[triangle[1]]),
-                      Vec3d(positions[triangle[2]])};
+  const Vec3d p[3] = {to_double(positions[triangle[0]]), to_double(positions[triangle[1]]),
+                      to_double(positions[triangle[2]])};
   const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
   const double double_area = length(normal);
   if (!(double_area > 0) || !std::isfinite(double_area)) return result;
@@ -116,7 +116,7 @@ void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Trian
 }  // namespace
 
 bool is_usable_normal(const Vec3& n) {
-  const double squared = dot(Vec3d(n), Vec3d(n));
+  const double squared = dot(to_double(n), to_double(n));
   return std::isfinite(squared) && squared > 1e-12;
 }
 
@@ -181,7 +181,7 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
   std::vector<Vec3> computed;  // Only computed if some normal is invalid
   for_each_alive(result.normals.size(), [&](std::size_t i) {
     Vec3& n = result.normals[i];
-    if (is_usable_normal(n)) n = to_float(Vec3d(n) * (1 / length(Vec3d(n))));
+    if (is_usable_normal(n)) n = to_float(to_double(n) * (1 / length(to_double(n))));
   });
   for_each_alive(result.triangles.size(), [&](std::size_t i) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -206,7 +206,7 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
   for_each_weights(positions, triangles, {}, [&](std::size_t i, const CornerWeights& weights) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = first[triangles[i][k]];
-      sums[vertex] += Vec3d(corners.normals[corners.triangles[i][k]]) * weights.angles[k];
+      sums[vertex] += to_double(corners.normals[corners.triangles[i][k]]) * weights.angles[k];
       face_sums[vertex] += weights.normal * weights.angles[k];
       totals[vertex] += weights.angles[k];
     }

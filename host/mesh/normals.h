@@ -14,7 +14,7 @@ namespace kiln {
 
 /// A triangle's unit normal and corner angles; all zero if it is degenerate or not finite.
 struct CornerWeights {
-  Vec3d normal;
+  Vec3d normal{};
   std::array<double, 3> angles{};
 };
 CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& triangle);

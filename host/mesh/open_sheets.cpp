@@ -13,13 +13,13 @@ namespace {
 
 struct Part {
   Vec3d lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
-  Vec3d normal;
+  Vec3d normal{};
   bool has_border = false, one_side = true;
 };
 
 Vec3d normal_of(const std::array<LowSurface::Corner, 3>& t) {
-  const Vec3d a(t[0].position);
-  return cross(Vec3d(t[1].position) - a, Vec3d(t[2].position) - a);
+  const Vec3d a = to_double(t[0].position);
+  return cross(to_double(t[1].position) - a, to_double(t[2].position) - a);
 }
 
 /// Connected parts over welded corners, each named by one of its corners.
@@ -66,7 +66,7 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
     Part& part = parts[name];
     if (!part.one_side) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3d p(surface.triangles[t][k].position);
+      const Vec3d p = to_double(surface.triangles[t][k].position);
       part.lo = {std::min(part.lo.x, p.x), std::min(part.lo.y, p.y), std::min(part.lo.z, p.z)};
       part.hi = {std::max(part.hi.x, p.x), std::max(part.hi.y, p.y), std::max(part.hi.z, p.z)};
       const std::uint32_t a = connection.corner(t, k), b = connection.corner(t, (k + 1) % 3);

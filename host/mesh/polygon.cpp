@@ -39,7 +39,7 @@ bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
   extent = std::sqrt(extent);
   triangles.assign({{0, 1, 2}, {0, 2, 3}});
   if (!(extent > 0) || !std::isfinite(extent)) return false;
-  std::array<Vec3d, 4> at;
+  std::array<Vec3d, 4> at{};
   for (std::size_t i = 0; i < 4; ++i) {
     at[i] = {(corners[i][0] - corners[0][0]) / extent, (corners[i][1] - corners[0][1]) / extent,
              (corners[i][2] - corners[0][2]) / extent};

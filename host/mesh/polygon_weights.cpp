@@ -55,13 +55,13 @@ std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
 /// \returns true if the polygon can be weighted as one
 bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
            CornerWeights* weights) {
-  Vec3d area;
+  Vec3d area{};
   for (const Triangle& t : triangles) {
     for (const std::uint32_t index : t) {
       if (!is_finite(positions[index])) return false;
     }
-    const Vec3d a(positions[t[0]]);
-    area += cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
+    const Vec3d a = to_double(positions[t[0]]);
+    area += cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a);
   }
   const double size = length(area);
   if (!(size > 0) || !std::isfinite(size)) return false;
@@ -82,9 +82,9 @@ bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
       const auto i = static_cast<std::size_t>(corner - corners.begin());
       if (given[i]) continue;
       given[i] = true;
-      const Vec3d at(positions[corner->vertex]);
-      const Vec3d back = Vec3d(positions[corner->before]) - at;
-      const Vec3d fore = Vec3d(positions[corner->after]) - at;
+      const Vec3d at = to_double(positions[corner->vertex]);
+      const Vec3d back = to_double(positions[corner->before]) - at;
+      const Vec3d fore = to_double(positions[corner->after]) - at;
       weights[t].angles[k] = std::atan2(length(cross(back, fore)), dot(back, fore));
     }
   }

@@ -46,9 +46,9 @@ std::vector<bool> without_normals(const Mesh& mesh) {
 
 /// True if the interpolated normal at a triangle's centre deviates far from its plane's.
 bool is_bent(const std::vector<Vec3>& normals, const Triangle& corners, const Vec3& plane) {
-  Vec3d sum;
-  for (const std::uint32_t n : corners) sum += Vec3d(normals[n]);
-  return dot(sum, Vec3d(plane)) < kMaxBentCosine * length(sum);
+  Vec3d sum{};
+  for (const std::uint32_t n : corners) sum += to_double(normals[n]);
+  return dot(sum, to_double(plane)) < kMaxBentCosine * length(sum);
 }
 
 /// False if the mesh's normals are close to its faces' nearly everywhere. Takes a twentieth of the time of finding
@@ -57,9 +57,9 @@ bool may_be_bent(const Mesh& mesh) {
   double bent = 0, all = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& at = mesh.triangles[t];
-    const Vec3d corner(mesh.positions[at[0]]);
+    const Vec3d corner = to_double(mesh.positions[at[0]]);
     const Vec3d normal =
-        cross(Vec3d(mesh.positions[at[1]]) - corner, Vec3d(mesh.positions[at[2]]) - corner);
+        cross(to_double(mesh.positions[at[1]]) - corner, to_double(mesh.positions[at[2]]) - corner);
     const double area = length(normal);
     if (!(area > 0) || !std::isfinite(area)) continue;
     all += area;

@@ -48,7 +48,8 @@ struct Surface {
 };
 
 bool same_normal(const Vec3& a, const Vec3& b) {
-  return !(dot(Vec3d(a), Vec3d(b)) < kSameSeamCosine * length(Vec3d(a)) * length(Vec3d(b)));
+  return !(dot(to_double(a), to_double(b)) <
+           kSameSeamCosine * length(to_double(a)) * length(to_double(b)));
 }
 
 bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, std::size_t k) {
@@ -132,7 +133,8 @@ SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
     const double degrees = turn_degrees(surface, edge);
     if (degrees < least_degrees) continue;
     ++result.edges;
-    const Vec3d a(mesh.positions[edge.one.a]), b(mesh.positions[edge.one.b]);
+    const Vec3d a = to_double(mesh.positions[edge.one.a]),
+                b = to_double(mesh.positions[edge.one.b]);
     result.length += length(b - a);
     const bool between = flat[edge.one.triangle] && flat[edge.other.triangle];
     const bool first = between ? ++result.between_flats == 1 : result.edges == 1;

@@ -45,7 +45,7 @@ std::string text_of(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
 /// A sphere that contains most of the vertices.
 struct Bulk {
-  Vec3d center;
+  Vec3d center{};
   double radius = 0;
 
   Bulk(const SteppedMesh& mesh, std::span<const std::uint32_t> vertices) {
@@ -217,7 +217,7 @@ Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
   constexpr double kMaxOutlierRatio = 0x1p40;
   const SteppedMesh own{mesh.triangles,
                         [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
-                        [&](std::uint32_t v) { return Vec3d(mesh.positions[v]); },
+                        [&](std::uint32_t v) { return to_double(mesh.positions[v]); },
                         {}};
   const std::vector<std::uint32_t> some = sample_vertices(own);
   if (some.empty()) return all;
@@ -242,12 +242,13 @@ Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
 }
 
 std::string coarse_steps(const Mesh& mesh, const Frame& frame) {
-  const auto own = [&](std::uint32_t v) { return Vec3d(mesh.positions[v]); };
+  const auto own = [&](std::uint32_t v) { return to_double(mesh.positions[v]); };
   const Vec3d origin(mesh.origin[0], mesh.origin[1], mesh.origin[2]);
   const FloatGrid grid(mesh.triangles, own);
   const auto step = [&](std::uint32_t v) {
     Step coarsest = grid.step(own(v));
-    const std::array<double, 3> p = axes(own(v)), in_frame = axes(Vec3d(frame.to_frame(mesh, v)));
+    const std::array<double, 3> p = axes(own(v)),
+                                in_frame = axes(to_double(frame.to_frame(mesh, v)));
     for (std::size_t k = 0; k < 3; ++k) {
       const double kept = in_frame[k] / frame.scale + (frame.center[k] - mesh.origin[k]);
       const double size = 2 * std::abs(kept - p[k]);

@@ -97,7 +97,7 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
   std::vector<double> squared(report.samples);
   std::atomic<std::uint64_t> searched = 0;
   parallel_for(report.samples, 1024, [&](std::size_t begin, std::size_t end) {
-    Vec3d before;
+    Vec3d before{};
     std::uint64_t searches = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint64_t sample = distance_sample(i, report.samples, available);
@@ -108,18 +108,18 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
       const Vec3 point = distance_point(dense_positions, t, sample % 4);
       if (const Vec3* same = kept.find({a, b, c}); same != nullptr) {
         squared[i] =
-            squared_to_triangle(Vec3d(point), same, std::numeric_limits<double>::infinity());
+            squared_to_triangle(to_double(point), same, std::numeric_limits<double>::infinity());
       } else {
         // Bounds the search by the previous sample's distance plus the distance from there.
         double within = std::numeric_limits<double>::infinity();
         if (i > begin) {
-          const double farthest = std::sqrt(squared[i - 1]) + length(Vec3d(point) - before);
+          const double farthest = std::sqrt(squared[i - 1]) + length(to_double(point) - before);
           within = kRoundingFactor * farthest * farthest + kRoundingOffset;
         }
         squared[i] = low.squared(point, within);
         ++searches;
       }
-      before = Vec3d(point);
+      before = to_double(point);
     }
     searched += searches;
   });
@@ -136,7 +136,7 @@ DistanceReport distance_back(const SurfaceDistance& dense, std::span<const Vec3>
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles[i];
       for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3d a(positions[t[k]]), b(positions[t[(k + 1) % 3]]);
+        const Vec3d a = to_double(positions[t[k]]), b = to_double(positions[t[(k + 1) % 3]]);
         squared[kPoints * i + 2 * k] = dense.squared(positions[t[k]]);
         squared[kPoints * i + 2 * k + 1] = dense.squared(to_float((a + b) * 0.5));
       }

@@ -81,8 +81,8 @@ void extend(Vec3& low, Vec3& high, const Vec3& p) {
 }  // namespace
 
 double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
-  const Vec3d a(c[0]);
-  const Vec3d ab = Vec3d(c[1]) - a, ac = Vec3d(c[2]) - a, ap = p - a;
+  const Vec3d a = to_double(c[0]);
+  const Vec3d ab = to_double(c[1]) - a, ac = to_double(c[2]) - a, ap = p - a;
   const Vec3d n = cross(ab, ac);
   const double n2 = dot(n, n);
   const double d00 = dot(ab, ab), d11 = dot(ac, ac);
@@ -96,7 +96,7 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   }
   const double e0 = squared_to_segment(ap, ab);
   const double e1 = squared_to_segment(ap, ac);
-  const double e2 = squared_to_segment(p - Vec3d(c[1]), Vec3d(c[2]) - Vec3d(c[1]));
+  const double e2 = squared_to_segment(p - to_double(c[1]), to_double(c[2]) - to_double(c[1]));
   return std::min(std::min(e0, e1), e2);
 }
 
@@ -112,7 +112,7 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
   };
   each([&](std::size_t i) {
     if (!pieces_.empty()) {
-      const Vec3 middle = to_float((Vec3d(pieces_[i].low) + Vec3d(pieces_[i].high)) * 0.5);
+      const Vec3 middle = to_float((to_double(pieces_[i].low) + to_double(pieces_[i].high)) * 0.5);
       items[i] = {middle, static_cast<std::uint32_t>(i)};
       return;
     }
@@ -163,8 +163,9 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
     const Triangle& t = triangles[i];
     Vec3 low = positions[t[0]], high = low;
     for (const std::uint32_t v : t) extend(low, high, positions[v]);
-    const Vec3d size = Vec3d(high) - Vec3d(low), a(positions[t[0]]);
-    const double area = 0.5 * length(cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a));
+    const Vec3d size = to_double(high) - to_double(low), a = to_double(positions[t[0]]);
+    const double area =
+        0.5 * length(cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a));
     const double box = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
     waste[i] = area > 0 ? box / area : 1;
     areas += area;
@@ -174,7 +175,8 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
   pieces_.reserve(2 * triangles.size());
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
-    std::array<Vec3d, 3> p{Vec3d(positions[t[0]]), Vec3d(positions[t[1]]), Vec3d(positions[t[2]])};
+    std::array<Vec3d, 3> p{to_double(positions[t[0]]), to_double(positions[t[1]]),
+                           to_double(positions[t[2]])};
     const auto side = [&](std::size_t k) {
       const Vec3d v = p[(k + 1) % 3] - p[k];
       return dot(v, v);
@@ -295,7 +297,7 @@ std::uint32_t SurfaceDistance::nearest(const Vec3& point, double within) const {
 double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double best,
                                double enough) const {
   if (boxes_.empty()) return best;
-  const Vec3d at(point);
+  const Vec3d at = to_double(point);
   struct Entry {
     std::uint32_t box;
     double distance;
@@ -346,7 +348,7 @@ void SurfaceDistance::test_leaf(const Vec3d& at, const Box& leaf, std::uint32_t&
 void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
                                   const std::function<void(const Vec3*)>& body) const {
   if (boxes_.empty()) return;
-  const Vec3d at(center);
+  const Vec3d at = to_double(center);
   std::array<std::uint32_t, 64> stack{};
   std::size_t top = 1;
   while (top != 0) {

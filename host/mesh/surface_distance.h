@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "kiln/types.h"
+#include "mesh/vector.h"
 
 namespace kiln {
-
-struct Vec3d;
 
 /// A box tree over triangles for nearest-point queries. Immutable after construction; queries may run on several
 /// threads. Degenerate triangles count as segments or points. For coordinates of about unit size.

@@ -53,15 +53,15 @@ bool uv_weights(const std::array<LowSurface::Corner, 3>& corners, const std::arr
 }
 
 Vec3d point_at(const std::array<LowSurface::Corner, 3>& corners, const Weights& weights) {
-  return Vec3d(corners[0].position) * weights[0] + Vec3d(corners[1].position) * weights[1] +
-         Vec3d(corners[2].position) * weights[2];
+  return to_double(corners[0].position) * weights[0] + to_double(corners[1].position) * weights[1] +
+         to_double(corners[2].position) * weights[2];
 }
 
 /// Barycentric coordinates of a point in a triangle's plane.
 Weights plane_weights(const std::array<LowSurface::Corner, 3>& corners, const Vec3d& point) {
-  const Vec3d a(corners[0].position);
-  const Vec3d b = Vec3d(corners[1].position) - a;
-  const Vec3d c = Vec3d(corners[2].position) - a;
+  const Vec3d a = to_double(corners[0].position);
+  const Vec3d b = to_double(corners[1].position) - a;
+  const Vec3d c = to_double(corners[2].position) - a;
   const Vec3d normal = cross(b, c);
   const double scale = 1 / dot(normal, normal);
   const Vec3d p = point - a;
@@ -74,11 +74,11 @@ Weights plane_weights(const std::array<LowSurface::Corner, 3>& corners, const Ve
 
 /// Unit vectors along an edge, and perpendicular to it in the triangle's plane, pointing outwards.
 struct EdgeFrame {
-  Vec3d along, outward;
+  Vec3d along{}, outward{};
   EdgeFrame(const std::array<LowSurface::Corner, 3>& corners, std::size_t edge) {
-    const Vec3d from(corners[(edge + 1) % 3].position);
-    const Vec3d to(corners[(edge + 2) % 3].position);
-    const Vec3d apex(corners[edge].position);
+    const Vec3d from = to_double(corners[(edge + 1) % 3].position);
+    const Vec3d to = to_double(corners[(edge + 2) % 3].position);
+    const Vec3d apex = to_double(corners[edge].position);
     const Vec3d side = to - from;
     along = side * (1 / length(side));
     const Vec3d inward = (apex - from) - along * dot(apex - from, along);

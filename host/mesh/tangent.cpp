@@ -15,7 +15,7 @@ constexpr std::uint32_t kNoGroup = kNone;
 
 /// A triangle's contribution to the tangent field, before grouping.
 struct Face {
-  Vec3d tangent;            ///< Unit dP/du, zero where the UVs do not define one
+  Vec3d tangent{};          ///< Unit dP/du, zero where the UVs do not define one
   bool preserving = false;  ///< The UVs have the same orientation as the surface
   /// UVs without orientation: adopts that of the first group that reaches it
   bool flexible = false;
@@ -93,8 +93,8 @@ std::vector<Face> first_order(const Corners& corners, std::span<const std::uint3
         face.degenerate = true;
         continue;
       }
-      const Vec3d edge1 = Vec3d(p[1]) - Vec3d(p[0]);
-      const Vec3d edge2 = Vec3d(p[2]) - Vec3d(p[0]);
+      const Vec3d edge1 = to_double(p[1]) - to_double(p[0]);
+      const Vec3d edge2 = to_double(p[2]) - to_double(p[0]);
       const double u1 = double{uv[1].x} - uv[0].x;
       const double v1 = double{uv[1].y} - uv[0].y;
       const double u2 = double{uv[2].x} - uv[0].x;
@@ -205,17 +205,18 @@ Vec3d projected(const Vec3d& v, const Vec3d& normal) {
 Vec3d contribution(const Corners& corners, const Face& face, std::size_t corner) {
   const std::size_t f = corner / 3;
   const std::size_t k = corner % 3;
-  const Vec3d normal(corners.normals[corner]);
-  const Vec3d here(corners.positions[corner]);
-  const Vec3d to_next = projected(Vec3d(corners.positions[3 * f + (k + 1) % 3]) - here, normal);
-  const Vec3d to_previous = projected(Vec3d(corners.positions[3 * f + (k + 2) % 3]) - here, normal);
+  const Vec3d normal = to_double(corners.normals[corner]);
+  const Vec3d here = to_double(corners.positions[corner]);
+  const Vec3d to_next = projected(to_double(corners.positions[3 * f + (k + 1) % 3]) - here, normal);
+  const Vec3d to_previous =
+      projected(to_double(corners.positions[3 * f + (k + 2) % 3]) - here, normal);
   const double angle = std::acos(std::clamp(dot(to_next, to_previous), -1.0, 1.0));
   return projected(face.tangent, normal) * angle;
 }
 
 /// Any unit vector perpendicular to a normal.
 Vec3d perpendicular(const Vec3& normal) {
-  const Vec3d n = is_finite(normal) ? Vec3d(normal) : Vec3d(0, 0, 1);
+  const Vec3d n = is_finite(normal) ? to_double(normal) : Vec3d(0, 0, 1);
   const Vec3d axis = std::abs(n.x) < 0.9 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
   const Vec3d result = projected(axis, unit_or_zero(n));
   return length(result) > 0 ? result : Vec3d(1, 0, 0);
@@ -235,7 +236,7 @@ std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
   std::vector<std::uint8_t> known(positions.size(), 0);
   parallel_for(groups.first.size() - 1, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t g = begin; g < end; ++g) {
-      Vec3d sum;
+      Vec3d sum{};
       for (std::size_t m = groups.first[g]; m < groups.first[g + 1]; ++m) {
         const std::uint32_t corner = groups.members[m];
         const Face& face = faces[corner / 3];
@@ -277,11 +278,11 @@ std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
     if (known[i] != 0) continue;
     std::uint32_t from = lender[vertex[i]];
     if (from == kNone) from = lender_at[place[i]];
-    Vec3d tangent;
+    Vec3d tangent{};
     if (from != kNone) {
       result[i].sign = result[from].sign;
-      tangent = Vec3d(result[from].tangent);
-      if (is_finite(normals[i])) tangent = projected(tangent, Vec3d(normals[i]));
+      tangent = to_double(result[from].tangent);
+      if (is_finite(normals[i])) tangent = projected(tangent, to_double(normals[i]));
     }
     result[i].tangent = to_float(length(tangent) > 0 ? tangent : perpendicular(normals[i]));
   }

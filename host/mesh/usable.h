@@ -16,9 +16,9 @@ inline bool has_area(std::span<const Vec3> positions, const Triangle& triangle) 
   for (const std::uint32_t corner : triangle) {
     if (!is_finite(positions[corner])) return false;
   }
-  const Vec3d first(positions[triangle[0]]);
-  const Vec3d a = Vec3d(positions[triangle[1]]) - first;
-  const Vec3d b = Vec3d(positions[triangle[2]]) - first;
+  const Vec3d first = to_double(positions[triangle[0]]);
+  const Vec3d a = to_double(positions[triangle[1]]) - first;
+  const Vec3d b = to_double(positions[triangle[2]]) - first;
   return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
 }
 

@@ -120,7 +120,7 @@ class WrongSides {
  public:
   WrongSides(const Mesh& mesh, const FacingParts& parts) : sums_(parts.parts.size()) {
     const auto corner = [&](std::uint32_t t, std::size_t k) {
-      return Vec3d(mesh.positions[mesh.triangles[t][k]]);
+      return to_double(mesh.positions[mesh.triangles[t][k]]);
     };
     for (std::uint32_t t = 0; t < parts.of.size(); ++t) {
       const FacingParts::Part& part = parts.parts[parts.of[t]];

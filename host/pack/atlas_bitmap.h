@@ -15,7 +15,7 @@ namespace kiln {
 /// An outline's transform into the atlas: rotation, then scale, then translation in texels.
 struct OutlinePlace {
   Vec2d turn{1, 0};  ///< Cosine and sine of the rotation.
-  Vec2d shift;
+  Vec2d shift{};
 };
 
 /// The order in which outlines are placed.

@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 struct TurnedBox {
-  Vec2d turn, low, high;
+  Vec2d turn{}, low{}, high{};
 };
 
 TurnedBox turned_box(const Outline& outline) {

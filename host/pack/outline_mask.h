@@ -27,7 +27,7 @@ struct ChartMask {
   std::vector<Run> runs;
   std::vector<std::int16_t> longest;  ///< Length of each row's longest run, cells.
   Vec2d turn{1, 0};                   ///< Cosine and sine of the rotation.
-  Vec2d shift;                        ///< Translation of the rotated, scaled outline, cells.
+  Vec2d shift{};                      ///< Translation of the rotated, scaled outline, cells.
 
   /// Sorts runs so that searches fail early, and sets `longest`.
   void arrange();

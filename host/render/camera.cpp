@@ -58,9 +58,9 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
   for (const Triangle& triangle : mesh.triangles) {
     if (!has_area(mesh.positions, triangle)) continue;
     for (std::uint32_t i : triangle) used[i] = true;
-    const Vec3d a(target.frame.to_frame(mesh, triangle[0]));
-    const Vec3d normal = cross(Vec3d(target.frame.to_frame(mesh, triangle[1])) - a,
-                               Vec3d(target.frame.to_frame(mesh, triangle[2])) - a);
+    const Vec3d a = to_double(target.frame.to_frame(mesh, triangle[0]));
+    const Vec3d normal = cross(to_double(target.frame.to_frame(mesh, triangle[1])) - a,
+                               to_double(target.frame.to_frame(mesh, triangle[2])) - a);
     target.facing += normal;
     area += length(normal);
   }
@@ -70,7 +70,7 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
   for (std::size_t i = 0; i < used.size(); ++i) {
     if (!used[i]) continue;
     const Vec3 point = target.frame.to_frame(mesh, i);
-    if (length(Vec3d(point)) <= kMaxFrameDistance) target.points.push_back(point);
+    if (length(to_double(point)) <= kMaxFrameDistance) target.points.push_back(point);
   }
   return target;
 }
@@ -89,8 +89,8 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
   double high_x = -kInfinity;
   double high_y = -kInfinity;
   for (const Vec3& point : target.points) {
-    const double x = dot(Vec3d(point), camera.right);
-    const double y = dot(Vec3d(point), camera.up);
+    const double x = dot(to_double(point), camera.right);
+    const double y = dot(to_double(point), camera.up);
     low_x = std::min(low_x, x);
     high_x = std::max(high_x, x);
     low_y = std::min(low_y, y);

@@ -18,7 +18,7 @@ struct CameraTarget {
   Frame frame;
   std::vector<Vec3> points;
   /// Mean normal of the triangles, weighted by area: length 0 for closed meshes, 1 for planes.
-  Vec3d facing;
+  Vec3d facing{};
 
   /// \throws Error(input) if the mesh has no extent
   static CameraTarget of(const Mesh& mesh);
@@ -26,12 +26,12 @@ struct CameraTarget {
 
 /// An orthographic camera in world space.
 struct Camera {
-  Vec3d right, up, toward;         ///< Unit vectors; `toward` points from the scene to the viewer
+  Vec3d right{}, up{}, toward{};   ///< Unit vectors; `toward` points from the scene to the viewer
   std::array<double, 3> center{};  ///< World point at the picture's centre
   double half_side = 1;            ///< Half of the picture's longer side, world units
   std::uint32_t width = 1, height = 1;  ///< Size of the picture in pixels
   /// Unit vector to the key light in camera axes: right, up, towards the viewer.
-  Vec3d key;
+  Vec3d key{};
 
   /// Fits the target into the picture with a margin of 4% of its longer side, then applies the options' zoom and
   /// position.

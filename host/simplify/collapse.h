@@ -84,7 +84,7 @@ class EdgeCollapser {
     explicit Step(const Quadric& planes) : sum(planes) {}
     bool allowed = false;
     Anchor anchor = Anchor::none;
-    Vec3d target;
+    Vec3d target{};
     Quadric sum;
     double cost = 0;
   };

@@ -12,11 +12,11 @@ namespace kiln {
 bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
   double least = std::numeric_limits<double>::infinity();
   std::uint32_t mover = kNoVertex;
-  Vec3d best;
+  Vec3d best{};
   for (const std::uint32_t v : mesh_.triangles[triangle]) {
     if (mesh_.is_hub(v) || border_[v] != 0) continue;
     mesh_.gather(v, near_a_);
-    Vec3d middle;
+    Vec3d middle{};
     for (const CollapseMesh::Neighbour& n : near_a_) middle += mesh_.points[n.vertex];
     middle = middle * (1.0 / static_cast<double>(near_a_.size()));
     for (const double share : {1.0, 0.5, 0.25, 1.5}) {

@@ -37,7 +37,7 @@ struct LabelLines {
            std::uint32_t a, std::span<const SideLists::Item> of_edge) {
     if (labels.empty()) return;
     const std::uint32_t b = SideLists::higher(of_edge[0]);
-    const double size = kiln::length(points[b] - points[a]);
+    const double size = glm::length(points[b] - points[a]);
     length_of_all += size;
     ++edges;
     for (std::size_t i = 1; i < of_edge.size(); ++i) {

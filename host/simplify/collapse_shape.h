@@ -39,12 +39,12 @@ class CollapseShape {
   /// A triangle around the merged vertex: its other two corners, in order.
   struct Star {
     std::uint32_t first, second;
-    bool turned;          ///< True if it turns by more than kSafeTurnCosine.
-    Vec3d before, after;  ///< Unit normals; before: zero if the triangle had no area.
+    bool turned;              ///< True if it turns by more than kSafeTurnCosine.
+    Vec3d before{}, after{};  ///< Unit normals; before: zero if the triangle had no area.
   };
   /// Sum of normals weighted by area, and of areas.
   struct Facing {
-    Vec3d sum;
+    Vec3d sum{};
     double area = 0;
     Facing& operator+=(const Facing& other);
     double cosine(const Vec3d& unit_normal) const;

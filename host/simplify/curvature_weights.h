@@ -42,7 +42,7 @@ class CurvatureWeights {
   /// it.
   static constexpr double kSampleCurvatureWeight = 1;
 
-  Vec3d at(std::uint32_t vertex) const { return Vec3d(positions_[vertex]); }
+  Vec3d at(std::uint32_t vertex) const { return to_double(positions_[vertex]); }
 
   std::span<const Vec3> positions_;
   std::vector<Vec3d> facing_;  ///< Unit normals at the vertices.

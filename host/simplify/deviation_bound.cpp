@@ -16,7 +16,7 @@ constexpr std::size_t kMaxMoveSamples = 128;
 constexpr double kUniformWeight = 0.01, kBoundTangentialWeight = 0.02;
 
 /// Rounds to single precision, in which final deviations are measured.
-Vec3d rounded(const Vec3d& p) { return Vec3d(to_float(p)); }
+Vec3d rounded(const Vec3d& p) { return to_double(to_float(p)); }
 
 double to_segment(const Vec3d& offset, const Vec3d& edge, double edge2, double& share) {
   const double along = dot(offset, edge);
@@ -100,7 +100,7 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
         const Triangle& t = mesh.triangles[of[i]];
         const Face face = face_of(of[i], rounded(mesh.points[t[0]]), rounded(mesh.points[t[1]]),
                                   rounded(mesh.points[t[2]]));
-        squared[i] = to_face(face, Vec3d(samples.points[i]),
+        squared[i] = to_face(face, to_double(samples.points[i]),
                              std::numeric_limits<double>::infinity(), nullptr);
       }
     });
@@ -117,7 +117,7 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
 
 void DeviationBound::narrow(std::span<const Place> places) {
   for (std::size_t i = 0; i < limits_.size(); ++i) {
-    const Vec3d p(samples_.points[i]);
+    const Vec3d p = to_double(samples_.points[i]);
     const bool inside = std::any_of(places.begin(), places.end(), [&](const Place& place) {
       const Vec3d way = p - place.center;
       return dot(way, way) < place.radius * place.radius;
@@ -173,7 +173,7 @@ void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint
 /// The nearest triangle of the star. Tests the one at `first` before the others, since it most often is the nearest.
 DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size_t first) const {
   Assigned result{sample, 0, std::numeric_limits<double>::infinity()};
-  const Vec3d p(samples_.points[sample]);
+  const Vec3d p = to_double(samples_.points[sample]);
   const std::size_t count = star_.size();
   for (std::size_t k = 0, i = first; k < count; ++k, i = i + 1 == count ? 0 : i + 1) {
     const double squared = to_face(star_[i], p, result.squared, nullptr);
@@ -252,7 +252,7 @@ void DeviationBound::collapse() {
 /// Minimizes the squared distances in the directions of the samples; Distances::large weighs them by fourth powers.
 Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, weight = 0;
-  Vec3d right;
+  Vec3d right{};
   std::size_t count = 0;
   for (const std::uint32_t t : replaced_) count += count_[t];
   const std::size_t stride = std::max<std::size_t>(1, count / kMaxMoveSamples);
@@ -263,7 +263,7 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
       if (skip++ % stride != 0) continue;
       const Assigned found = nearest(s, slot_[i] == kNoVertex ? 0 : slot_[i]);
       const Face& f = star_[found.face];
-      const Vec3d p(samples_.points[s]);
+      const Vec3d p = to_double(samples_.points[s]);
       std::array<double, 3> share{};
       to_face(f, p, 0, &share);
       if (!(share[0] > 0)) continue;

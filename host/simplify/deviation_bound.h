@@ -67,7 +67,7 @@ class DeviationBound {
   static constexpr double kMaxRecoverableRatio = 2;
   /// A triangle that a collapse would leave.
   struct Face {
-    Vec3d a, ab, ac, normal;  ///< `a` is the moved vertex.
+    Vec3d a{}, ab{}, ac{}, normal{};  ///< `a` is the moved vertex.
     double size, ab2, ac2, ab_ac;
     std::uint32_t triangle;
   };

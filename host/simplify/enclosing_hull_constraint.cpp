@@ -16,7 +16,7 @@ constexpr double kParallel = 1e-9;
 
 /// Quadratic form x.M.x / 2 - r.x of a symmetric matrix; x is relative to the middle of an edge.
 struct Form {
-  Vec3d row0, row1, row2, right;
+  Vec3d row0{}, row1{}, row2{}, right{};
 
   Vec3d times(const Vec3d& v) const { return {dot(row0, v), dot(row1, v), dot(row2, v)}; }
 };

@@ -13,7 +13,7 @@ namespace kiln {
 
 /// A half-space: normal . p >= offset.
 struct HalfSpace {
-  Vec3d normal;  ///< Unit length
+  Vec3d normal{};  ///< Unit length
   double offset = 0;
 };
 

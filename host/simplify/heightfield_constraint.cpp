@@ -56,7 +56,7 @@ bool HeightfieldConstraint::faces_up(const CollapseMesh& mesh, std::uint32_t mov
                                      std::uint32_t other, const Vec3d& target) const {
   for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
-    std::array<Vec3d, 3> p;
+    std::array<Vec3d, 3> p{};
     for (std::size_t k = 0; k < 3; ++k) p[k] = mesh.points[mesh.triangles[t][k]];
     const double before = upward(p[0], p[1], p[2]);
     for (std::size_t k = 0; k < 3; ++k) {

@@ -19,7 +19,7 @@ constexpr std::size_t kMaxComparisons = 10'000'000;
 
 struct Part {
   double volume = 0;
-  Vec3d low, high, corner;
+  Vec3d low{}, high{}, corner{};
   bool used = false, open = false;
 
   bool holds(const Part& other) const {

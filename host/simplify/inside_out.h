@@ -16,7 +16,7 @@ struct InsideOut {
   std::uint64_t closed = 0;  ///< Components without an open edge.
   std::uint64_t count =
       0;  ///< Components of negative volume that lie in no box of a component of positive volume.
-  Vec3d place;  ///< A point of the first inside-out component.
+  Vec3d place{};  ///< A point of the first inside-out component.
 };
 
 /// Inner walls of shells are no errors: they lie within the box of another component.

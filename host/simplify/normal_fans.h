@@ -19,8 +19,8 @@ using Normals = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 /// A triangle's normal, twice its area long.
 inline Vec3d face_of(const std::vector<Vec3>& positions, const Triangle& t) {
-  const Vec3d a(positions[t[0]]);
-  return cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
+  const Vec3d a = to_double(positions[t[0]]);
+  return cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a);
 }
 
 /// Normalizes rows; zero rows become (0, 0, 1).

@@ -63,7 +63,7 @@ double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 
 struct NormalFit::Place {
   std::uint32_t triangle = 0;
   std::array<double, 3> share{};
-  Vec3d normal;  ///< Zero: the sample does not count
+  Vec3d normal{};  ///< Zero: the sample does not count
   bool counts() const { return dot(normal, normal) > 0; }
 };
 
@@ -102,7 +102,7 @@ void NormalFit::find_hard_edges() {
   const auto normal = [&](std::uint32_t triangle, std::uint32_t vertex) {
     const Triangle& t = welded[triangle];
     const std::size_t k = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
-    return Vec3d(high_.normals[high_.normal_triangles[triangle][k]]);
+    return to_double(high_.normals[high_.normal_triangles[triangle][k]]);
   };
   const double most = cosine_of(kMinHardEdgeDegrees);
   const auto parts = [&](const Vec3d& a, const Vec3d& b) {
@@ -115,7 +115,7 @@ void NormalFit::find_hard_edges() {
         const std::uint32_t one = sides[0].index / 3, other = sides[1].index / 3;
         if (!parts(normal(one, a), normal(other, a)) || !parts(normal(one, b), normal(other, b)))
           return;
-        const Vec3d from(positions_[a]), to(positions_[b]);
+        const Vec3d from = to_double(positions_[a]), to = to_double(positions_[b]);
         if (!is_finite(positions_[a]) || !is_finite(positions_[b])) return;
         hard_edges_.push_back({to_float((from + to) * 0.5), length(to - from)});
       });
@@ -140,12 +140,12 @@ std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions
   std::vector<std::uint32_t> side_of(hard_edges_.size(), kNoSide);
   parallel_for(hard_edges_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3d at(hard_edges_[i].middle);
+      const Vec3d at = to_double(hard_edges_[i].middle);
       const std::uint32_t t = source[surface.nearest(hard_edges_[i].middle)];
       double least = kMaxHardEdgeDistance;
       for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3d from(positions[triangles[t][k]]);
-        const Vec3d along = Vec3d(positions[triangles[t][(k + 1) % 3]]) - from;
+        const Vec3d from = to_double(positions[triangles[t][k]]);
+        const Vec3d along = to_double(positions[triangles[t][(k + 1) % 3]]) - from;
         const double size = length(along);
         if (!(size > 0)) continue;
         const double share = std::clamp(dot(at - from, along) / (size * size), 0.0, 1.0);
@@ -170,7 +170,8 @@ std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
         double sum = 0;
         for (const SideLists::Item& side : sides) sum += along[side.index];
-        const Vec3d edge = Vec3d(positions[SideLists::higher(sides[0])]) - Vec3d(positions[a]);
+        const Vec3d edge =
+            to_double(positions[SideLists::higher(sides[0])]) - to_double(positions[a]);
         if (!(sum > 0) || sum < kMinHardEdgeCoverage * length(edge)) return;
         for (const SideLists::Item& side : sides) result[side.index] = true;
       });
@@ -191,7 +192,7 @@ bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& sha
   const std::vector<Vec3>& pool = own ? high_.normals : smooth_.normals;
   normal = {};
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3d at(pool[corners[k]]);
+    const Vec3d at = to_double(pool[corners[k]]);
     const double size = length(at);
     if (!(size > 0) || !std::isfinite(size)) continue;
     normal += at * (share[k] / size);
@@ -222,7 +223,7 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
   const auto surely_within = [&](const Vec3& point, std::uint32_t triangle) {
     const Triangle& c = triangles[triangle];
     const std::array<Vec3, 3> corners{low_points[c[0]], low_points[c[1]], low_points[c[2]]};
-    const double known = squared_to_triangle(Vec3d(point), corners.data(), kInfinity);
+    const double known = squared_to_triangle(to_double(point), corners.data(), kInfinity);
     return known * (1 + kNormalRounding) + kNormalRounding * kNormalRounding;
   };
   parallel_for(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -237,10 +238,11 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
       const Vec3d unit = face * (1 / length(face));
       const TriangleSpread spread(static_cast<double>(i));
       const std::array<double, 3> share{1 - spread.u - spread.v, spread.u, spread.v};
-      Vec3d normal;
+      Vec3d normal{};
       if (!normal_at(t, share, unit, normal)) continue;
-      const Vec3d point = Vec3d(positions_[c[0]]) * share[0] + Vec3d(positions_[c[1]]) * share[1] +
-                          Vec3d(positions_[c[2]]) * share[2];
+      const Vec3d point = to_double(positions_[c[0]]) * share[0] +
+                          to_double(positions_[c[1]]) * share[1] +
+                          to_double(positions_[c[2]]) * share[2];
       Place& place = result[i];
       const Vec3 rounded = to_float(point);
       // Starts from the previous match: samples follow the order of the high poly's triangles, so it is usually near.
@@ -254,8 +256,9 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
       }
       const Triangle& l = low.triangles[place.triangle];
       if (!(dot(below, unit) > kMinNormalCosine * length(below))) continue;
-      place.share = barycentric_projection(point, Vec3d(low_points[l[0]]), Vec3d(low_points[l[1]]),
-                                           Vec3d(low_points[l[2]]));
+      place.share =
+          barycentric_projection(point, to_double(low_points[l[0]]), to_double(low_points[l[1]]),
+                                 to_double(low_points[l[2]]));
       place.normal = normal;
     }
   });

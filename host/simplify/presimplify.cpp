@@ -284,7 +284,7 @@ std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<T
   }
   std::vector<Fold> folds;
   for (const std::uint32_t t : candidates) {
-    Vec3d surface;
+    Vec3d surface{};
     for (const std::uint32_t v : triangles[t]) {
       const Vec3d& at = facing[number[origin[v]]];
       if (const double size = length(at); size > 0) surface += at * (1 / size);

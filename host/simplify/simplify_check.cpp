@@ -119,7 +119,7 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
   // A margin, so that the tree still serves after repairs have moved some candidates.
   std::vector<std::uint8_t> needed(std::size_t{kGridCells} * kGridCells * kGridCells, 0),
       marked = needed;
-  Vec3d low, high;
+  Vec3d low{}, high{};
   for (const std::uint32_t t : candidates) {
     bounds(corners_of(points, triangles[t]), low, high);
     const double reach = kSearchRadius + length(high - low);
@@ -138,10 +138,12 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
   if (known) return;
   std::vector<std::uint8_t> is_near(triangles_.size(), 0);
   parallel_for(triangles_.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
-    Vec3d from, to;
+    Vec3d from{}, to{};
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles_[i];
-      bounds({Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]), Vec3d(positions_[t[2]])}, from, to);
+      bounds(
+          {to_double(positions_[t[0]]), to_double(positions_[t[1]]), to_double(positions_[t[2]])},
+          from, to);
       each_run(from, to, [&](std::size_t first, std::size_t count) {
         is_near[i] = std::memchr(marked.data() + first, 1, count) != nullptr;
         return is_near[i] == 0;
@@ -164,14 +166,15 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
   const double between = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
   std::size_t away = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    Vec3d at;
+    Vec3d at{};
     for (std::size_t k = 0; k < 3; ++k) at += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
     const Vec3 point = to_float(at);
     const Vec3* corners = nullptr;
     const double nearest = surface_->squared(point, kSearchRadius * kSearchRadius, corners);
     if (corners == nullptr) return false;
     const auto agreement = [&](const Vec3* c) {
-      return dot(normal, unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])})));
+      return dot(normal,
+                 unit_or_zero(normal_of({to_double(c[0]), to_double(c[1]), to_double(c[2])})));
     };
     double best = agreement(corners);
     const double radius = 1.1 * std::sqrt(nearest) + 1e-4;
@@ -199,7 +202,7 @@ bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
   double most = -1, least = 1;
   surface_->each_within(to_float(center), radius * radius, [&](const Vec3* c) {
     const double cosine =
-        dot(normal, unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])})));
+        dot(normal, unit_or_zero(normal_of({to_double(c[0]), to_double(c[1]), to_double(c[2])})));
     most = std::max(most, cosine);
     least = std::min(least, cosine);
   });

@@ -203,7 +203,7 @@ Scale::Scale(const Mesh& mesh, const std::vector<Triangle>& triangles) {
   });
   Box all;
   for (const Box& box : boxes) all.add(box.low, box.high);
-  const Vec3d low(all.low), high(all.high);
+  const Vec3d low = to_double(all.low), high = to_double(all.high);
   center_ = (low + high) * 0.5;
   diagonal_ = length(high - low);
 }
@@ -215,7 +215,7 @@ double Scale::slack() const {
 }
 
 Vec3d Scale::to_work(const Vec3& p) const {
-  const Vec3d offset = Vec3d(p) - center_;
+  const Vec3d offset = to_double(p) - center_;
   return {offset.x / diagonal_, offset.y / diagonal_, offset.z / diagonal_};
 }
 
@@ -332,7 +332,7 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
   };
   const Vec3d middle = at(triangles.at(0)[0]);
   struct Sums {
-    Vec3d face;
+    Vec3d face{};
     double area = 0, volume = 0;
   };
   std::vector<Sums> parts(triangles.size() / kTrianglesPerTask + 1);

@@ -21,12 +21,12 @@ struct SourceTriangle {
 /// A triangle that faces away from the surface that it approximates.
 struct Fold {
   std::uint32_t triangle;
-  Vec3d surface;  ///< The high poly's normal there, of any length.
+  Vec3d surface{};  ///< The high poly's normal there, of any length.
 };
 
 /// A ball: centre and radius.
 struct Place {
-  Vec3d center;
+  Vec3d center{};
   double radius;
 };
 
@@ -67,7 +67,7 @@ class Scale {
   double slack() const;
 
  private:
-  Vec3d center_;
+  Vec3d center_{};
   double diagonal_ = 1;
 };
 

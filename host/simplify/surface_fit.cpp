@@ -126,7 +126,7 @@ std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
 /// Normal equations of a vertex's step: a weighted sum of squared distances.
 struct StepEquations {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-  Vec3d right;
+  Vec3d right{};
   /// Sum of weights, and weighted sum of squared distances at the current position.
   double weight = 0, missed = 0;
 
@@ -246,7 +246,8 @@ void SurfaceFit::set_weights() {
   parallel_for(share_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles_[i];
-      const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
+      const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
+                  c = to_double(positions_[t[2]]);
       share_[i] = length(normal_of(a, b, c)) * (bent ? bent->of(t) : 1);
     }
   });
@@ -278,7 +279,8 @@ void SurfaceFit::take_samples(std::size_t wanted) {
     const std::span<const Shares> places = all || picked > 1 ? std::span<const Shares>(kThreePoints)
                                                              : std::span<const Shares>(kCentroid);
     const Triangle& t = triangles_[i];
-    const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
+    const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
+                c = to_double(positions_[t[2]]);
     const Vec3d normal = normal_of(a, b, c);
     const double size = length(normal);
     for (const Shares& corners : places) {
@@ -331,8 +333,8 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector
     if (loose[triangle] != 0) return false;
     const Triangle& t = low[triangle];
     const std::array<Vec3, 3> corners{floats[t[0]], floats[t[1]], floats[t[2]]};
-    const double distance =
-        squared_to_triangle(Vec3d(point), corners.data(), std::numeric_limits<double>::infinity());
+    const double distance = squared_to_triangle(to_double(point), corners.data(),
+                                                std::numeric_limits<double>::infinity());
     return !moved_tree.is_within(point, distance);
   };
   found.resize(samples_.size());

@@ -50,7 +50,7 @@ class SurfaceFit {
  private:
   /// A point of the high poly, and its match on the low poly.
   struct Sample {
-    Vec3d point, normal;
+    Vec3d point{}, normal{};
     double weight = 0;  ///< Area, larger where the surface is curved; 0: no match.
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Barycentric weights of the triangle's corners.

@@ -92,8 +92,8 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
         place.color = linear_of(high.colors[i * step]);
         place.corners = low.triangles[triangle];
         const auto& [a, b, c] = place.corners;
-        place.share = barycentric_projection(Vec3d(point), Vec3d(low_points[a]),
-                                             Vec3d(low_points[b]), Vec3d(low_points[c]));
+        place.share = barycentric_projection(to_double(point), to_double(low_points[a]),
+                                             to_double(low_points[b]), to_double(low_points[c]));
       };
       const std::uint32_t nearest = surface.nearest(point);
       const std::uint32_t twin = sides.empty() ? TwoSided::kNone : sides.twins[nearest];

@@ -51,8 +51,8 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
   std::vector<std::array<std::uint32_t, 4>> nearest(low.triangles.size());
   parallel_for(nearest.size(), kNamesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      std::array<Vec3d, 3> corner;
-      for (std::size_t k = 0; k < 3; ++k) corner[k] = Vec3d(low_points[low.triangles[t][k]]);
+      std::array<Vec3d, 3> corner{};
+      for (std::size_t k = 0; k < 3; ++k) corner[k] = to_double(low_points[low.triangles[t][k]]);
       const Vec3d middle = (corner[0] + corner[1] + corner[2]) * (1.0 / 3);
       nearest[t][0] = number[surface.nearest(to_float(middle))];
       for (std::size_t k = 0; k < 3; ++k) {

@@ -112,7 +112,7 @@ void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::u
 
 void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
   double surface = 0, layout = 0;
-  std::array<Vec3d, 3> p, gradients;
+  std::array<Vec3d, 3> p{}, gradients{};
   std::array<Vec2, 3> uv;
   const auto load = [&](std::size_t t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -133,7 +133,7 @@ void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
     Attributes one;
     one.weight = area / 3;
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      Vec3d gradient;
+      Vec3d gradient{};
       for (std::size_t k = 0; k < 3; ++k) {
         gradient += gradients[k] * (scale_ * axis_of(uv[k], axis));
       }

@@ -58,9 +58,9 @@ class UvSeamConstraint : public CollapseConstraint {
  private:
   /// Sums, weighted by area, of squared errors of affine maps from position to UV.
   struct Attributes {
-    std::array<Quadric, 2> linear;   ///< For u and v each: sum of w (g . p + d)^2
-    std::array<Vec3d, 2> gradient;   ///< sum of w g, with w, g, d as in `linear`
-    std::array<double, 2> offset{};  ///< sum of w d
+    std::array<Quadric, 2> linear;    ///< For u and v each: sum of w (g . p + d)^2
+    std::array<Vec3d, 2> gradient{};  ///< sum of w g, with w, g, d as in `linear`
+    std::array<double, 2> offset{};   ///< sum of w d
     double weight = 0;
     Attributes& operator+=(const Attributes& other);
     double best(std::size_t axis, const Vec3d& p) const;

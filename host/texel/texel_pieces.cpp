@@ -103,11 +103,11 @@ struct Builder {
 
     kiln_texel_corners data{};
     for (std::size_t k = 0; k < 3; ++k) {
-      Vec3d position;
-      Vec3d direction;
+      Vec3d position{};
+      Vec3d direction{};
       for (std::size_t m = 0; m < 3; ++m) {
-        position += Vec3d(triangle[m].position) * weights[k].weight[m];
-        direction += Vec3d(triangle[m].direction) * weights[k].weight[m];
+        position += to_double(triangle[m].position) * weights[k].weight[m];
+        direction += to_double(triangle[m].direction) * weights[k].weight[m];
       }
       const Vec3 p = to_float(position);
       const Vec3 d = to_float(direction);

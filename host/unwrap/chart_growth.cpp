@@ -185,7 +185,7 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
       of_a[joined.triangles[i][k]] = 1;
     }
   }
-  Vec2d mean_a, mean_b;
+  Vec2d mean_a{}, mean_b{};
   double count = 0;
   const auto each_joint = [&](const auto& body) {
     for (std::size_t i = 0; i < b.triangles.size(); ++i) {

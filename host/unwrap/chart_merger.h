@@ -25,7 +25,7 @@ struct ChartPatch {
   /// A half-edge of its border, and the border's number of half-edges.
   std::uint32_t open = 0, border = 3;
   double area = 0;
-  Vec3d normal;  ///< Sum of normals, weighted by area.
+  Vec3d normal{};  ///< Sum of normals, weighted by area.
   std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
   std::vector<std::uint32_t> glued;  ///< Half-edges at which the two parts were joined.
   bool alive = true;

@@ -124,7 +124,7 @@ class ProxyCollapse {
   struct Candidate {
     double cost = 0;
     std::uint32_t from = 0, half_edge = kNoIndex;
-    Vec3d place;  ///< Position of the other end after the collapse
+    Vec3d place{};  ///< Position of the other end after the collapse
     bool operator<(const Candidate& other) const {  // Orders the cheapest on top.
       return std::tie(cost, from) > std::tie(other.cost, other.from);
     }

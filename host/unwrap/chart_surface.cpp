@@ -136,16 +136,16 @@ ChartSurface chart_surface(const Mesh& mesh) {
     surface.source.push_back(t);
   }
   if (kept.empty()) return surface;
-  Vec3d low(mesh.positions[kept[0]]), high = low;
+  Vec3d low = to_double(mesh.positions[kept[0]]), high = low;
   for (const std::uint32_t v : kept) {
-    const Vec3d p(mesh.positions[v]);
+    const Vec3d p = to_double(mesh.positions[v]);
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   const double scale = std::ldexp(1.0, -std::ilogb(extent));
   for (const std::uint32_t v : kept) {
-    surface.positions.push_back((Vec3d(mesh.positions[v]) - low) * scale);
+    surface.positions.push_back((to_double(mesh.positions[v]) - low) * scale);
   }
   measure(surface);
   find_bends(surface, find_mates(surface));

@@ -114,7 +114,7 @@ class ProxyLayout {
       const std::uint32_t t = chart.source[i], piece = proxy_.piece[t];
       local[t] = i;
       if (at_[piece].first != of) continue;
-      std::array<Vec2d, 3> places;
+      std::array<Vec2d, 3> places{};
       for (std::size_t k = 0; k < 3; ++k) {
         places[k] = place(surface_.positions[surface_.triangles[t][k]], piece);
         const std::uint32_t v = chart.triangles[i][k];
@@ -137,7 +137,7 @@ class ProxyLayout {
         const std::uint32_t h = 3 * chart.source[i] + k, m = surface_.mate[h];
         if (glued[h] == 0 || known[local[m / 3]] != 0) continue;
         const std::uint32_t j = local[m / 3];
-        const Vec2d own = side(chart.rest[i], k), other = side(chart.rest[j], m % 3) * -1;
+        const Vec2d own = side(chart.rest[i], k), other = -side(chart.rest[j], m % 3);
         const Vec2d turn{dot(other, own), cross(other, own)}, r = result[i];
         const Vec2d both{r.x * turn.x - r.y * turn.y, r.x * turn.y + r.y * turn.x};
         const double size = std::hypot(both.x, both.y);
@@ -168,7 +168,7 @@ class ProxyLayout {
     const ChartSurface& made = proxy_.surface;
     const Triangle& corners = made.triangles[piece];
     const double doubled = 2 * made.area[piece];
-    Vec2d result;
+    Vec2d result{};
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3d& from = made.positions[corners[(k + 1) % 3]];
       const Vec3d across = cross(made.normal[piece], made.positions[corners[(k + 2) % 3]] - from);
@@ -180,7 +180,7 @@ class ProxyLayout {
 
   /// The rotation nearest to a triangle's map, as cosine and sine.
   static Vec2d rotation(const RestShape& rest, const std::array<Vec2d, 3>& places) {
-    Vec2d u, v;
+    Vec2d u{}, v{};
     for (std::size_t k = 0; k < 3; ++k) {
       u = u + rest.gradient[k] * places[k].x;
       v = v + rest.gradient[k] * places[k].y;

@@ -37,7 +37,7 @@ std::array<Vec2d, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
   const Vec3d along = (at(1) - at(0)) * (1 / side);
   const double foot = dot(at(2) - at(0), along);
   const double height = std::max(2 * surface.area[t] / side, kMinHeightRatio * side);
-  std::array<Vec2d, 3> points;
+  std::array<Vec2d, 3> points{};
   points[base] = {0, 0};
   points[(base + 1) % 3] = {side, 0};
   points[(base + 2) % 3] = {foot, height};
@@ -161,7 +161,7 @@ bool is_disc(const FlatChart& chart) {
 }
 
 void project(FlatChart& chart, const ChartSurface& surface) {
-  Vec3d n;
+  Vec3d n{};
   for (const std::uint32_t t : chart.source) n += surface.normal[t] * surface.area[t];
   const double size = length(n);
   n = size > 0 ? n * (1 / size) : Vec3d{0, 0, 1};
@@ -194,7 +194,7 @@ FlatDistortion distortion(const FlatChart& chart) {
   FlatDistortion result;
   double area = 0, sum = 0;
   for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    Vec2d du, dv;  // Rows of the Jacobian.
+    Vec2d du{}, dv{};  // Rows of the Jacobian.
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2d& p = chart.points[chart.triangles[i][k]];
       du = du + chart.rest[i].gradient[k] * p.x;

@@ -18,7 +18,7 @@ namespace kiln {
 /// A triangle in its own plane, against which maps of it are measured. Needles are widened a little, so that no weight
 /// is unbounded.
 struct RestShape {
-  std::array<Vec2d, 3> gradient;  ///< Gradient of each corner's hat function.
+  std::array<Vec2d, 3> gradient{};  ///< Gradient of each corner's hat function.
   double area = 0;
 };
 

@@ -22,7 +22,7 @@ struct Symmetric {
 
 /// A map's first derivatives on a triangle: the rows of the Jacobian.
 struct Jacobian {
-  Vec2d u, v;
+  Vec2d u{}, v{};
 };
 
 Jacobian jacobian(const FlatChart& chart, std::size_t i, const std::vector<Vec2d>& points) {

@@ -25,7 +25,7 @@ constexpr std::size_t kMaxFlipGrowth = 4;
 
 /// Cosine and sine of the rotation nearest to a triangle's map.
 Vec2d rotation(const FlatChart& chart, std::size_t i) {
-  Vec2d u, v;
+  Vec2d u{}, v{};
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec2d& p = chart.points[chart.triangles[i][k]];
     u = u + chart.rest[i].gradient[k] * p.x;

@@ -108,7 +108,7 @@ class Trimmer {
     std::array<std::uint32_t, 2> outer{};   ///< Opposite half-edges, which become border.
     std::uint32_t count = 0;
     /// Positions in the new chart; apex: the shared corner of two triangles.
-    Vec2d tip, first, last, apex;
+    Vec2d tip{}, first{}, last{}, apex{};
   };
 
   /// Tries to move the triangles at the seam's two half-edges from h on. \returns whether they changed charts
@@ -191,7 +191,7 @@ class Trimmer {
       const std::array<Vec2d, 3> p = places(fan, i);
       if (!orient2d_certain(p[0], p[1], p[2])) return false;
       const RestShape& rest = rest_[fan.inside[i] / 3];
-      Vec2d du, dv;
+      Vec2d du{}, dv{};
       for (std::uint32_t k = 0; k < 3; ++k) {
         const Vec2d& gradient = rest.gradient[(fan.inside[i] + k) % 3];
         du = du + gradient * p[k].x;

@@ -67,10 +67,10 @@ bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& norm
   const std::uint32_t t = surface_.nearest(to_float(point));
   const Triangle& c = triangles_[t];
   const std::array<double, 3> share = barycentric_projection(
-      point, Vec3d(positions_[c[0]]), Vec3d(positions_[c[1]]), Vec3d(positions_[c[2]]));
+      point, to_double(positions_[c[0]]), to_double(positions_[c[1]]), to_double(positions_[c[2]]));
   normal = {};
   for (std::size_t k = 0; k < 3; ++k) {
-    normal += Vec3d(normals_.normals[normals_.triangles[source_[t]][k]]) * share[k];
+    normal += to_double(normals_.normals[normals_.triangles[source_[t]][k]]) * share[k];
   }
   const double size = length(normal);
   if (!(size > 0)) return false;
@@ -119,7 +119,7 @@ class TexelDetail::Walk {
   std::vector<Vec3d> corner_tangents() const {
     struct Corner {
       std::uint32_t position = 0;
-      Vec2d at;
+      Vec2d at{};
       std::size_t corner = 0;
       auto key() const { return std::tie(position, at.x, at.y); }
     };
@@ -129,9 +129,9 @@ class TexelDetail::Walk {
       const auto& [a, b, c] = flat_.corners[t];
       const double whole = cross(b - a, c - a);
       if (!(whole > 0)) continue;
-      const Vec3d p(positions_[low_.triangles[t][0]]);
-      const Vec3d tangent = (Vec3d(positions_[low_.triangles[t][1]]) - p) * (c - a).y -
-                            (Vec3d(positions_[low_.triangles[t][2]]) - p) * (b - a).y;
+      const Vec3d p = to_double(positions_[low_.triangles[t][0]]);
+      const Vec3d tangent = (to_double(positions_[low_.triangles[t][1]]) - p) * (c - a).y -
+                            (to_double(positions_[low_.triangles[t][2]]) - p) * (b - a).y;
       const double size = length(tangent);
       for (std::size_t k = 0; k < 3; ++k) {
         if (size > 0) own[3 * t + k] = tangent * (1 / size);
@@ -142,7 +142,7 @@ class TexelDetail::Walk {
                      [](const Corner& a, const Corner& b) { return a.key() < b.key(); });
     for (std::size_t i = 0; i < corners.size();) {
       std::size_t end = i;
-      Vec3d sum;
+      Vec3d sum{};
       for (; end < corners.size() && corners[end].key() == corners[i].key(); ++end) {
         sum += own[corners[end].corner];
       }
@@ -152,14 +152,14 @@ class TexelDetail::Walk {
   }
 
   bool looked_up(std::uint32_t t, const std::array<double, 3>& share, Vec3d& normal) const {
-    std::array<Vec3d, 3> p;
-    Vec3d up, along;
+    std::array<Vec3d, 3> p{};
+    Vec3d up{}, along{};
     for (std::size_t k = 0; k < 3; ++k) {
-      p[k] = Vec3d(positions_[low_.triangles[t][k]]);
-      up += Vec3d(normals_.normals[normals_.triangles[t][k]]) * share[k];
+      p[k] = to_double(positions_[low_.triangles[t][k]]);
+      up += to_double(normals_.normals[normals_.triangles[t][k]]) * share[k];
       along += tangents_[3 * std::size_t{t} + k] * share[k];
     }
-    Vec3d found;
+    Vec3d found{};
     if (!detail_.normal_at(p[0] * share[0] + p[1] * share[1] + p[2] * share[2],
                            cross(p[1] - p[0], p[2] - p[0]), found)) {
       return false;
@@ -197,12 +197,12 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
     for (std::size_t i = 0; i < places; ++i) {
       const Spread at(t, i);
       const Vec2d p = a + (b - a) * at.u + (c - a) * at.v;
-      Vec3d middle, corner;
+      Vec3d middle{}, corner{};
       if (!walk.normal_at(t, p, middle)) continue;
       ++seen;
       for (std::size_t s = 0; s < kTexelSides.size(); ++s) {
         const double reach = std::sqrt(0.5) * side * kTexelSides[s];
-        Vec3d mean;
+        Vec3d mean{};
         for (int k = 0; k < 4; ++k) {
           const double angle = at.turn + 0.5 * std::numbers::pi * k;
           const Vec2d q = p + Vec2d{std::cos(angle), std::sin(angle)} * reach;

@@ -239,7 +239,7 @@ class RoundedChart {
   /// Moves the corner opposite the longest side away from it.
   void widen(const Triangle& t) {
     std::size_t longest = 0;
-    Vec2d along;
+    Vec2d along{};
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2d side = chart_.points[t[(k + 1) % 3]] - chart_.points[t[k]];
       if (dot(side, side) <= dot(along, along)) continue;
@@ -276,8 +276,8 @@ class RoundedChart {
     const Vec2d from = border(near.side), along = border(near.side + 1) - from;
     const double inside = cross(along, border(near.corner + count() - 1) - from) +
                           cross(along, border(near.corner + 1) - from);
-    const Vec2d away = inside > 0 ? along * -1 : along;
-    move(chart_.boundary[near.corner], away * -1);
+    const Vec2d away = inside > 0 ? -along : along;
+    move(chart_.boundary[near.corner], -away);
     move(chart_.boundary[near.side], away);
     move(chart_.boundary[(near.side + 1) % count()], away);
   }

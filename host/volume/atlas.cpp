@@ -21,7 +21,7 @@ std::size_t longest_side(const SimplifiedIsosurface& low_poly, const Triangle& t
   std::array<double, 3> lengths;
   for (std::size_t k = 0; k < 3; ++k) {
     lengths[k] =
-        length(Vec3d(low_poly.positions[t[k]]) - Vec3d(low_poly.positions[t[(k + 1) % 3]]));
+        length(to_double(low_poly.positions[t[k]]) - to_double(low_poly.positions[t[(k + 1) % 3]]));
   }
   return static_cast<std::size_t>(std::max_element(lengths.begin(), lengths.end()) -
                                   lengths.begin());
@@ -73,7 +73,7 @@ struct Extent {
 
 Extent extent(const SimplifiedIsosurface& low_poly, const std::array<std::uint32_t, 4>& c) {
   const auto side = [&](std::size_t a, std::size_t b) {
-    return length(Vec3d(low_poly.positions[c[a]]) - Vec3d(low_poly.positions[c[b]]));
+    return length(to_double(low_poly.positions[c[a]]) - to_double(low_poly.positions[c[b]]));
   };
   if (c[3] == kNoPolygon) {
     // A square, whose diagonal passes through texel centres.
@@ -201,7 +201,7 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
     chart.corner[k] = corners[k] == kNoPolygon ? 0 : corners[k];
   }
   for (std::uint32_t k = 0; k < chart.triangles; ++k) {
-    const auto at = [&](std::uint32_t c) { return Vec3d(low_poly.positions[corners[c]]); };
+    const auto at = [&](std::uint32_t c) { return to_double(low_poly.positions[corners[c]]); };
     set_projection(at(0), at(1 + k), at(2 + k), chart.project[k], chart.normal[k]);
     set_weights(chart.texel[0], chart.texel[1 + k], chart.texel[2 + k], chart.weights[k]);
   }

@@ -35,9 +35,9 @@ constexpr std::size_t kRowsPerTask = 16;
 double area_of(const SimplifiedIsosurface& low_poly) {
   double area = 0;
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const Vec3d at(low_poly.positions[a]);
-    area +=
-        0.5 * length(cross(Vec3d(low_poly.positions[b]) - at, Vec3d(low_poly.positions[c]) - at));
+    const Vec3d at = to_double(low_poly.positions[a]);
+    area += 0.5 * length(cross(to_double(low_poly.positions[b]) - at,
+                               to_double(low_poly.positions[c]) - at));
   };
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     const auto& c = polygon.corners;
@@ -115,7 +115,7 @@ bool inside(const std::array<double, 3>& weights) {
 
 /// Sums over the triangles that cover a texel.
 struct TexelSum {
-  Vec3d sum;
+  Vec3d sum{};
   std::uint32_t triangle = 0;  ///< The first triangle that covers the texel
   std::uint32_t points = 0;
 };
@@ -125,17 +125,17 @@ Vec3d encoded(const Vec3d& normal, const kiln_low_shading& low, std::array<doubl
   double sum = 0;
   for (double& w : weights) sum += w = std::max(w, 0.0);
   const auto at = [&](const kiln_float* corners) {
-    Vec3d value;
+    Vec3d value{};
     for (std::size_t c = 0; c < 3; ++c) {
       const float* p = corners + 3 * c;
       value += Vec3d(p[0], p[1], p[2]) * (weights[c] / sum);
     }
     return value;
   };
-  const Vec3d n = at(low.normal), t = at(low.tangent), b = cross(n, t) * low.sign;
+  const Vec3d n = at(low.normal), t = at(low.tangent), b = cross(n, t) * double{low.sign};
   const Vec3d across = cross(b, n);
   Vec3d value(dot(normal, across), dot(normal, cross(n, t)), dot(normal, cross(t, b)));
-  if (dot(t, across) < 0) value = value * -1;
+  if (dot(t, across) < 0) value = -value;
   const double size = length(value);
   return size > 0 ? value * (1 / size) : Vec3d{0, 0, 1};
 }

@@ -36,11 +36,11 @@ class Field {
   /// Gradient by central differences, interpolated like the field; points into the solid.
   Vec3d gradient(const Vec3d& p) const {
     const Cell c = cell(p);
-    Vec3d sum;
+    Vec3d sum{};
     for (int k = 0; k < 8; ++k) {
       sum += voxel_gradient({c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2)}) * c.weight(k);
     }
-    return below_ ? sum * -1 : sum;
+    return below_ ? -sum : sum;
   }
   bool is_solid(double value) const { return below_ ? value > 0 : value >= 0; }
   bool contains(const Vec3d& p) const {

@@ -29,8 +29,8 @@ constexpr double kMinSquaredLength = 1e-6;
 
 /// Transforms between index space and the world.
 struct Spaces {
-  Vec3d origin;
-  Vec3d rows[3];  ///< Rows of the matrix from world to index space
+  Vec3d origin{};
+  Vec3d rows[3]{};  ///< Rows of the matrix from world to index space
 
   explicit Spaces(const Volume& volume)
       : origin{volume.origin[0], volume.origin[1], volume.origin[2]} {
@@ -203,7 +203,7 @@ std::vector<std::uint32_t> rasterize(const Mesh& low, std::uint32_t size) {
 
 /// A triangle's point at a texel.
 struct LowPoint {
-  Vec3d position, shading, face;  // shading, face: unit normals, or zero
+  Vec3d position{}, shading{}, face{};  // shading, face: unit normals, or zero
 };
 
 Vec3d unit(const Vec3d& v) {
@@ -215,13 +215,13 @@ LowPoint low_point(const Mesh& low, std::uint32_t triangle, std::size_t place, s
   const std::size_t row = place / size;
   const double px = static_cast<double>(place % size), py = static_cast<double>(row);
   double x[3], y[3];
-  Vec3d p[3], n[3];
+  Vec3d p[3]{}, n[3]{};
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec2 uv = low.uvs[low.uv_triangles[triangle][k]];
     x[k] = double{uv.x} * size - 0.5;
     y[k] = (1 - double{uv.y}) * size - 0.5;
-    p[k] = Vec3d(low.positions[low.triangles[triangle][k]]);
-    n[k] = Vec3d(low.normals[low.normal_triangles[triangle][k]]);
+    p[k] = to_double(low.positions[low.triangles[triangle][k]]);
+    n[k] = to_double(low.normals[low.normal_triangles[triangle][k]]);
   }
   const double area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
   const double second = ((px - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (py - y[0])) / area;
@@ -285,12 +285,12 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
           if (triangles[i] == kNoTriangle) continue;
           const LowPoint point = low_point(low, triangles[i], i, size_);
           const Vec3d& line = options.line == GradientLine::face ? point.face : point.shading;
-          Vec3d place;
+          Vec3d place{};
           const auto found = finder.find(spaces.to_index(point.position + shift),
                                          spaces.to_index(line * options.reach), place);
-          Vec3d outward;
+          Vec3d outward{};
           if (found == SurfaceFinder<T>::Found::surface) {
-            outward = unit(spaces.gradient_to_world(field.gradient(place))) * -1;
+            outward = -unit(spaces.gradient_to_world(field.gradient(place)));
           }
           status[i] = found == SurfaceFinder<T>::Found::nothing  ? kNoSurface
                       : found == SurfaceFinder<T>::Found::border ? kCut
@@ -336,10 +336,10 @@ GradientError GradientReference::compare_with(const Normal& normal) const {
   std::atomic<std::uint64_t> empty = 0;
   parallel_for(texels_.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3d wanted(texels_[i].wanted);
+      const Vec3d wanted = to_double(texels_[i].wanted);
       Vec3d given = normal(texels_[i]);
       if (!(dot(given, given) > kMinSquaredLength)) {
-        given = Vec3d(texels_[i].shading);
+        given = to_double(texels_[i].shading);
         ++empty;
       }
       degrees[i] =
@@ -377,7 +377,7 @@ GradientError GradientReference::compare(const Image& map) const {
 }
 
 GradientError GradientReference::compare_without_map() const {
-  return compare_with([](const Texel& texel) { return Vec3d(texel.shading); });
+  return compare_with([](const Texel& texel) { return to_double(texel.shading); });
 }
 
 }  // namespace kiln

@@ -17,7 +17,7 @@ double error_of(const FineSurface& surface, const Volume& volume,
   const auto axis = [&](std::size_t k) {
     return Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]);
   };
-  const Vec3d x = axis(0), y = axis(1), z = axis(2), p(low_poly.positions[vertex]);
+  const Vec3d x = axis(0), y = axis(1), z = axis(2), p = to_double(low_poly.positions[vertex]);
   const double volume_of_cell = dot(x, cross(y, z));
   const Vec3d padded =
       Vec3d(dot(p, cross(y, z)), dot(p, cross(z, x)), dot(p, cross(x, y))) * (1 / volume_of_cell) +
@@ -159,8 +159,8 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  center_ = (Vec3d(low) + Vec3d(high)) * 0.5;
-  size_ = std::max(length(Vec3d(high) - Vec3d(low)), std::numeric_limits<double>::min());
+  center_ = (to_double(low) + to_double(high)) * 0.5;
+  size_ = std::max(length(to_double(high) - to_double(low)), std::numeric_limits<double>::min());
 
   std::vector<std::uint8_t> free(low_poly.positions.size(), 0);
   for (const std::uint32_t t : given) {

@@ -49,7 +49,7 @@ class IsosurfacePatch {
                   const IsosurfaceFaces& faces, std::span<const std::uint32_t> seeds);
 
   Vec3 to_world(const Vec3d& p) const { return to_float(p * size_ + center_); }
-  Vec3d to_unit(const Vec3& p) const { return (Vec3d(p) - center_) * (1 / size_); }
+  Vec3d to_unit(const Vec3& p) const { return (to_double(p) - center_) * (1 / size_); }
   /// Rounds a point to single precision.
   Vec3d snap(const Vec3d& p) const { return to_unit(to_world(p)); }
 
@@ -75,7 +75,7 @@ class IsosurfacePatch {
                           std::span<const std::uint8_t> free);
 
   const IsosurfaceFaces& faces_;
-  Vec3d center_;
+  Vec3d center_{};
   double size_ = 1;
   std::vector<std::uint32_t> vertices_;  ///< By point, the low poly's vertex
   std::vector<std::uint32_t> numbers_;   ///< By triangle, the low poly's triangle

@@ -44,8 +44,8 @@ struct RepairContext {
   const SimplifiedIsosurface& low_poly;
 
   TriangleCorners corners(const Triangle& t) const {
-    return {Vec3d(low_poly.positions[t[0]]), Vec3d(low_poly.positions[t[1]]),
-            Vec3d(low_poly.positions[t[2]])};
+    return {to_double(low_poly.positions[t[0]]), to_double(low_poly.positions[t[1]]),
+            to_double(low_poly.positions[t[2]])};
   }
   Vec3 center(const Triangle& t) const {
     const TriangleCorners p = corners(t);
@@ -67,7 +67,7 @@ struct RepairContext {
     double above = 0, below = 0;
     std::size_t count_above = 0, count_below = 0;
     for (const std::uint32_t vertex : t) {
-      const Vec3d at(low_poly.positions[vertex]);
+      const Vec3d at = to_double(low_poly.positions[vertex]);
       each_leaf(vertex, [&](const Vec3d& p, const Vec3d& n) {
         const double along = dot(n, normal), height = dot(p - at, normal);
         if (along > kMinSideCosine) above += height, ++count_above;
@@ -93,7 +93,7 @@ struct RepairContext {
   bool may_face_away(const Triangle& t) const {
     const TriangleCorners p = corners(t);
     const Vec3d normal = unit_or_zero(normal_of(p));
-    std::array<Vec3d, 4> places;
+    std::array<Vec3d, 4> places{};
     std::array<double, 4> nearest{}, cosines{};
     for (std::size_t i = 0; i < 4; ++i) {
       for (std::size_t k = 0; k < 3; ++k)
@@ -181,7 +181,7 @@ std::vector<std::uint32_t> find_suspects(const RepairContext& repair,
       normals[t] = unit_or_zero(normal_of(repair.corners(triangles[t])));
       int against = 0;
       for (const std::uint32_t v : triangles[t])
-        against += dot(normals[t], Vec3d(repair.low_poly.normals[v])) < 0;
+        against += dot(normals[t], to_double(repair.low_poly.normals[v])) < 0;
       looked_at[t] = against >= 2 || is_flat(repair.corners(triangles[t]));
     }
   });
@@ -281,7 +281,7 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
   const auto left = [&](const std::vector<std::uint32_t>& list, IsosurfaceFlaws::Left& to) {
     to.count = list.size();
     if (list.empty()) return;
-    Vec3d sum;
+    Vec3d sum{};
     for (const std::uint32_t v : patch.triangles[list[0]]) sum += patch.points[v];
     to.place = patch.to_world(sum * (1.0 / 3));
   };

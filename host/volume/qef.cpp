@@ -24,7 +24,7 @@ void Qef::add(const kiln_volume_qef& local, const CellPlace& cell) {
   for (std::size_t k = 0; k < 6; ++k) a[k] += m[k];
   b += side + shifted;
   c += local.c + 2 * dot(side, o) + dot(o, shifted);
-  mass += Vec3d(local.mass[0], local.mass[1], local.mass[2]) + o * local.count;
+  mass += Vec3d(local.mass[0], local.mass[1], local.mass[2]) + o * double{local.count};
   count += local.count;
 }
 

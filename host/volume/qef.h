@@ -13,9 +13,9 @@ namespace kiln {
 /// double precision: exact to 1e-5 cells for clusters of any size.
 struct Qef {
   std::array<double, 6> a{};  ///< Symmetric matrix A: xx xy xz yy yz zz
-  Vec3d b;
+  Vec3d b{};
   double c = 0;
-  Vec3d mass;  ///< Sum of the crossings' points
+  Vec3d mass{};  ///< Sum of the crossings' points
   double count = 0;
 
   /// \param cell  the cell whose lowest corner is the origin of `local`
@@ -26,7 +26,7 @@ struct Qef {
   double error_at(const Vec3d& place) const;
 
   struct Minimum {
-    Vec3d place;
+    Vec3d place{};
     double error;  ///< Root-mean-square distance to the crossings' planes, in cells
   };
   /// The minimum within a box. In directions whose eigenvalues are below KILN_VOLUME_EIGEN_LIMIT of the largest, the

@@ -109,7 +109,7 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
 
 Vec3d world(const Volume& volume, const Vec3d& padded) {
   const double at[3] = {padded.x - 1, padded.y - 1, padded.z - 1};
-  Vec3d result;
+  Vec3d result{};
   for (std::size_t k = 0; k < 3; ++k) {
     result += Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]) * at[k];
   }
@@ -117,7 +117,7 @@ Vec3d world(const Volume& volume, const Vec3d& padded) {
 }
 
 Vec3d normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
-  return cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
+  return cross(to_double(b) - to_double(a), to_double(c) - to_double(a));
 }
 
 /// True if a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than from 0 to 2, judged by
@@ -131,8 +131,9 @@ bool prefers_other_diagonal(const SimplifiedIsosurface& low_poly,
     for (std::size_t half = 0; half < 2; ++half) {
       const std::size_t k0 = first, k1 = first + 1 + half, k2 = first + 2 + half;
       const Vec3d normal = normal_of(position(k0), position(k1), position(k2));
-      const Vec3d wanted = Vec3d(low_poly.normals[c[k0 % 4]]) + Vec3d(low_poly.normals[c[k1 % 4]]) +
-                           Vec3d(low_poly.normals[c[k2 % 4]]);
+      const Vec3d wanted = to_double(low_poly.normals[c[k0 % 4]]) +
+                           to_double(low_poly.normals[c[k1 % 4]]) +
+                           to_double(low_poly.normals[c[k2 % 4]]);
       const double size = length(normal) * length(wanted);
       least = std::min(least, size > 0 ? dot(normal, wanted) / size : -1.0);
     }
@@ -256,7 +257,7 @@ std::uint64_t quads_left(const FineSurface& surface, const std::vector<std::uint
 }  // namespace
 
 Vec3 SimplifiedIsosurface::mean_normal(const FineSurface& surface, std::uint32_t vertex) const {
-  Vec3d sum;
+  Vec3d sum{};
   for (std::uint32_t k = leaf_begins[vertex]; k < leaf_begins[vertex + 1]; ++k) {
     const float* n = surface.vertices[leaves[k]].normal;
     sum += Vec3d(n[0], n[1], n[2]);

@@ -36,7 +36,7 @@ class VertexTree {
 
   struct Cluster {
     Qef qef;
-    Vec3d place;        ///< Position in padded coordinates
+    Vec3d place{};      ///< Position in padded coordinates
     float error;        ///< Root-mean-square error, its own or the largest below it; in cells
     bool is_one_sheet;  ///< It may replace its descendants without changing the topology
     std::uint8_t level;

@@ -86,6 +86,13 @@ struct Asset {
 Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options = {},
                  std::vector<Warning>* warnings = nullptr);
 
+/// Reads the bytes of a whole file, which are not kept. Files that it refers to (buffers, MTL, pictures beside it) are not
+/// read: pictures that are embedded, as in a GLB, are kept with their materials. \param name  for messages; its extension
+/// is the format
+/// \throws as load_asset(path)
+Asset load_asset(std::span<const std::byte> bytes, std::string_view name,
+                 const LoadMeshOptions& options = {}, std::vector<Warning>* warnings = nullptr);
+
 /// Baked maps of one texture set, by their slots in a material; null: the slot is empty. Values are encoded as
 /// in files: normals as n/2 + 1/2 with +Y up, colours as sRGB, all in [0, 1]. Occlusion, roughness and metalness
 /// share a picture, so they must have one size; likewise colour and opacity.

@@ -38,7 +38,7 @@ void expect_sound_chunks(const Drawn& drawn) {
             ASSERT_LE(std::abs(double{components[axis]} - double{bounds.centre[axis][lane]}),
                       double{bounds.half_extent[axis][lane]});
           }
-          p[k] = kiln::Vec3d(expected);
+          p[k] = kiln::to_double(expected);
         }
         if (bounds.cosine[lane] < 0) continue;
         const kiln::Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);

@@ -123,7 +123,7 @@ TEST(Raster, ClosedMeshesHaveNoCracks) {
   const std::vector<std::uint64_t> keys = draw(view, sphere.positions, sphere.triangles);
   // The icosphere's radius is (cube diagonal)^-1 of its box; its polyhedron reaches to 0.998 of it.
   const double radius =
-      0.998 * length(kiln::Vec3d(sphere.positions[0])) * static_cast<double>(view.scale);
+      0.998 * length(kiln::to_double(sphere.positions[0])) * static_cast<double>(view.scale);
   for (std::uint32_t y = 0; y < view.height; ++y) {
     for (std::uint32_t x = 0; x < view.width; ++x) {
       if (std::hypot(x + 0.5 - 100, y + 0.5 - 100) > radius) continue;

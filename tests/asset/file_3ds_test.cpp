@@ -110,7 +110,7 @@ Object3ds prism(std::uint32_t of_sides, std::uint32_t of_caps) {
 }
 
 double degrees_between(const Vec3& a, const Vec3& b) {
-  const Vec3d u(a), v(b);
+  const Vec3d u = to_double(a), v = to_double(b);
   return std::atan2(length(cross(u, v)), dot(u, v)) * 180 / std::numbers::pi;
 }
 
@@ -200,10 +200,11 @@ TEST(File3ds, MeshesAreApart) {
   const Mesh two = read_3ds(file_3ds({lower, upper}));
   std::size_t caps = 0;
   for (std::size_t t = 0; t < two.triangles.size(); ++t) {
-    const Vec3d a(two.positions[two.triangles[t][0]]), b(two.positions[two.triangles[t][1]]),
-        c(two.positions[two.triangles[t][2]]);
+    const Vec3d a = to_double(two.positions[two.triangles[t][0]]),
+                b = to_double(two.positions[two.triangles[t][1]]),
+                c = to_double(two.positions[two.triangles[t][2]]);
     const Vec3 plane = to_float(cross(b - a, c - a));
-    if (std::abs(plane.y) < 0.9F * length(Vec3d(plane))) continue;
+    if (std::abs(plane.y) < 0.9F * length(to_double(plane))) continue;
     ++caps;
     for (const std::uint32_t n : two.normal_triangles[t]) {
       EXPECT_LT(degrees_between(two.normals[n], plane), 0.01);

@@ -52,7 +52,7 @@ struct Places {
   struct Place {
     std::size_t triangle;
     double u, v;
-    Vec3d normal;
+    Vec3d normal{};
   };
   LowSurface low;
   std::vector<Place> places;
@@ -84,8 +84,8 @@ struct Places {
 
   Vec3d mix(const Place& at, Vec3 LowSurface::Corner::*member) const {
     const auto& corners = low.triangles[at.triangle];
-    return Vec3d(corners[0].*member) * (1 - at.u - at.v) + Vec3d(corners[1].*member) * at.u +
-           Vec3d(corners[2].*member) * at.v;
+    return to_double(corners[0].*member) * (1 - at.u - at.v) +
+           to_double(corners[1].*member) * at.u + to_double(corners[2].*member) * at.v;
   }
 };
 
@@ -99,12 +99,12 @@ double mean_error(const Places& all, const BakeResult& baked, bool tangent_space
     const Vec2 uv = {
         static_cast<float>(corners[0].uv.x * w + corners[1].uv.x * at.u + corners[2].uv.x * at.v),
         static_cast<float>(corners[0].uv.y * w + corners[1].uv.y * at.u + corners[2].uv.y * at.v)};
-    Vec3d value;
+    Vec3d value{};
     if (!look_up(baked, uv, value)) continue;
     if (tangent_space) {
       const Vec3d n = all.mix(at, &LowSurface::Corner::normal);
       const Vec3d t = all.mix(at, &LowSurface::Corner::tangent);
-      const Vec3d b = cross(n, t) * corners[0].sign;
+      const Vec3d b = cross(n, t) * double{corners[0].sign};
       value = t * value.x + b * value.y + n * value.z;
     }
     sum += angle_degrees(value, at.normal);
@@ -164,7 +164,7 @@ class Accuracy : public testing::TestWithParam<NormalMapSpace> {
     if (the_torus) return *the_torus;
     const Mesh high = test::BumpyTorus::dense(1000000);
     for (std::size_t i = 0; i < high.positions.size(); i += 997) {
-      EXPECT_NEAR(torus_surface(Vec3d(high.positions[i])), 0, 1e-6)
+      EXPECT_NEAR(torus_surface(to_double(high.positions[i])), 0, 1e-6)
           << "the test's own surface is off";
     }
     Mesh low = test::BumpyTorus::light();

@@ -59,7 +59,7 @@ TEST(Bake, MovesWithTheScene) {
     Mesh high = pair.high;
     Mesh low = pair.low;
     for (Mesh* mesh : {&high, &low}) {
-      for (Vec3& p : mesh->positions) p = to_float(Vec3d(p) * scale);
+      for (Vec3& p : mesh->positions) p = to_float(to_double(p) * scale);
       mesh->origin = {1e6 * scale, 0, -1e6 * scale};
     }
     BakeOptions options = small_options();

@@ -347,6 +347,25 @@ TEST(Job, MapsOfTheLibraryAreSavedAsByJobs) {
   EXPECT_EQ(color.image.pixels, once);
 }
 
+TEST(Job, AssetsOfBytesAreThoseOfFiles) {
+  const fs::path scene = make_doors_scene();
+  for (const char* file : {"two.glb", "high.obj"}) {
+    std::ifstream in(scene / file, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    const Asset of_bytes = load_asset(std::as_bytes(std::span(text)), file);
+    const Asset of_file = load_asset(scene / file);
+    EXPECT_EQ(of_bytes.mesh.positions, of_file.mesh.positions);
+    EXPECT_EQ(of_bytes.mesh.triangles, of_file.mesh.triangles);
+    EXPECT_EQ(of_bytes.mesh.name, of_file.mesh.name);
+    ASSERT_EQ(of_bytes.materials.size(), of_file.materials.size());
+    for (std::size_t i = 0; i < of_file.materials.size(); ++i) {
+      EXPECT_EQ(of_bytes.materials[i].name, of_file.materials[i].name);
+      EXPECT_EQ(of_bytes.materials[i].alpha_mode, of_file.materials[i].alpha_mode);
+    }
+  }
+  EXPECT_THROW(load_asset(std::span<const std::byte>(), "empty.glb"), Error);
+}
+
 TEST(Job, TakesMeshesInMemory) {
   const fs::path scene = make_doors_scene();
   Job job{.high = {(scene / "high.obj").string()},

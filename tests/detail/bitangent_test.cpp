@@ -63,17 +63,19 @@ TEST(Bitangent, IsUndoneByAShaderOfTheSameKind) {
           const double a = edge(1, 2), b = edge(2, 0), c = edge(0, 1), all = a + b + c;
           if (a * all < 0 || b * all < 0 || c * all < 0) continue;
           const double weights[3] = {a / all, b / all, c / all};
-          Vec3d n, t, at_corners;
+          Vec3d n{}, t{}, at_corners{};
           for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3d normal(corners[k].normal), tangent(corners[k].tangent);
+            const Vec3d normal = to_double(corners[k].normal),
+                        tangent = to_double(corners[k].tangent);
             n += normal * weights[k];
             t += tangent * weights[k];
             at_corners += cross(normal, tangent) * (corners[k].sign * weights[k]);
           }
-          const Vec3d at_pixel = cross(n, t) * corners[0].sign;
+          const Vec3d at_pixel = cross(n, t) * double{corners[0].sign};
           const float* texel = baked.maps[0].image.at(column, row);
           const auto shaded = [&](const Vec3d& third) {
-            const Vec3d sum = t * texel[0] + third * texel[1] + n * texel[2];
+            const Vec3d sum =
+                t * double{texel[0]} + third * double{texel[1]} + n * double{texel[2]};
             return sum * (1 / length(sum));
           };
           const Vec3d right = shaded(kind == Bitangent::pixel ? at_pixel : at_corners);

@@ -34,7 +34,7 @@ std::vector<double> mean_curvature(std::span<const Vec3> positions,
   MeanCurvature::Scratch scratch;
   std::vector<double> found;
   for (const Vec3& p : positions) {
-    found.push_back(is_finite(p) ? curvature.at(Vec3d(p), scratch) : 0);
+    found.push_back(is_finite(p) ? curvature.at(to_double(p), scratch) : 0);
   }
   if (steps != nullptr) *steps = scratch.steps;
   return found;
@@ -45,7 +45,7 @@ double mean_error(const Mesh& mesh, double radius, const Shape& exact) {
   const std::vector<double> found = mean_curvature(mesh.positions, mesh.triangles, radius);
   double sum = 0;
   for (std::size_t v = 0; v < found.size(); ++v) {
-    sum += std::abs(found[v] - exact(Vec3d(mesh.positions[v])));
+    sum += std::abs(found[v] - exact(to_double(mesh.positions[v])));
   }
   return sum / static_cast<double>(found.size());
 }
@@ -103,7 +103,7 @@ class BruteForce {
   }
 
  private:
-  Vec3d place(std::uint32_t vertex) const { return Vec3d(mesh_.positions[vertex]); }
+  Vec3d place(std::uint32_t vertex) const { return to_double(mesh_.positions[vertex]); }
   Vec3d normal(std::size_t t) const {
     const Triangle& c = mesh_.triangles[t];
     const Vec3d n = cross(place(c[1]) - place(c[0]), place(c[2]) - place(c[0]));
@@ -352,7 +352,7 @@ Mesh cut_in_four(const Mesh& mesh, int times) {
       for (const std::uint32_t corner : t) next.positions.push_back(cut.positions[corner]);
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d middle =
-            (Vec3d(cut.positions[t[k]]) + Vec3d(cut.positions[t[(k + 1) % 3]])) * 0.5;
+            (to_double(cut.positions[t[k]]) + to_double(cut.positions[t[(k + 1) % 3]])) * 0.5;
         next.positions.push_back(to_float(middle));
       }
       const std::uint32_t a = first, b = first + 1, c = first + 2;
@@ -495,8 +495,8 @@ TEST(Curvature, InterpolatesWithinItsBounds) {
     std::size_t count = 0;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 97) {
       const Triangle& c = mesh.triangles[t];
-      const Vec3d middle = (Vec3d(mesh.positions[c[0]]) + Vec3d(mesh.positions[c[1]]) +
-                            Vec3d(mesh.positions[c[2]])) *
+      const Vec3d middle = (to_double(mesh.positions[c[0]]) + to_double(mesh.positions[c[1]]) +
+                            to_double(mesh.positions[c[2]])) *
                            (1.0 / 3);
       const double apart =
           std::abs(curvature.on(t, 1.0 / 3, 1.0 / 3, scratch) - curvature.at(middle, scratch));
@@ -574,8 +574,8 @@ std::uint32_t nearest_triangle(const Mesh& mesh, const Vec3d& point) {
   double least = std::numeric_limits<double>::infinity();
   std::uint32_t nearest = 0;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    std::array<Vec3d, 3> c;
-    for (std::size_t k = 0; k < 3; ++k) c[k] = Vec3d(mesh.positions[mesh.triangles[t][k]]);
+    std::array<Vec3d, 3> c{};
+    for (std::size_t k = 0; k < 3; ++k) c[k] = to_double(mesh.positions[mesh.triangles[t][k]]);
     const double away = length((c[0] + c[1] + c[2]) * (1.0 / 3) - point);
     if (!(length(cross(c[1] - c[0], c[2] - c[0])) > 0) || away >= least) continue;
     least = away;
@@ -607,9 +607,9 @@ void expect_on_sheets(const Mesh& mesh, double radius, double share, const Exact
   std::size_t count = 0;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); t += static_cast<std::uint32_t>(step)) {
     const Triangle& c = mesh.triangles[t];
-    const Vec3d middle =
-        (Vec3d(mesh.positions[c[0]]) + Vec3d(mesh.positions[c[1]]) + Vec3d(mesh.positions[c[2]])) *
-        (1.0 / 3);
+    const Vec3d middle = (to_double(mesh.positions[c[0]]) + to_double(mesh.positions[c[1]]) +
+                          to_double(mesh.positions[c[2]])) *
+                         (1.0 / 3);
     const std::optional<double> wanted = exact(middle, t);
     if (!wanted) continue;
     const double third = 1.0 / 3;
@@ -728,8 +728,8 @@ TEST(Curvature, IsThatOfAllSurfaceWhereThereIsOneSheet) {
   Mesh torn = test::icosphere(4);  // two halves with a gap, welded nowhere
   for (std::size_t t = 0; t < torn.triangles.size(); ++t) {
     Triangle& c = torn.triangles[t];
-    const Vec3d middle =
-        Vec3d(torn.positions[c[0]]) + Vec3d(torn.positions[c[1]]) + Vec3d(torn.positions[c[2]]);
+    const Vec3d middle = to_double(torn.positions[c[0]]) + to_double(torn.positions[c[1]]) +
+                         to_double(torn.positions[c[2]]);
     if (middle.x < 0) continue;
     for (std::uint32_t& corner : c) {
       Vec3 p = torn.positions[corner];
@@ -746,8 +746,8 @@ TEST(Curvature, IsThatOfAllSurfaceWhereThereIsOneSheet) {
     MeanCurvature::Scratch scratch;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 7) {
       const Triangle& c = mesh.triangles[t];
-      const Vec3d p[3] = {Vec3d(mesh.positions[c[0]]), Vec3d(mesh.positions[c[1]]),
-                          Vec3d(mesh.positions[c[2]])};
+      const Vec3d p[3] = {to_double(mesh.positions[c[0]]), to_double(mesh.positions[c[1]]),
+                          to_double(mesh.positions[c[2]])};
       const double longest =
           std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
       if (longest <= radius / 4) {  // values of corners, which are interpolated
@@ -783,7 +783,8 @@ TEST(CurvatureCheck, IsTheDefinitionInOtherCode) {
       MeanCurvature::Scratch other;
       for (std::size_t t = 0; t < mesh.triangles.size(); t += 1 + mesh.triangles.size() / 60) {
         const Triangle& c = mesh.triangles[t];
-        const Vec3d a(mesh.positions[c[0]]), b(mesh.positions[c[1]]), d(mesh.positions[c[2]]);
+        const Vec3d a = to_double(mesh.positions[c[0]]), b = to_double(mesh.positions[c[1]]),
+                    d = to_double(mesh.positions[c[2]]);
         for (const Vec3d& at : {a, a * 0.9 + b * 0.1, (a + b + d) * (1.0 / 3)}) {
           const double found = curvature.at(at, other);
           EXPECT_NEAR(check.at(at, static_cast<std::uint32_t>(t), scratch), found,
@@ -808,7 +809,7 @@ TEST(FacetSize, IsOfWhatWasSmooth) {
   const Mesh sphere = test::icosphere(4);
   double edges = 0;
   for (const Triangle& t : sphere.triangles) {
-    edges += length(Vec3d(sphere.positions[t[1]]) - Vec3d(sphere.positions[t[0]]));
+    edges += length(to_double(sphere.positions[t[1]]) - to_double(sphere.positions[t[0]]));
   }
   edges /= static_cast<double>(sphere.triangles.size());
   EXPECT_NEAR(facet_size(sphere.positions, sphere.triangles), std::sqrt(0.75) * edges,

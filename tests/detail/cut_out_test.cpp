@@ -40,8 +40,9 @@ Texture leaf() {
 double area_of(const Mesh& mesh) {
   double area = 0;
   for (const Triangle& t : mesh.triangles) {
-    const Vec3d a(mesh.positions[t[0]]);
-    area += length(cross(Vec3d(mesh.positions[t[1]]) - a, Vec3d(mesh.positions[t[2]]) - a)) / 2;
+    const Vec3d a = to_double(mesh.positions[t[0]]);
+    area +=
+        length(cross(to_double(mesh.positions[t[1]]) - a, to_double(mesh.positions[t[2]]) - a)) / 2;
   }
   return area;
 }

@@ -27,7 +27,7 @@ class DetailScene {
       }
       // Corners of one face differ by less than a right angle, as on real meshes.
       for (std::size_t k = 1; k < 3; ++k) {
-        const Vec3d sum = Vec3d(high.normals[t[0]]) * 2 + Vec3d(high.normals[t[k]]);
+        const Vec3d sum = to_double(high.normals[t[0]]) * 2.0 + to_double(high.normals[t[k]]);
         high.normals[t[k]] = to_float(sum * (1 / length(sum)));
       }
       high.triangles.push_back(t);
@@ -69,7 +69,7 @@ class DetailScene {
  private:
   double number() { return std::uniform_real_distribution<double>(-1, 1)(random_); }
   Vec3 unit() {
-    Vec3d v;
+    Vec3d v{};
     do v = {number(), number(), number()};
     while (length(v) < 0.1 || length(v) > 1);
     return to_float(v * (1 / length(v)));
@@ -77,17 +77,17 @@ class DetailScene {
   void add_low() {
     std::array<LowSurface::Corner, 3> corners;
     const float sign = surface.triangles.size() % 2 == 0 ? 1.0F : -1.0F;
-    const Vec3d up(unit());
+    const Vec3d up = to_double(unit());
     for (LowSurface::Corner& corner : corners) {
       corner.position = unit();
-      const Vec3d normal = up * 2 + Vec3d(unit());
+      const Vec3d normal = up * 2.0 + to_double(unit());
       corner.normal = to_float(normal * (1 / length(normal)));
       corner.sign = sign;
       corner.uv = {static_cast<float>(number()), static_cast<float>(number())};
     }
-    const Vec3d along(unit());
+    const Vec3d along = to_double(unit());
     for (LowSurface::Corner& corner : corners) {
-      const Vec3d n(corner.normal);
+      const Vec3d n = to_double(corner.normal);
       const Vec3d t = along - n * dot(n, along);
       corner.tangent = to_float(t * (1 / length(t)));
     }
@@ -245,7 +245,7 @@ TEST_P(ResolveTest, AveragesTheSamplesThatCount) {
   const std::vector<float> values = image.download(context);
   const std::vector<std::uint8_t> flags = coverage.download(context);
   for (std::uint32_t t = 0; t < kTexels; ++t) {
-    Vec3d sum;
+    Vec3d sum{};
     int hits = 0;
     int used = 0;
     for (std::uint32_t s = t * kSamples; s < (t + 1) * kSamples; ++s) {

@@ -69,7 +69,7 @@ Vec3d on_sheet(std::size_t i, double side) {
 
 /// The low poly's point and frame at a texel, from the UVs by brute force.
 struct LowPoint {
-  Vec3d position, x_axis, y_axis, z_axis;
+  Vec3d position{}, x_axis{}, y_axis{}, z_axis{};
 };
 
 bool find_low_point(const Mesh& low, const LowSurface& surface, NormalMapSpace space, std::size_t i,
@@ -84,11 +84,11 @@ bool find_low_point(const Mesh& low, const LowSurface& surface, NormalMapSpace s
     const double w1 = (x * cy - cx * y) / area, w2 = (bx * y - x * by) / area;
     if (!(w1 > 0.01 && w2 > 0.01 && w1 + w2 < 0.99)) continue;
     const auto mixed = [&](const Vec3& p, const Vec3& q, const Vec3& r) {
-      return Vec3d(p) * (1 - w1 - w2) + Vec3d(q) * w1 + Vec3d(r) * w2;
+      return to_double(p) * (1 - w1 - w2) + to_double(q) * w1 + to_double(r) * w2;
     };
     const Triangle& corners = low.triangles[t];
-    const Vec3d p(low.positions[corners[0]]), q(low.positions[corners[1]]),
-        r(low.positions[corners[2]]);
+    const Vec3d p = to_double(low.positions[corners[0]]), q = to_double(low.positions[corners[1]]),
+                r = to_double(low.positions[corners[2]]);
     found.position = p * (1 - w1 - w2) + q * w1 + r * w2;
     if (space == NormalMapSpace::tangent) {
       found.z_axis = mixed(a.normal, b.normal, c.normal);
@@ -301,7 +301,8 @@ TEST(PointMaps, WireframeIsTheDistanceToTheNearestEdge) {
     double nearest = 1;
     for (const Triangle& t : high.triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3d from(high.positions[t[k]]), to(high.positions[t[(k + 1) % 3]]);
+        const Vec3d from = to_double(high.positions[t[k]]),
+                    to = to_double(high.positions[t[(k + 1) % 3]]);
         const Vec3d way = to - from;
         const double part = std::clamp(dot(at - from, way) / dot(way, way), 0.0, 1.0);
         nearest = std::min(nearest, length(from + way * part - at));

@@ -69,8 +69,8 @@ TEST(VisibilityMaps, HoldWhatBruteForceFinds) {
     const std::array<double, 3> place = {points[i], points[i + band.capacity],
                                          points[i + 2 * std::size_t{band.capacity}]};
     const auto& t = surface.triangles[triangle[i]];
-    const Vec3d up = cross(Vec3d(t[1].position) - Vec3d(t[0].position),
-                           Vec3d(t[2].position) - Vec3d(t[0].position));
+    const Vec3d up = cross(to_double(t[1].position) - to_double(t[0].position),
+                           to_double(t[2].position) - to_double(t[0].position));
     const Vec3d normal = up * (1 / length(up));
     const reference::SeenSum seen =
         reference::see(positions, low.triangles, place, {normal.x, normal.y, normal.z}, directions,

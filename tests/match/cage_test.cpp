@@ -224,7 +224,7 @@ TEST(Cage, TakesInStampsAsAWhole) {
       if (length(off) > stamp.radius / 2) continue;
       ++counted;
       ASSERT_NE(bake.samples.found[i], 0);
-      const Vec3d way = bake.samples.match[i] - Vec3d(bake.samples.position[i]);
+      const Vec3d way = bake.samples.match[i] - to_double(bake.samples.position[i]);
       EXPECT_NEAR(length(way), wanted, 0.05 * wanted);
     }
     EXPECT_GT(counted, 20U);

@@ -35,7 +35,7 @@ BakeOptions options_of(RayDirection direction, std::uint32_t size = 256) {
 double edge_distance(const HardEdges& hard, const Vec3d& p) {
   double least = 1e30;
   for (const HardEdges::Edge& edge : hard.edges) {
-    const Vec3d along(edge.along), from(edge.from);
+    const Vec3d along = to_double(edge.along), from = to_double(edge.from);
     const double at = std::clamp(dot(p - from, along) / dot(along, along), 0.0, 1.0);
     least = std::min(least, length(p - (from + along * at)));
   }
@@ -50,7 +50,7 @@ Lean lean(const test::HardBake& bake, const HardEdges& hard, double width) {
   Lean result;
   std::size_t counted = 0;
   for (std::size_t i = 0; i < bake.samples.size(); ++i) {
-    const Vec3d p(bake.samples.position[i]), n(bake.samples.normal[i]);
+    const Vec3d p = to_double(bake.samples.position[i]), n = to_double(bake.samples.normal[i]);
     if (bake.samples.found[i] == 0 || edge_distance(hard, p) < width) continue;
     const Vec3d way = bake.samples.match[i] - p;
     const double sideways = length(way - n * dot(way, n)) / std::sqrt(bake.samples.area[i]);
@@ -98,15 +98,15 @@ TEST(Direction, GivesThePerpendicularsNormals) {
     std::size_t counted = 0;
     for (std::size_t i = 0; i < bake.samples.size(); i += 97) {
       const Vec3 p = bake.samples.position[i], n = bake.samples.normal[i];
-      if (edge_distance(hard, Vec3d(p)) < kWidth * unit) continue;
+      if (edge_distance(hard, to_double(p)) < kWidth * unit) continue;
       const reference::RayHit hit = reference::cast_ray(
           impl.positions, impl.triangles, {p.x, p.y, p.z}, {n.x, n.y, n.z},
           {.t_min = -0.02 * unit, .t_max = 0.02 * unit, .greatest_first = true, .keep = 1});
       if (!hit.found) continue;
       const Triangle& corners = scene.high.normal_triangles[hit.triangle];
-      const Vec3d exact = Vec3d(scene.high.normals[corners[0]]) * (1 - hit.u - hit.v) +
-                          Vec3d(scene.high.normals[corners[1]]) * hit.u +
-                          Vec3d(scene.high.normals[corners[2]]) * hit.v;
+      const Vec3d exact = to_double(scene.high.normals[corners[0]]) * (1 - hit.u - hit.v) +
+                          to_double(scene.high.normals[corners[1]]) * hit.u +
+                          to_double(scene.high.normals[corners[2]]) * hit.v;
       const float* texel = &map.pixels[3 * bake.samples.element[i]];
       const Vec3d baked(2.0 * texel[0] - 1, 2.0 * texel[1] - 1, 2.0 * texel[2] - 1);
       const double cosine = dot(exact, baked) / (length(exact) * length(baked));
@@ -261,7 +261,7 @@ TEST(Direction, BlendsPaint) {
     const auto at = [&](const std::vector<float>& planes) {
       return Vec3d(planes[3 * plane + i], planes[4 * plane + i], planes[5 * plane + i]);
     };
-    const Vec3d own(surface.triangles[triangle[i]][0].normal);  // flat faces
+    const Vec3d own = to_double(surface.triangles[triangle[i]][0].normal);  // flat faces
     const Vec3d wanted = at(before) * 0.8 + own * 0.2;
     EXPECT_LT(length(at(after) - wanted * (1 / length(wanted))), 1e-5);
   }

@@ -73,13 +73,13 @@ TEST(Hybrid, FollowsTheFormulaOnTheBunny) {
     if (match.triangle[element] == KILN_NO_TRIANGLE) continue;
     ASSERT_LT(match.triangle[element], high.triangles.size()) << element;
     const Triangle& hit = high.triangles[match.triangle[element]];
-    const Vec3d a(dense[hit[0]]);
-    const Vec3d offset = a + (Vec3d(dense[hit[1]]) - a) * double{match.u[element]} +
-                         (Vec3d(dense[hit[2]]) - a) * double{match.v[element]} - p;
+    const Vec3d a = to_double(dense[hit[0]]);
+    const Vec3d offset = a + (to_double(dense[hit[1]]) - a) * double{match.u[element]} +
+                         (to_double(dense[hit[2]]) - a) * double{match.v[element]} - p;
     if (length(offset) <= far) continue;
     const auto& corners = surface.triangles[triangle[i]];
-    const Vec3d up = unit(cross(Vec3d(corners[1].position) - Vec3d(corners[0].position),
-                                Vec3d(corners[2].position) - Vec3d(corners[0].position)));
+    const Vec3d up = unit(cross(to_double(corners[1].position) - to_double(corners[0].position),
+                                to_double(corners[2].position) - to_double(corners[0].position)));
     const reference::SeenSum seen =
         reference::see(positions, low.triangles, {p.x, p.y, p.z}, {up.x, up.y, up.z}, directions,
                        KILN_VISIBILITY_LEAST_COSINE, 1.0 / 65536, 8, 1e-4);

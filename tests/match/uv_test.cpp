@@ -67,8 +67,8 @@ void expect_as_reference(const Mesh& dense, const Mesh& low, const BakeOptions& 
   std::vector<double> distances;
   const auto at = [](const Mesh& mesh, std::int64_t t, double u, double v) {
     const Triangle& corners = mesh.triangles[static_cast<std::size_t>(t)];
-    return Vec3d(mesh.positions[corners[0]]) * (1 - u - v) + Vec3d(mesh.positions[corners[1]]) * u +
-           Vec3d(mesh.positions[corners[2]]) * v;
+    return to_double(mesh.positions[corners[0]]) * (1 - u - v) +
+           to_double(mesh.positions[corners[1]]) * u + to_double(mesh.positions[corners[2]]) * v;
   };
   for (std::size_t i = 0; i < ours.size(); ++i) {
     covered += ours[i].covering > 0 ? 1 : 0;
@@ -248,8 +248,8 @@ TEST(Uv, ReadsTheNormalOfThePointWithTheSameUv) {
     const Triangle& t = dense.normal_triangles[static_cast<std::size_t>(reference[i].triangle)];
     const double u = reference[i].u;
     const double v = reference[i].v;
-    Vec3d n = Vec3d(dense.normals[t[0]]) * (1 - u - v) + Vec3d(dense.normals[t[1]]) * u +
-              Vec3d(dense.normals[t[2]]) * v;
+    Vec3d n = to_double(dense.normals[t[0]]) * (1 - u - v) + to_double(dense.normals[t[1]]) * u +
+              to_double(dense.normals[t[2]]) * v;
     n = n * (1 / length(n));
     const float* pixel = &baked.maps[0].image.pixels[i * 3];
     ASSERT_NEAR(pixel[0], n.x, 2e-6);

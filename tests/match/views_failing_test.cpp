@@ -237,12 +237,12 @@ TEST(ViewsFailing, RotationAndOrderChangeLittle) {
   const auto rotated = [](Mesh mesh) {
     const double c = std::cos(0.7), s = std::sin(0.7);
     for (Vec3& p : mesh.positions) {
-      const Vec3d v(p);
+      const Vec3d v = to_double(p);
       const Vec3d w{c * v.x - s * v.y, s * v.x + c * v.y, v.z};
       p = to_float({w.x, c * w.y - s * w.z, s * w.y + c * w.z});
     }
     for (Vec3& n : mesh.normals) {
-      const Vec3d v(n);
+      const Vec3d v = to_double(n);
       const Vec3d w{c * v.x - s * v.y, s * v.x + c * v.y, v.z};
       n = to_float({w.x, c * w.y - s * w.z, s * w.y + c * w.z});
     }

@@ -73,8 +73,8 @@ TEST(VisibilityBake, FindsWhatTheOracleFinds) {
                                          points[i + 2 * std::size_t{band.capacity}]};
     ASSERT_LT(triangle[i], surface.triangles.size()) << i;
     const auto& t = surface.triangles[triangle[i]];
-    const Vec3d up = cross(Vec3d(t[1].position) - Vec3d(t[0].position),
-                           Vec3d(t[2].position) - Vec3d(t[0].position));
+    const Vec3d up = cross(to_double(t[1].position) - to_double(t[0].position),
+                           to_double(t[2].position) - to_double(t[0].position));
     const Vec3d normal = up * (1 / length(up));
     const reference::SeenSum seen =
         reference::see(low_positions, low.triangles, place, {normal.x, normal.y, normal.z},

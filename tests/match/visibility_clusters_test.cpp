@@ -135,9 +135,9 @@ TEST(VisibilityClusters, AreTheTwoSidesThatAFloorIsSeenFrom) {
         ASSERT_EQ(result.clusters->number[i], 2) << x << ' ' << y;
         const Vec3d right = side_direction(kRoof - at);
         const Vec3d left = side_direction(kRoof + at);
-        worst = std::max(worst, angle(Vec3d(result.clusters->directions[2 * i]), right));
+        worst = std::max(worst, angle(to_double(result.clusters->directions[2 * i]), right));
         worst = std::max(
-            worst, angle(Vec3d(result.clusters->directions[2 * i + 1]), {-left.x, 0, left.z}));
+            worst, angle(to_double(result.clusters->directions[2 * i + 1]), {-left.x, 0, left.z}));
       }
     }
     EXPECT_LT(worst, rays ? 2 : 5);
@@ -212,7 +212,7 @@ TEST(VisibilityClusters, ShowWhatViewsSee) {
           const std::size_t i = std::size_t{kSize / 2} * kSize + x;
           const Vec3* directions = &parted.clusters->directions[2 * i];
           const std::size_t best =
-              dot(Vec3d(directions[1]), view) > dot(Vec3d(directions[0]), view);
+              dot(to_double(directions[1]), view) > dot(to_double(directions[0]), view);
           const auto normal = [&](const BakedMap& map) {
             const float* p = &map.image.pixels[3 * i];
             return Vec3d{p[0], p[1], p[2]};

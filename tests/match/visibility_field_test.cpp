@@ -349,8 +349,8 @@ struct Directed {
   Vec3d normal(std::size_t i) const {
     const auto& t =
         surface.triangles.at(triangle[i]);  // throws where the sampler left it unwritten
-    const Vec3d n = cross(Vec3d(t[1].position) - Vec3d(t[0].position),
-                          Vec3d(t[2].position) - Vec3d(t[0].position));
+    const Vec3d n = cross(to_double(t[1].position) - to_double(t[0].position),
+                          to_double(t[2].position) - to_double(t[0].position));
     return n * (1 / length(n));
   }
 };

@@ -100,7 +100,7 @@ struct Scene {
 };
 
 struct Seen {
-  Vec3d sum;
+  Vec3d sum{};
   double weight;
 };
 
@@ -137,9 +137,9 @@ void scatter(const Scene& scene, std::size_t count, std::vector<Vec3>& positions
       u = 1 - u;
       v = 1 - v;
     }
-    const Vec3d a(corners[t[0]]);
-    const Vec3d b = Vec3d(corners[t[1]]) - a;
-    const Vec3d c = Vec3d(corners[t[2]]) - a;
+    const Vec3d a = to_double(corners[t[0]]);
+    const Vec3d b = to_double(corners[t[1]]) - a;
+    const Vec3d c = to_double(corners[t[2]]) - a;
     const Vec3d normal = cross(b, c);
     if (!(length(normal) > 0)) continue;
     positions.push_back(to_float(a + b * u + c * v));
@@ -164,7 +164,7 @@ TEST(Visibility, RaysAddUpWhatTheOracleDoes) {
     }
     // Positions are scaled by a power of two before rays begin; the scene fills half the unit ball.
     double radius = 0;
-    for (const Vec3& p : corners) radius = std::max(radius, length(Vec3d(p)));
+    for (const Vec3& p : corners) radius = std::max(radius, length(to_double(p)));
     const double scale = std::exp2(-2 - std::floor(std::log2(radius)));
     for (const Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
       VisibilityProbe probe = scene.probe(traversal);
@@ -255,7 +255,7 @@ TEST(Visibility, ASphereIsSeenAlongItsNormals) {
   for (const By by : {By::views, By::rays}) {
     const std::vector<Seen> seen = see(probe, positions, normals, by);
     for (std::size_t i = 0; i < seen.size(); ++i) {
-      ASSERT_LT(angle(seen[i].sum, Vec3d(normals[i])), by == By::rays ? 1 : 3) << i;
+      ASSERT_LT(angle(seen[i].sum, to_double(normals[i])), by == By::rays ? 1 : 3) << i;
     }
   }
 }
@@ -303,7 +303,7 @@ TEST(Visibility, PixelsOfAnItemBufferCountAsRaysDo) {
   const std::vector<Vec3> at = scene.frame.to_frame(scene.mesh);
   std::vector<Vec3> middles, normals;
   for (const Triangle& t : scene.mesh.triangles) {
-    const Vec3d a(at[t[0]]), b(at[t[1]]), c(at[t[2]]);
+    const Vec3d a = to_double(at[t[0]]), b = to_double(at[t[1]]), c = to_double(at[t[2]]);
     middles.push_back(to_float((a + b + c) * (1.0 / 3)));
     const Vec3d normal = cross(b - a, c - a);
     normals.push_back(to_float(normal * (1 / length(normal))));
@@ -312,7 +312,7 @@ TEST(Visibility, PixelsOfAnItemBufferCountAsRaysDo) {
   double worst = 0;
   double sum = 0;
   for (std::size_t t = 0; t < middles.size(); ++t) {
-    Vec3d total;
+    Vec3d total{};
     for (std::size_t k = 0; k < 3; ++k) {
       const float* c = &corners[12 * t + 4 * k];
       total += Vec3d{c[0], c[1], c[2]};

@@ -275,7 +275,7 @@ TEST(Tarini, RaysLieAsThePixelsOfPicturesDo) {
   constexpr int kPixels = 96;
   double apart = 0, across = 0, pixels = 0;
   for (const Vec3& direction : r.directions) {
-    const Vec3d d(direction);
+    const Vec3d d = to_double(direction);
     const Vec3d side = cross(d, std::abs(d.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
     const Vec3d right = side * (1 / length(side)), up = cross(d, right);
     for (int k = 0; k < kPixels * kPixels; ++k) {

@@ -36,7 +36,7 @@ TEST(Frame, HoldsTheMeshInAUnitBoxAtAnyScaleAndPlace) {
       int exponent = 0;
       EXPECT_EQ(std::frexp(frame.scale, &exponent), 0.5) << "not a power of two";
       for (const Vec3& p : frame.to_frame(mesh)) {
-        const double radius = length(Vec3d(p)) / (scale * frame.scale);
+        const double radius = length(to_double(p)) / (scale * frame.scale);
         EXPECT_NEAR(radius, 1, 1e-5);
       }
     }
@@ -68,14 +68,14 @@ TEST(VertexNormals, PointOutOfASphereAndDoNotDependOnTheTriangulation) {
   const Mesh sphere = test::icosphere(4);
   const std::vector<Vec3> normals = vertex_normals(sphere.positions, sphere.triangles);
   for (std::size_t i = 0; i < normals.size(); ++i) {
-    EXPECT_GT(dot(Vec3d(normals[i]), Vec3d(sphere.positions[i])), 1 - 1e-5);
-    EXPECT_NEAR(length(Vec3d(normals[i])), 1, 1e-6);
+    EXPECT_GT(dot(to_double(normals[i]), to_double(sphere.positions[i])), 1 - 1e-5);
+    EXPECT_NEAR(length(to_double(normals[i])), 1, 1e-6);
   }
   // At a cube's corner, whichever way its squares are split, angle weights give the space diagonal.
   const Mesh cube = test::cube(2);
   const std::vector<Vec3> corners = vertex_normals(cube.positions, cube.triangles);
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    EXPECT_NEAR(dot(Vec3d(corners[i]), Vec3d(cube.positions[i])), std::sqrt(3.0), 1e-6);
+    EXPECT_NEAR(dot(to_double(corners[i]), to_double(cube.positions[i])), std::sqrt(3.0), 1e-6);
   }
 }
 
@@ -102,7 +102,7 @@ TEST(CornerNormals, ReplaceZeroOnesAndKeepTheRest) {
   cube.normals[cube.normal_triangles[0][0]] = {0, 0, 0};
   const CornerNormals mended = corner_normals(cube, cube.positions);
   const Vec3 normal = mended.normals[mended.triangles[0][0]];
-  EXPECT_NEAR(length(Vec3d(normal)), 1, 1e-6);
+  EXPECT_NEAR(length(to_double(normal)), 1, 1e-6);
 }
 
 TEST(ContinuousDirections, AreEqualWhereVerticesAreSplitAndAverageHardEdges) {
@@ -122,7 +122,7 @@ TEST(ContinuousDirections, AreEqualWhereVerticesAreSplitAndAverageHardEdges) {
   const std::vector<Vec3> directions = continuous_directions(
       split.positions, split.triangles, corner_normals(split, split.positions));
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    EXPECT_NEAR(dot(Vec3d(directions[i]), Vec3d(split.positions[i])), std::sqrt(3.0), 1e-5);
+    EXPECT_NEAR(dot(to_double(directions[i]), to_double(split.positions[i])), std::sqrt(3.0), 1e-5);
     for (std::size_t j = 0; j < i; ++j) {
       if (split.positions[i] == split.positions[j]) {
         EXPECT_EQ(directions[i], directions[j]);
@@ -198,12 +198,12 @@ TEST(SurfaceDistance, OfNeedlesIsThatOfTheNearest) {
     const Vec3 at = anywhere({}, 1.2F);
     double least = endless;
     for (std::size_t t = 0; t < needles.size(); ++t) {
-      least = std::min(least, squared_to_triangle(Vec3d(at), &points[3 * t], endless));
+      least = std::min(least, squared_to_triangle(to_double(at), &points[3 * t], endless));
     }
     ASSERT_DOUBLE_EQ(tree.squared(at), least) << i;
     const std::uint32_t nearest = tree.nearest(at);
     ASSERT_LT(nearest, needles.size());
-    ASSERT_DOUBLE_EQ(squared_to_triangle(Vec3d(at), &points[std::size_t{3} * nearest], endless),
+    ASSERT_DOUBLE_EQ(squared_to_triangle(to_double(at), &points[std::size_t{3} * nearest], endless),
                      least);
   }
 }
@@ -229,7 +229,7 @@ TEST(SurfaceDistance, OfSliversIsThatOfTheirSides) {
     const double expected = along * along + 1.0 * at.y * at.y + 1.0 * at.z * at.z;
     EXPECT_NEAR(tree.squared(at), expected, 1e-7);
     const std::uint32_t nearest = tree.nearest(at);
-    const double own = squared_to_triangle(Vec3d(at), &points[std::size_t{3} * nearest],
+    const double own = squared_to_triangle(to_double(at), &points[std::size_t{3} * nearest],
                                            std::numeric_limits<double>::infinity());
     EXPECT_EQ(tree.nearest(at, own * (1 + 1e-9)), nearest);
   }

@@ -61,12 +61,13 @@ TEST(LowSurface, KeepsHardNormalsAndJoinsDirections) {
       EXPECT_EQ(corner.position, frame.to_frame(mesh, mesh.triangles[t][k]));
       EXPECT_EQ(corner.normal, mesh.normals[t / 2]);
       EXPECT_EQ(corner.uv, mesh.uvs[mesh.uv_triangles[t][k]]);
-      const Vec3d outward = Vec3d(corner.position) * (1 / length(Vec3d(corner.position)));
-      EXPECT_NEAR(dot(Vec3d(corner.direction), outward), 1, 1e-6) << "the diagonal, by symmetry";
+      const Vec3d outward = to_double(corner.position) * (1 / length(to_double(corner.position)));
+      EXPECT_NEAR(dot(to_double(corner.direction), outward), 1, 1e-6)
+          << "the diagonal, by symmetry";
       // u runs from the side's first corner to its second.
-      const Vec3d along = Vec3d(surface.triangles[t / 2 * 2][1].position) -
-                          Vec3d(surface.triangles[t / 2 * 2][0].position);
-      EXPECT_NEAR(dot(Vec3d(corner.tangent), along) / length(along), 1, 1e-6);
+      const Vec3d along = to_double(surface.triangles[t / 2 * 2][1].position) -
+                          to_double(surface.triangles[t / 2 * 2][0].position);
+      EXPECT_NEAR(dot(to_double(corner.tangent), along) / length(along), 1, 1e-6);
       EXPECT_EQ(corner.sign, 1);
     }
   }
@@ -131,10 +132,10 @@ TEST(LowSurface, TwoShellsGiveWaysOutAndIn) {
   ASSERT_EQ(surface.cage_kind, CageKind::shells);
   for (const auto& corners : surface.triangles) {
     for (const LowSurface::Corner& corner : corners) {
-      const double size = length(Vec3d(corner.position));
+      const double size = length(to_double(corner.position));
       EXPECT_NEAR(corner.outward, size, 1e-6);
       EXPECT_NEAR(corner.inward, size / 2, 1e-6);
-      EXPECT_NEAR(dot(Vec3d(corner.direction), Vec3d(corner.position)), size, 1e-6);
+      EXPECT_NEAR(dot(to_double(corner.direction), to_double(corner.position)), size, 1e-6);
     }
   }
   const std::vector<float> outer = surface.shell(false), inner = surface.shell(true);
@@ -194,10 +195,10 @@ TEST(LowSurface, TheBunnyIsWhole) {
   ASSERT_EQ(surface.triangles.size(), 2083U);
   for (const auto& triangle : surface.triangles) {
     for (const LowSurface::Corner& corner : triangle) {
-      EXPECT_NEAR(length(Vec3d(corner.normal)), 1, 1e-6);
-      EXPECT_NEAR(length(Vec3d(corner.tangent)), 1, 1e-6);
-      EXPECT_NEAR(dot(Vec3d(corner.normal), Vec3d(corner.tangent)), 0, 1e-6);
-      EXPECT_NEAR(length(Vec3d(corner.direction)), 1, 1e-6);
+      EXPECT_NEAR(length(to_double(corner.normal)), 1, 1e-6);
+      EXPECT_NEAR(length(to_double(corner.tangent)), 1, 1e-6);
+      EXPECT_NEAR(dot(to_double(corner.normal), to_double(corner.tangent)), 0, 1e-6);
+      EXPECT_NEAR(length(to_double(corner.direction)), 1, 1e-6);
     }
   }
 }

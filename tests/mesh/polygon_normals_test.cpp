@@ -93,7 +93,7 @@ struct Sheet {
     };
     for (const Face& face : faces) {
       const std::size_t n = face.size();
-      Vec3d normal;
+      Vec3d normal{};
       for (std::size_t i = 0; i < n; ++i) {
         const Vec3d a = at(face[i]), b = at(face[(i + 1) % n]);
         normal +=
@@ -122,8 +122,8 @@ TEST(PolygonNormals, AreThoseOfThePolygons) {
     double worst = 0, worst_of_triangles = 0;
     const std::vector<Vec3> others = vertex_normals(mesh.positions, mesh.triangles);
     for (std::size_t v = 0; v < expected.size(); ++v) {
-      worst = std::max(worst, length(Vec3d(normals[v]) - expected[v]));
-      worst_of_triangles = std::max(worst_of_triangles, length(Vec3d(others[v]) - expected[v]));
+      worst = std::max(worst, length(to_double(normals[v]) - expected[v]));
+      worst_of_triangles = std::max(worst_of_triangles, length(to_double(others[v]) - expected[v]));
     }
     EXPECT_LT(worst, 1e-6);
     EXPECT_GT(worst_of_triangles, 0.01);  // so that the test can tell

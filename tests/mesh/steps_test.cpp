@@ -26,7 +26,7 @@ struct Grid {
     for (const Vec3& p : mesh.positions) {
       const double x = (p.x + 0.5) * 20, y = (p.y + 0.5) * 20;
       Vec3d place{at.x + x * side * 1.07, at.y + y * side * 1.03, at.z + side * std::sin(x * y)};
-      if (in_floats) place = Vec3d(to_float(place));
+      if (in_floats) place = to_double(to_float(place));
       places.push_back(place);
     }
   }
@@ -117,7 +117,7 @@ TEST(Steps, NamesWhatStretchesTheBox) {
     const Mesh mesh = with_outlier(far);
     return stretched_box({mesh.triangles,
                           [](std::size_t) { return true; },
-                          [&](std::uint32_t v) { return Vec3d(mesh.positions[v]); },
+                          [&](std::uint32_t v) { return to_double(mesh.positions[v]); },
                           {}});
   };
   for (const float far : {1e6F, 1e7F, 1e20F}) {
@@ -133,7 +133,7 @@ TEST(Steps, OrdinaryMeshesAreFine) {
   for (Mesh mesh : {test::icosphere(6), test::cube(), test::torus(64, 32), test::plane(1, 1)}) {
     for (const double scale : {1e-30, 1.0, 1e30}) {
       Mesh moved = mesh;
-      for (Vec3& p : moved.positions) p = to_float(Vec3d(p) * scale);
+      for (Vec3& p : moved.positions) p = to_float(to_double(p) * scale);
       EXPECT_EQ(coarse_steps(moved, Frame::of(moved)), "") << mesh.name << scale;
     }
     // A low poly in the frame of a much larger high poly.

@@ -227,8 +227,8 @@ TEST(LowPolyPlan, SizesOnScreenAreThoseOfTheMesh) {
   const auto extent = [&](const Picture& picture, const Vec3d& axis) {
     double low = 1e300, high = -1e300;
     for (const Vec3& p : impl_of(source).positions) {
-      low = std::min(low, dot(Vec3d(p) - picture.middle, axis));
-      high = std::max(high, dot(Vec3d(p) - picture.middle, axis));
+      low = std::min(low, dot(to_double(p) - picture.middle, axis));
+      high = std::max(high, dot(to_double(p) - picture.middle, axis));
     }
     EXPECT_NEAR(low + high, 0, 1e-5) << "in the middle";
     return high - low;

@@ -24,10 +24,10 @@ constexpr double kPi = 3.14159265358979323846;
 double winding_number(const Mesh& mesh, const Vec3d& at) {
   double sum = 0;
   for (const Triangle& t : mesh.triangles) {
-    std::array<Vec3d, 3> p;
+    std::array<Vec3d, 3> p{};
     std::array<double, 3> size{};
     for (std::size_t k = 0; k < 3; ++k) {
-      p[k] = Vec3d(mesh.positions[t[k]]) - at;
+      p[k] = to_double(mesh.positions[t[k]]) - at;
       size[k] = length(p[k]);
     }
     const double above = dot(p[0], cross(p[1], p[2]));
@@ -41,7 +41,8 @@ double winding_number(const Mesh& mesh, const Vec3d& at) {
 double volume(const Mesh& mesh) {
   double sum = 0;
   for (const Triangle& t : mesh.triangles) {
-    const Vec3d a(mesh.positions[t[0]]), b(mesh.positions[t[1]]), c(mesh.positions[t[2]]);
+    const Vec3d a = to_double(mesh.positions[t[0]]), b = to_double(mesh.positions[t[1]]),
+                c = to_double(mesh.positions[t[2]]);
     sum += dot(a, cross(b, c)) / 6;
   }
   return sum;
@@ -51,7 +52,7 @@ double volume(const Mesh& mesh) {
 std::size_t count_outside(const Mesh& high, const Mesh& low, double touching) {
   std::size_t count = 0;
   for (const Vec3& p : high.positions) {
-    if (winding_number(low, Vec3d(p)) > 0.999) continue;
+    if (winding_number(low, to_double(p)) > 0.999) continue;
     bool touched = false;
     for (const Triangle& t : low.triangles) {
       touched =
@@ -171,8 +172,9 @@ std::size_t count_above(const Mesh& high, const Mesh& low, float height) {
       const double distance = reference::triangle_distance(low.positions, t, {p.x, p.y, p.z});
       if (!(distance < nearest)) continue;
       nearest = distance;
-      const Vec3d a(low.positions[t[0]]), b(low.positions[t[1]]), c(low.positions[t[2]]);
-      above = dot(Vec3d(p) - a, cross(b - a, c - a));
+      const Vec3d a = to_double(low.positions[t[0]]), b = to_double(low.positions[t[1]]),
+                  c = to_double(low.positions[t[2]]);
+      above = dot(to_double(p) - a, cross(b - a, c - a));
     }
     count += nearest > 1e-6 && above > 0;
   }

@@ -23,8 +23,8 @@ namespace {
 using LabelAt = std::function<std::uint32_t(const Vec3d&)>;
 
 std::array<Vec3d, 3> corners_of(const Mesh& mesh, std::size_t t) {
-  std::array<Vec3d, 3> p;
-  for (std::size_t k = 0; k < 3; ++k) p[k] = Vec3d(mesh.positions[mesh.triangles[t][k]]);
+  std::array<Vec3d, 3> p{};
+  for (std::size_t k = 0; k < 3; ++k) p[k] = to_double(mesh.positions[mesh.triangles[t][k]]);
   return p;
 }
 
@@ -138,7 +138,7 @@ TEST(LabelBorders, ThatAreNoneChangeNothing) {
 Work labelled_sphere(const LabelAt& label) {
   const Mesh sphere = test::icosphere(7);
   Work work;
-  for (const Vec3& p : sphere.positions) work.points.push_back(Vec3d(p) * 0.28);
+  for (const Vec3& p : sphere.positions) work.points.push_back(to_double(p) * 0.28);
   work.triangles = sphere.triangles;
   for (std::size_t t = 0; t < sphere.triangles.size(); ++t) {
     const auto [a, b, c] = corners_of(sphere, t);
@@ -190,14 +190,14 @@ TEST(LabelBorders, StayWhereVerticesAreFitted) {
   }
   const auto strayed = [&](const std::vector<std::uint32_t>& labels) {
     std::vector<Vec3d> points;
-    for (const Vec3& p : low.positions) points.emplace_back(p);
+    for (const Vec3& p : low.positions) points.push_back(to_double(p));
     SurfaceFit(dense.positions, dense.triangles, false, [](const Vec3d& p) {
       return p;
     }).run(points, low.triangles, labels, {});
     double sum = 0;
     for (std::size_t v = 0; v < points.size(); ++v) {
       if (around[v].size() < 2) continue;
-      const Vec3d from(low.positions[v]), way = points[v] - from;
+      const Vec3d from = to_double(low.positions[v]), way = points[v] - from;
       sum += length(way - from * (dot(way, from) / dot(from, from)));
     }
     return sum;

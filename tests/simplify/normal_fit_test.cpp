@@ -34,7 +34,7 @@ double degrees(const Vec3d& a, const Vec3d& b) {
 }
 
 Vec3d corner_normal(const Mesh& mesh, std::size_t t, std::size_t k) {
-  return Vec3d(mesh.normals[mesh.normal_triangles[t][k]]);
+  return to_double(mesh.normals[mesh.normal_triangles[t][k]]);
 }
 
 /// Mean angle between a high poly's normals and those interpolated at the nearest point of a low poly. Found by
@@ -42,7 +42,7 @@ Vec3d corner_normal(const Mesh& mesh, std::size_t t, std::size_t k) {
 /// \param steps  of places along a side: close enough that one round an edge is not nearer
 double off(const Mesh& low, const Mesh& high, int steps = 8) {
   struct Place {
-    Vec3d at, normal;
+    Vec3d at{}, normal{};
   };
   std::vector<Place> places;
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
@@ -52,7 +52,7 @@ double off(const Mesh& low, const Mesh& high, int steps = 8) {
         Place& place = places.emplace_back();
         for (std::size_t c = 0; c < 3; ++c) {
           const double share = c == 0 ? 1 - u - v : c == 1 ? u : v;
-          place.at += Vec3d(low.positions[low.triangles[t][c]]) * share;
+          place.at += to_double(low.positions[low.triangles[t][c]]) * share;
           place.normal += corner_normal(low, t, c) * share;
         }
       }
@@ -61,7 +61,8 @@ double off(const Mesh& low, const Mesh& high, int steps = 8) {
   double sum = 0, area = 0;
   for (std::size_t t = 0; t < high.triangles.size(); t += 7) {
     const Triangle& c = high.triangles[t];
-    const Vec3d a(high.positions[c[0]]), b(high.positions[c[1]]), d(high.positions[c[2]]);
+    const Vec3d a = to_double(high.positions[c[0]]), b = to_double(high.positions[c[1]]),
+                d = to_double(high.positions[c[2]]);
     const Vec3d middle = (a + b + d) * (1.0 / 3), face = cross(b - a, d - a);
     const auto nearest =
         std::min_element(places.begin(), places.end(), [&](const Place& x, const Place& y) {
@@ -159,10 +160,11 @@ TEST(NormalFit, FlatsOfACubeAreFlatWhereSeamsPartThem) {
   const Mesh apart = fit_normals(unwrap(low, {.method = UnwrapMethod::pairs}), high);
   for (std::size_t t = 0; t < apart.triangles.size(); ++t) {
     const Triangle& c = apart.triangles[t];
-    const Vec3d a(apart.positions[c[0]]);
-    const Vec3d face = cross(Vec3d(apart.positions[c[1]]) - a, Vec3d(apart.positions[c[2]]) - a);
+    const Vec3d a = to_double(apart.positions[c[0]]);
+    const Vec3d face =
+        cross(to_double(apart.positions[c[1]]) - a, to_double(apart.positions[c[2]]) - a);
     for (const std::uint32_t corner : apart.normal_triangles[t]) {
-      EXPECT_LT(degrees(face, Vec3d(apart.normals[corner])), 0.01) << t;
+      EXPECT_LT(degrees(face, to_double(apart.normals[corner])), 0.01) << t;
     }
   }
 }
@@ -195,10 +197,11 @@ TEST(NormalFit, LooksWhereItsFacesLook) {
   std::vector<double> facing(low.positions.size(), 1);
   for (std::size_t t = 0; t < fitted.triangles.size(); ++t) {
     const Triangle& c = fitted.triangles[t];
-    const Vec3d a(fitted.positions[c[0]]);
-    const Vec3d face = cross(Vec3d(fitted.positions[c[1]]) - a, Vec3d(fitted.positions[c[2]]) - a);
+    const Vec3d a = to_double(fitted.positions[c[0]]);
+    const Vec3d face =
+        cross(to_double(fitted.positions[c[1]]) - a, to_double(fitted.positions[c[2]]) - a);
     for (const std::uint32_t corner : fitted.normal_triangles[t]) {
-      const Vec3d n(fitted.normals[corner]);
+      const Vec3d n = to_double(fitted.normals[corner]);
       EXPECT_NEAR(length(n), 1, 1e-5);
       facing[corner] = std::min(facing[corner], dot(n, unit(face)));
     }
@@ -207,10 +210,11 @@ TEST(NormalFit, LooksWhereItsFacesLook) {
   const Mesh plain = with_face_normals(low);
   std::vector<double> before(low.positions.size(), 1);
   for (const Triangle& c : plain.triangles) {
-    const Vec3d a(plain.positions[c[0]]);
-    const Vec3d face = cross(Vec3d(plain.positions[c[1]]) - a, Vec3d(plain.positions[c[2]]) - a);
+    const Vec3d a = to_double(plain.positions[c[0]]);
+    const Vec3d face =
+        cross(to_double(plain.positions[c[1]]) - a, to_double(plain.positions[c[2]]) - a);
     for (const std::uint32_t v : c) {
-      before[v] = std::min(before[v], dot(Vec3d(plain.normals[v]), unit(face)));
+      before[v] = std::min(before[v], dot(to_double(plain.normals[v]), unit(face)));
     }
   }
   for (std::size_t v = 0; v < before.size(); ++v) {
@@ -230,9 +234,9 @@ TEST(NormalFit, TakesTheHighPolysOwnNormals) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3& p = fitted.positions[fitted.triangles[t][k]];
       if (p.y < 0 || p.z < 0) continue;
-      const Vec3d n(fitted.normals[fitted.normal_triangles[t][k]]);
+      const Vec3d n = to_double(fitted.normals[fitted.normal_triangles[t][k]]);
       EXPECT_LT(degrees(n, {0, 0.6, 0.8}),
-                degrees(Vec3d(faces[fitted.triangles[t][k]]), {0, 0.6, 0.8}));
+                degrees(to_double(faces[fitted.triangles[t][k]]), {0, 0.6, 0.8}));
     }
   }
 }
@@ -270,7 +274,7 @@ TEST(NormalFit, RefusesWhatItCannotUse) {
   Mesh torn = ball;
   torn.positions[0].x = std::numeric_limits<float>::quiet_NaN();
   const Mesh fitted = fit_normals(torn, ball);
-  for (const Vec3& n : fitted.normals) EXPECT_NEAR(length(Vec3d(n)), 1, 1e-5);
+  for (const Vec3& n : fitted.normals) EXPECT_NEAR(length(to_double(n)), 1, 1e-5);
 }
 
 /// The normals of the faces at both sides of a crease inside a chart.

@@ -35,7 +35,7 @@ Work rough_sphere(double rough) {
   const Mesh sphere = test::icosphere(7);
   Work work;
   for (std::uint32_t v = 0; v < sphere.positions.size(); ++v) {
-    work.points.push_back(Vec3d(sphere.positions[v]) * (0.28 * (1 + rough * noise(v))));
+    work.points.push_back(to_double(sphere.positions[v]) * (0.28 * (1 + rough * noise(v))));
   }
   work.triangles = sphere.triangles;
   return work;
@@ -122,7 +122,7 @@ TEST(Presimplify, ItsFoldsAreTurnedBack) {
 TEST(Presimplify, LeavesNoSliversAcrossFlats) {
   Work work;
   const Mesh cube = test::grid_cube(170);
-  for (const Vec3& p : cube.positions) work.points.emplace_back(p);
+  for (const Vec3& p : cube.positions) work.points.push_back(to_double(p));
   work.triangles = cube.triangles;
   ASSERT_EQ(facing_in(work.points, work.triangles), 0U);
   presimplify(work, kGoal, 1, false, {});
@@ -144,7 +144,7 @@ TEST(Presimplify, IsForRoughMeshes) {
   EXPECT_TRUE(is_finely_curved(rough_sphere(0)));
   Work flat;
   const Mesh cube = test::grid_cube(40);
-  for (const Vec3& p : cube.positions) flat.points.emplace_back(p);
+  for (const Vec3& p : cube.positions) flat.points.push_back(to_double(p));
   flat.triangles = cube.triangles;
   EXPECT_TRUE(is_finely_curved(flat));
   flat.triangles.clear();
@@ -201,7 +201,7 @@ TEST(Presimplify, LeavesPlacesUntouched) {
 /// Largest distance from points of a mesh to what presimplify() leaves of it.
 double deviation_after(const Mesh& high, std::size_t goal) {
   Work work;
-  for (const Vec3& p : high.positions) work.points.push_back(Vec3d(p) * 0.28);
+  for (const Vec3& p : high.positions) work.points.push_back(to_double(p) * 0.28);
   work.triangles = high.triangles;
   const std::vector<Vec3> points = to_floats(work.points);
   presimplify(work, goal, 1, false, {});

@@ -32,7 +32,7 @@ double diagonal(const Mesh& mesh) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  return length(Vec3d(high) - Vec3d(low));
+  return length(to_double(high) - to_double(low));
 }
 
 /// Deviation of a low poly from its high poly, at many points of each triangle; a share of the diagonal.
@@ -44,8 +44,8 @@ double strays(const Mesh& low, const Mesh& high) {
     for (int i = 0; i <= kSteps; ++i) {
       for (int k = 0; i + k <= kSteps; ++k) {
         const double u = static_cast<double>(i) / kSteps, v = static_cast<double>(k) / kSteps;
-        const Vec3d p = Vec3d(low.positions[t[0]]) * (1 - u - v) + Vec3d(low.positions[t[1]]) * u +
-                        Vec3d(low.positions[t[2]]) * v;
+        const Vec3d p = to_double(low.positions[t[0]]) * (1 - u - v) +
+                        to_double(low.positions[t[1]]) * u + to_double(low.positions[t[2]]) * v;
         most = std::max(most, surface.squared(to_float(p)));
       }
     }
@@ -69,7 +69,7 @@ Mesh with_a_steep_place() {
   for (Vec3& p : mesh.positions) {
     const double near = std::exp(-40 * ((p.x - 1) * (p.x - 1) + p.y * p.y + p.z * p.z));
     const double r = 1 + 0.004 * std::sin(20 * p.y) * std::sin(20 * p.z) + 0.5 * near;
-    p = to_float(Vec3d(p) * r);
+    p = to_float(to_double(p) * r);
   }
   return mesh;
 }
@@ -202,9 +202,9 @@ TEST(SimplifyBound, OneTriangleIsKeptAndSaid) {
 /// After collapses and moves, no sample is beyond the bound; without the bound, some are.
 TEST(DeviationBound, HoldsEverySample) {
   Mesh dense = test::icosphere(4);
-  for (Vec3& p : dense.positions) p = to_float(Vec3d(p) * 0.28);
+  for (Vec3& p : dense.positions) p = to_float(to_double(p) * 0.28);
   std::vector<Vec3d> points;
-  for (const Vec3& p : dense.positions) points.emplace_back(p);
+  for (const Vec3& p : dense.positions) points.push_back(to_double(p));
   const BoundSamples samples(dense.positions, dense.triangles, 1 << 18);
   EXPECT_EQ(samples.points.size(), dense.positions.size() + dense.triangles.size());
   const double bound = 0.004;

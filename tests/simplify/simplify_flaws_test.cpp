@@ -19,7 +19,7 @@ namespace {
 
 std::vector<Vec3d> doubles(const std::vector<Vec3>& points) {
   std::vector<Vec3d> result;
-  for (const Vec3& p : points) result.emplace_back(p);
+  for (const Vec3& p : points) result.push_back(to_double(p));
   return result;
 }
 

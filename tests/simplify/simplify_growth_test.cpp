@@ -89,7 +89,7 @@ Shape grid(std::uint32_t n) {
   const auto side = static_cast<std::uint32_t>(std::sqrt(n / 2.0));
   const Mesh plane = test::plane(side, side);
   Shape shape;
-  for (const Vec3& p : plane.positions) shape.points.emplace_back(p);
+  for (const Vec3& p : plane.positions) shape.points.push_back(to_double(p));
   shape.triangles = plane.triangles;
   return shape;
 }

@@ -384,11 +384,12 @@ TEST(Simplify, OpenBordersOfARoughSheetKeepTheirShape) {
   }
   double off = 0;
   for (std::uint32_t i = 0; i < kRound; ++i) {
-    const Vec3d rim(high.positions[kRings * kRound + i]);
+    const Vec3d rim = to_double(high.positions[kRings * kRound + i]);
     double least = 1;
     for (const auto& [side, count] : sides) {
       if (count != 1) continue;
-      const Vec3d a(low.positions[side.first]), edge = Vec3d(low.positions[side.second]) - a;
+      const Vec3d a = to_double(low.positions[side.first]),
+                  edge = to_double(low.positions[side.second]) - a;
       const double share = std::clamp(dot(rim - a, edge) / dot(edge, edge), 0.0, 1.0);
       least = std::min(least, length(rim - a - edge * share));
     }

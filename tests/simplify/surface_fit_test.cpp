@@ -23,12 +23,12 @@ struct Pair {
   std::vector<Quadric> planes;  ///< By vertex; empty: none hold it.
 
   Pair() {
-    for (const Vec3& p : low.positions) given.emplace_back(p);
+    for (const Vec3& p : low.positions) given.push_back(to_double(p));
   }
   void fit() {
     moved = given;
     SurfaceFit(dense.positions, dense.triangles, false, [](const Vec3d& p) {
-      return Vec3d(to_float(p));
+      return to_double(to_float(p));
     }).run(moved, low.triangles, {}, planes);
   }
   double distance(const std::vector<Vec3d>& points) const {
@@ -112,8 +112,8 @@ TEST(SurfaceFit, RoundedEdgesAreMet) {
   for (Vec3& p : box.positions) {
     constexpr float kRound = 0.025F;
     const auto inner = [](float x) { return std::clamp(x, kRound - 0.25F, 0.25F - kRound); };
-    const Vec3d core(Vec3{inner(p.x), inner(p.y), inner(p.z)});
-    const Vec3d out = Vec3d(p) - core;
+    const Vec3d core = to_double(Vec3{inner(p.x), inner(p.y), inner(p.z)});
+    const Vec3d out = to_double(p) - core;
     const Vec3d rounded = core + out * (double{kRound} / length(out));
     p = to_float({rounded.x, 0.7 * rounded.y, 0.4 * rounded.z});
   }

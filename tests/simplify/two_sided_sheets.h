@@ -46,8 +46,8 @@ inline std::vector<std::ptrdiff_t> twins_of(const Mesh& mesh) {
 
 inline kiln::Vec3d face(const Mesh& mesh, std::size_t t) {
   const auto& [a, b, c] = mesh.triangles[t];
-  const kiln::Vec3d p(mesh.positions[a]);
-  return cross(kiln::Vec3d(mesh.positions[b]) - p, kiln::Vec3d(mesh.positions[c]) - p);
+  const kiln::Vec3d p = to_double(mesh.positions[a]);
+  return cross(kiln::to_double(mesh.positions[b]) - p, kiln::to_double(mesh.positions[c]) - p);
 }
 
 /// A flat sheet of n by n cells. Looks up.

@@ -159,7 +159,7 @@ TEST(TwoSidedSheets, HaveNormalsAndColorsOfEachSide) {
     const bool back = low.materials.at(t) == 1;
     const Vec3d own = face(low, t) * (1 / length(face(low, t)));
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3d n(low.normals[low.normal_triangles[t][k]]);
+      const Vec3d n = to_double(low.normals[low.normal_triangles[t][k]]);
       if (back) level += n.z + 1;
       if (!back) bent += 1 - dot(n, own);
       const auto& [red, green, blue, alpha] = low.colors.at(low.triangles[t][k]);
@@ -188,8 +188,8 @@ TEST(TwoSidedSheets, BacksTurnFrontsNormalsRound) {
         const Vec3& at = mesh->positions[mesh->triangles[t][k]];
         for (std::size_t i = 0; i < 3; ++i) {
           if (mesh->positions[mesh->triangles[other][i]] != at) continue;
-          apart += 1 + dot(Vec3d(mesh->normals[mesh->normal_triangles[t][k]]),
-                           Vec3d(mesh->normals[mesh->normal_triangles[other][i]]));
+          apart += 1 + dot(to_double(mesh->normals[mesh->normal_triangles[t][k]]),
+                           to_double(mesh->normals[mesh->normal_triangles[other][i]]));
         }
       }
     }

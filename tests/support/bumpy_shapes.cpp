@@ -74,7 +74,7 @@ struct OctahedralGrid {
 
 struct Wave {
   double amplitude;
-  Vec3d k;
+  Vec3d k{};
   double phase;
 };
 constexpr std::array<Wave, 3> sphere_waves = {
@@ -95,7 +95,7 @@ double BumpySphere::radius(const Vec3d& direction) {
 // d - (g - (g . d) d) / r with d the direction and g the gradient of r as a function of space.
 Vec3d BumpySphere::exact_normal(const Vec3d& point) {
   const Vec3d d = unit(point);
-  Vec3d g;
+  Vec3d g{};
   for (const Wave& w : sphere_waves) {
     g = g + (w.amplitude * std::cos(dot(w.k, d) + w.phase)) * w.k;
   }

@@ -217,7 +217,7 @@ Mesh random_soup(std::uint32_t count, std::uint64_t seed, double size) {
   Random random(seed);
   const double reach = 1 - size / 2;
   for (std::uint32_t i = 0; i < count; ++i) {
-    Vec3d middle, offset;
+    Vec3d middle{}, offset{};
     for (double* c : {&middle.x, &middle.y, &middle.z}) *c = random.between(-reach, reach);
     for (int corner = 0; corner < 3; ++corner) {
       for (double* c : {&offset.x, &offset.y, &offset.z}) *c = random.between(-size / 2, size / 2);

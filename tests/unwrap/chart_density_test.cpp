@@ -180,7 +180,7 @@ TEST(UnwrapByDetail, KeepsPaddingAndIsTheSameOnAllThreads) {
 FlatTriangles laid(const Mesh& mesh) {
   FlatTriangles flat;
   for (const Triangle& t : mesh.triangles) {
-    std::array<Vec2d, 3> corners;
+    std::array<Vec2d, 3> corners{};
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3& p = mesh.positions[t[k]];
       corners[k] = {p.x, p.y};

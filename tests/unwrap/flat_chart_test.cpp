@@ -126,7 +126,7 @@ void lay_on_circle(FlatChart& chart) {
   for (int round = 0; round < 3000; ++round) {
     for (std::size_t v = 0; v < beside.size(); ++v) {
       if (beside[v].empty()) continue;
-      Vec2d sum;
+      Vec2d sum{};
       for (const std::uint32_t other : beside[v]) sum = sum + chart.points[other];
       chart.points[v] = sum * (1 / static_cast<double>(beside[v].size()));
     }

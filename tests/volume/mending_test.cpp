@@ -23,7 +23,8 @@ namespace kiln {
 namespace {
 
 Vec3d normal_of(const Mesh& mesh, const Triangle& t) {
-  const Vec3d a(mesh.positions[t[0]]), b(mesh.positions[t[1]]), c(mesh.positions[t[2]]);
+  const Vec3d a = to_double(mesh.positions[t[0]]), b = to_double(mesh.positions[t[1]]),
+              c = to_double(mesh.positions[t[2]]);
   const Vec3d normal = cross(b - a, c - a);
   const double size = length(normal);
   return size > 0 ? normal * (1 / size) : Vec3d{};
@@ -57,8 +58,8 @@ std::size_t count_folded(const Mesh& low, const Mesh& full) {
   for (const std::uint32_t t : bent_back(low)) {
     const Triangle& v = low.triangles[t];
     const Vec3d normal = normal_of(low, v);
-    const std::array<Vec3d, 3> p = {Vec3d(low.positions[v[0]]), Vec3d(low.positions[v[1]]),
-                                    Vec3d(low.positions[v[2]])};
+    const std::array<Vec3d, 3> p = {to_double(low.positions[v[0]]), to_double(low.positions[v[1]]),
+                                    to_double(low.positions[v[2]])};
     double sum = 0;
     int points = 0;
     for (int i = 0; i < kSteps; ++i) {
@@ -68,10 +69,10 @@ std::size_t count_folded(const Mesh& low, const Mesh& full) {
         double nearest = 1e30;
         std::size_t best = 0;
         for (std::size_t k = 0; k < full.positions.size(); ++k) {
-          const Vec3d d = Vec3d(full.positions[k]) - at;
+          const Vec3d d = to_double(full.positions[k]) - at;
           if (dot(d, d) < nearest) nearest = dot(d, d), best = k;
         }
-        sum += dot(normal, Vec3d(full.normals[best]));
+        sum += dot(normal, to_double(full.normals[best]));
         ++points;
       }
     }
