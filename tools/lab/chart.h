@@ -140,7 +140,7 @@ class ChartKind {
   Json options = Json::object();    ///< Options in the report that differ from the flags
   std::vector<Warning> warnings;    ///< Warnings of the whole run
   std::vector<Warning> of_settings;  ///< Warnings of single settings
-  // Titles of chart.png, where it shows speed; the device and number of runs are added to the subtitle.
+  // Titles of chart.png if it shows speed. The device and number of runs are appended to the subtitle.
   std::string title, subtitle;
   const char* seconds_title = "";
   std::span<const MarkStyle> styles;

@@ -196,7 +196,7 @@ class VolumesChart : public ChartKind {
     try {
       sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}, {}, {}});
     } catch (const Error& error) {
-      // Fewer texels may have no room for so many charts.
+      // A smaller map may not have enough texels for the charts.
       const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
       if (size >= *a_.size || !no_room) throw;
       warnings.push_back({"size-skipped", error.what(), 1});
@@ -299,10 +299,9 @@ class VolumesChart : public ChartKind {
     return true;
   }
 
-  /// Seconds from the volume in memory to low poly and map: the finest contour, also where a high poly is made of it;
-  /// simplifying, and UVs where there is a map; putting the high poly on the device; splatting, or the rest of the
-  /// bake. Times a mark. A stage that several marks share is timed once per run, and counts for each. \returns null if
-  /// cancelled
+  /// Times a mark, from the volume in memory to low poly and map: the full contour; simplification, and UVs if there is
+  /// a map; upload of the high poly; splatting, or the rest of the bake. A stage that several marks share is timed once
+  /// per run, and counts for each. \returns null if cancelled
   Json time(std::size_t i, const std::string& note) {
     const auto& [way, sized] = tasks_[i];
     const std::uint32_t size = sized->size;
