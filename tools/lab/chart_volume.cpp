@@ -56,8 +56,8 @@ struct Sized {
   std::uint32_t size = 0;
   ExtractResult low_poly;
   std::optional<GradientReference> along_normals, along_faces;
-  std::optional<ExtractReport> timed;  ///< In this run
-  double seconds = 0;                  ///< That took
+  std::optional<ExtractReport> timed;  ///< Report of the current run
+  double seconds = 0;                  ///< Seconds of that extraction
 };
 
 double contour_seconds(const ContourReport& r) {
@@ -338,16 +338,16 @@ class VolumesChart : public ChartKind {
   }
 
   std::vector<VolumeWay> ways_;
-  ExtractOptions extract_;  ///< But for the size
+  ExtractOptions extract_;  ///< Options except the size
   Volume volume_;
   // The current volume.
   const Device* device_ = nullptr;
   Mesh high_;
   std::vector<Sized> sizes_;
   std::vector<Mark> marks_;
-  std::vector<Task> tasks_;  ///< As marks
+  std::vector<Task> tasks_;  ///< In the order of the marks
   Steps steps_{nullptr};
-  double contour_time_ = 0;  ///< Of the full contour in this run
+  double contour_time_ = 0;  ///< Seconds of the full contour in the current run
 };
 
 }  // namespace
