@@ -1,4 +1,4 @@
-# libdeflate: the target Deflate::deflate. Debian's package has no module of its own.
+# libdeflate: the target Deflate::deflate. Debian's package has no CMake configuration.
 find_path(Deflate_INCLUDE_DIR libdeflate.h)
 find_library(Deflate_LIBRARY deflate)
 mark_as_advanced(Deflate_INCLUDE_DIR Deflate_LIBRARY)

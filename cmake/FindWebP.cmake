@@ -1,4 +1,4 @@
-# libwebp: the target WebP::webp. Debian's package has no module of its own.
+# libwebp: the target WebP::webp. Debian's package has no CMake configuration.
 find_path(WebP_INCLUDE_DIR webp/decode.h)
 find_library(WebP_LIBRARY webp)
 mark_as_advanced(WebP_INCLUDE_DIR WebP_LIBRARY)

@@ -1,4 +1,4 @@
-# libzstd: the target Zstd::zstd. Debian's package has no module of its own.
+# libzstd: the target Zstd::zstd. Debian's package has no CMake configuration.
 find_path(Zstd_INCLUDE_DIR zstd.h)
 find_library(Zstd_LIBRARY zstd)
 mark_as_advanced(Zstd_INCLUDE_DIR Zstd_LIBRARY)

@@ -530,7 +530,7 @@ class Expander {
 
   static std::string identity(const fs::path& path) {
     std::error_code error;
-    // weakly_canonical() returns a relative path if the first folder of a relative path does not exist.
+    // Of a relative path whose first folder is not there yet, the canonical one is relative, too.
     const fs::path found = fs::weakly_canonical(fs::absolute(path), error);
     return (error ? fs::absolute(path).lexically_normal() : found).string();
   }
@@ -687,8 +687,7 @@ std::string output_name(const Job& job) {
 }
 
 double expected_seconds(const Job& job) {
-  // Throughput of two CPU cores (2026): seconds per job, parsed bytes per second, samples per second of each map, and
-  // rays per second for occlusion.
+  // Two cores of 2026: a job's own cost, bytes that are parsed, and samples of each map. Occlusion casts rays.
   constexpr double kOwn = 0.05, kBytes = 4e7, kSamples = 6e6, kRays = 1e7;
   double bytes = 0;
   for (const auto* const side : {&job.high, &job.low.given}) {

@@ -44,7 +44,7 @@ Batch expand_job_file(const JobFile& file, const ExpandOptions& options);
 /// The output that names a job in messages and checks: its folder and stem, or its file.
 std::string output_name(const Job& job);
 
-/// Estimated run time of a job in seconds, from the sizes of files and maps. Used for the order of bakes and for lists.
+/// Estimated seconds of a job, from sizes of files and maps. For order and lists.
 double expected_seconds(const Job& job);
 
 }  // namespace kiln

@@ -298,9 +298,9 @@ class BatchRun {
     finish(asset, result);
   }
 
-  /// Restores an asset if possible. \returns true if it need not be baked
+  /// \returns true if nothing is left to bake
   bool take_from_cache(const BatchAsset& asset, const InputLog& log, AssetResult& result) {
-    device();  // Opens the device, whose class is part of keys.
+    device();  // keys have its class
     if (options_.rebake) {
       result.reason = "all were asked for";
       return false;

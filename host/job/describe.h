@@ -31,7 +31,7 @@ Json describe(const std::vector<MapError>& errors);
 Json describe(const StoredError& error, bool is_normal);
 /// Repairs of the high poly.
 Json describe(const CleanReport& report);
-/// True if a low poly has over a tenth more faces than were asked for (0: no number was).
+/// True if a low poly has over 10% more faces than requested. \param asked requested faces; 0: no request
 bool misses_faces(const SimplifyReport& report, std::uint32_t asked);
 /// The message for that case.
 Message too_many_faces(const SimplifyReport& report, std::uint32_t asked);

@@ -1,4 +1,4 @@
-// Textures of the high poly that a bake carries over, and the maps that it makes.
+// Transfers: textures of the high poly that a bake reads, and the maps that it makes from them.
 #pragma once
 
 #include <optional>
@@ -11,35 +11,35 @@
 
 namespace kiln {
 
-/// `--transfer FILE[:name][:srgb|linear|normal]`, in parts.
+/// The parts of `--transfer FILE[:name][:srgb|linear|normal]`.
 struct TransferArgument {
-  std::string file;  ///< Or "mtl": what the materials name
+  std::string file;  ///< Path, or "mtl" for the materials' textures
   std::string name;
   std::optional<TextureKind> kind;
 
   bool materials() const { return file == "mtl"; }
 };
 
-/// Names that `mtl:NAME` may have.
+/// Allowed NAMEs in `mtl:NAME`.
 inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
     {"color", MaterialSlot::color},         {"emission", MaterialSlot::emission},
     {"metallic", MaterialSlot::metallic},   {"normals", MaterialSlot::normal},
     {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},
     {"roughness", MaterialSlot::roughness}};
 
-/// Maps of an asset beside `normal` and `ao`, where nothing is said of maps: those that HIGH's colours and materials
-/// have.
+/// Default maps of an asset in addition to `normal` and `ao`: those that HIGH's colours and materials provide.
 struct MaterialMaps {
-  std::vector<std::string> maps;       ///< As of --maps: color, opacity
-  std::vector<std::string> transfers;  ///< As of --transfer: mtl:roughness...
+  std::vector<std::string> maps;       ///< Values for --maps: color, opacity
+  std::vector<std::string> transfers;  ///< Values for --transfer: mtl:roughness...
 };
 
-/// \param occlusion  true: HIGH's pictures of occlusion, too
-/// \param warnings   where to append that they lie on other UVs, and that the alpha of vertex colours is left out
+/// \param occlusion  true to include HIGH's occlusion textures
+/// \param warnings  receives warnings about occlusion textures in other UV sets, and about ignored alpha of vertex
+///                  colours
 MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
                            std::vector<Warning>& warnings);
 
-/// True if it is not opaque.
+/// True if a material is not opaque.
 bool is_transparent(const Material& material);
 
 /// \throws Error(usage)
@@ -49,14 +49,13 @@ std::vector<TransferArgument> parse_transfers(const Job& arguments);
 /// Reads the sources of the user's own maps. \throws Error(input)
 std::vector<OwnMap> load_own_maps(const Job& arguments);
 
-/// Reads the pictures of --transfer. And the materials' pictures that maps hold, or that
-/// --alpha-test goes by.
+/// Reads the pictures of --transfer, and the materials' textures that maps or --alpha-test need.
 /// \throws Error(input), Error(usage)
-/// \param known  HIGH's materials, where they were read with it already; else empty
+/// \param known  HIGH's materials if they were read with the mesh; else empty
 void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
                    std::vector<Warning>& warnings, std::span<const Material> known = {});
 
-/// Takes off what --alpha-test finds transparent. \throws Error(input)
+/// Removes triangles that --alpha-test finds transparent. \throws Error(input)
 void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& high,
                       std::vector<Warning>& warnings);
 

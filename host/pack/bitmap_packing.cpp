@@ -24,7 +24,7 @@ constexpr std::uint32_t kMaxTriesTimesSquare = 120000, kMinTries = 4, kMaxTriesP
 /// Number of parallel searches, and orders that each tries.
 constexpr std::uint32_t kSearches = 4, kTriesPerSearch = 120;
 /// Up to kFineGridOutlines outlines, rounds of searches with new seeds continue until they cover this share, or up to
-/// kSearchRounds rounds. The last round starts anew from orders by size.
+/// kSearchRounds rounds. The last round starts from orders by size again.
 constexpr double kTargetShare = 0.785;
 constexpr std::uint32_t kSearchRounds = 3;
 /// First scale: outlines cover kMaxFirstShare of the square, or less if outlines plus padding and kLostCells on each

@@ -28,7 +28,7 @@ struct BytePlanSettings {
   /// Maximum number of low polys that are built.
   static constexpr std::size_t kMaxTrials = 6;
   /// Another is built only if its predicted error is below this share of the least error so far.
-  static constexpr double kWorthwhile = 0.98;
+  static constexpr double kMaxErrorRatioToTry = 0.98;
   /// The first low poly gets this share of the bytes, at this estimate of bytes per face (48 per vertex, 6 of indices).
   static constexpr double kFirstBytesShare = 0.3, kBytesPerFace = 45;
   /// The first map has the largest size at which the whole budget allows this many bytes per texel, with lossy and
@@ -71,13 +71,13 @@ class BytePlanner {
     std::size_t level = 0;
     while (level + 1 < evaluator_.count() && evaluator_.faces(level) > faces) ++level;
     if (options_.plan.choose_match) evaluator_.choose_match(level);
-    make(level, first_size(), /*all_maps=*/true, 0);
+    build_trial(level, first_size(), /*all_maps=*/true, 0);
     while (made_.size() < Settings::kMaxTrials) {
-      const std::optional<Expected> next = best_expected();
-      if (!next || next->error >= Settings::kWorthwhile * error_of(best())) break;
-      make(next->level, next->size, /*all_maps=*/false, next->error);
+      const std::optional<Prediction> next = best_predicted();
+      if (!next || next->error >= Settings::kMaxErrorRatioToTry * error_of(best())) break;
+      build_trial(next->level, next->size, /*all_maps=*/false, next->error);
     }
-    if (!best().trial.fits) make_smallest();
+    if (!best().trial.fits) build_smallest();
     rebuild_without_folds();
     return finish();
   }
@@ -94,7 +94,7 @@ class BytePlanner {
     NormalError normals;  ///< Error of the largest normal map
     ByteTrial trial;
   };
-  struct Expected {
+  struct Prediction {
     std::size_t level = 0;
     std::uint32_t size = 0;
     double error = 0;
@@ -170,7 +170,7 @@ class BytePlanner {
     return result;
   }
 
-  void make(std::size_t asked, std::uint32_t size, bool all_maps, double expected) {
+  void build_trial(std::size_t asked, std::uint32_t size, bool all_maps, double expected) {
     Made& made = made_.emplace_back();
     made.level = without_folds(asked);
     const LaidOut& laid_out = evaluator_.laid_out(made.level, size);
@@ -264,7 +264,7 @@ class BytePlanner {
   }
 
   /// Predicts a level's error with the best pictures that fit into the remaining bytes.
-  Expected expect(std::size_t level) {
+  Prediction predict(std::size_t level) {
     const Made& known = nearest(level);
     const LevelErrors errors = evaluator_.at(level, /*mapped=*/true);
     const double faces = evaluator_.faces(level);
@@ -297,7 +297,7 @@ class BytePlanner {
     trial.mesh_bytes =
         fixed_bytes_ + static_cast<std::uint64_t>(std::max(0.0, known.bytes_per_face) * faces);
     choose(ladders, trial);
-    Expected expected{level, sizes_.back(), oversize_rank(trial.bytes)};
+    Prediction expected{level, sizes_.back(), oversize_rank(trial.bytes)};
     if (!trial.fits) return expected;
     expected.error =
         trial.error +
@@ -310,9 +310,9 @@ class BytePlanner {
 
   /// Descends from the best level with decreasing steps to the least predicted error. Levels that were built count with
   /// their measured error.
-  std::optional<Expected> best_expected() {
-    std::map<std::size_t, Expected> known;
-    const auto at = [&](std::size_t level) -> const Expected& {
+  std::optional<Prediction> best_predicted() {
+    std::map<std::size_t, Prediction> known;
+    const auto at = [&](std::size_t level) -> const Prediction& {
       const auto found = known.find(level);
       if (found != known.end()) return found->second;
       for (const Made& made : made_) {
@@ -320,7 +320,7 @@ class BytePlanner {
           return known[level] = {level, made.trial.baked, error_of(made)};
         }
       }
-      return known[level] = expect(level);
+      return known[level] = predict(level);
     };
     std::size_t level = best().level;
     for (std::size_t step = Settings::kFirstLevelStep; step >= Settings::kLastLevelStep;
@@ -344,8 +344,8 @@ class BytePlanner {
 
   /// Builds the coarsest level with the smallest maps, if nothing fits so far. \throws Error(usage) with its bytes if
   /// it does not fit either
-  void make_smallest() {
-    make(evaluator_.count() - 1, sizes_.back(), /*all_maps=*/true, 0);
+  void build_smallest() {
+    build_trial(evaluator_.count() - 1, sizes_.back(), /*all_maps=*/true, 0);
     if (best().trial.fits) return;
     const std::uint64_t least = made_.back().trial.bytes;
     throw Error(ErrorCode::usage,
@@ -362,8 +362,8 @@ class BytePlanner {
     evaluator_.solve(level);
     const std::uint32_t size = best().trial.baked;
     std::erase_if(made_, [&](const Made& made) { return made.level == level; });
-    make(level, size, /*all_maps=*/true, 0);
-    if (!best().trial.fits) make_smallest();
+    build_trial(level, size, /*all_maps=*/true, 0);
+    if (!best().trial.fits) build_smallest();
   }
 
   BytePlan finish() {

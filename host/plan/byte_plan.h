@@ -17,7 +17,7 @@ struct BytePlanOptions {
   /// Maps to bake and the measure of error. `max_error` decides only LowPolyPlan::reached (0: ignored). `bounds` must
   /// be empty.
   LowPolyPlanOptions plan = {};
-  std::uint64_t max_bytes = 0;  ///< Of the whole file
+  std::uint64_t max_bytes = 0;  ///< Maximum bytes of the whole file
   PictureFitOptions pictures = {};
   /// Makes the file's pictures from a bake's maps. May modify the maps
   std::function<AssetMaps(std::vector<BakedMap>&)> maps_of = {};

@@ -80,7 +80,7 @@ double CandidateBuilder::expected_error(std::size_t level, std::uint32_t size) c
   return model_.expected(evaluator_.faces(level), evaluator_.at(level, /*mapped=*/true), size);
 }
 
-Candidate CandidateBuilder::expect(std::size_t level, std::uint32_t size) const {
+Candidate CandidateBuilder::predict(std::size_t level, std::uint32_t size) const {
   Candidate candidate;
   candidate.faces = evaluator_.levels().faces(level);
   candidate.positions = evaluator_.levels().vertices(level);
@@ -97,7 +97,7 @@ Candidate CandidateBuilder::expect(std::size_t level, std::uint32_t size) const 
 MadeCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
   MadeCandidate made;
   made.level = level;
-  made.candidate = expect(level, size);
+  made.candidate = predict(level, size);
   made.low = size == 0 ? evaluator_.mesh(level) : evaluator_.laid_out(level, size).mesh;
   Candidate& candidate = made.candidate;
   candidate.faces = made.low.triangles.size();

@@ -32,7 +32,7 @@ class CandidateBuilder {
                    LevelEvaluator& evaluator, LowPolyPlan& plan);
 
   /// Predicts a level's candidate with a map of `size` texels a side; 0: without a map.
-  Candidate expect(std::size_t level, std::uint32_t size) const;
+  Candidate predict(std::size_t level, std::uint32_t size) const;
   double bytes(std::size_t level, std::uint32_t size) const {
     return static_cast<double>(bytes_of(level, size).total());
   }

@@ -30,10 +30,10 @@ class ErrorModel {
     std::vector<Sharpness>& known = known_[size];
     if (!own && !known.empty() && known.front().own) return;
     if (own) std::erase_if(known, [](const Sharpness& other) { return !other.own; });
-    const double above =
-        std::max(error - level.infinite_map, kRounding * level.infinite_map + kMinErrorDegrees);
+    const double above = std::max(error - level.infinite_map,
+                                  kMinRelativeError * level.infinite_map + kMinErrorDegrees);
     known.push_back(
-        {faces, std::max(1 / above - 1 / detail(level), kRounding / detail(level)), own});
+        {faces, std::max(1 / above - 1 / detail(level), kMinRelativeError / detail(level)), own});
   }
 
   /// \param level  LevelEvaluator::at(..., mapped: true)
@@ -46,9 +46,10 @@ class ErrorModel {
     double faces = 0, value = 0;
     bool own = false;
   };
-  /// Differences to the limit, or to the error without a map, below the share kRounding count as zero. kMinErrorDegrees avoids
+  /// Differences to the limit, or to the error without a map, below the share kMinRelativeError count as zero. kMinErrorDegrees avoids
   /// divisions by 0. Sharpness is proportional to the face count to the power of -kSharpnessExponent.
-  static constexpr double kRounding = 0.01, kMinErrorDegrees = 1e-9, kSharpnessExponent = 0.15;
+  static constexpr double kMinRelativeError = 0.01, kMinErrorDegrees = 1e-9,
+                          kSharpnessExponent = 0.15;
 
   static double detail(const LevelErrors& level) {
     return std::max(level.without_map - level.infinite_map, kMinErrorDegrees);

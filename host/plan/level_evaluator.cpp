@@ -48,7 +48,7 @@ void LevelEvaluator::make_levels(std::uint32_t most) {
     const double least =
         most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;  // Coarser levels exceeded the error.
     for (double goal = std::min<double>(most, static_cast<double>(high_.triangles.size()));
-         goal >= least || faces.empty(); goal *= kLevelShare) {
+         goal >= least || faces.empty(); goal *= kLevelFaceRatio) {
       const auto whole = static_cast<std::uint32_t>(std::max(goal, 2.0));
       if (faces.empty() || whole < faces.back()) faces.push_back(whole);
     }

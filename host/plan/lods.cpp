@@ -28,11 +28,11 @@ class LodMaker {
   LodChain run() {
     chain_.levels.reserve(options_.levels);  // `simplified_levels_` refers to the first element.
     for (std::uint32_t k = 0; k < options_.levels && !chain_.cancelled; ++k) {
-      if (k > 0) growth_ *= options_.error_growth;
+      if (k > 0) error_factor_ *= options_.error_growth;
       LodLevel level;
       level.screen = options_.plan.screen >> k;
       level.own_maps = k == 0 || !options_.share_uvs;
-      level.plan = level.own_maps ? planned(k, level.screen) : simplified(k, level.screen);
+      level.plan = level.own_maps ? plan_level(k, level.screen) : simplify_level(k, level.screen);
       chain_.cancelled = level.plan.cancelled;
       if (!chain_.cancelled) add(std::move(level));
     }
@@ -43,8 +43,8 @@ class LodMaker {
 
  private:
   const LowPolyPlan& first() const { return chain_.levels.front().plan; }
-  const LowPolyPlan& before() const { return chain_.levels.back().plan; }
-  double max_outline() const { return std::min(growth_ * options_.plan.max_outline, 0.99); }
+  const LowPolyPlan& previous() const { return chain_.levels.back().plan; }
+  double max_outline() const { return std::min(error_factor_ * options_.plan.max_outline, 0.99); }
 
   Progress progress_of(std::uint32_t k) const {
     const Progress& progress = options_.plan.bake.progress;
@@ -54,39 +54,39 @@ class LodMaker {
     };
   }
 
-  LowPolyPlan planned(std::uint32_t k, std::uint32_t screen) {
+  LowPolyPlan plan_level(std::uint32_t k, std::uint32_t screen) {
     LowPolyPlanOptions options = options_.plan;
     options.screen = screen;
     options.bake.progress = progress_of(k);
-    options.max_error *= growth_;
+    options.max_error *= error_factor_;
     options.max_outline = max_outline();
-    for (MapBound& bound : options.bounds) bound.max_error *= growth_;
+    for (MapBound& bound : options.bounds) bound.max_error *= error_factor_;
     if (k > 0) options.on_measured = {};
     if (options_.share_uvs) options.may_leave_map_out = false;
     LowPolyPlan plan = plan_levels(source_, high_, options, cache_);
-    if (k == 0 || plan.cancelled || plan.chosen.faces <= before().chosen.faces) return plan;
+    if (k == 0 || plan.cancelled || plan.chosen.faces <= previous().chosen.faces) return plan;
     // The lightest plan may have more faces and a smaller map, but engines expect faces to fall from level to level.
-    return plan_levels(source_, high_, options, cache_, before().chosen.faces);
+    return plan_levels(source_, high_, options, cache_, previous().chosen.faces);
   }
 
   /// The coarsest simplification of the first level with which its map stays within the error.
-  LowPolyPlan simplified(std::uint32_t k, std::uint32_t screen) {
+  LowPolyPlan simplify_level(std::uint32_t k, std::uint32_t screen) {
     return unless_cancelled<LowPolyPlan>(
         [&] {
           const Progress callback = progress_of(k);
           const BakeProgress progress(callback);
           LowPolyPlan plan;
-          plan.wanted = growth_ * options_.plan.max_error;
+          plan.wanted = error_factor_ * options_.plan.max_error;
           plan.max_outline = max_outline();
           plan.bake = first().bake;
-          plan.chosen = before().chosen;  // Without such a mesh, add() leaves this level out.
+          plan.chosen = previous().chosen;  // Without such a mesh, add() omits this level.
           make_simplified_levels();
           progress.at(0, "looking at the high poly");
           const Stopwatch watch;
           const HighPolyView high_view = shown_from(impl_of(source_), screen, plan_directions());
           std::size_t begin = 0;
           while (begin < simplified_levels_->count() &&
-                 simplified_levels_->faces(begin) >= before().chosen.faces) {
+                 simplified_levels_->faces(begin) >= previous().chosen.faces) {
             ++begin;
           }
           // fits() stores the lightest mesh within the error in `plan`.
@@ -104,8 +104,8 @@ class LodMaker {
     if (simplified_levels_ != nullptr) return;
     std::vector<std::uint32_t> faces;
     for (auto goal = static_cast<double>(first().chosen.faces);
-         goal >= kMinLodFaces || faces.empty(); goal *= plan_settings::kLevelShare) {
-      const auto next = static_cast<std::uint32_t>(goal * plan_settings::kLevelShare);
+         goal >= kMinLodFaces || faces.empty(); goal *= plan_settings::kLevelFaceRatio) {
+      const auto next = static_cast<std::uint32_t>(goal * plan_settings::kLevelFaceRatio);
       const std::uint32_t whole = std::max(next, kMinLodFaces);
       if (faces.empty() || whole < faces.back()) faces.push_back(whole);
     }
@@ -144,13 +144,13 @@ class LodMaker {
       const LowPolyBytes& bytes = plan.chosen.bytes;
       return static_cast<double>(level.own_maps ? bytes.total() : bytes.vertices);
     };
-    if (chain_.levels.empty() || (weight(level.plan) <= kMaxLevelBytesRatio * weight(before()) &&
-                                  (level.plan.reached || !before().reached))) {
+    if (chain_.levels.empty() || (weight(level.plan) <= kMaxLevelBytesRatio * weight(previous()) &&
+                                  (level.plan.reached || !previous().reached))) {
       chain_.levels.push_back(std::move(level));
       return;
     }
     Message text = "At " + std::to_string(level.screen) + " pixels the mesh of " +
-                   std::to_string(before().chosen.faces) +
+                   std::to_string(previous().chosen.faces) +
                    " faces serves, too: what is within the error there has more faces, or over "
                    "90% of its bytes.";
     if (options_.error_growth == 1 && chain_.warnings.empty()) {
@@ -163,7 +163,7 @@ class LodMaker {
   const Source& source_;
   const Mesh& high_;
   const LodOptions& options_;
-  double growth_ = 1;  ///< Ratio of the level's error bound to the first one's
+  double error_factor_ = 1;  ///< Ratio of the level's error bound to the first one's
   LevelCache cache_;
   std::unique_ptr<SimplifyLevels> simplified_levels_;  ///< Simplified meshes of the first level
   LodChain chain_;

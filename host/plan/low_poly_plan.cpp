@@ -92,7 +92,7 @@ class LowPolyPlanner {
     return !made_.empty() && is_sound(best().candidate) && best().candidate.size >= sizes_.front();
   }
 
-  void make(const Choice& choice) {
+  void build_candidate(const Choice& choice) {
     const std::uint32_t size = choice.second;
     const std::size_t level = without_folds(choice);
     if (has_sound_candidate() && !can_be_foldless(level) && !is_worth_folds({level, size})) {
@@ -202,17 +202,18 @@ class LowPolyPlanner {
     }
     const double max_bytes = 2 * builder_.bytes(level, *size);
     while (size + 1 != sizes_.end() && builder_.bytes(level, size[1]) < max_bytes) ++size;
-    make({level, *size});
+    build_candidate({level, *size});
   }
 
   /// Next candidate. For each map size, finds the coarsest level that is predicted to reach the error, and returns the
   /// lightest of them. The target is one margin above the error for the size of the lightest candidate so far, one
   /// margin below for other sizes. Each miss at a size lowers its target.
-  std::optional<Choice> lightest_expected() {
+  std::optional<Choice> lightest_predicted() {
     std::optional<Choice> lightest;
     const MadeCandidate* known = has_sound_candidate() ? &best() : nullptr;
     double max_bytes = HUGE_VAL;
-    if (known) max_bytes = kWorthwhile * static_cast<double>(known->candidate.bytes.total());
+    if (known)
+      max_bytes = kMaxBytesRatioToTry * static_cast<double>(known->candidate.bytes.total());
     // Meshes without a map come last, because they need the finest levels, which are the slowest to evaluate.
     for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
       const std::uint32_t size = *at;
@@ -259,13 +260,13 @@ class LowPolyPlanner {
   void search() {
     const std::size_t max_candidates = std::max(kMaxCandidates, made_.size() + 2);
     while (made_.size() < max_candidates) {
-      const std::optional<Choice> next = lightest_expected();
+      const std::optional<Choice> next = lightest_predicted();
       if (next) {
-        make(*next);
+        build_candidate(*next);
       } else if (has_sound_candidate()) {
         return;
       } else {
-        make(near_least_error());
+        build_candidate(near_least_error());
         if (!has_sound_candidate()) return;
       }
     }
@@ -278,7 +279,7 @@ class LowPolyPlanner {
     if (!evaluator_.levels().can_be_solved(chosen.first)) return true;
     evaluator_.solve(chosen.first);
     std::erase_if(made_, [&](const MadeCandidate& made) { return made.level == chosen.first; });
-    make(chosen);
+    build_candidate(chosen);
     return false;
   }
 
@@ -291,7 +292,7 @@ class LowPolyPlanner {
     transfer_colors(high_, plan_.low);
     if (chosen.candidate.size != 0) builder_.finish(chosen);
     plan_.chosen = chosen.candidate;
-    list_expected();
+    list_candidates();
     if (options_.on_measured) options_.on_measured(plan_);
     if (was_found && !is_sound(chosen.candidate)) {
       record_miss(chosen);
@@ -313,7 +314,7 @@ class LowPolyPlanner {
   }
 
   /// Fills LowPolyPlan::candidates, trade, outlook and levels from known errors.
-  void list_expected() {
+  void list_candidates() {
     for (auto* list : {&plan_.candidates, &plan_.trade, &plan_.outlook}) list->clear();
     plan_.levels.clear();
     for (const MadeCandidate& made : made_) plan_.candidates.push_back(made.candidate);
@@ -325,8 +326,8 @@ class LowPolyPlanner {
       const auto fewest = coarsest(known.front(), end, [&](std::size_t level) {
         return builder_.expected_error(level, size) <= options_.max_error;
       });
-      if (fewest) plan_.trade.push_back(builder_.expect(*fewest, size));
-      for (const std::size_t level : known) plan_.outlook.push_back(builder_.expect(level, size));
+      if (fewest) plan_.trade.push_back(builder_.predict(*fewest, size));
+      for (const std::size_t level : known) plan_.outlook.push_back(builder_.predict(level, size));
     }
     for (auto level = known.rbegin(); level != known.rend(); ++level) {
       plan_.levels.push_back(

@@ -28,7 +28,7 @@ constexpr std::uint32_t kFirstMapSize = 128;
 /// From this number of triangles on, building the BVH dominates the time, so depth views are tried first.
 constexpr std::size_t kViewsFirstTriangles = 2000000;
 /// Share of misses up to which a match counts as working.
-constexpr double kFewMissed = 0.01;
+constexpr double kMaxMissedShare = 0.01;
 /// Tolerance of comparisons. A map whose error is within this factor of the infinite map's is large enough, and one
 /// that is predicted within this factor of the bound is worth a bake.
 constexpr double kErrorTolerance = 1.05;
@@ -198,7 +198,7 @@ class MatchPlanner {
   bool is_better_match(MatchMethod method, double error, MatchMethod other,
                        double other_error) const {
     const bool misses_more =
-        other == by_uv_ && limit_of(method).missed > limit_of(other).missed + kFewMissed;
+        other == by_uv_ && limit_of(method).missed > limit_of(other).missed + kMaxMissedShare;
     return !misses_more && error < kMaxErrorRatioOfBetterMatch * other_error;
   }
 
@@ -217,7 +217,7 @@ class MatchPlanner {
   /// low poly's shape limits the error, not the match, and views are skipped.
   bool views_may_help() const {
     const PlanLimit& first = limit_of(searching_methods().front());
-    return first.missed > kFewMissed ||
+    return first.missed > kMaxMissedShare ||
            std::any_of(planned_.limits.begin(), planned_.limits.end(), [&](const PlanLimit& limit) {
              return limit.error.mean_degrees <
                     first.error.mean_degrees * kMaxErrorRatioOfBetterMatch;

@@ -8,8 +8,8 @@ namespace kiln::plan_settings {
 
 /// Each level has this share of the faces of the one before. Charts scatter errors by about 3%, so finer steps would be
 /// within the noise.
-inline constexpr double kLevelShare = 0.96;
-/// Distance of evaluated levels: kLevelShare to this power is a half. Errors of levels between them are interpolated.
+inline constexpr double kLevelFaceRatio = 0.96;
+/// Distance of evaluated levels: kLevelFaceRatio to this power is a half. Errors of levels between them are interpolated.
 inline constexpr std::size_t kNodeStep = 17;
 /// Faces of the finest level. If that is too coarse for the error, levels start again at eight times as many faces.
 inline constexpr std::uint32_t kFinestFaces = 25000;
@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kFinestFaces = 25000;
 inline constexpr std::size_t kMaxCandidates = 8;
 /// A candidate is built only if its predicted bytes are below this share of the lightest so far: a smaller gain does
 /// not justify another bake.
-inline constexpr double kWorthwhile = 0.93;
+inline constexpr double kMaxBytesRatioToTry = 0.93;
 /// Errors scatter by about 3% with the charts. The target of the predicted error is this share below the bound, and
 /// lower by the same share after each miss; at the map size of the lightest candidate, it is as much above the bound.
 inline constexpr double kErrorMargin = 0.02;

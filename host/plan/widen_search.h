@@ -15,14 +15,14 @@ namespace kiln {
 /// \param missed  function from a result to the share of samples without a point
 template <class Attempt, class Missed>
 auto widen_search(BakeOptions& options, const Attempt& attempt, const Missed& missed) {
-  constexpr double kFewMissed = 0.005, kMaxUnresolvedShare = 0.75,
+  constexpr double kMaxMissedShare = 0.005, kMaxUnresolvedShare = 0.75,
                    kFirstDistanceShare = 2 * kSearchDistance,
                    kMaxDistanceShare = 8 * kSearchDistance;
   auto result = attempt(options);
   if (options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr)
     return result;
   for (double share = kFirstDistanceShare;
-       share <= kMaxDistanceShare && missed(result) > kFewMissed; share *= 2) {
+       share <= kMaxDistanceShare && missed(result) > kMaxMissedShare; share *= 2) {
     BakeOptions wide = options;
     wide.match.max_distance = Length::share(share);
     auto next = attempt(wide);

@@ -52,7 +52,7 @@ scene = bpy.context.scene
 scene.render.engine = "CYCLES"
 scene.cycles.device = "CPU"
 scene.cycles.samples = 1
-scene.cycles.use_denoising = False  # Debian's Blender has no denoiser, and bakes nothing where one is asked for.
+scene.cycles.use_denoising = False  # Debian's Blender has no denoiser, and bakes nothing if one is enabled.
 high.select_set(True)
 low.select_set(True)
 bpy.context.view_layer.objects.active = low

@@ -101,7 +101,7 @@ def main():
         low.data.materials.clear()
         low.data.materials.append(material)
         image.generated_color = (0, 0, 0, 0)
-        cycles(extent, margin=0)  # what is filled around charts is no matter
+        cycles(extent, margin=0)  # padding is not compared
         low.data.materials.clear()
         theirs, ours = pixels(image), pixels(bpy.data.images[f"{low.name}_normal"])
         both = (theirs[:, 3] > 0) & (np.abs(theirs[:, :3] - [0.5, 0.5, 1]).max(1) > 1e-6)  # a miss

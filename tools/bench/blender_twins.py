@@ -83,7 +83,7 @@ def scene(sides, rings, bumps, shared):
     clay = material("clay", picture("clay", (0.9, 0.2, 0.1), (0.2, 0.6, 0.3)))
     glaze = material("glaze", picture("glaze", (0.1, 0.2, 0.8), (0.8, 0.9, 0.4)))
     pot = dome("pot", sides, rings, bumps, 0, clay)
-    # An instance has the UVs of what it is one of: of a low poly, where each needs texels of its own, it is a copy.
+    # Instances share UVs. In the low poly, each needs separate texels, so it is a copy.
     twin = pot if shared else dome("twin", sides, rings, bumps, 1 / 3, clay)
     lid = dome("lid", sides, rings, bumps, 2 / 3, glaze)
     place("pot", pot, (0, 0, 1), (0.3, 0.2, 0.1), (1, 1, 1))

@@ -48,7 +48,7 @@ class Mesh:
         return mesh
 
     def loose(self, noise, random_):
-        """Each face with corners of its own, each off by up to `noise`."""
+        """Gives each face separate corners, displaced by up to `noise`."""
         mesh = Mesh()
         for face in self.faces:
             first = len(mesh.points)

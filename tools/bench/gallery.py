@@ -140,7 +140,7 @@ def looks(high, views=20, pixels=400):
 
 
 def seen(vertices, faces, values, origins, directions):
-    """What rays meet first of a mesh: (faces, 3, K) values of corners, mixed there; NaN where nothing is."""
+    """Corner values (faces, 3, K) interpolated at the rays' first hits; NaN for misses."""
     import trimesh
 
     mesh = trimesh.Trimesh(vertices, faces, process=False)
@@ -214,7 +214,7 @@ def main():
         made = make(random.Random(broken_meshes.CLASSES.index(make)))
         vertices, faces = np.array(made.points), np.array(made.faces)
         colors = np.clip(colors_of(vertices), 0, 1)
-        # What was meant: welded and agreeing, with all that floats or is inside.
+        # The intended shape: welded and consistently oriented, including floaters and inner parts.
         high = kiln.clean(
             kiln.Mesh(vertices, faces, colors=colors), fill_holes=False, drop_floaters=False, drop_hidden=False
         )

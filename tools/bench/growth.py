@@ -37,7 +37,7 @@ def cubes(folder, n, name=lambda i: f"part{i}", high=lambda i: f"part{i}", textu
 
 
 def parts(folder, n):
-    """Each chart has texels of its own: smaller ones are served apart, which is no cost of a part."""
+    """Each chart covers texel centres, since small charts cost extra, independent of the number of parts."""
     cubes(folder, n)
     return ["--size", "1024", "--match-by", "name"]
 

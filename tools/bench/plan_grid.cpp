@@ -2,19 +2,18 @@
 //
 // plan_grid [--screen PIXELS] [--repeat N] [--times] [--cache FILE] HIGH:DEGREES [HIGH:DEGREES ...]
 //
-// For each high poly: the plan; then, for every size of maps and for none, low polys from as many faces as the
-// plan's bytes and 5% more allow, down in steps of 5%, until two in a row miss the error. All go the plan's way: the
-// same low polys, charts, samples, bits and match. Pictures from 30 directions that the plan does not look from
-// measure all of them. The error to reach is the one asked for as these pictures measure it: times the plan's error by
-// pictures over the plan's own. With --screen, plan and pictures are for that size on screen. --cache keeps what the
-// grid measured, for the next plan. One JSON line a mesh:
+// For each high poly, makes the plan. Then, for every map size and for none, it tries low polys, starting at the faces
+// that 105% of the plan's bytes allow, in steps of 5%, until two in a row exceed the error. All use the plan's low
+// polys, charts, samples, bits and match. Errors are measured in pictures from 30 directions that the plan does not
+// use. The error bound is scaled by the ratio of the plan's error in these pictures to its own. With --screen, plan and
+// pictures are for that size on screen. --cache stores the grid's measurements for later runs. Prints one JSON line per
+// mesh:
 //
-//   tried    faces, size, bytes, expected and measured degrees of each candidate
-//   looked   faces, degrees without a map and with an endless one of each level that was evaluated
-//   excess   bytes of the plan over those of the lightest that was found: 1 where that is the plan
-//   grid     points of the grid
-//   ratio    processor seconds of the plan, over those of one bake of its result: reading the file and the high poly's
-//            structures count in both; least of --repeat runs each. --times: nothing but this
+//   tried faces, size, bytes, expected and measured degrees of each candidate looked faces, degrees without a map and
+//   with an infinite one, of each evaluated level excess bytes of the plan over those of the lightest pair that was
+//   found; 1 if that is the plan grid points of the grid ratio processor seconds of the plan, over those of one bake of
+//   its result: reading the file and the high poly's structures count in both; least of --repeat runs each. --times:
+//   nothing but this
 #include <sys/resource.h>
 
 #include <algorithm>

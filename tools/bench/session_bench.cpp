@@ -1,10 +1,10 @@
-// Re-bakes of a mesh that moves, from new positions in to pixels out: milliseconds a frame, median and worst.
+// Times re-bakes of a moving mesh, from new positions to pixels: milliseconds per frame, median and maximum.
 //
 // session_bench [FRAMES [CELLS]]   default: 120 frames, 174 cells a side (60,552 triangles)
 //
-// "all": every vertex moves, by UVs at 1024² and by rays at 512². "part": the first updates of a twentieth of
-// the vertices or normals after a session has begun, each as a frame of its own: none may take long. Kernels
-// are compiled while the session begins, which is not timed. Wall and CPU time; the machine's load beside it.
+// "all": every vertex moves, matched by UVs at 1024² and by rays at 512². "part": the first updates of 5% of the
+// vertices or normals in a new session, each as a separate frame, which checks the worst latency. Kernels are compiled
+// before timing. Reports wall and CPU time, and the machine's load.
 #include <sys/resource.h>
 
 #include <algorithm>

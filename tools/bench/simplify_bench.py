@@ -1,13 +1,12 @@
-"""Compares simplification by kiln with meshoptimizer, OpenMesh, MeshLab and Blender, by what the baked result looks
-like.
+"""Compares simplification by kiln with meshoptimizer, OpenMesh, MeshLab and Blender, by the rendered result of a bake.
 
     python3 tools/bench/simplify_bench.py KILN OUT_DIR HIGH.ply ... [--faces 500 2000 5000 10000] [--size 512]
         [--peer build/bench/tools/bench/decimate_peer] [--ways kiln meshlab]
     python3 tools/bench/simplify_bench.py --table ROWS.jsonl
 
-Needs PyPI's numpy and trimesh; rows of pymeshlab and bpy are left out where these are missing, those of
-meshoptimizer and OpenMesh without --peer. bpy and pymeshlab may not load into one process: ask for them one at a
-time with --ways. Every low poly goes the same way: charts by kiln, normals baked by rays to --size texels a side,
+Needs PyPI's numpy and trimesh; rows of pymeshlab and bpy are omitted if these are missing, those of
+meshoptimizer and OpenMesh without --peer. bpy and pymeshlab cannot be loaded into one process: select them one at a
+time with --ways. Every low poly is processed alike: charts by kiln, normals baked by rays to --size texels a side,
 rendered by kiln beside the high poly from 30 directions all around. Prints one JSON line each:
 
     faces       triangles of the low poly
@@ -46,7 +45,7 @@ def by_kiln(options, high, positions, faces, target, path):
 
 
 def by_peer(name):
-    """\\param name  as decimate_peer takes it"""
+    """\\param name  a library's name for decimate_peer"""
     def simplified(options, high, positions, faces, target, path):
         if not options.peer:
             raise ImportError(name)

@@ -1,10 +1,9 @@
-// Matching by UVs: the kernels' time, and milliseconds a re-bake of a mesh that moves.
+// Times matching by UVs: the kernels, and milliseconds per re-bake of a moving mesh.
 //
 // uv_bench [CELLS [SIZE...]]   default: 176 (61,952 triangles; the paper's high poly has 61,644), 512 1024
 //
-// "cover", "match", "distance" and "detail" are the kernels of a bake, enqueued and waited for, with nothing
-// of the host's in between but the launches. Re-bakes are whole: new positions in, encoded map with gutter
-// out, on the host.
+// "cover", "match", "distance" and "detail" are the kernels of a bake, with only their launches on the host. Re-bakes
+// are complete: from new positions to the encoded map with padding, on the host.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// Low polys with maps from volumes: time by stage.
+// Times low polys with maps from volumes, by stage.
 //
 // volume_bench [FACES [MAP]]   default: 3000, 1024. Volumes of 356 x 161 x 251 (the dragon's of Barry and
 // Wood), 256^3 and 512^3 voxels of 8 bits: a ball with bumps, hollow within, scaled to the volume's sides.

@@ -42,7 +42,7 @@ void check(const ExtractResult& a, const ExtractResult& b) {
   }
 }
 
-/// The bytes of a box of voxels; as they are, or those of a ball within of another value.
+/// The bytes of a box of voxels, optionally with a ball of another value inside.
 std::vector<std::byte> box_of(const Volume& volume, const VolumeRegion& region, bool crater) {
   const std::size_t bytes = size_of(volume.type);
   std::vector<std::byte> box;

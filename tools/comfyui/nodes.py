@@ -35,7 +35,7 @@ OPTIONAL = (
 )
 FACES = ("INT", {"default": 10_000, "min": 4, "max": 50_000_000})
 SIZE = ("INT", {"default": 2048, "min": 64, "max": 8192, "step": 64})
-#: 8-bit pictures round values within this distance of 0 or 1 to them.
+#: What lies nearer to 0 or 1 is rounded to them by pictures of 8 bits.
 HALF_STEP = 0.5 / 255
 
 
@@ -101,7 +101,7 @@ def digest_of(arrays):
 
 
 def items(mesh):
-    """Iterates over the meshes of a batch: a kiln.Mesh, with its texture (H, W, C) or None."""
+    """Each mesh of the batch: a kiln.Mesh, and its texture (H, W, C) or None."""
     parts = {name: parts_of(mesh, name, 2) for name in ("vertices", "faces", "uvs", "vertex_colors", "normals")}
     counts = [parts_of(mesh, name, 0) for name in ("vertex_counts", "face_counts")]
     textures = parts_of(mesh, "texture", 3)
@@ -126,7 +126,7 @@ def items(mesh):
 
 
 def batch_of(mesh, batch, **fields):
-    """Builds a MESH of the given one's type from the result of arrays_of()."""
+    """A MESH like the one given, of what arrays_of() returns."""
     made = copy.copy(mesh)
     for name in OPTIONAL:
         if hasattr(made, name):
@@ -170,7 +170,7 @@ def pictures(maps, name, size, background):
 
 
 def textured(mesh, baked, maps, size):
-    """The MESH with textures for SaveGLB, and the maps as IMAGEs."""
+    """What SaveGLB writes with its maps; and the maps as IMAGEs."""
     normal, occlusion = pictures(maps, "normal", size, (0.5, 0.5, 1)), pictures(maps, "ao", size, 1)
     color = pictures(maps, "color", size, 1)
     rough = np.array(as_numpy(occlusion))
@@ -254,7 +254,7 @@ class KilnUnwrap:
 
 
 class KilnBake:
-    """Bakes the dense mesh's normals, occlusion and colours into textures of the light one.
+    """The dense mesh's normals, occlusion and colours as pictures for the light one's UVs.
 
     The mesh that comes out has them and its tangents: SaveGLB writes it as it is.
     """

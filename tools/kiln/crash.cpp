@@ -103,8 +103,7 @@ bool find_linker() {
   return false;
 }
 
-/// Ends the process after a crash in an own map, which is native code. Uses no thread-local state, because the map may
-/// have overwritten it.
+/// Maps of the user's are native code. None of the thread's own state is asked for: the map may have written over it.
 [[noreturn]] void end_by_own_map(const char* name) {
   say("kiln: The map ");
   say(name);
@@ -140,7 +139,7 @@ extern "C" void on_crash(int number) {
   end_by_driver();
 }
 
-/// LLVM within PoCL calls exit() if it cannot write files.
+/// LLVM within PoCL ends the process by exit() where it cannot write.
 void on_exit_within() {
   if (!in_driver() && on_main_thread()) return;
   remove_temporary_files();

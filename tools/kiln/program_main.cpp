@@ -116,7 +116,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   cli::catch_interrupts();
   exit_code = run_program(argc, argv, commands);
   if (driver_failed()) {
-    // After a crash, the driver's exit handlers would wait for locks that are never released.
+    // Its handlers at exit would wait for locks that it holds for good.
     std::fflush(nullptr);
     _exit(exit_code);
   }

@@ -25,8 +25,8 @@ constexpr const char* kChartName = "chart";  ///< Stem of the files
 
 /// A setting that is timed and measured: one mark in the plot.
 struct Mark {
-  std::string name;               ///< In files: letters, digits and _
-  std::string label;              ///< In the picture
+  std::string name;               ///< Name in files: letters, digits and _
+  std::string label;              ///< Text in the plot
   std::string family;             ///< Marks of a family have one style
   Json figures = Json::object();  ///< Its part of the report; finish_marks() adds to it
   std::vector<Json> runs = {};  ///< Seconds of each run, in order: an object by stage, or a number
@@ -36,9 +36,9 @@ struct Mark {
 
 /// A measure of errors.
 struct Measure {
-  std::string name;         ///< In files
+  std::string name;         ///< Name in files
   std::string path;         ///< Path of the error in Mark::figures
-  std::string title, unit;  ///< In the picture
+  std::string title, unit;  ///< Text in the plot
   double scale = 1;         ///< Factor of drawn errors
 };
 
@@ -65,7 +65,7 @@ Json chart_panel(const std::vector<Mark>& marks, const Measure& measure);
 
 /// A setting of a chart of matches.
 struct ChartSetting {
-  std::string name, label, family;  ///< As Mark
+  std::string name, label, family;  ///< See Mark
   BakeOptions bake;                 ///< Match and samples; size, distance and maps are the chart's
   bool find_cage = false;  ///< With --cage auto; finding the cage is timed as a part of the match
 };
@@ -85,8 +85,8 @@ constexpr const char* kChartReference = "ray_4x4";
 std::vector<std::string> volume_setting_names();
 /// A setting of ambient occlusion.
 struct AoSetting {
-  std::string name, label, family;  ///< As Mark
-  std::string flags;                ///< Of `kiln bake`
+  std::string name, label, family;  ///< See Mark
+  std::string flags;                ///< Flags of `kiln bake`
 };
 std::vector<std::string> ao_setting_names();
 
@@ -94,16 +94,16 @@ std::vector<std::string> ao_setting_names();
 struct ChartArguments : LabArguments {
   ChartArguments() { size = 1024, pixels = 512, directions = 512; }
 
-  std::vector<std::string> meshes;  ///< Or volumes
-  SurfaceArguments surface;         ///< Of volumes
+  std::vector<std::string> meshes;  ///< Files of meshes, or of volumes
+  SurfaceArguments surface;         ///< Options of volumes
   std::vector<std::string> settings;
   std::uint32_t repeat = 3;             ///< Timed runs of each setting
-  bool ao = false;                      ///< Also ambient occlusion
-  std::optional<double> ao_error;       ///< A share of 1
+  bool ao = false;                      ///< Adds a chart of ambient occlusion
+  std::optional<double> ao_error;       ///< Error bound of ambient occlusion, a share of 1
   std::optional<double> ao_budget;      ///< Seconds
-  bool plan = false;                    ///< Bytes against error of high polys alone
-  std::vector<std::string> max_errors;  ///< To plan for, degrees
-  std::string screen;                   ///< Of plans: pixels wide; empty: none
+  bool plan = false;                    ///< Charts plans: bytes against error, without low polys
+  std::vector<std::string> max_errors;  ///< Error bounds of plans, degrees
+  std::string screen;                   ///< --screen of plans; empty: none
 
   /// True if --settings includes the setting.
   bool names(const std::string& setting) const;
@@ -124,7 +124,7 @@ struct ChartGroup {
   Json report;       ///< Its part of chart.json
   std::vector<ChartTable> tables;
   std::vector<std::string> lines;  ///< After the tables
-  Json panels = Json::array();     ///< Of chart.png
+  Json panels = Json::array();     ///< Panels of chart.png
 };
 
 /// A kind of chart: its inputs and measurements. run_chart() calls the functions in their order, and writes the
@@ -140,7 +140,7 @@ class ChartKind {
   Json options = Json::object();    ///< Options in the report that differ from the flags
   std::vector<Warning> warnings;    ///< Warnings of the whole run
   std::vector<Warning> of_settings;  ///< Warnings of single settings
-  // Titles of chart.png, where it shows speed; the device and number of runs are added to the subtitle.
+  // Titles of chart.png if it shows speed. The device and number of runs are appended to the subtitle.
   std::string title, subtitle;
   const char* seconds_title = "";
   std::span<const MarkStyle> styles;

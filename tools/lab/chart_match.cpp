@@ -357,7 +357,7 @@ class MatchChart : public ChartKind {
   const Mesh* low_ = nullptr;
   std::optional<Source> source_;
   std::vector<ChartSetting> settings_;
-  std::vector<Mark> marks_;                  ///< As settings
+  std::vector<Mark> marks_;                  ///< In the order of the settings
   std::map<std::size_t, BakeResult> first_;  ///< See first_bake()
   ChartGroup group_;
   Steps steps_{nullptr};

@@ -152,7 +152,7 @@ class PlansChart : public ChartKind {
   }
 
   bool add_point(const Mesh& simple, std::uint32_t size) {
-    constexpr std::uint32_t kChannels = 3;  // of a normal map
+    constexpr std::uint32_t kChannels = 3;  // channels of a normal map
     const auto bytes_with = [&](std::size_t vertices) {
       return low_poly_bytes(vertices, simple.triangles.size(), size, {kChannels}, kGridBits);
     };
@@ -348,7 +348,7 @@ class PlansChart : public ChartKind {
   // The current high poly.
   const Device* device_ = nullptr;
   Progress progress_;
-  double at_ = 0;  ///< Of the progress
+  double at_ = 0;  ///< Share of the progress
   std::optional<Source> source_;
   std::optional<NormalReference> reference_;
   std::optional<ScreenPictures> on_screen_;  ///< Replaces the reference, with --screen

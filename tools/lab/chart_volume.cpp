@@ -56,8 +56,8 @@ struct Sized {
   std::uint32_t size = 0;
   ExtractResult low_poly;
   std::optional<GradientReference> along_normals, along_faces;
-  std::optional<ExtractReport> timed;  ///< In this run
-  double seconds = 0;                  ///< That took
+  std::optional<ExtractReport> timed;  ///< Report of the current run
+  double seconds = 0;                  ///< Seconds of that extraction
 };
 
 double contour_seconds(const ContourReport& r) {
@@ -196,7 +196,7 @@ class VolumesChart : public ChartKind {
     try {
       sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}, {}, {}});
     } catch (const Error& error) {
-      // Fewer texels may have no room for so many charts.
+      // A smaller map may not have enough texels for the charts.
       const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
       if (size >= *a_.size || !no_room) throw;
       warnings.push_back({"size-skipped", error.what(), 1});
@@ -299,10 +299,9 @@ class VolumesChart : public ChartKind {
     return true;
   }
 
-  /// Seconds from the volume in memory to low poly and map: the finest contour, also where a high poly is made of it;
-  /// simplifying, and UVs where there is a map; putting the high poly on the device; splatting, or the rest of the
-  /// bake. Times a mark. A stage that several marks share is timed once per run, and counts for each. \returns null if
-  /// cancelled
+  /// Times a mark, from the volume in memory to low poly and map: the full contour; simplification, and UVs if there is
+  /// a map; upload of the high poly; splatting, or the rest of the bake. A stage that several marks share is timed once
+  /// per run, and counts for each. \returns null if cancelled
   Json time(std::size_t i, const std::string& note) {
     const auto& [way, sized] = tasks_[i];
     const std::uint32_t size = sized->size;
@@ -339,16 +338,16 @@ class VolumesChart : public ChartKind {
   }
 
   std::vector<VolumeWay> ways_;
-  ExtractOptions extract_;  ///< But for the size
+  ExtractOptions extract_;  ///< Options except the size
   Volume volume_;
   // The current volume.
   const Device* device_ = nullptr;
   Mesh high_;
   std::vector<Sized> sizes_;
   std::vector<Mark> marks_;
-  std::vector<Task> tasks_;  ///< As marks
+  std::vector<Task> tasks_;  ///< In the order of the marks
   Steps steps_{nullptr};
-  double contour_time_ = 0;  ///< Of the full contour in this run
+  double contour_time_ = 0;  ///< Seconds of the full contour in the current run
 };
 
 }  // namespace

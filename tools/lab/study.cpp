@@ -125,7 +125,7 @@ class LowMeshes {
     return mesh;
   }
 
-  double seconds = 0;  ///< That this took
+  double seconds = 0;  ///< Seconds spent here
 
  private:
   const Mesh& high_;

@@ -38,7 +38,7 @@ Stand stand_along(const Point& origin, const Point& axis);
 /// A closed polygon in the plane, counter-clockwise, convex or an L whose inner corner sees all of it.
 using Outline = std::vector<std::array<double, 2>>;
 
-/// Collects dense parts: closed shells with a normal of its own at every corner, exact to rounding.
+/// Collects dense parts: closed shells with a separate normal at every corner, exact to rounding.
 class HighPolyParts {
  public:
   explicit HighPolyParts(std::string name);

@@ -119,8 +119,8 @@ Profile::Sample Profile::at(double arc) const {
 
 Mesh sweep(const Profile& profile, std::uint64_t faces,
            const std::function<Point(const Place&)>& displace) {
-  // An equilateral triangle of edge e has the area e^2 sqrt(3) / 4; the number of triangles falls as
-  // the edge grows, so bisect around what the area says.
+  // An equilateral triangle of edge e has the area e^2 sqrt(3) / 4. The number of triangles falls as the edge grows, so
+  // bisect around this estimate.
   double area = 0;
   constexpr int kSteps = 1000;
   for (int i = 0; i < kSteps; ++i) {

@@ -1,4 +1,4 @@
-"""Collects a bake's input from the scene, runs it on a thread, and adds its results to the scene."""
+"""What a bake takes of the scene, the thread that it runs on, and what it leaves in the scene."""
 
 import re
 import threading
@@ -29,7 +29,7 @@ def sides(context, settings):
 
 
 class Bake:
-    """One bake. Created and finished on Blender's main thread; run() may use any thread, since it does not access bpy."""
+    """One bake: made and finished on Blender's thread; run() is for any, and touches nothing of Blender's."""
 
     def __init__(self, context):
         settings = context.scene.kiln_bake

@@ -120,8 +120,8 @@ def wire(material, images, uv_layer, flipped):
 
 
 def show(objects, images, flipped):
-    """Wires images by set into the materials of the low poly's objects, which get one where they have none, and a copy of
-    those that other objects show."""
+    """Connects images by set in the materials of the low poly's objects. Objects without a material get one; materials
+    that other objects use are copied first."""
     others = {slot.material for item in bpy.data.objects if item not in objects for slot in item.material_slots}
     copies = {}
     for item in objects:

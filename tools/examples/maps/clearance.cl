@@ -1,4 +1,4 @@
-// Distance to the next surface along the normal: 1 where there is none within a world unit.
+// Distance to the next surface along the normal; 1 if there is none within one world unit.
 float4 kiln_map(const kiln_point* point) {
   const float farthest = 1.0f;
   // A little off the surface, which the ray would meet otherwise.

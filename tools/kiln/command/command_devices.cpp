@@ -77,8 +77,8 @@ Mesh make_bumpy_grid(std::uint32_t squares, float height) {
   return mesh;
 }
 
-/// Bakes a small sheet to fill the kernel cache for these maps. \throws Error(usage) for an unknown map
-int fill_kernel_cache(const std::string& device, const std::vector<std::string>& maps) {
+/// Bakes a small sheet, so that the kernels of these maps are kept. \throws Error(usage) for what is no map
+int warm(const std::string& device, const std::vector<std::string>& maps) {
   constexpr std::uint32_t kTexels = 16, kSquares = 8;
   constexpr float kBumps = 0.02F;
   Job job;
@@ -127,7 +127,7 @@ Run add_devices(Command& app) {
     refuse_if(!arguments->warm && !arguments->device.empty(),
               "--device is of --warm: without it, all devices are listed.");
     refuse_if(arguments->warm && arguments->json, "--warm prints no JSON: leave --json out.");
-    if (arguments->warm) return fill_kernel_cache(arguments->device, arguments->maps);
+    if (arguments->warm) return warm(arguments->device, arguments->maps);
     const std::vector<DeviceInfo> devices = list_devices();
     if (arguments->json) {
       Json list = Json::array();

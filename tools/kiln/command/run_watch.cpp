@@ -41,7 +41,7 @@ struct Look {
   bool operator==(const Look&) const = default;
 };
 
-/// The arguments of this program, without --watch.
+/// The words that this program was called by, without --watch.
 std::vector<std::string> own_words() {
   std::ifstream in("/proc/self/cmdline", std::ios::binary);
   std::vector<std::string> words;

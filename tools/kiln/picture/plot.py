@@ -229,7 +229,7 @@ LOOKS = {"paper": ("#d55e00", "s", "-"), "kiln": ("#0072b2", "o", "-"),
 
 
 def curve_look(look):
-    """\\param look  a name, or a share from light to dark: an order; {"thin": share}: in the background"""
+    """\\param look  a style name; a share from light to dark, for ordered curves; or {"thin": share} for the background"""
     if isinstance(look, dict):
         return {**curve_look(look["thin"]), "linewidth": 1, "markersize": 3.5, "alpha": 0.6}
     shade = None if isinstance(look, str) else np.array(

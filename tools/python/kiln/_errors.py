@@ -100,7 +100,7 @@ def device_of(device: Any) -> str:
     return str(operator.index(device))
 
 
-#: The texture set that is being baked; the low poly's other sets have no UVs meanwhile.
+#: What is baked at this moment of a low poly in texture sets, whose other sets have no UVs then.
 texture_set: ContextVar[str] = ContextVar("texture_set", default="")
 
 
