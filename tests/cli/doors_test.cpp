@@ -314,7 +314,7 @@ TEST(Job, MapsOfTheLibraryAreSavedAsByJobs) {
   BakeResult baked = bake(Source(*device(), high), low, options);
   for (const ImageFormat format : {ImageFormat::png16, ImageFormat::png8, ImageFormat::exr_half}) {
     const std::string ending(extension_of(format));
-    const fs::path by_job = scene / ("job" + ending), by_library = scene / ("library" + ending);
+    const fs::path by_job = scene / "job", by_library = scene / "library";
     Job job{.high = {high}, .low = JobInput(low, "low"), .out = by_job.string()};
     job.bake = options;
     job.image.format = format;
