@@ -37,7 +37,7 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   stats.skipped = bvh.skipped;
   stats.duplicates = bvh.duplicates;
   stats.nodes = bvh.node_count;
-  stats.leaves_a_line = bvh.leaves_a_line;
+  stats.leaves_per_line = bvh.leaves_per_line;
   stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
   has_prisms_ = bvh.prisms != 0;
   const auto upload = Clock::now();
