@@ -49,7 +49,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Refuses to open files: the input is in memory, and names in it must not give access to other files.
-class NoFiles : public Assimp::IOSystem {
+class RejectFileAccess : public Assimp::IOSystem {
  public:
   bool Exists(const char* /*file*/) const override { return false; }
   char getOsSeparator() const override { return '/'; }
@@ -563,7 +563,7 @@ class SceneReader {
 const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& said) {
   std::string hint = fs::path(input.file).extension().string();
   if (!hint.empty()) hint.erase(0, 1);
-  importer.SetIOHandler(new NoFiles);                                          // owned by the
+  importer.SetIOHandler(new RejectFileAccess);                                 // owned by the
                                                                                // importer
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // names instead of
                                                                                // ids

@@ -24,9 +24,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint64_t kTriangles = 4,
-                        kFanMode = 6;  // primitive modes; lower values are points and lines, strips
-                                       // between
+// Primitive modes of glTF: 0 to 3 are points and lines, 5 is TRIANGLE_STRIP.
+constexpr std::uint64_t kTriangles = 4, kTriangleFan = 6;
 
 /// Applies a matrix to positions, normals and tangents.
 class Placing {
@@ -380,7 +379,7 @@ class GltfReader {
 
   std::optional<Primitive> read_primitive(const GltfValue& from, const Placed& placed) {
     const std::uint64_t mode = from["mode"].count(kTriangles);
-    if (mode > kFanMode)
+    if (mode > kTriangleFan)
       from["mode"].fail("it is " + std::to_string(mode) + ", which glTF does not know");
     if (mode < kTriangles) {
       if (lines_++ == 0) first_lines_ = from.place();
@@ -543,9 +542,9 @@ class GltfReader {
       return;
     }
     for (std::size_t i = 0; i + 2 < n; ++i) {
-      const Triangle t = mode == kFanMode ? Triangle{order[i + 1], order[i + 2], order[0]}
-                         : i % 2 == 0     ? Triangle{order[i], order[i + 1], order[i + 2]}
-                                          : Triangle{order[i], order[i + 2], order[i + 1]};
+      const Triangle t = mode == kTriangleFan ? Triangle{order[i + 1], order[i + 2], order[0]}
+                         : i % 2 == 0         ? Triangle{order[i], order[i + 1], order[i + 2]}
+                                              : Triangle{order[i], order[i + 2], order[i + 1]};
       // Degenerate triangles only change the strip's direction.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }

@@ -155,8 +155,9 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   std::string_view text = input.bytes;
   if (text.starts_with("glTF")) {
     const auto word = [&](std::size_t at) { return read_as<std::uint32_t>(text.data() + at); };
-    constexpr const char* kAgain = "Export or copy the file again.";
-    if (text.size() < 20) input.fail("", "the file is truncated: it ends in its header", kAgain);
+    constexpr const char* kExportAgain = "Export or copy the file again.";
+    if (text.size() < 20)
+      input.fail("", "the file is truncated: it ends in its header", kExportAgain);
     if (word(4) != 2) {
       input.fail("byte 4", "it is binary glTF of version " + std::to_string(word(4)),
                  "Export it as glTF 2.0.");
@@ -166,10 +167,11 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
       input.fail("byte 8",
                  "the file is truncated: it should have " + std::to_string(length) +
                      " bytes, but has " + std::to_string(text.size()),
-                 kAgain);
+                 kExportAgain);
     }
     if (length < 20)
-      input.fail("byte 8", "its length of " + std::to_string(length) + " is too short", kAgain);
+      input.fail("byte 8", "its length of " + std::to_string(length) + " is too short",
+                 kExportAgain);
     if (length < text.size()) {
       input.warn("trailing-bytes",
                  counted(text.size() - length, "byte") + " after the end were ignored.",
@@ -181,12 +183,12 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
         input.fail("byte " + std::to_string(at),
                    "a chunk should have " + std::to_string(size) + " bytes, but only " +
                        std::to_string(length - at - 8) + " are left",
-                   kAgain);
+                   kExportAgain);
       }
       return text.substr(at + 8, size);
     };
     const std::string_view json = chunk(12);
-    if (word(16) != kJsonChunk) input.fail("byte 16", "its first chunk is not JSON", kAgain);
+    if (word(16) != kJsonChunk) input.fail("byte 16", "its first chunk is not JSON", kExportAgain);
     for (std::size_t at = 20 + json.size(); at + 8 <= length;) {
       const std::string_view content = chunk(at);
       if (word(at + 4) == kBinaryChunk && !has_binary_) {

@@ -86,7 +86,7 @@ MaterialNumber number_of(const Material& material, MaterialSlot slot) {
   return row.number == nullptr ? row.fixed : material.*row.number;
 }
 
-/// A material in messages: its name, and where a file describes it.
+/// Description of a material for messages: its name, and the file and line that define it.
 std::string in_words(const Material& material) {
   return "\"" + printable(material.name) + "\" (" +
          (material.place.empty() ? "described in no file" : material.place) + ")";
@@ -290,9 +290,9 @@ bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compare
 
 /// The first bytes of a PLY, which contain its header. Scans can be gigabytes.
 std::string ply_head(const ByteSource& source) {
-  constexpr std::size_t kFirst = std::size_t{1} << 16, kLineEnd = 2;
+  constexpr std::size_t kFirstReadBytes = std::size_t{1} << 16, kLineEnd = 2;
   constexpr std::string_view kEnd = "end_header";
-  for (std::size_t limit = kFirst;; limit *= 4) {
+  for (std::size_t limit = kFirstReadBytes;; limit *= 4) {
     std::string head = source.head(limit);
     const std::size_t end = head.find(kEnd);
     const bool is_whole = end != std::string::npos && end + kEnd.size() + kLineEnd <= head.size();
