@@ -119,7 +119,7 @@ PipelineBand& Pipeline::load_band(std::uint32_t number) {
 bool Pipeline::keeps_matcher() const {
   const BakeOptions& options = scene_.options;
   return options.match.saved == nullptr && options.match.parts == nullptr &&
-         !any_in_chain(options, [](const MatchRow& row) { return !row.follows_bvh; });
+         !any_in_chain(options, [](const MatchRow& row) { return !row.is_refittable; });
 }
 
 void Pipeline::prepare_match(Clusters& clusters) {

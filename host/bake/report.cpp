@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMaxNamed = 5;
 
 std::string finders() {
-  return match_names([](const MatchRow& row) { return row.finds_the_rest; });
+  return match_names([](const MatchRow& row) { return row.is_good_fallback; });
 }
 
 /// Advice about missed samples.

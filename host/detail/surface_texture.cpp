@@ -79,7 +79,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     is_weighted_.push_back(reading.by_alpha && image->channels % 2 == 0);
     has_weights_ = has_weights_ || (is_weighted_.back() && pictures_.back()->is_weighted());
   }
-  note_missing_tiles();
+  warn_about_missing_tiles();
 }
 
 void SurfaceTexture::check(const Texture& texture) const {
@@ -172,7 +172,7 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
     charts.push_back(entry.get());
   }
   // Calls add(charts, corners, wraps) for each picture that a triangle lies on.
-  const auto on_pictures = [&](std::uint32_t triangle, const auto& add) {
+  const auto for_each_picture = [&](std::uint32_t triangle, const auto& add) {
     const std::uint32_t set = set_of(triangle);
     if (set == Texture::kNone) return;
     ChartTexels::Corners corners;
@@ -199,10 +199,10 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
   std::vector<std::uint8_t> holds_centre(count);
   parallel_for(count, kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      on_pictures(static_cast<std::uint32_t>(t),
-                  [&](ChartTexels& on, const auto& corners, const auto& wraps) {
-                    if (on.add(corners, wraps)) holds_centre[t] = 1;
-                  });
+      for_each_picture(static_cast<std::uint32_t>(t),
+                       [&](ChartTexels& on, const auto& corners, const auto& wraps) {
+                         if (on.add(corners, wraps)) holds_centre[t] = 1;
+                       });
     }
   });
   const auto find = [&] {
@@ -236,16 +236,16 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
   for (std::size_t t = 0; t < count; ++t) {
     if (has_centre[root(source_.uv_triangles[t][0])]) continue;
     touched = true;
-    on_pictures(static_cast<std::uint32_t>(t),
-                [](ChartTexels& on, const auto& corners, const auto& wraps) {
-                  on.add_touched(corners, wraps);
-                });
+    for_each_picture(static_cast<std::uint32_t>(t),
+                     [](ChartTexels& on, const auto& corners, const auto& wraps) {
+                       on.add_touched(corners, wraps);
+                     });
   }
   if (touched) find();
   return empty;
 }
 
-void SurfaceTexture::note_missing_tiles() {
+void SurfaceTexture::warn_about_missing_tiles() {
   if (tiles_.empty()) return;
   for (std::uint32_t t = 0; t < source_.triangles.size(); ++t) {
     const std::uint32_t set = set_of(t);
@@ -299,7 +299,7 @@ SurfaceTexture::UvPoint SurfaceTexture::uv_point_of(const HighPoint& point) cons
   return place;
 }
 
-SurfaceTexture::Place SurfaceTexture::place_of(const HighPoint& point) const {
+SurfaceTexture::PicturePoint SurfaceTexture::picture_point_of(const HighPoint& point) const {
   const std::uint32_t set = set_of(point.triangle);
   if (set == Texture::kNone) return {};
   const UvPoint at = uv_point_of(point);
@@ -347,7 +347,7 @@ float SurfaceTexture::read(const HighPoint& point, float* value) const {
 
 float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const {
   std::fill_n(value, 4, 0.0F);
-  const Place place = place_of(point);
+  const PicturePoint place = picture_point_of(point);
   if (place.picture == nullptr) {
     if (plain_.empty()) return 1;
     const std::uint32_t material = source_.materials.of[point.triangle];
