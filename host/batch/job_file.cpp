@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostSidecarBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxSidecarBytes = std::size_t{1} << 20;
 constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before", "after"};
 /// Options that concern the whole run and are thus limited to the command line.
 constexpr std::array kWholeRun = {"device", "quiet"};
@@ -412,7 +412,7 @@ std::string with_path(const OptionRow& row, const std::string& word,
 OptionLayer read_sidecar(const fs::path& path, const std::string& folder) {
   const std::string file = path.string();
   const TomlValue table =
-      parse_toml(read_small_file(path, kMostSidecarBytes, "'" + file + "'"), file);
+      parse_toml(read_small_file(path, kMaxSidecarBytes, "'" + file + "'"), file);
   OptionLayer layer = Reader(file, "sidecar", folder).layer_of(table);
   for (const char* const key : {"high", "low", "name", "before", "after"}) {
     if (const Setting* const setting = layer.find(key)) {
@@ -491,7 +491,7 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
 
 JobFile read_job_file(const fs::path& path, const std::string& profile) {
   return parse_job_file(
-      read_small_file(path, kMostJobFileBytes, "The job file '" + path.string() + "'"), path,
+      read_small_file(path, kMaxJobFileBytes, "The job file '" + path.string() + "'"), path,
       profile);
 }
 

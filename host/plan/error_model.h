@@ -46,8 +46,8 @@ class ErrorModel {
     double faces = 0, value = 0;
     bool own = false;
   };
-  /// Differences to the limit, or to the error without a map, below the share kRounding count as zero. kMinErrorDegrees avoids
-  /// divisions by 0. Sharpness is proportional to the face count to the power of -kSharpnessExponent.
+  /// Relative differences below kRounding, to the limit or to the error without a map, count as zero. kMinErrorDegrees
+  /// avoids divisions by 0. Sharpness is proportional to the face count to the power of -kSharpnessExponent.
   static constexpr double kRounding = 0.01, kMinErrorDegrees = 1e-9, kSharpnessExponent = 0.15;
 
   static double detail(const LevelErrors& level) {

@@ -16,7 +16,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMaxLayerNameBytes = 128;  // of OpenEXR's 255 bytes; a text's keyword follows
+// OpenEXR limits names of attributes to 255 bytes; the rest is for the keyword of a layer's text.
+constexpr std::size_t kMaxLayerNameBytes = 128;
 
 [[noreturn]] void usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
