@@ -413,7 +413,7 @@ void check_parts(const Job& a) {
             option("reasons") + " is for rays alone: leave out " + option("fallback") +
                 ", or end it with low, fill or mark.");
   if (a.parts_by && (a.low.given.empty() || a.unwrap)) {
-    fail_usage(option("match_by", name_of(Words(kPartsBy), a.parts_by)) +
+    fail_usage(option("match_by", name_of(Words(kPartsByWords), a.parts_by)) +
                " needs a LOW with named parts and UVs of its own.");
   }
   refuse_if(
@@ -495,8 +495,8 @@ void check_files(const Job& a) {
   }
   std::uint32_t side = std::max(a.bake.width, a.bake.height);
   for (const SetSize& size : a.set_sizes) side = std::max({side, size.width, size.height});
-  constexpr std::uint32_t kMostOfWebp = 16383;
-  refuse_if(a.image.format == ImageFormat::webp && side > kMostOfWebp,
+  constexpr std::uint32_t kMaxWebpSide = 16383;
+  refuse_if(a.image.format == ImageFormat::webp && side > kMaxWebpSide,
             option("format") +
                 " webp holds at most 16383 texels a side: choose another, or a smaller " +
                 option("size") + ".");

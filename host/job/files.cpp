@@ -172,7 +172,7 @@ void prepare_parent(const fs::path& file) {
 
 namespace {
 
-constexpr std::size_t kMostRecordBytes = 1 << 16;
+constexpr std::size_t kMaxRecordBytes = 1 << 16;
 
 fs::path record_path(const fs::path& folder, const std::string& stem) {
   return folder / ("." + stem + ".kiln.json");
@@ -182,7 +182,7 @@ fs::path record_path(const fs::path& folder, const std::string& stem) {
 fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   const fs::path path = record_path(folder, stem);
   if (!is_readable_file(path)) return {};
-  Json json = Json::parse(head_of_file(path, kMostRecordBytes));
+  Json json = Json::parse(head_of_file(path, kMaxRecordBytes));
   if (!json.is_object() || !json["low"].is_string()) return {};
   return folder / unescape_bytes(json["low"].text());
 }

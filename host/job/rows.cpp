@@ -854,7 +854,7 @@ std::vector<OptionRow> make_rows() {
        .beside_auto = true},
       {.flag = "--match-by",
        .group = kMatch,
-       .value = choice(AT(parts_by), Words(kPartsBy)),
+       .value = choice(AT(parts_by), Words(kPartsByWords)),
        .help =
            "Which part of HIGH a texel may find: all, or its own part alone. name: the group or "
            "object X_low of LOW takes X_high and X_high_* of HIGH, or X_lp that of X_hp, X_lo that "
