@@ -205,7 +205,7 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
   if (is_nested_too_deep(text)) {
     input.fail("",
-               "lists and objects of its JSON lie in more than " + std::to_string(kMostJsonDepth) +
+               "lists and objects of its JSON lie in more than " + std::to_string(kMaxJsonDepth) +
                    " others",
                "Leave out what is nested so deep, such as extras, and export the file again.");
   }

@@ -54,7 +54,7 @@ constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 Json parse_extras(const std::string& text, const char* of) {
   if (is_nested_too_deep(text)) {
     fail_usage(std::string("the extras of ") + of + " lie in more than " +
-               std::to_string(kMostJsonDepth) + " others.");
+               std::to_string(kMaxJsonDepth) + " others.");
   }
   Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded()) fail_usage(std::string("the extras of ") + of + " are no JSON.");
