@@ -209,8 +209,8 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
   // A missing mesh may have been renamed.
   if (recorded.empty() || !fs::exists(recorded, none)) return;
   // Maps may belong to the low poly that Kiln wrote here.
-  const fs::path made = folder / (stem + ".obj");
-  if (is_one_file(recorded, source) || is_one_file(recorded, made) || is_one_file(source, made))
+  const fs::path written_mesh = folder / (stem + ".obj");
+  if (is_one_file(recorded, source) || is_one_file(recorded, written_mesh) || is_one_file(source, written_mesh))
     return;
   const fs::path map = map_of(folder, stem);  // Last, because it lists the folder.
   if (map.empty()) return;

@@ -12,8 +12,7 @@ namespace kiln {
 
 /// Reads a regular file of at most `most` bytes.
 /// \param what  start of the message, such as "--view-weight 'views.txt'"
-/// \throws Error(input): not there, not readable, no regular file, too long, no text; says which,
-///   and what to do
+/// \throws Error(input) with the remedy if the file is missing, unreadable, not regular, too long, or not text
 std::string read_small_file(const std::filesystem::path& path, std::size_t most,
                             const Message& what);
 

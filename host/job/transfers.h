@@ -27,19 +27,18 @@ inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
     {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},
     {"roughness", MaterialSlot::roughness}};
 
-/// Maps of an asset beside `normal` and `ao`, where nothing is said of maps: those that HIGH's colours and materials
-/// have.
+/// Default maps of an asset, besides `normal` and `ao`: those for which HIGH has vertex colours or materials.
 struct MaterialMaps {
   std::vector<std::string> maps;       ///< As of --maps: color, opacity
   std::vector<std::string> transfers;  ///< As of --transfer: mtl:roughness...
 };
 
-/// \param occlusion  true: HIGH's pictures of occlusion, too
-/// \param warnings   where to append that they lie on other UVs, and that the alpha of vertex colours is left out
+/// \param occlusion  true: include HIGH's occlusion textures
+/// \param warnings   appended to, if textures use other UV sets, and if the alpha of vertex colours is ignored
 MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
                            std::vector<Warning>& warnings);
 
-/// True if it is not opaque.
+/// True if a material is not opaque.
 bool is_transparent(const Material& material);
 
 /// \throws Error(usage)
@@ -49,14 +48,13 @@ std::vector<TransferArgument> parse_transfers(const Job& arguments);
 /// Reads the sources of the user's own maps. \throws Error(input)
 std::vector<OwnMap> load_own_maps(const Job& arguments);
 
-/// Reads the pictures of --transfer. And the materials' pictures that maps hold, or that
-/// --alpha-test goes by.
+/// Reads the textures of --transfer, and the materials' textures that maps or --alpha-test need.
 /// \throws Error(input), Error(usage)
-/// \param known  HIGH's materials, where they were read with it already; else empty
+/// \param known  HIGH's materials, if they were already read with the mesh; else empty
 void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
                    std::vector<Warning>& warnings, std::span<const Material> known = {});
 
-/// Takes off what --alpha-test finds transparent. \throws Error(input)
+/// Removes the faces that --alpha-test finds transparent. \throws Error(input)
 void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& high,
                       std::vector<Warning>& warnings);
 
