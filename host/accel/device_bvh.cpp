@@ -54,7 +54,8 @@ std::string Tree::defines(const std::string& more) const {
 
 void Tree::refit(cl::Context& context, std::span<const Vec3> positions,
                  std::span<const Triangle> triangles) {
-  if (kept_ == nullptr) throw Error(ErrorCode::internal, "A tree that was not kept is refitted.");
+  if (kept_ == nullptr)
+    throw Error(ErrorCode::internal, "Internal error: refit of a BVH without refit data.");
   refit_bvh(*kept_, positions, triangles);
   nodes.write(context, kept_->nodes());
   blocks.write(context, kept_->blocks());

@@ -143,7 +143,8 @@ void Rasterizer::draw(std::span<const kiln_view> views, const DepthKeys& keys) {
         view.width != views.front().width || view.height != views.front().height ||
         view.first % KILN_RASTER_TILE_PIXELS != 0 ||
         view.first + DepthKeys::count(view.width, view.height) > keys.keys.size()) {
-      throw Error(ErrorCode::internal, "A depth view does not fit its keys.");
+      throw Error(ErrorCode::internal,
+                  "A depth view has more pixels than its keys, or another size than the first.");
     }
   }
   const std::lock_guard lock(drawing_);
