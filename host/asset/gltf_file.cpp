@@ -204,10 +204,8 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   // Worst case: a list of empty lists takes 16 bytes and a vector for two characters.
   require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
   if (is_nested_too_deep(text)) {
-    input.fail("",
-               "lists and objects of its JSON lie in more than " + std::to_string(kMaxJsonDepth) +
-                   " others",
-               "Leave out what is nested so deep, such as extras, and export the file again.");
+    input.fail("", "its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " levels deep",
+               "Remove deeply nested data, such as extras, and export the file again.");
   }
   try {
     json_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text.begin(), text.end()));
@@ -220,8 +218,7 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   const GltfValue asset = root()["asset"];
   const std::string version = asset["version"].text();
   if (!asset.exists() || !version.starts_with("2.")) {
-    asset.fail(version.empty() ? "it does not say which glTF it is"
-                               : "it is glTF " + version.substr(0, 20),
+    asset.fail(version.empty() ? "it has no version" : "it is glTF " + version.substr(0, 20),
                "Export it as glTF 2.0.");
   }
   const GltfValue required = root()["extensionsRequired"];
@@ -279,7 +276,7 @@ std::filesystem::path GltfFile::path_of(const GltfValue& uri) const {
   for (const std::filesystem::path& part : path) leaves = leaves || part == "..";
   if (leaves) fail_outside(" is no file in the folder of the glTF file");
   if (!lies_within(*input_.folder, file)) {
-    fail_outside(" leads out of the folder of the glTF file by a symbolic link");
+    fail_outside(" is a symbolic link to a file outside the folder of the glTF file");
   }
   return file;
 }
@@ -394,7 +391,7 @@ std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
   if (!vertices && !triangles && mode != "INDICES") packed["mode"].fail("meshopt has no such mode");
   const bool fits = vertices ? step >= 4 && step <= 256 && step % 4 == 0
                              : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
-  if (!fits) packed.fail("its byteStride or count does not go with its mode");
+  if (!fits) packed.fail("its byteStride or count is invalid for its mode");
   if (count * step != view["byteLength"].count(0)) {
     packed.fail("it holds other than the byteLength of its bufferView");
   }
@@ -413,7 +410,7 @@ std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
   } else if (filter == "EXPONENTIAL" && vertices) {
     meshopt_decodeFilterExp(result.data(), count, step);
   } else {
-    packed["filter"].fail("it is none that meshopt has for this mode and byteStride");
+    packed["filter"].fail("it is not a meshopt filter for this mode and byteStride");
   }
   return result;
 }

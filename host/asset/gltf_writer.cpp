@@ -53,8 +53,8 @@ constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
 Json parse_extras(const std::string& text, const char* of) {
   if (is_nested_too_deep(text)) {
-    fail_usage(std::string("the extras of ") + of + " lie in more than " +
-               std::to_string(kMaxJsonDepth) + " others.");
+    fail_usage(std::string("the extras of ") + of + " are nested more than " +
+               std::to_string(kMaxJsonDepth) + " levels deep.");
   }
   Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded()) fail_usage(std::string("the extras of ") + of + " are no JSON.");
@@ -1109,7 +1109,7 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
                const SaveAssetOptions& options) {
   const bool one_material = materials.size() == 1;
   if (!one_material && (low.materials.empty() || materials.size() != low.material_names.size())) {
-    fail_usage("there is not one material for each of the mesh's, nor one for all.");
+    fail_usage("there must be one material for each material of the mesh, or one for all.");
   }
   check_nodes(low, options);
   const bool has_pictures =
@@ -1141,7 +1141,7 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
   const Primitives primitives = primitives_of(low, places.locals, one_material);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,
-                "Mesh '" + low.name + "' has no triangle to write that has area, and UVs.");
+                "Mesh '" + low.name + "' has no triangle to write: none has both an area and UVs.");
   }
   // Indices in the file, per material with UVs and without.
   std::vector<std::array<std::size_t, 2>> numbers(materials.size(),

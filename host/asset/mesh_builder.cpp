@@ -177,11 +177,12 @@ std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t
   if (largest_ <= kMaxFraction) return std::move(fractions_);
   if (largest_ < kMaxDarkByte) {
     const std::string text = formatted("%.4g", largest_);
-    input.warn("color-scale",
-               "its largest colour channel is " + text +
-                   ": above 1, so its colours count as 0 to 255, and are nearly black. If they are "
-                   "fractions brighter than white, export them clamped to 1.",
-               count_);
+    input.warn(
+        "color-scale",
+        "its largest colour channel is " + text +
+            ". Colours above 1 are read as 0 to 255, which makes these nearly black. If they are "
+            "fractions brighter than white, export them clamped to 1.",
+        count_);
   }
   return std::move(bytes_);
 }
@@ -257,7 +258,9 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
       if (added) {
         if (mesh.positions.size() == kMaxCount) {
           input_.fail("",
-                      "it has more than " + std::to_string(kMaxCount) + " vertices, one a colour",
+                      "it needs more than " + std::to_string(kMaxCount) +
+                          " vertices, since each colour of a "
+                          "vertex needs one",
                       "Split or simplify the mesh.");
         }
         mesh.positions.push_back(Vec3(mesh.positions[corner]));

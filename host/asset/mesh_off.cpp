@@ -187,7 +187,7 @@ class OffReader {
       }
       if (*index < 0 || static_cast<std::uint64_t>(*index) >= vertices_) {
         fail(name + " uses vertex " + std::to_string(*index) + ", but there are " +
-             std::to_string(vertices_) + ", counted from 0");
+             std::to_string(vertices_) + ", numbered from 0");
       }
       corners_.push_back(static_cast<std::uint32_t>(*index));
     }

@@ -457,8 +457,8 @@ class BodyReader {
     input_.warn(
         "texture-numbers",
         "header: it names " + std::to_string(textures_.size()) +
-            " pictures (TextureFile), but its faces have no \"texnumber\" that says which is "
-            "whose: the first is taken for all.",
+            " pictures (TextureFile), but its faces have no \"texnumber\": the first picture is "
+            "used for all.",
         textures_.size() - 1);
   }
 
@@ -486,8 +486,8 @@ class BodyReader {
              (vertex_uvs_ ? "UVs of the vertices were taken there." : "no UVs were read there."));
     if (textures_.empty()) return;
     warn("texture-numbers", bad_numbers_,
-         "with a \"texnumber\" of none of its " + counted(textures_.size(), "picture") +
-             " (TextureFile), counted from 0: no picture is there" +
+         "with a \"texnumber\" that is none of its " + counted(textures_.size(), "picture") +
+             " (TextureFile), numbered from 0: no picture is used there" +
              (has_colors(header_) ? ", and the colours of faces or vertices count." : "."));
     if (builder.uvs.empty()) {
       input_.warn(
@@ -513,7 +513,7 @@ class BodyReader {
       const std::string text = formatted("%.12g", index);
       input_.fail(source_.place(),
                   kind + std::to_string(number) + " uses vertex " + text + ", but there are " +
-                      std::to_string(vertices_) + ", counted from 0",
+                      std::to_string(vertices_) + ", numbered from 0",
                   "Export the mesh again.");
     }
     corners_.push_back(static_cast<std::uint32_t>(index));

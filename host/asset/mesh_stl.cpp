@@ -102,11 +102,12 @@ class StlColors {
         [](std::uint8_t a, std::uint8_t b) { return std::abs(int{a} - int{b}) <= kRounding; });
     // Programs that only write a default colour set all bits or none.
     if (agrees || own == 0 || own == kDefaultColorBit - 1) return;
-    input.warn("stl-colors",
-               "all of its triangles are of one colour, and marked as if they had none of their "
-               "own: the colour in the header (COLOR=) was taken. If theirs is meant, export PLY, "
-               "or clear bit 15 of their attributes.",
-               bits.count);
+    input.warn(
+        "stl-colors",
+        "all triangles have the same colour, and are marked to use the colour in the header "
+        "(COLOR=), which is used. To use their own colour, export PLY, or clear bit 15 of their "
+        "attributes.",
+        bits.count);
   }
 
   /// The colour of a triangle, if it has one.
