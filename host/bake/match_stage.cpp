@@ -34,7 +34,7 @@ void warn_about_length(const Message& name, const std::optional<Length>& length,
   if (!(diagonals > 1)) return;
   const std::string text = formatted(
       " is %.3g times as long as the high poly's diagonal of %.4g: rays of that length "
-      "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
+      "hit opposite sides and other parts. 1%% to 5%% are typical: was a percentage meant?",
       diagonals, frame.diagonal);
   warnings.push_back({"far-rays", name + text, 1});
 }
