@@ -31,7 +31,7 @@ std::size_t end_of_braces(std::string_view text, std::size_t at) {
                                                "' has { without }: write [{] for the character.");
   const std::size_t inner = text.find('{', at + 1);
   refuse_if(inner < end,
-            "The pattern '" + std::string(text) + "' has braces within braces: that is not known.");
+            "The pattern '" + std::string(text) + "' has nested braces, which are not supported.");
   return end;
 }
 
@@ -228,9 +228,9 @@ std::string PathPattern::path(const Captures& captures) const {
   const PathPattern filled = with(captures);
   if (!filled.is_plain()) {
     for (const std::string& name : filled.captures_) {
-      fail_usage("'" + text_ + "' has {" + name + "}, which nothing captures.");
+      fail_usage("'" + text_ + "' has {" + name + "}, which is not captured.");
     }
-    fail_usage("'" + text_ + "' has * or ?, but one path is wanted.");
+    fail_usage("'" + text_ + "' has * or ?, but must be a single path.");
   }
   return filled.ways_[0].empty() ? std::string() : filled.ways_[0][0].text;
 }
@@ -325,7 +325,7 @@ void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t 
     if (!pattern.matches(path, known, captures)) continue;
     refuse_if(found.size() >= kMaxFiles, "The pattern '" + pattern.text() + "' matches more than " +
                                              std::to_string(kMaxFiles) +
-                                             " files: one job file is not for so many.");
+                                             " files, the limit of one job file.");
     found.push_back({path, std::move(captures)});
   }
   if (depth >= deepest) return;

@@ -287,7 +287,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
     for (const char* const key : {"version", "profile"}) {
       if (reports[i].at(key).dump() == merged.at(key).dump()) continue;
       throw Error(ErrorCode::usage, std::string("--merge: '") + names[0] + "' and '" + names[i] +
-                                        "' have another " + key + ": run all parts alike.");
+                                        "' have different " + key + ": run all parts alike.");
     }
     double part = 0, of = 0;
     if (read_shard(reports[i], part, of)) {
