@@ -92,7 +92,7 @@ void SurfaceTexture::check(const Texture& texture) const {
   }
   if (texture.image_of.empty() && texture.images.size() != 1 && texture.tiles.empty()) {
     fail(" has " + std::to_string(texture.images.size()) +
-         " pictures, but nothing says which material has which.");
+         " pictures, but no assignment of pictures to materials.");
   }
   const std::size_t names = source_.materials.names.size(), materials = texture.image_of.size();
   if (materials != 0 && materials != names) {
@@ -106,7 +106,7 @@ void SurfaceTexture::check(const Texture& texture) const {
   if ((!wraps_.empty() && wraps_.size() != materials) ||
       (!factors_.empty() && factors_.size() != materials) ||
       (!texture.times_vertex_colors.empty() && texture.times_vertex_colors.size() != materials)) {
-    fail(" has wraps or factors for other than its materials.");
+    fail(" has wraps or factors for another number of materials than its own.");
   }
   for (const std::shared_ptr<const Image>& image : texture.images) {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map_ + " is missing.");
@@ -132,7 +132,7 @@ void SurfaceTexture::choose_sets(const Texture& texture) {
   if (texture.uv_sets.empty()) return;
   if (texture.uv_sets.size() != picture_of_material_.size()) {
     throw Error(ErrorCode::input, "The texture of the map " + map_ +
-                                      " has sets of UVs for other than its materials.");
+                                      " has UV sets for another number of materials than its own.");
   }
   for (std::size_t i = 0; i < texture.uv_sets.size(); ++i) {
     const std::uint32_t wanted = texture.uv_sets[i];
@@ -422,8 +422,8 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
   };
   warn(
       "two-channel-normals", [&](std::size_t i) { return is_detected(i) && !normals_[i].in_alpha; },
-      "held x and y alone (blue is constant, or below 0 all over): z was computed. Where that is "
-      "wrong, say what it holds (" +
+      "only held x and y (blue is constant, or below 0 everywhere): z was computed. If that is "
+      "wrong, set its channels (" +
           option("high_normal_map", "gl") + ").");
   warn(
       "two-channel-normals", [&](std::size_t i) { return is_detected(i) && normals_[i].in_alpha; },
@@ -467,7 +467,7 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
                         "The texture of the map " + map_ + " has no picture for " +
                             std::to_string(triangles) + " triangles of the high poly (" +
                             (named != 0 ? "UDIM " : "") + list +
-                            "): they have their material's number there, or 0. Put the pictures "
+                            "): these have their material's number there, or 0. Put the pictures "
                             "beside the others.",
                         triangles});
   }
