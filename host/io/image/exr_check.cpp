@@ -125,7 +125,7 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
            kExportAgain);
     }
     total += size + head_bytes;
-    if (total > source.size()) fail(place, "it shares its bytes with another", kExportAgain);
+    if (total > source.size()) fail(place, "it overlaps another one", kExportAgain);
   }
 }
 

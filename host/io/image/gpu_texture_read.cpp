@@ -312,9 +312,10 @@ std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx
   const std::string_view packed = bytes.substr(header.at, header.packed);
   const auto check = [&](bool enough) {
     if (!enough) {
-      fail("level 0",
-           "its pixels need " + std::to_string(size) + " bytes, but it has other many (damaged)",
-           kExportAgain);
+      fail(
+          "level 0",
+          "its pixels need " + std::to_string(size) + " bytes, but it has another number (damaged)",
+          kExportAgain);
     }
   };
   if (header.scheme == 0) {

@@ -59,8 +59,8 @@ Header read_header(const unsigned char* bytes, const FailWith& fail) {
   }
   if (colour >= kChannels.size() || kChannels[colour] == 0 || bits == 0 || bits > 16) {
     fail("IHDR",
-         "it says colour type " + std::to_string(colour) + " of " + std::to_string(bits) +
-             " bits, which PNG does not have",
+         "it has colour type " + std::to_string(colour) + " with " + std::to_string(bits) +
+             " bits, which is invalid in PNG",
          kExportAgain);
   }
   header.bits_per_pixel = bits * kChannels[colour];

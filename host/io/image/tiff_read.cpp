@@ -166,8 +166,8 @@ void check_kind(const Layout& layout, bool heights, const FailWith& fail) {
   const std::uint32_t stored = colours == PHOTOMETRIC_PALETTE ? 1 : layout.colour_channels();
   if (layout.samples != stored && !layout.has_alpha) {
     fail("SamplesPerPixel",
-         "a pixel has " + std::to_string(layout.samples) + " values, and its colour " +
-             std::to_string(stored) + ": with one more, for alpha, they are read",
+         "it has " + std::to_string(layout.samples) + " samples per pixel, and its colour space " +
+             std::to_string(stored) + ": only one more, for alpha, is supported",
          convert);
   }
   const std::uint16_t bits = layout.bits;
