@@ -76,8 +76,8 @@ struct Point2 {
 };
 double cross2(const Point2& a, const Point2& b) { return a.x * b.y - a.y * b.x; }
 
-/// Normals of the candidate sides, in the plane of e and f: evenly spaced relative to the corners' spread,
-/// so that needles get as many as round shapes; and those of the largest triangle.
+/// Normals of the candidate sides, in the plane of e and f. kEvenSides of them are spaced evenly relative to the
+/// spread of the corners, so that slivers get as many as compact shapes; the others are those of the largest triangle.
 std::array<Point2, kSideCandidates> sides_of(const Corners& corners, const Shape& shape,
                                              const Vec3d& e, const Vec3d& f) {
   const auto spread = [&](const Vec3d& a, const Vec3d& b) {

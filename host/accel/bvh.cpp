@@ -22,8 +22,8 @@ namespace {
 
 using namespace bvh;
 
-// Levels of 8-wide nodes below which ranges are halved by count: 2^31 triangles need at most 10 more
-// (each level divides by 8), so no tree is deeper than 26.
+// Level from which ranges are split at the median instead of by the surface area heuristic. Each level then divides the
+// number of triangles by 8, so 2^31 triangles add at most 10 levels, and no tree is deeper than 26.
 constexpr std::uint32_t kSahLevels = 15;
 // Smallest number of triangles for which overlap is checked, and the share of the halves' total length
 // that may overlap.
@@ -38,7 +38,7 @@ class Builder {
   Builder(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool merge)
       : positions_(positions),
         triangles_(triangles),
-        merger_(positions, triangles, merge),
+        duplicate_merger_(positions, triangles, merge),
         prisms_(merge) {}
 
   Bvh build() {
@@ -74,8 +74,8 @@ class Builder {
       leaf_area += subtree.leaf_area;
       crowded = crowded || subtree.crowded;
     }
-    if (const double area{root.box.half_area()}; area > 0) bvh.leaves_a_line = leaf_area / area;
-    if (prisms_ && (crowded || bvh.leaves_a_line > kMinCrowdedLeaves)) add_prisms(bvh);
+    if (const double area{root.box.half_area()}; area > 0) bvh.leaves_per_line = leaf_area / area;
+    if (prisms_ && (crowded || bvh.leaves_per_line > kMinCrowdedLeaves)) add_prisms(bvh);
     bvh.duplicates = duplicates_;
     bvh.triangles -= duplicates_;
     return bvh;
@@ -279,7 +279,7 @@ class Builder {
       Range& parent_slot = children[static_cast<std::size_t>(widest)];
       if (!parent_slot.merged && one_centre(parent_slot)) {
         Primitive* const first = &primitives_[parent_slot.begin];
-        Primitive* const end = merger_.merge(first, first + parent_slot.size());
+        Primitive* const end = duplicate_merger_.merge(first, first + parent_slot.size());
         const auto left = static_cast<std::size_t>(end - first);
         duplicates_ += parent_slot.size() - left;
         parent_slot.end = parent_slot.begin + left;
@@ -297,8 +297,8 @@ class Builder {
   std::uint32_t emit_block(const Range& range, Subtree& out) {
     kiln_bvh_block block;
     std::uint32_t found[KILN_BVH_LEAF_TRIANGLES] = {};
-    const std::size_t count =
-        merger_.leaf(&primitives_[range.begin], &primitives_[range.begin] + range.size(), found);
+    const std::size_t count = duplicate_merger_.leaf(
+        &primitives_[range.begin], &primitives_[range.begin] + range.size(), found);
     if (count != range.size())
       duplicates_ += range.size() - count;  // avoid writes, since all
                                             // threads share it
@@ -370,7 +370,7 @@ class Builder {
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
-  bvh::Merger merger_;
+  bvh::Merger duplicate_merger_;
   bool prisms_;
   std::unique_ptr<Primitive[]> primitives_;
   std::atomic<std::uint64_t> duplicates_{0};

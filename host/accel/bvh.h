@@ -27,7 +27,7 @@ struct Bvh {
   /// Average number of leaves whose boxes a random line through the root's box crosses (MacDonald, Booth 1990,
   /// "Heuristics for ray tracing using space subdivision", section 2): few for scans, a share of all for a fan of
   /// needles. Not updated by refits.
-  double leaves_a_line = 0;
+  double leaves_per_line = 0;
   std::uint64_t prisms = 0;  ///< Prisms among the nodes: see kiln_bvh_prism
 
   std::span<const kiln_bvh_node> nodes() const { return {node_data.get(), node_count}; }

@@ -60,7 +60,7 @@ struct Range {
 /// Extent below which a quotient by it could overflow: such an axis is not split.
 inline constexpr float kNoExtent = 1e-30f;
 
-/// True if all centres are equal: Mapping then has a scale on no axis.
+/// True if all centres coincide: the scale of Mapping is then 0 on every axis.
 inline bool is_flat(const Range& range) {
   const Float4 extent = range.centers.hi - range.centers.lo;
   const auto is_split = [&](int axis) {

@@ -34,7 +34,7 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
                                       ": it must be 0 to 1048576 frame units.");
   }
   if (count > std::min(capacity, result.capacity)) {
-    throw Error(ErrorCode::internal, "More samples than their arrays hold.");
+    throw Error(ErrorCode::internal, "The number of samples exceeds the size of their arrays.");
   }
   result.count = count;
   // CPU drivers other than PoCL take minutes to compile the wide kernel (Mesa's rusticl did).

@@ -37,7 +37,7 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   stats.skipped = bvh.skipped;
   stats.duplicates = bvh.duplicates;
   stats.nodes = bvh.node_count;
-  stats.leaves_a_line = bvh.leaves_a_line;
+  stats.leaves_per_line = bvh.leaves_per_line;
   stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
   has_prisms_ = bvh.prisms != 0;
   const auto upload = Clock::now();
@@ -54,7 +54,8 @@ std::string Tree::defines(const std::string& more) const {
 
 void Tree::refit(cl::Context& context, std::span<const Vec3> positions,
                  std::span<const Triangle> triangles) {
-  if (kept_ == nullptr) throw Error(ErrorCode::internal, "A tree that was not kept is refitted.");
+  if (kept_ == nullptr)
+    throw Error(ErrorCode::internal, "Internal error: refit of a BVH without refit data.");
   refit_bvh(*kept_, positions, triangles);
   nodes.write(context, kept_->nodes());
   blocks.write(context, kept_->blocks());

@@ -46,8 +46,8 @@ struct Tree {
     std::uint64_t skipped = 0;     ///< Triangles that are non-finite or without area
     std::uint64_t duplicates = 0;  ///< Triangles equal to another one, which represents them
     std::uint64_t nodes = 0;
-    std::uint64_t bytes = 0;   ///< Size on the device
-    double leaves_a_line = 0;  ///< as Bvh::leaves_a_line
+    std::uint64_t bytes = 0;     ///< Size on the device
+    double leaves_per_line = 0;  ///< Copy of Bvh::leaves_per_line
     double build_seconds = 0;
     double upload_seconds = 0;
   };

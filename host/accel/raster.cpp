@@ -69,12 +69,13 @@ std::vector<std::uint64_t> DepthKeys::picture(cl::Context& context, const kiln_v
   keys.read(context, tiled, view.first);
   drawn.read(context, marks, view.first / KILN_RASTER_TILE_PIXELS);
   std::vector<std::uint64_t> result(std::size_t{view.width} * view.height);
-  constexpr std::uint32_t kSide = KILN_RASTER_TILE;
+  constexpr std::uint32_t kTileSide = KILN_RASTER_TILE;
   for (std::uint32_t y = 0; y < view.height; ++y) {
     for (std::uint32_t x = 0; x < view.width; ++x) {
-      const std::size_t tile = std::size_t{y / kSide} * KILN_RASTER_TILES(view.width) + x / kSide;
+      const std::size_t tile =
+          std::size_t{y / kTileSide} * KILN_RASTER_TILES(view.width) + x / kTileSide;
       result[std::size_t{y} * view.width + x] =
-          marks[tile] != 0 ? tiled[(tile * kSide + y % kSide) * kSide + x % kSide]
+          marks[tile] != 0 ? tiled[(tile * kTileSide + y % kTileSide) * kTileSide + x % kTileSide]
                            : KILN_RASTER_EMPTY;
     }
   }
@@ -142,7 +143,8 @@ void Rasterizer::draw(std::span<const kiln_view> views, const DepthKeys& keys) {
         view.width != views.front().width || view.height != views.front().height ||
         view.first % KILN_RASTER_TILE_PIXELS != 0 ||
         view.first + DepthKeys::count(view.width, view.height) > keys.keys.size()) {
-      throw Error(ErrorCode::internal, "A depth view does not fit its keys.");
+      throw Error(ErrorCode::internal,
+                  "A depth view has more pixels than its keys, or another size than the first.");
     }
   }
   const std::lock_guard lock(drawing_);
@@ -189,7 +191,7 @@ void Rasterizer::draw_triangles(const kiln_view& view, const DepthKeys& keys) {
   context_.launch(kernel("kiln_raster_project"), vertex_count_, kLocal, view, vertex_count_,
                   positions_, projected_);
   context_.fill(queue_size_, std::uint32_t{0});
-  // Without 64-bit atomics: depths first, then the lowest triangles with these depths.
+  // Without 64-bit atomics, one pass writes the nearest depths, a second one the lowest triangle index at each depth.
   for (std::uint32_t pass = 0; pass < (atomic64 ? 1U : 2U); ++pass) {
     for (std::uint32_t first = 0; first < triangle_count_; first += kItemsPerLaunch) {
       const std::uint32_t some = std::min(kItemsPerLaunch, triangle_count_ - first);

@@ -26,7 +26,7 @@ struct DepthKeys {
   DepthKeys(cl::Context& context, std::uint64_t count)
       : keys(context, count), drawn(context, count / KILN_RASTER_TILE_PIXELS) {}
 
-  /// Number of keys of a picture.
+  /// Number of keys of a depth view: its pixels, rounded up to whole tiles.
   static std::uint64_t count(std::uint32_t width, std::uint32_t height) {
     return std::uint64_t{KILN_RASTER_TILES(width)} * KILN_RASTER_TILES(height) *
            KILN_RASTER_TILE_PIXELS;
@@ -38,7 +38,7 @@ struct DepthKeys {
   cl::Array<std::uint8_t> drawn;  ///< Per tile: 0 if it is empty and its keys are undefined
 };
 
-/// Variants of drawing. All draw the same keys.
+/// Variants of the rasterisation kernel. All write identical keys.
 enum class RasterPath {
   automatic,   ///< The fastest for the device
   tiles,       ///< One work-item per tile: CPUs

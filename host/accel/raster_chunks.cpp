@@ -151,9 +151,9 @@ RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle
         !is_in_views(positions[triangle[2]])) {
       continue;
     }
-    std::uint32_t fresh = vertex_count;
-    for (const std::uint32_t v : triangle) fresh += local.has(v) ? 0 : 1;
-    if (count == kChunk || fresh > kChunk) finish_chunk();
+    std::uint32_t new_vertices = vertex_count;
+    for (const std::uint32_t v : triangle) new_vertices += local.has(v) ? 0 : 1;
+    if (count == kChunk || new_vertices > kChunk) finish_chunk();
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t number = local.add(triangle[k], vertex_count);
       if (number == vertex_count) {

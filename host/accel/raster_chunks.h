@@ -11,11 +11,12 @@
 
 namespace kiln {
 
-/// False for vertices that views ignore, with their triangles: non-finite, or farther from the frame's centre than any
-/// source's, except for vertices that Frame excludes from its box.
+/// False for vertices that depth views ignore, together with their triangles: non-finite ones, and those that Frame
+/// excludes from its box as outliers. All others of a source lie within kMaxCoordinate of the frame's centre.
 inline bool is_in_views(const Vec3& p) {
-  constexpr float kReach = 4;
-  return std::abs(p.x) <= kReach && std::abs(p.y) <= kReach && std::abs(p.z) <= kReach;
+  constexpr float kMaxCoordinate = 4;
+  return std::abs(p.x) <= kMaxCoordinate && std::abs(p.y) <= kMaxCoordinate &&
+         std::abs(p.z) <= kMaxCoordinate;
 }
 
 /// A part of a mesh's chunks; parts are concatenated.

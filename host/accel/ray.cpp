@@ -26,10 +26,11 @@ void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capac
                                       decimal(query.t_max) + "] must be finite and not reversed.");
   }
   if (query.limited && (!query.outermost || query.use_reach)) {
-    throw Error(ErrorCode::internal, "Only outermost rays have limits, and no offsets then.");
+    throw Error(ErrorCode::internal,
+                "Limits per ray require the outermost rule, and exclude offsets.");
   }
   if (count > capacity) {
-    throw Error(ErrorCode::internal, "More rays than their arrays hold.");
+    throw Error(ErrorCode::internal, "The number of rays exceeds the size of their arrays.");
   }
 }
 
@@ -110,7 +111,8 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const RayQuery& query,
                          const cl::Array<std::uint8_t>& hit) const {
   check_query(query, count, capacity);
-  if (query.limited) throw Error(ErrorCode::internal, "Any-hit rays have no limits of their own.");
+  if (query.limited)
+    throw Error(ErrorCode::internal, "Any-hit queries do not support limits per ray.");
   const bool stream = impl_->traversal == Traversal::cpu;
   impl_->launch("occlusion",
                 stream                               ? "kiln_occlusion_any_stream"

@@ -64,7 +64,7 @@ class RayCaster {
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                 const RayQuery& query, const cl::Array<std::uint8_t>& hit) const;
 
-  /// Parameters of a query for kernels that cast rays themselves; the range of rays is [0, 0).
+  /// Parameters of a query for kernels that generate their own rays; the range of ray indices is empty.
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity) const;
 
   using Stats = Tree::Stats;

@@ -49,7 +49,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Refuses to open files: the input is in memory, and names in it must not give access to other files.
-class NoFiles : public Assimp::IOSystem {
+class RejectFileAccess : public Assimp::IOSystem {
  public:
   bool Exists(const char* /*file*/) const override { return false; }
   char getOsSeparator() const override { return '/'; }
@@ -88,15 +88,16 @@ class SceneReader {
     if (lost_groups_ != 0) {
       input_.warn("smoothing-groups",
                   counted(lost_groups_, "mesh", "meshes") +
-                      " with smoothing groups that cannot be told apart count as without normals: "
-                      "export normals, as OBJ or FBX.",
+                      " with ambiguous smoothing groups: these are ignored, and normals are "
+                      "computed. Export "
+                      "the mesh with normals, as OBJ or FBX.",
                   lost_groups_);
     }
     if (unresolved_skins_ != 0) {
       input_.warn("skinned",
-                  "pieces of meshes with bones, " + std::to_string(unresolved_skins_) +
-                      " in all, are read as stored, not as posed: a joint of theirs is missing, or "
-                      "shares its name with another node. Export glTF or FBX.",
+                  counted(unresolved_skins_, "skinned mesh", "skinned meshes") +
+                      ": read as stored, not posed, because a joint is missing or its name is not "
+                      "unique. Export glTF or FBX.",
                   unresolved_skins_);
     }
     uv_sets_.check();
@@ -350,7 +351,7 @@ class SceneReader {
         const unsigned v = face.mIndices[i];
         if (v >= mesh.mNumVertices) {
           fail("mesh \"" + printable(mesh.mName.C_Str()) + "\", face " + std::to_string(f),
-               "its corner is vertex " + std::to_string(v) + " of " +
+               "it refers to vertex " + std::to_string(v) + ", but the mesh has only " +
                    std::to_string(mesh.mNumVertices));
         }
         corners.push_back(vertex_of[v]);
@@ -563,7 +564,7 @@ class SceneReader {
 const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& said) {
   std::string hint = fs::path(input.file).extension().string();
   if (!hint.empty()) hint.erase(0, 1);
-  importer.SetIOHandler(new NoFiles);                                          // owned by the
+  importer.SetIOHandler(new RejectFileAccess);                                 // owned by the
                                                                                // importer
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // names instead of
                                                                                // ids

@@ -17,7 +17,7 @@ struct WorldFrame {
   double metres = 0;             ///< Metres per unit of the Mesh; 0: unknown
 };
 
-/// \param own_turn    rotation by the file's axes; none: it does not state them
+/// \param own_turn    rotation by the file's axes; none: the file does not state its axes
 /// \param own_metres  metres per unit of the file; 0: it does not state its unit
 WorldFrame world_frame(const LoadMeshOptions& options, const std::optional<AffineMap>& own_turn,
                        double own_metres);

@@ -93,9 +93,7 @@ LoadedScene load(const MeshInput& input) {
                "Free some memory, raise the " + option("memory_limit") + ", or split the file.");
   }
   if (error.type == UFBX_ERROR_UNKNOWN) {
-    input.fail("",
-               "its records or numbers do not fit together: it is cut off or damaged, or a face "
-               "names a vertex that is not there",
+    input.fail("", "it is truncated or damaged, or a face refers to a vertex that does not exist",
                kRemedy);
   }
   std::string why = printable_text(error.description);
@@ -149,11 +147,11 @@ class FbxReader {
       if (!is_odd) map[4 * static_cast<std::size_t>(axes[k]) + k] = static_cast<double>(sign);
     }
     if (is_odd || axes[0] == axes[1] || axes[1] == axes[2] || axes[2] == axes[0]) {
-      input_.warn("odd-axes",
-                  "its axes are not three different ones, so that it was not turned. Say what is "
-                  "up, such as " +
-                      option("up", "high=z") + ".",
-                  1);
+      input_.warn(
+          "odd-axes",
+          "its axis settings are invalid, so it was not rotated. Specify the up axis, such as " +
+              option("up", "high=z") + ".",
+          1);
       return kIdentityMap;
     }
     map[15] = 1;
@@ -271,10 +269,10 @@ class FbxReader {
         const std::uint32_t corner = face.index_begin + i;
         const std::uint32_t vertex = mesh.vertex_indices.data[corner];
         if (vertex >= mesh.vertices.count) {
-          input_.fail(
-              "mesh \"" + printable(placed.object) + "\", face " + std::to_string(f),
-              "a corner of it is none of the " + std::to_string(mesh.vertices.count) + " vertices",
-              kRemedy);
+          input_.fail("mesh \"" + printable(placed.object) + "\", face " + std::to_string(f),
+                      "a corner refers to a vertex beyond the mesh's " +
+                          std::to_string(mesh.vertices.count),
+                      kRemedy);
         }
         if (i == 0) mirrored = pose.mirrors(vertex);
         corners.push_back(place(mesh, pose, corner, vertex, vertex_of));
@@ -675,11 +673,10 @@ class FbxReader {
   void warn_of_repairs() const {
     for (const ufbx_warning& warning : scene_.metadata.warnings) {
       if (warning.type == UFBX_WARNING_BAD_UNICODE) continue;
-      input_.warn(
-          "damaged-file",
-          "it is damaged, or unlike what FBX should be: " + printable_text(warning.description) +
-              ". Look at the result, or export it again.",
-          warning.count);
+      input_.warn("damaged-file",
+                  "it does not conform to FBX: " + printable_text(warning.description) +
+                      ". Check the result, or export it again.",
+                  warning.count);
     }
   }
 
@@ -711,8 +708,7 @@ class FbxReader {
         "export");
     say(layered_, "layered-textures", " of its textures have layers: the lowest alone is read");
     say(merged_groups_, "smoothing-groups",
-        " of its meshes have smoothing groups that cannot be told apart, and count as one: export "
-        "normals");
+        " of its meshes have ambiguous smoothing groups, which are read as one: export normals");
     say(deformed_, "skinned",
         " of its meshes have several skins, of which the first is applied, or a vertex cache, "
         "which is not");

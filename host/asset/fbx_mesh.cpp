@@ -75,10 +75,10 @@ bool FbxPose::mirrors(std::size_t vertex) const {
 
 std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pose) {
   if (!pose.is_morphed() || !mesh.vertex_normal.exists) return {};
-  struct Turn {
-    Vec3d before{0, 0, 0}, after{0, 0, 0};
+  struct FaceNormals {
+    Vec3d before{0, 0, 0}, after{0, 0, 0};  // sums of area vectors before and after morphing
   };
-  std::unordered_map<std::uint64_t, Turn> turns;  // by vertex and normal
+  std::unordered_map<std::uint64_t, FaceNormals> face_normals;  // by vertex and normal
   const auto key_of = [&mesh](std::size_t corner) {
     return std::uint64_t{mesh.vertex_indices.data[corner]} << 32U |
            mesh.vertex_normal.indices.data[corner];
@@ -88,7 +88,7 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
            mesh.vertex_normal.indices.data[corner] < mesh.vertex_normal.values.count;
   };
   for (const ufbx_face& face : mesh.faces) {
-    Turn sums;
+    FaceNormals sums;
     bool whole = true;
     for (std::uint32_t i = 0; i < face.num_indices; ++i) {
       whole = whole && is_complete(face.index_begin + i);
@@ -107,9 +107,9 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
       sums.after = sums.after + area([&](std::uint32_t v) { return vector_of(pose.vertex(v)); });
     }
     for (std::uint32_t i = 0; i < face.num_indices; ++i) {
-      Turn& turn = turns[key_of(face.index_begin + i)];
-      turn.before = turn.before + sums.before;
-      turn.after = turn.after + sums.after;
+      FaceNormals& around = face_normals[key_of(face.index_begin + i)];
+      around.before = around.before + sums.before;
+      around.after = around.after + sums.after;
     }
   }
   std::vector<ufbx_vec3> result(mesh.num_indices);
@@ -118,12 +118,12 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
     const ufbx_vec3& given =
         mesh.vertex_normal.values.data[mesh.vertex_normal.indices.data[corner]];
     result[corner] = given;
-    const auto turn = turns.find(key_of(corner));
-    if (turn == turns.end()) continue;
-    const double before = length(turn->second.before), after = length(turn->second.after);
+    const auto found = face_normals.find(key_of(corner));
+    if (found == face_normals.end()) continue;
+    const double before = length(found->second.before), after = length(found->second.after);
     if (!std::isnormal(before) || !std::isnormal(after)) continue;
-    const Vec3d n = rotate_by(vector_of(given), turn->second.before * (1 / before),
-                              turn->second.after * (1 / after));
+    const Vec3d n = rotate_by(vector_of(given), found->second.before * (1 / before),
+                              found->second.after * (1 / after));
     result[corner].x = n.x;
     result[corner].y = n.y;
     result[corner].z = n.z;

@@ -122,8 +122,8 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
     std::string others;
     if (all.size() > 1) others = ", one of " + std::to_string(all.size()) + " files of that name";
     warnings_->push_back({"found-elsewhere",
-                          named_by + ": \"" + path.string() + "\" is not there; '" +
-                              entry->second.string() + "' was taken" + others + ".",
+                          named_by + ": \"" + path.string() + "\" does not exist; '" +
+                              entry->second.string() + "' is used instead" + others + ".",
                           1});
   }
   return entry->second;

@@ -30,7 +30,7 @@ class FileFinder {
   /// \param named_by  file and line that name it, for the warning
   std::filesystem::path find(const std::filesystem::path& path, const std::string& named_by);
 
-  /// Files with a name in the folder and below, relative to it, sorted, one per line; case is ignored.
+  /// Files called `name` in the folder and its subfolders, ignoring case: sorted relative paths, one per line.
   std::string named(const std::string& name);
 
  private:

@@ -24,9 +24,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint64_t kTriangles = 4,
-                        kFanMode = 6;  // primitive modes; lower values are points and lines, strips
-                                       // between
+// Primitive modes of glTF: 0 to 3 are points and lines, 5 is TRIANGLE_STRIP.
+constexpr std::uint64_t kTriangles = 4, kTriangleFan = 6;
 
 /// Applies a matrix to positions, normals and tangents.
 class Placing {
@@ -360,10 +359,10 @@ class GltfReader {
     std::string sets = uv_sets_ == 0 ? "none" : kUvSet + "0";
     if (uv_sets_ > 1) sets += " to " + kUvSet + std::to_string(uv_sets_ - 1);
     input_.fail("",
-                "it has no set of UVs " +
+                "it has no UV set " +
                     (name.empty() ? std::to_string(uv_set_) : "\"" + printable(name) + "\"") +
-                    ": its sets are " + sets,
-                "Ask for one of them.");
+                    "; its UV sets are " + sets,
+                "Choose one of these.");
   }
 
   GltfNumbers attribute(const GltfValue& attributes, const std::string& name, std::size_t width,
@@ -380,8 +379,8 @@ class GltfReader {
 
   std::optional<Primitive> read_primitive(const GltfValue& from, const Placed& placed) {
     const std::uint64_t mode = from["mode"].count(kTriangles);
-    if (mode > kFanMode)
-      from["mode"].fail("it is " + std::to_string(mode) + ", which glTF does not know");
+    if (mode > kTriangleFan)
+      from["mode"].fail("it is " + std::to_string(mode) + ", which is invalid in glTF");
     if (mode < kTriangles) {
       if (lines_++ == 0) first_lines_ = from.place();
       return std::nullopt;
@@ -543,9 +542,9 @@ class GltfReader {
       return;
     }
     for (std::size_t i = 0; i + 2 < n; ++i) {
-      const Triangle t = mode == kFanMode ? Triangle{order[i + 1], order[i + 2], order[0]}
-                         : i % 2 == 0     ? Triangle{order[i], order[i + 1], order[i + 2]}
-                                          : Triangle{order[i], order[i + 2], order[i + 1]};
+      const Triangle t = mode == kTriangleFan ? Triangle{order[i + 1], order[i + 2], order[0]}
+                         : i % 2 == 0         ? Triangle{order[i], order[i + 1], order[i + 2]}
+                                              : Triangle{order[i], order[i + 2], order[i + 1]};
       // Degenerate triangles only change the strip's direction.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }
@@ -716,28 +715,28 @@ class GltfReader {
                    " for one) were left out: they are no surface.");
     warn_count(odd_, "short-faces",
                counted(odd_, "primitive") + " (" + first_odd_ +
-                   " for one) end in a triangle with fewer than three corners; it was left out.");
+                   " for one) with an incomplete triangle at the end, which was ignored.");
     warn_count(flat_, "flat-normals",
                counted(flat_, "triangle") + " without normals: flat, as glTF has it.");
+    warn_count(skins_, "rest-pose",
+               counted(skins_, "skinned primitive") +
+                   ": read in the rest pose, from the nodes of the joints. Maps are valid in every "
+                   "pose, but "
+                   "files that Kiln writes have no skin.");
     warn_count(
-        skins_, "rest-pose",
-        counted(skins_, "skinned primitive") +
-            ": taken in the pose at rest, by where the nodes of its joints are. What is baked onto "
-            "it is right in every pose, but a file that Kiln writes has no skin.");
-    warn_count(free_, "unweighted-vertices",
-               counted(free_, "vertex of a skin", "vertices of skins") + " (in " + first_free_ +
-                   " for one) without weights: they lie where the mesh's own node puts them.");
+        free_, "unweighted-vertices",
+        counted(free_, "vertex of a skin", "vertices of skins") + " (in " + first_free_ +
+            " for one) without weights: transformed by the mesh's node instead of the skin.");
     warn_count(morphs_, "rest-pose",
                counted(morphs_, "primitive") +
-                   " with morph targets: taken with the targets' default weights.");
+                   " with morph targets: read with the targets' default weights.");
     warn_count(children_, "scene-child",
                counted(children_, "node", "nodes") + " of its scene (" + first_child_ +
                    " for one) " +
                    (children_ == 1 ? "is a child of another" : "are children of others") +
-                   " that it lists, too: read once, where the parent puts it.");
-    warn_count(
-        bright_, "bright-colors",
-        counted(bright_, "number") + " of vertex colours are above 1, and were cut off there.");
+                   " that the scene lists as well: each is read once, below its parent.");
+    warn_count(bright_, "bright-colors",
+               counted(bright_, "channel") + " of vertex colours above 1: clamped to 1.");
   }
 
   [[noreturn]] void fail_empty() const {

@@ -49,8 +49,8 @@ class Limits {
                             kBytesPerTriangle = 160;
     const std::uint64_t most = std::max(counts[0], counts[1]);
     if (most > kMaxTrianglesPerByte * bytes_ + kUncheckedTriangles) {
-      place_.fail("its " + std::to_string(bytes_) + " bytes would hold " + std::to_string(most) +
-                  " triangles or vertices, more than they can");
+      place_.fail("its " + std::to_string(bytes_) + " bytes cannot contain the " +
+                  std::to_string(most) + " triangles or vertices that it declares");
     }
     require(capped_product(most, kBytesPerTriangle));
     return counts;
@@ -71,7 +71,7 @@ class Limits {
   }
 
   [[noreturn]] void fail() const {
-    place_.fail("its data is damaged, or of another Draco than glTF's 2.2");
+    place_.fail("its data is damaged, or not in Draco 2.2, which glTF requires");
   }
 
  private:

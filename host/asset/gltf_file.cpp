@@ -155,8 +155,9 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   std::string_view text = input.bytes;
   if (text.starts_with("glTF")) {
     const auto word = [&](std::size_t at) { return read_as<std::uint32_t>(text.data() + at); };
-    constexpr const char* kAgain = "Export or copy the file again.";
-    if (text.size() < 20) input.fail("", "the file is truncated: it ends in its header", kAgain);
+    constexpr const char* kExportAgain = "Export or copy the file again.";
+    if (text.size() < 20)
+      input.fail("", "the file is truncated: it ends in its header", kExportAgain);
     if (word(4) != 2) {
       input.fail("byte 4", "it is binary glTF of version " + std::to_string(word(4)),
                  "Export it as glTF 2.0.");
@@ -166,10 +167,11 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
       input.fail("byte 8",
                  "the file is truncated: it should have " + std::to_string(length) +
                      " bytes, but has " + std::to_string(text.size()),
-                 kAgain);
+                 kExportAgain);
     }
     if (length < 20)
-      input.fail("byte 8", "its length of " + std::to_string(length) + " is too short", kAgain);
+      input.fail("byte 8", "its length of " + std::to_string(length) + " is too short",
+                 kExportAgain);
     if (length < text.size()) {
       input.warn("trailing-bytes",
                  counted(text.size() - length, "byte") + " after the end were ignored.",
@@ -181,12 +183,12 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
         input.fail("byte " + std::to_string(at),
                    "a chunk should have " + std::to_string(size) + " bytes, but only " +
                        std::to_string(length - at - 8) + " are left",
-                   kAgain);
+                   kExportAgain);
       }
       return text.substr(at + 8, size);
     };
     const std::string_view json = chunk(12);
-    if (word(16) != kJsonChunk) input.fail("byte 16", "its first chunk is not JSON", kAgain);
+    if (word(16) != kJsonChunk) input.fail("byte 16", "its first chunk is not JSON", kExportAgain);
     for (std::size_t at = 20 + json.size(); at + 8 <= length;) {
       const std::string_view content = chunk(at);
       if (word(at + 4) == kBinaryChunk && !has_binary_) {
@@ -202,10 +204,8 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   // Worst case: a list of empty lists takes 16 bytes and a vector for two characters.
   require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
   if (is_nested_too_deep(text)) {
-    input.fail("",
-               "lists and objects of its JSON lie in more than " + std::to_string(kMostJsonDepth) +
-                   " others",
-               "Leave out what is nested so deep, such as extras, and export the file again.");
+    input.fail("", "its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " levels deep",
+               "Remove deeply nested data, such as extras, and export the file again.");
   }
   try {
     json_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text.begin(), text.end()));
@@ -218,8 +218,7 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   const GltfValue asset = root()["asset"];
   const std::string version = asset["version"].text();
   if (!asset.exists() || !version.starts_with("2.")) {
-    asset.fail(version.empty() ? "it does not say which glTF it is"
-                               : "it is glTF " + version.substr(0, 20),
+    asset.fail(version.empty() ? "it has no version" : "it is glTF " + version.substr(0, 20),
                "Export it as glTF 2.0.");
   }
   const GltfValue required = root()["extensionsRequired"];
@@ -277,7 +276,7 @@ std::filesystem::path GltfFile::path_of(const GltfValue& uri) const {
   for (const std::filesystem::path& part : path) leaves = leaves || part == "..";
   if (leaves) fail_outside(" is no file in the folder of the glTF file");
   if (!lies_within(*input_.folder, file)) {
-    fail_outside(" leads out of the folder of the glTF file by a symbolic link");
+    fail_outside(" is a symbolic link to a file outside the folder of the glTF file");
   }
   return file;
 }
@@ -392,7 +391,7 @@ std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
   if (!vertices && !triangles && mode != "INDICES") packed["mode"].fail("meshopt has no such mode");
   const bool fits = vertices ? step >= 4 && step <= 256 && step % 4 == 0
                              : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
-  if (!fits) packed.fail("its byteStride or count does not go with its mode");
+  if (!fits) packed.fail("its byteStride or count is invalid for its mode");
   if (count * step != view["byteLength"].count(0)) {
     packed.fail("it holds other than the byteLength of its bufferView");
   }
@@ -411,7 +410,7 @@ std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
   } else if (filter == "EXPONENTIAL" && vertices) {
     meshopt_decodeFilterExp(result.data(), count, step);
   } else {
-    packed["filter"].fail("it is none that meshopt has for this mode and byteStride");
+    packed["filter"].fail("it is not a meshopt filter for this mode and byteStride");
   }
   return result;
 }

@@ -62,7 +62,7 @@ std::uint64_t GltfValue::count(std::uint64_t otherwise) const {
   constexpr double kMaxExactInteger = 9007199254740992;  // above, not every integer is a double
   const double value = number(0);                        // some exporters write 3.0
   if (!(value >= 0 && value <= kMaxExactInteger) || value != std::floor(value)) {
-    fail("it is no whole number from 0 on");
+    fail("it is not a non-negative integer");
   }
   return static_cast<std::uint64_t>(value);
 }

@@ -196,11 +196,12 @@ class MaterialReader {
 
   void warn() const {
     if (glossy_ != 0) {
-      file_.input().warn("glossiness-converted",
-                         counted(glossy_, "material") + " of " + kGlossiness +
-                             ": diffuse was taken for colour, 1 - glossiness for roughness; the "
-                             "specular colour is left out, so that metals come out dark.",
-                         glossy_);
+      file_.input().warn(
+          "glossiness-converted",
+          counted(glossy_, "material") + " of " + kGlossiness +
+              ": converted to colour = diffuse, roughness = 1 - glossiness. The specular "
+              "colour is ignored, so metals look too dark.",
+          glossy_);
     }
     if (!left_.empty()) {
       std::uint64_t count = 0;
@@ -210,39 +211,43 @@ class MaterialReader {
         names += (names.empty() ? "" : ", ") + printable(name) + " (" + std::to_string(times) + ")";
       }
       file_.input().warn("material-extensions",
-                         "its materials have looks that no map holds (" + first_left_ +
-                             " for one), and these were left out: " + names + ".",
+                         "its materials (" + first_left_ +
+                             " for one) use extensions for which there is no map, and which were "
+                             "ignored: " +
+                             names + ".",
                          count);
     }
     if (nearest_ != 0) {
       file_.input().warn(
           "nearest-filter",
           counted(nearest_, "picture") + " of its materials (" + first_nearest_ +
-              " for one) would show hard texels (magFilter NEAREST), but Kiln "
-              "filters all linearly: enlarge them where maps are to have hard texels.",
+              " for one) with nearest filtering (magFilter NEAREST), but Kiln filters "
+              "linearly: enlarge them to keep hard texels.",
           nearest_);
     }
     if (undecoded_ != 0) {
       file_.input().warn("picture-missing",
                          counted(undecoded_, "picture") + " of its materials cannot be read (" +
                              first_undecoded_ +
-                             "); the factor stands alone. Export the file with "
+                             "); only the material's factor is used. Export the file with "
                              "PNG or JPEG, or turn its pictures into BC7 (`ktx transcode`).",
                          undecoded_);
     }
     if (missing_ != 0) {
       file_.input().warn("picture-missing",
                          std::to_string(missing_) + " of its materials' pictures (" +
-                             first_missing_ + " for one) are not there; the factor stands alone.",
+                             first_missing_ +
+                             " for one) are missing; only the material's factor is used.",
                          missing_);
     }
     if (unread_ != 0) {
-      file_.input().warn("picture-missing",
-                         counted(unread_, "picture") + " of its materials (" + first_unread_ +
-                             (unread_ == 1 ? ") is" : " for one) are") +
-                             " of an extension that Kiln does not read; the factor stands alone. "
-                             "Export the file with PNG or JPEG.",
-                         unread_);
+      file_.input().warn(
+          "picture-missing",
+          counted(unread_, "picture") + " of its materials (" + first_unread_ +
+              (unread_ == 1 ? ") is" : " for one) are") +
+              " of an extension that Kiln does not read; only the material's factor is used. "
+              "Export the file with PNG or JPEG.",
+          unread_);
     }
   }
 

@@ -9,19 +9,19 @@
 
 namespace kiln {
 
-/// Pictures that a material takes.
+/// Textures of a written material.
 enum class PictureSlot { normal, color, surface, emission };
 
 /// Its name in reports: normal, color, surface (occlusion, roughness and metalness), emission.
 std::string_view name_of(PictureSlot picture);
-/// Its file in a material's pictures.
+/// The encoded file of a slot.
 std::vector<std::byte>& file_of(AssetPictures& pictures, PictureSlot picture);
 
-/// Base colour, with opacity as alpha; empty: neither is there. \throws Error(usage) where their sizes differ
+/// Base colour, with opacity as alpha; empty if both are missing. \throws Error(usage) if their sizes differ
 Image color_picture(const AssetMaps& maps);
-/// Occlusion, roughness and metalness; empty: none is there. \throws Error(usage) where their sizes differ
+/// Occlusion, roughness and metalness; empty if all are missing. \throws Error(usage) if their sizes differ
 Image surface_picture(const AssetMaps& maps);
-/// What AssetPictures says of its pictures, without any.
+/// AssetPictures without files: only the properties that describe its pictures.
 AssetPictures described_pictures(const AssetMaps& maps);
 
 }  // namespace kiln

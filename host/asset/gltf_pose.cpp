@@ -41,7 +41,7 @@ AffineMap map_of_node(const GltfValue& node) {
   }
   const std::array<double, 4> q = node["rotation"].numbers<4>({0, 0, 0, 1});
   if (!(std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) > 0)) {
-    node["rotation"].fail("it is 0, which is no rotation");
+    node["rotation"].fail("its quaternion is zero, which is no rotation");
   }
   return map_of_parts(node["translation"].numbers<3>({0, 0, 0}), q,
                       node["scale"].numbers<3>({1, 1, 1}));
@@ -127,7 +127,8 @@ std::vector<AffineMap> instances_of(const GltfFile& file, const GltfValue& node)
     if (!scales.values.empty()) std::copy_n(scales.at(i), 3, s.begin());
     if (!rotations.values.empty()) std::copy_n(rotations.at(i), 4, q.begin());
     if (!(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] > 0)) {
-      attributes["ROTATION"].fail("instance " + std::to_string(i) + " has 0, which is no rotation");
+      attributes["ROTATION"].fail("instance " + std::to_string(i) +
+                                  " has a zero quaternion, which is no rotation");
     }
     maps.push_back(map_of_parts(t, q, s));
   }

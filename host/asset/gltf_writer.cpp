@@ -53,8 +53,8 @@ constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
 Json parse_extras(const std::string& text, const char* of) {
   if (is_nested_too_deep(text)) {
-    fail_usage(std::string("the extras of ") + of + " lie in more than " +
-               std::to_string(kMostJsonDepth) + " others.");
+    fail_usage(std::string("the extras of ") + of + " are nested more than " +
+               std::to_string(kMaxJsonDepth) + " levels deep.");
   }
   Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded()) fail_usage(std::string("the extras of ") + of + " are no JSON.");
@@ -151,7 +151,7 @@ double reach_of(const Mesh& mesh) {
 
 /// The quantisation grid of an object's positions: a cube, so that normals need no extra scale.
 struct Grid {
-  static constexpr double kSteps = 65535;
+  static constexpr double kMaxQuantized = 65535;
   std::array<double, 3> origin{};
   double step = 1;
 
@@ -169,12 +169,12 @@ struct Grid {
     }
     Grid grid{low, 0};
     for (std::size_t k = 0; k < 3; ++k)
-      grid.step = std::max(grid.step, (high[k] - low[k]) / kSteps);
+      grid.step = std::max(grid.step, (high[k] - low[k]) / kMaxQuantized);
     return grid;
   }
   std::uint16_t rounded(double value, std::size_t axis) const {
     return static_cast<std::uint16_t>(
-        std::clamp(std::floor((value - origin[axis]) / step + 0.5), 0.0, kSteps));
+        std::clamp(std::floor((value - origin[axis]) / step + 0.5), 0.0, kMaxQuantized));
   }
 };
 
@@ -186,7 +186,7 @@ struct PrimitiveKey {
 };
 using Primitives = std::map<PrimitiveKey, Part>;
 
-/// Splits a mesh into primitives. \param locals  one per object
+/// Splits a mesh into primitives. \param locals  transform to local coordinates, one per object
 Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bool one_material) {
   const bool has_layout = !low.uvs.empty();
   Mesh flat;  // placeholder for triangles without UVs, whose UVs and tangents are not written
@@ -573,15 +573,16 @@ class GltfOutput {
   /// accessor
   std::size_t add_directions(const std::vector<const Vertex*>& vertices, std::size_t first,
                              std::size_t width) {
-    constexpr int kBits = 13;
-    constexpr std::size_t kStep = 8;
+    constexpr int kOctahedralBits = 13;
+    constexpr std::size_t kStride = 8;
     std::vector<float> values(4 * vertices.size(), 0.0F);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       std::copy_n(&vertices[i]->values[first], width, &values[4 * i]);
     }
     std::vector<std::int16_t> filtered(4 * vertices.size());
-    meshopt_encodeFilterOct(filtered.data(), vertices.size(), kStep, kBits, values.data());
-    return add_accessor({{"bufferView", add_packed(filtered, kStep, "OCTAHEDRAL")},
+    meshopt_encodeFilterOct(filtered.data(), vertices.size(), kStride, kOctahedralBits,
+                            values.data());
+    return add_accessor({{"bufferView", add_packed(filtered, kStride, "OCTAHEDRAL")},
                          {"componentType", kShort},
                          {"normalized", true},
                          {"count", vertices.size()},
@@ -1108,7 +1109,7 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
                const SaveAssetOptions& options) {
   const bool one_material = materials.size() == 1;
   if (!one_material && (low.materials.empty() || materials.size() != low.material_names.size())) {
-    fail_usage("there is not one material for each of the mesh's, nor one for all.");
+    fail_usage("there must be one material for each material of the mesh, or one for all.");
   }
   check_nodes(low, options);
   const bool has_pictures =
@@ -1140,7 +1141,7 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
   const Primitives primitives = primitives_of(low, places.locals, one_material);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,
-                "Mesh '" + low.name + "' has no triangle to write that has area, and UVs.");
+                "Mesh '" + low.name + "' has no triangle to write: none has both an area and UVs.");
   }
   // Indices in the file, per material with UVs and without.
   std::vector<std::array<std::size_t, 2>> numbers(materials.size(),

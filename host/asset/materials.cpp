@@ -86,10 +86,10 @@ MaterialNumber number_of(const Material& material, MaterialSlot slot) {
   return row.number == nullptr ? row.fixed : material.*row.number;
 }
 
-/// A material in messages: its name, and where a file describes it.
+/// Description of a material for messages: its name, and the file and line that define it.
 std::string in_words(const Material& material) {
   return "\"" + printable(material.name) + "\" (" +
-         (material.place.empty() ? "described in no file" : material.place) + ")";
+         (material.place.empty() ? "defined in no file" : material.place) + ")";
 }
 
 /// Collects materials for one warning.
@@ -135,8 +135,8 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
     }
     throw Error(ErrorCode::input,
                 "No material of the high poly has " + what + ": " + in_words(without.first()) +
-                    (without.count() > 1 ? " is the first without" : " has none") +
-                    ". Write it there, or give the picture itself." + ignored);
+                    (without.count() > 1 ? " is the first without one" : " has none") +
+                    ". Add it to the material, or give the picture itself." + ignored);
   }
   // A material without a normal map is flat, which is correct.
   if (slot != MaterialSlot::normal) {
@@ -290,9 +290,9 @@ bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compare
 
 /// The first bytes of a PLY, which contain its header. Scans can be gigabytes.
 std::string ply_head(const ByteSource& source) {
-  constexpr std::size_t kFirst = std::size_t{1} << 16, kLineEnd = 2;
+  constexpr std::size_t kFirstReadBytes = std::size_t{1} << 16, kLineEnd = 2;
   constexpr std::string_view kEnd = "end_header";
-  for (std::size_t limit = kFirst;; limit *= 4) {
+  for (std::size_t limit = kFirstReadBytes;; limit *= 4) {
     std::string head = source.head(limit);
     const std::size_t end = head.find(kEnd);
     const bool is_whole = end != std::string::npos && end + kEnd.size() + kLineEnd <= head.size();
@@ -321,9 +321,9 @@ void drop_missing_libraries(std::vector<fs::path>& paths, const fs::path& mesh_f
   const std::string more =
       missing.size() == 1 ? "" : " and " + std::to_string(missing.size() - 1) + " more";
   warnings->push_back({"mtl-missing",
-                       mesh_file.string() + " names the materials of '" + name_of(missing[0]) +
-                           "'" + more + ", which is not there: those of '" + name_of(there[0]) +
-                           "' were taken. Put it beside the mesh, or take its line out.",
+                       mesh_file.string() + " refers to the material file '" + name_of(missing[0]) +
+                           "'" + more + ", which does not exist: '" + name_of(there[0]) +
+                           "' is used instead. Add the missing file, or remove its line.",
                        missing.size()});
 }
 
@@ -381,8 +381,8 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     unlike.add(*entry->second);
   }
   unlike.warn(warnings, "materials-differ",
-              "described otherwise in " + other +
-                  ": the former was taken. Where both are meant, give them different names.");
+              "with another definition in " + other +
+                  ": the first definition is used. If both are needed, rename one.");
   std::vector<Material> materials;
   std::uint64_t missing = 0;
   std::string example;
@@ -595,13 +595,13 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   if (missing.count() != 0) {
     missing.warn(
         warnings, "picture-missing",
-        "with a picture that is not there ('" + first_missing + "'): its number stands alone.");
+        "with a missing picture ('" + first_missing + "'): only the material's number is used.");
   }
   if (heights.count() != 0) {
     heights.warn(warnings, "bump-is-height",
-                 "with a grey picture where a normal map belongs ('" +
+                 "with a grey picture in place of a normal map ('" +
                      heights.first().normal_map.file.string() +
-                     "'): it holds heights, and was left out. Bake it into a normal map first.");
+                     "'): it is a height map, and was ignored. Convert it to a normal map first.");
   }
   return texture;
 }

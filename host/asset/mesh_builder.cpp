@@ -42,7 +42,7 @@ constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
 // Number of faces up to which memory is not checked.
 constexpr std::uint64_t kUncheckedFaces = std::uint64_t{1} << 17;
 
-constexpr std::size_t kAtOnce = std::size_t{1} << 16;  // elements of a thread's piece
+constexpr std::size_t kItemsPerPiece = std::size_t{1} << 16;  // elements of a thread's piece
 
 }  // namespace
 
@@ -177,11 +177,12 @@ std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t
   if (largest_ <= kMaxFraction) return std::move(fractions_);
   if (largest_ < kMaxDarkByte) {
     const std::string text = formatted("%.4g", largest_);
-    input.warn("color-scale",
-               "its largest colour channel is " + text +
-                   ": above 1, so its colours count as 0 to 255, and are nearly black. If they are "
-                   "fractions brighter than white, export them clamped to 1.",
-               count_);
+    input.warn(
+        "color-scale",
+        "its largest colour channel is " + text +
+            ". Colours above 1 are read as 0 to 255, which makes these nearly black. If they are "
+            "fractions brighter than white, export them clamped to 1.",
+        count_);
   }
   return std::move(bytes_);
 }
@@ -257,7 +258,9 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
       if (added) {
         if (mesh.positions.size() == kMaxCount) {
           input_.fail("",
-                      "it has more than " + std::to_string(kMaxCount) + " vertices, one a colour",
+                      "it needs more than " + std::to_string(kMaxCount) +
+                          " vertices, since each colour of a "
+                          "vertex needs one",
                       "Split or simplify the mesh.");
         }
         mesh.positions.push_back(Vec3(mesh.positions[corner]));
@@ -343,7 +346,7 @@ bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
 MeshBuilder::Box MeshBuilder::box() const {
   Box whole;
   std::mutex mutex;
-  parallel_for(triangles_.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
+  parallel_for(triangles_.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
     Box part;
     for (std::size_t t = begin; t < end; ++t) {
       if (!has_area_in_file(t)) continue;
@@ -376,7 +379,7 @@ void MeshBuilder::place(Mesh& mesh) {
   const double diagonal =
       extent > 0 ? extent * std::hypot(size[0] / extent, size[1] / extent, size[2] / extent) : 0;
   mesh.origin = local_origin(centre, diagonal);
-  constexpr double kMost = std::numeric_limits<float>::max();
+  constexpr double kMaxFloat = std::numeric_limits<float>::max();
   // Diagonal below which floats are denormal and resolve less than 24 bits of it.
   constexpr double kMinDiagonal = 0x1p-125;
   double reach = 0;
@@ -384,7 +387,7 @@ void MeshBuilder::place(Mesh& mesh) {
     reach =
         std::max({reach, std::abs(low[k] - mesh.origin[k]), std::abs(high[k] - mesh.origin[k])});
   }
-  if (!(reach <= kMost)) {
+  if (!(reach <= kMaxFloat)) {
     input_.fail("",
                 "its coordinates reach " + coordinates(reach == std::abs(low[0]) ? low : high) +
                     ", beyond the range of single precision (3.4e38)",
@@ -396,7 +399,7 @@ void MeshBuilder::place(Mesh& mesh) {
                 "Scale the mesh up.");
   }
   mesh.positions.resize(positions.size());
-  parallel_for(positions.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
+  parallel_for(positions.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Position& p = positions[i];
       mesh.positions[i] = {narrow(p[0] - mesh.origin[0]), narrow(p[1] - mesh.origin[1]),
@@ -423,22 +426,24 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
     }
     return coarsest;
   };
-  coarse_ = coarse_steps({triangles_, counts, position, stored}, "stored");
-  if (coarse_.empty()) coarse_ = coarse_steps({triangles_, counts, position, rounded}, "rounded");
+  coarse_coordinates_ = coarse_steps({triangles_, counts, position, stored}, "stored");
+  if (coarse_coordinates_.empty())
+    coarse_coordinates_ = coarse_steps({triangles_, counts, position, rounded}, "rounded");
   // A single distant corner would reduce all others to a point.
   const auto has_corners = [&](std::size_t t) {
     const Vec3d a = position(triangles_[t][0]), b = position(triangles_[t][1]),
                 c = position(triangles_[t][2]);
     return length(cross(b - a, c - a)) > 0 && std::isfinite(length(a) + length(b) + length(c));
   };
-  if (coarse_.empty()) coarse_ = stretched_box({triangles_, has_corners, position, {}});
-  if (!coarse_.empty()) input_.warn("coarse-coordinates", coarse_, 1);
+  if (coarse_coordinates_.empty())
+    coarse_coordinates_ = stretched_box({triangles_, has_corners, position, {}});
+  if (!coarse_coordinates_.empty()) input_.warn("coarse-coordinates", coarse_coordinates_, 1);
 }
 
 /// Collapses the corners of a distant triangle without area: rounding could give it a large area.
 void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
   if (std::all_of(positions.begin(), positions.end(),
-                  [&](const Position& p) { return used.holds(p); })) {
+                  [&](const Position& p) { return used.contains(p); })) {
     return;
   }
   // Relative error of floats written with nine digits.
@@ -456,7 +461,7 @@ void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     Triangle& corners = triangles_[t];
     const bool outside = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
-      return !used.holds(positions[corner]);
+      return !used.contains(positions[corner]);
     });
     if (outside && has_area(mesh.positions, corners) && !has_area_in_file(t) &&
         std::any_of(corners.begin(), corners.end(), is_rounded)) {
@@ -479,7 +484,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   };
   std::uint64_t missing = 0;  // the placeholder is not one of the file's UVs
   if (const std::uint64_t bare = fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
-    // A finite placeholder would be baked over some chart.
+    // NaN, since a finite UV could lie within a chart and be baked there.
     constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
     uvs.push_back({kMissingUv, kMissingUv});
     for (UvSet& set : other_uvs) set.uvs.push_back({kMissingUv, kMissingUv});
@@ -537,11 +542,11 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
   };
   Found degenerate, rounded;
   // Those without an area, which are few, are found on all threads, and told apart in order.
-  std::vector<std::vector<std::uint32_t>> flat(mesh.triangles.size() / kAtOnce + 1);
-  parallel_for(mesh.triangles.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::vector<std::uint32_t>> flat(mesh.triangles.size() / kItemsPerPiece + 1);
+  parallel_for(mesh.triangles.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (!has_area(mesh.positions, mesh.triangles[i])) {
-        flat[begin / kAtOnce].push_back(static_cast<std::uint32_t>(i));
+        flat[begin / kItemsPerPiece].push_back(static_cast<std::uint32_t>(i));
       }
     }
   });
@@ -566,9 +571,12 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
     input_.fail(describe_face(rounded.first),
                 "none of its " + std::to_string(mesh.triangles.size()) +
                     " triangles keeps an area in single precision" +
-                    (coarse_.empty() ? "" : ": " + coarse_.substr(0, coarse_.find(". "))),
-                coarse_.empty() ? "Move the mesh to the world's origin."
-                                : coarse_.substr(coarse_.find(". ") + 2));
+                    (coarse_coordinates_.empty()
+                         ? ""
+                         : ": " + coarse_coordinates_.substr(0, coarse_coordinates_.find(". "))),
+                coarse_coordinates_.empty()
+                    ? "Move the mesh to the world's origin."
+                    : coarse_coordinates_.substr(coarse_coordinates_.find(". ") + 2));
   }
   if (usable == 0) {
     input_.fail(describe_face(0),
@@ -613,7 +621,7 @@ void MeshBuilder::compute_group_normals(Mesh& mesh) {
   mesh.normal_triangles = std::move(made.triangles);
 }
 
-/// A computed normal belongs to corners at one vertex, so normals act as separate vertices here.
+/// All corners with one computed normal share a vertex. Normals are therefore used in place of vertices here.
 void MeshBuilder::compute_normals(Mesh& mesh) const {
   if (computed_normals_.empty()) return;
   std::vector<Vec3> places(mesh.normals.size());

@@ -21,8 +21,8 @@ namespace kiln {
 /// Converts to single precision; beyond its range to infinity, where a plain conversion is
 /// undefined.
 inline float narrow(double value) {
-  constexpr double kMost = std::numeric_limits<float>::max();
-  if (std::abs(value) > kMost) {
+  constexpr double kMaxFloat = std::numeric_limits<float>::max();
+  if (std::abs(value) > kMaxFloat) {
     return std::copysign(std::numeric_limits<float>::infinity(),
                          static_cast<float>(value > 0 ? 1 : -1));
   }
@@ -49,7 +49,7 @@ class MeshBuilder {
   bool tangent_signs = false;  ///< True if the file has their signs; else they follow from the UVs.
 
   /// Sets the colour of a vertex in a format that allows fractions and bytes; finish() decides by the largest
-  /// value of the file. Vertices in ascending order; omitted ones are white. kFull: full in either unit.
+  /// value of the file. Vertices in ascending order; omitted ones are white. kFullAlpha: full in either unit.
   void set_color(std::size_t vertex, const std::array<double, 4>& rgba) {
     vertex_colors_.set(vertex, rgba);
   }
@@ -57,7 +57,7 @@ class MeshBuilder {
   void set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba) {
     vertex_colors_.set_bytes(vertex, rgba);
   }
-  static constexpr double kFull = std::numeric_limits<double>::infinity();
+  static constexpr double kFullAlpha = std::numeric_limits<double>::infinity();
 
   /// Sets the colour of the next face only, in the same two forms. finish() converts them to colours of
   /// vertices: a vertex between faces of several colours is duplicated.
@@ -72,13 +72,13 @@ class MeshBuilder {
                 std::span<const std::uint32_t> normal = {}, bool mirrored = false);
 
   /// The same for a file's first faces, all of them triangles without a colour.
-  /// \param has_uvs, has_normals  their corners have UVs and normals of the vertices' numbers
-  /// \param fill  writes them, and returns false where they are not as it thought: then there are none
-  /// \returns what `fill` does; false, too, where faces came before
+  /// \param has_uvs, has_normals  each corner uses the UV and the normal with its vertex's index
+  /// \param fill  writes the triangles; returns false if one is invalid: none is added then
+  /// \returns the result of `fill`; false also if faces were added before
   bool add_triangles(std::uint64_t count, bool has_uvs, bool has_normals,
                      const std::function<bool(std::span<Triangle>)>& fill);
 
-  /// The group, object or material that the faces to come belong to. Never called: the mesh has none.
+  /// Sets the group, object or material of the following faces. If never called, the mesh has none.
   void set_group(std::string_view name) { groups_.set(name, triangles_.size()); }
   void set_object(std::string_view name) { objects_.set(name, triangles_.size()); }
   void set_material(std::string_view name) { materials_.set(name, triangles_.size()); }
@@ -162,7 +162,7 @@ class MeshBuilder {
         high[k] = std::max(high[k], p[k]);
       }
     }
-    bool holds(const Position& p) const {
+    bool contains(const Position& p) const {
       return p[0] >= low[0] && p[0] <= high[0] && p[1] >= low[1] && p[1] <= high[1] &&
              p[2] >= low[2] && p[2] <= high[2];
     }
@@ -198,8 +198,7 @@ class MeshBuilder {
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
   Names groups_, objects_, materials_, smoothing_;
   std::vector<std::uint32_t> computed_normals_;  // indices of add_computed_normal(), in order
-  std::string coarse_;                           // reason for too coarse coordinates, and the
-                                                 // remedy
+  std::string coarse_coordinates_;  // message on too coarse coordinates, with its remedy
   std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };
 

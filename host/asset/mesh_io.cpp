@@ -147,8 +147,8 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
     const std::size_t zero = input.bytes.substr(0, 4096).find('\0');
     if (zero != std::string_view::npos) {
       input.fail("byte " + std::to_string(zero),
-                 std::string("it has binary data where ") + kFormatNames[static_cast<int>(format)] +
-                     " has text",
+                 std::string("it contains binary data, but ") +
+                     kFormatNames[static_cast<int>(format)] + " is a text format",
                  "Check that it is a mesh; export it again.");
     }
   }

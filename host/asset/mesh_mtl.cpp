@@ -90,18 +90,17 @@ class MtlReader {
                   what.count);
     };
     warn("texture-options", placed_,
-         "pictures (this is the first) are changed by options that Kiln does not follow: these "
-         "were left out.");
+         "pictures (this is the first) have options that Kiln does not support: these were "
+         "ignored.");
     warn("ignored-pictures", ignored_,
-         "statements of pictures (this is the first) are none that Kiln reads, and were ignored; "
-         "see "
-         "its manual for those of MTL.");
-    warn(
-        "transparency-of-one", invisible_,
-        "times (this is the first) a material has Tr 1 and no d, which would make it invisible: it "
-        "counts as opaque, as OpenMVS and mvs-texturing mean it. Write d 0 where it is invisible.");
+         "statements of pictures (this is the first) are not supported, and were ignored; see the "
+         "manual for those that are.");
+    warn("transparency-of-one", invisible_,
+         "times (this is the first) a material has Tr 1 and no d, which means invisible: it is "
+         "read as "
+         "opaque, since OpenMVS and mvs-texturing write this. Write d 0 for invisible materials.");
     warn("blender-pictures", stand_ins_,
-         "pictures (this is the first) count as roughness (map_Ns) and metalness (map_refl), as "
+         "pictures (this is the first) are read as roughness (map_Ns) and metalness (map_refl), as "
          "Blender writes them.");
     return std::move(materials_);
   }

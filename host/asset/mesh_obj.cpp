@@ -166,8 +166,9 @@ class ObjReader {
       more[count++] = *value;
     }
     if (count >= 3) {  // x y z r g b [a]; one more number is a weight
-      builder_.set_color(builder_.positions.size(),
-                         {more[0], more[1], more[2], count == 4 ? more[3] : MeshBuilder::kFull});
+      builder_.set_color(
+          builder_.positions.size(),
+          {more[0], more[1], more[2], count == 4 ? more[3] : MeshBuilder::kFullAlpha});
     }
     builder_.positions.push_back(p);
   }

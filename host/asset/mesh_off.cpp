@@ -160,7 +160,7 @@ class OffReader {
     }
     if (channels != 0) {
       builder_.set_color(
-          i, {color[0], color[1], color[2], channels == 4 ? color[3] : MeshBuilder::kFull});
+          i, {color[0], color[1], color[2], channels == 4 ? color[3] : MeshBuilder::kFullAlpha});
     }
     if (textured_) {
       const double* const uv = values_.data() + values_.size() - 2;
@@ -187,7 +187,7 @@ class OffReader {
       }
       if (*index < 0 || static_cast<std::uint64_t>(*index) >= vertices_) {
         fail(name + " uses vertex " + std::to_string(*index) + ", but there are " +
-             std::to_string(vertices_) + ", counted from 0");
+             std::to_string(vertices_) + ", numbered from 0");
       }
       corners_.push_back(static_cast<std::uint32_t>(*index));
     }
@@ -210,7 +210,7 @@ class OffReader {
     }
     if (values_.size() >= 3) {
       builder_.set_face_color({values_[0], values_[1], values_[2],
-                               values_.size() == 4 ? values_[3] : MeshBuilder::kFull});
+                               values_.size() == 4 ? values_[3] : MeshBuilder::kFullAlpha});
     } else if (!values_.empty() && by_index_++ == 0) {
       first_by_index_ = i;
     }

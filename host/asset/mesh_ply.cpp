@@ -1,6 +1,6 @@
 // PLY. Every count and index is checked. One loop reads files of any layout, value by value. Binary vertices without
-// lists, and binary faces that are all triangles, lie at multiples of one size: they are read on all threads, in place.
-// Where anything of a face is not as it should be, the loop reads it again, and says what and where.
+// lists, and binary faces that are all triangles, have a constant stride and are read on all threads, in place. If such
+// a face is invalid, the loop reads the faces again and reports the first error with its position.
 #include "asset/mesh_ply.h"
 
 #include <algorithm>
@@ -199,7 +199,7 @@ class BodyReader {
         float_color = !integral(property.type);
         if (property.type == Type::uint16) color_scale_ = 1 / 257.0;
       }
-      (*this)[Role::alpha] = MeshBuilder::kFull;
+      (*this)[Role::alpha] = MeshBuilder::kFullAlpha;
     }
     double& operator[](Role role) { return values_[static_cast<std::size_t>(role)]; }
     double operator[](Role role) const { return values_[static_cast<std::size_t>(role)]; }
@@ -221,8 +221,8 @@ class BodyReader {
     double color_scale_ = 1;
   };
 
-  /// Vertices of one size each, and of coordinates, normals, UVs and colours in bytes alone, on all threads.
-  /// \returns false where they are others, and nothing was read
+  /// Reads vertices of constant size that have only coordinates, normals, UVs and 8-bit colours, on all threads.
+  /// \returns false for other vertices; nothing is read then
   bool read_even_vertices(const Element& element, MeshBuilder& builder) {
     if constexpr (!std::is_same_v<Source, BinarySource>) {
       return false;
@@ -291,18 +291,18 @@ class BodyReader {
     }
   }
 
-  /// Faces of indices alone that are all triangles, on all threads.
-  /// \returns false where they are others, or anything is wrong with one, and nothing was read
+  /// Reads faces that are all triangles and have only indices, on all threads.
+  /// \returns false for other faces, or if any index is invalid; nothing is read then
   bool read_triangles(const Element& element, MeshBuilder& builder) {
     if constexpr (!std::is_same_v<Source, BinarySource>) {
       return false;
     } else {
-      constexpr std::size_t kSize = 13;
+      constexpr std::size_t kTriangleBytes = 13;
       if (element.properties.size() != 1 || element.count == 0 || !textures_.empty()) return false;
       const Property& list = element.properties[0];
       const bool plain = list.list && list.role == Role::indices && size_of(list.count_type) == 1 &&
                          (list.type == Type::int32 || list.type == Type::uint32);
-      if (!plain || element.count > source_.remaining() / kSize) return false;
+      if (!plain || element.count > source_.remaining() / kTriangleBytes) return false;
       const char* const first = source_.here();
       if (*first != 3) return false;  // no memory for quads
       const auto read_all = [&](std::span<Triangle> triangles) {
@@ -310,7 +310,7 @@ class BodyReader {
         parallel_for(triangles.size(), kElementsAtOnce, [&](std::size_t begin, std::size_t end) {
           bool is_good = good;
           for (std::size_t i = begin; i < end && is_good; ++i) {
-            const char* const at = first + i * kSize;
+            const char* const at = first + i * kTriangleBytes;
             is_good = *at == 3;
             for (std::size_t k = 0; k < 3; ++k) {
               triangles[i][k] = source_.index_at(at + 1 + 4 * k);
@@ -323,7 +323,7 @@ class BodyReader {
       };
       if (!builder.add_triangles(element.count, vertex_uvs_, vertex_normals_, read_all))
         return false;
-      source_.skip(Type::uint8, kSize * element.count);
+      source_.skip(Type::uint8, kTriangleBytes * element.count);
       return true;
     }
   }
@@ -457,8 +457,8 @@ class BodyReader {
     input_.warn(
         "texture-numbers",
         "header: it names " + std::to_string(textures_.size()) +
-            " pictures (TextureFile), but its faces have no \"texnumber\" that says which is "
-            "whose: the first is taken for all.",
+            " pictures (TextureFile), but its faces have no \"texnumber\": the first picture is "
+            "used for all.",
         textures_.size() - 1);
   }
 
@@ -486,8 +486,8 @@ class BodyReader {
              (vertex_uvs_ ? "UVs of the vertices were taken there." : "no UVs were read there."));
     if (textures_.empty()) return;
     warn("texture-numbers", bad_numbers_,
-         "with a \"texnumber\" of none of its " + counted(textures_.size(), "picture") +
-             " (TextureFile), counted from 0: no picture is there" +
+         "with a \"texnumber\" that is none of its " + counted(textures_.size(), "picture") +
+             " (TextureFile), numbered from 0: no picture is used there" +
              (has_colors(header_) ? ", and the colours of faces or vertices count." : "."));
     if (builder.uvs.empty()) {
       input_.warn(
@@ -513,7 +513,7 @@ class BodyReader {
       const std::string text = formatted("%.12g", index);
       input_.fail(source_.place(),
                   kind + std::to_string(number) + " uses vertex " + text + ", but there are " +
-                      std::to_string(vertices_) + ", counted from 0",
+                      std::to_string(vertices_) + ", numbered from 0",
                   "Export the mesh again.");
     }
     corners_.push_back(static_cast<std::uint32_t>(index));
@@ -591,7 +591,7 @@ class BodyReader {
   FaceCount bad_wedges_, bad_numbers_;
 };
 
-/// \returns true if the elements of a surface exist
+/// Rejects headers without vertices, or whose faces or strips lack their index list. \throws Error(input)
 void check_elements(const MeshInput& input, const Header& header) {
   const auto find = [&header](std::string_view name) {
     return std::find_if(header.elements.begin(), header.elements.end(),

@@ -94,25 +94,26 @@ class StlColors {
     const bool is_meshlabs = header.substr(at + kMagics.size() + 3).starts_with(" MATERIAL=");
     if (!bits.are_alike || is_meshlabs) return;
     mark_counts_ = true;
-    const std::uint32_t own = bits.first & ~kMark;
+    const std::uint32_t own = bits.first & ~kDefaultColorBit;
     const std::array<std::uint8_t, 3> channels = channels_of(own);
     constexpr int kRounding = 5;  // of 5 bits, in 255ths
     const bool agrees = std::equal(
         channels.begin(), channels.end(), color.begin(),
         [](std::uint8_t a, std::uint8_t b) { return std::abs(int{a} - int{b}) <= kRounding; });
     // Programs that only write a default colour set all bits or none.
-    if (agrees || own == 0 || own == kMark - 1) return;
-    input.warn("stl-colors",
-               "all of its triangles are of one colour, and marked as if they had none of their "
-               "own: the colour in the header (COLOR=) was taken. If theirs is meant, export PLY, "
-               "or clear bit 15 of their attributes.",
-               bits.count);
+    if (agrees || own == 0 || own == kDefaultColorBit - 1) return;
+    input.warn(
+        "stl-colors",
+        "all triangles have the same colour, and are marked to use the colour in the header "
+        "(COLOR=), which is used. To use their own colour, export PLY, or clear bit 15 of their "
+        "attributes.",
+        bits.count);
   }
 
   /// The colour of a triangle, if it has one.
   std::optional<std::array<std::uint8_t, 4>> of(std::uint64_t triangle) const {
     const std::uint32_t bits = attribute(triangle);
-    const bool is_marked = (bits & kMark) != 0;
+    const bool is_marked = (bits & kDefaultColorBit) != 0;
     const std::array<std::uint8_t, 3> channels = channels_of(bits);
     if (default_color_) {
       if ((is_marked && mark_counts_) || !by_triangle_) return default_color_;
@@ -123,7 +124,7 @@ class StlColors {
   }
 
  private:
-  static constexpr std::uint32_t kMark = 0x8000;
+  static constexpr std::uint32_t kDefaultColorBit = 0x8000;
 
   std::uint32_t attribute(std::uint64_t triangle) const {
     const char* const at = bytes_.data() + kHeaderBytes + (triangle + 1) * kTriangleBytes - 2;
@@ -141,7 +142,7 @@ class StlColors {
     for (std::uint64_t t = 0; t < bits.count; ++t) {
       const std::uint32_t own = attribute(t);
       bits.are_alike = bits.are_alike && own == bits.first;
-      bits.are_all_marked = bits.are_all_marked && (own & kMark) != 0;
+      bits.are_all_marked = bits.are_all_marked && (own & kDefaultColorBit) != 0;
     }
     return bits;
   }

@@ -85,7 +85,7 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
     input_.warn("tangent-signs",
                 std::to_string(signs.count) +
                     " vertices have a tangent whose fourth number is neither 1 nor -1 (" +
-                    signs.text() + "); below 0 counts as -1, and all else as 1.",
+                    signs.text() + "); negative values are read as -1, all others as 1.",
                 signs.count);
   }
 }

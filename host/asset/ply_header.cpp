@@ -298,7 +298,8 @@ Header parse_header(const MeshInput& input) {
         const std::string_view count_type = scan.token_in_line();
         const auto known = to_type(count_type);
         if (!known || !integral(*known)) {
-          fail("\"" + printable(count_type) + "\" cannot count the entries of a list");
+          fail("\"" + printable(count_type) +
+               "\" is not an integer type, which the length of a list needs");
         }
         property.count_type = *known;
         type = scan.token_in_line();

@@ -77,11 +77,11 @@ void UvSetChoice::check() const {
     std::string sets;
     for (const std::string& set : known_) sets += (sets.empty() ? "" : ", ") + set;
     input_.fail("",
-                "none of its meshes has the set of UVs " +
+                "none of its meshes has the UV set " +
                     (options.uv_set_name.empty() ? std::to_string(options.uv_set)
                                                  : "\"" + printable(options.uv_set_name) + "\"") +
-                    ": its sets are " + (sets.empty() ? "none" : sets),
-                "Ask for one of them.");
+                    "; its UV sets are " + (sets.empty() ? "none" : sets),
+                "Choose one of these.");
   }
   if (several_ != 0) {
     input_.warn("unused-properties",
@@ -134,7 +134,7 @@ void ScenePictures::warn() const {
     input_.warn("picture-missing",
                 counted(missing_.count, "picture") + " of materials, such as '" +
                     printable(missing_.first) +
-                    "', cannot be found: the materials' numbers stand alone.",
+                    "', cannot be found: only the materials' numbers are used.",
                 missing_.count);
   }
   if (outside_.count != 0) {

@@ -103,7 +103,7 @@ fs::path TileName::file_of(std::uint32_t tile) const {
   return folder_ / fs::path(before_ + number + after_);
 }
 
-fs::path TileName::with_token() const { return folder_ / fs::path(before_ + token_ + after_); }
+fs::path TileName::token_path() const { return folder_ / fs::path(before_ + token_ + after_); }
 
 std::vector<std::uint32_t> TileName::files() const {
   std::vector<std::uint32_t> tiles;
@@ -115,7 +115,7 @@ std::vector<std::uint32_t> TileName::files() const {
     answer += std::to_string(tiles.back()) + " ";
   }
   // One record for the set: a thousand names are looked up, and few exist.
-  note_answer(with_token(), kTilesQuestion, answer);
+  note_answer(token_path(), kTilesQuestion, answer);
   return tiles;
 }
 
@@ -205,7 +205,7 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
     return result;
   }
   const std::string quoted = "'" + picture.string() + "'";
-  const std::string token = "'" + name->with_token().filename().string() + "'";
+  const std::string token = "'" + name->token_path().filename().string() + "'";
   if (2 * with_file < all || named_by_others) {
     result.tiles.clear();
     result.note = quoted +

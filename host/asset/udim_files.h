@@ -32,8 +32,8 @@ class TileName {
   static std::optional<TileName> by_number(const std::filesystem::path& path);
 
   std::filesystem::path file_of(std::uint32_t tile) const;
-  /// The name with a token, which for by_number() replaces the number.
-  std::filesystem::path with_token() const;
+  /// The path with the token in place of the tile; by_number() replaces the number by `<UDIM>` or `<UVTILE>`.
+  std::filesystem::path token_path() const;
   /// Tiles whose files exist, in order.
   std::vector<std::uint32_t> files() const;
   std::uint32_t number() const { return number_; }  ///< Number in the name given to by_number()
@@ -41,7 +41,8 @@ class TileName {
  private:
   std::filesystem::path folder_;
   std::string before_, after_, token_;
-  bool by_columns_ = false;  ///< true for names with u1_v1
+  bool by_columns_ =
+      false;  ///< true: the tile is written as u1_v1; false: as a number from 1001 on
   std::uint32_t number_ = 0;
 };
 

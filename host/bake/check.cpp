@@ -109,7 +109,7 @@ void check_fallback(const BakeOptions& options) {
       usage(quoted(next.name) +
                 " cannot be a fallback, since it searches nothing: choose one that searches, such "
                 "as " +
-                match_names([](const MatchRow& row) { return row.finds_the_rest; }) + ".",
+                match_names([](const MatchRow& row) { return row.is_good_fallback; }) + ".",
             kContradiction);
     }
     if (std::find(asked.begin(), asked.end(), next) != asked.end()) {

@@ -210,7 +210,7 @@ void warn_not_reached(const BakeOptions& options, BakeReport& report) {
       return;
     }
     const std::string text =
-        formatted("The map %s reached an error of %.3g (root mean square), but %.3g was asked for.",
+        formatted("The map %s has an error of %.3g (root mean square), above the bound of %.3g.",
                   std::string(name).c_str(), error->rms / 255, wanted);
     report.warnings.push_back({"ray-error-not-reached", text, 1});
   };

@@ -246,7 +246,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
 void HighCoverage::find_seen(const MatchRequest& request) {
   cl::Context& context = context_of(request.source.device);
   const RayCaster& caster = request.source.rays();
-  const double fewer = std::max(1.0, caster.stats().leaves_a_line / kMaxMeanLeaves);
+  const double fewer = std::max(1.0, caster.stats().leaves_per_line / kMaxMeanLeaves);
   std::vector<Vec3> directions;
   for (const Vec3d& direction : spread_directions(
            std::max(static_cast<std::uint32_t>(kDirections / fewer), kMinDirections))) {

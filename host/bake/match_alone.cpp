@@ -15,7 +15,7 @@ void check_alone(const BakeOptions& options) {
     return;
   }
   throw Error(ErrorCode::usage,
-              "A match alone is made anew, of one cluster and without blending: leave " +
+              "match() supports neither saved matches, nor clusters, nor blending: leave " +
                   option("match.saved") + ", " + option("match.visibility.clusters") + " and " +
                   option("match.fallback_blend") + " out.",
               "option-contradiction");

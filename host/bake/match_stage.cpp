@@ -34,7 +34,7 @@ void warn_about_length(const Message& name, const std::optional<Length>& length,
   if (!(diagonals > 1)) return;
   const std::string text = formatted(
       " is %.3g times as long as the high poly's diagonal of %.4g: rays of that length "
-      "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
+      "hit opposite sides and other parts. 1%% to 5%% are typical: was a percentage meant?",
       diagonals, frame.diagonal);
   warnings.push_back({"far-rays", name + text, 1});
 }
@@ -127,7 +127,7 @@ bool turns_by_source(const BakeOptions& options) {
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
   const bool told =
       options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr;
-  const bool far = any_in_chain(options, [](const MatchRow& row) { return row.far_on_sheets; });
+  const bool far = any_in_chain(options, [](const MatchRow& row) { return row.uses_sheet_reach; });
   if (told || options.match.saved != nullptr || !far) return {};
   return *surface.made->get<SheetReach>([&] { return SheetReach(surface); });
 }
@@ -142,7 +142,7 @@ void add_notes(MatchNotes notes, BakeReport& report) {
 // Depends on the options alone, not on structures that another bake of the same source has built.
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
-  const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.follows_bvh; }) &&
+  const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.is_refittable; }) &&
                      (options.match.saved == nullptr || !options.match.fallback.empty());
   const std::uint64_t count = walks ? source.duplicates() : 0;
   if (count == 0) return;

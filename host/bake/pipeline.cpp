@@ -65,10 +65,11 @@ EdgeTurn Pipeline::find_turn() {
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
       obeys(match_row(options.match.method).info, "match.ray.direction") &&
       scene_.low.colors.empty()) {
-    throw Error(ErrorCode::input,
-                "'" + scene_.low.name +
-                    "' has no vertex colours, which are to say where rays follow its own normals: "
-                    "paint them in a modelling tool, or choose another direction.");
+    throw Error(
+        ErrorCode::input,
+        "'" + scene_.low.name +
+            "' has no vertex colours, which this direction needs as weights of its own normals: "
+            "paint them in a modelling tool, or choose another direction.");
   }
   const double built = scene_.high.stats().build_seconds;
   EdgeTurn turn = edge_turn(options, scene_.high, surface_, &result_.report.edges);
@@ -119,7 +120,7 @@ PipelineBand& Pipeline::load_band(std::uint32_t number) {
 bool Pipeline::keeps_matcher() const {
   const BakeOptions& options = scene_.options;
   return options.match.saved == nullptr && options.match.parts == nullptr &&
-         !any_in_chain(options, [](const MatchRow& row) { return !row.follows_bvh; });
+         !any_in_chain(options, [](const MatchRow& row) { return !row.is_refittable; });
 }
 
 void Pipeline::prepare_match(Clusters& clusters) {
@@ -295,11 +296,11 @@ void Pipeline::warn_about_pixels() {
   report.warnings.push_back({"coarse-views",
                              "A pixel of the depth views is " +
                                  decimal(report.views->pixel / radius) +
-                                 " times the low poly's radius, so they show next to nothing of "
-                                 "it: raise " +
+                                 " times the low poly's radius, which is too coarse to show it: "
+                                 "raise " +
                                  option("match.views.size") +
                                  ", "
-                                 "cut away what lies far from it in the high poly, or use rays.",
+                                 "remove distant geometry from the high poly, or use rays.",
                              1});
 }
 

@@ -191,9 +191,9 @@ Reasons explain(const Match& match, const Source& source, const Mesh& low,
       !options.match.fallback.empty() || options.match.saved != nullptr) {
     throw Error(
         ErrorCode::usage,
-        "Reasons are those of rays: choose the match '" + match_names([](const MatchRow& row) {
-          return obeys(row.info, "match.ray.rule");
-        }) + "', without a fallback and without a saved match.");
+        "Reasons are available only for matching by rays: choose the match '" +
+            match_names([](const MatchRow& row) { return obeys(row.info, "match.ray.rule"); }) +
+            "', without a fallback and without a saved match.");
   }
   const Source::Impl& high = impl_of(source);
   check_match(match, options, high.triangles.size());

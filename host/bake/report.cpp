@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMaxNamed = 5;
 
 std::string finders() {
-  return match_names([](const MatchRow& row) { return row.finds_the_rest; });
+  return match_names([](const MatchRow& row) { return row.is_good_fallback; });
 }
 
 /// Advice about missed samples.
@@ -112,13 +112,13 @@ void flatten_below_surface(std::string_view map, Image& image,
   if (below == 0) return;
   const std::string share =
       formatted("%.2g", 100 * static_cast<double>(below) / static_cast<double>(baked));
-  report.warnings.push_back({"below-surface",
-                             share + "% of the texels of the map " + std::string(map) +
-                                 " point below the surface. " + option("encoding.two_component") +
-                                 " has no sign "
-                                 "for that: they lie on the horizon. "
-                                 "Leave it out to keep them.",
-                             below});
+  report.warnings.push_back(
+      {"below-surface",
+       share + "% of the texels of the map " + std::string(map) + " point below the surface. " +
+           option("encoding.two_component") +
+           " cannot represent this: they were clamped to the horizon. Leave it out to keep "
+           "them.",
+       below});
 }
 
 void warn_about_coverage(std::uint64_t size, BakeReport& report) {

@@ -39,8 +39,7 @@ const BakeOptions& checked(const BakeOptions& options) {
         "option-contradiction");
   }
   if (options.match.visibility.clusters > 1 || options.match.fallback_blend > 0) {
-    throw Error(ErrorCode::usage,
-                "A session makes one map of one match: leave out clusters and blending.");
+    throw Error(ErrorCode::usage, "Sessions do not support clusters and blending: leave them out.");
   }
   return options;
 }

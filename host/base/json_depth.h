@@ -8,9 +8,9 @@ namespace kiln {
 
 /// Greatest nesting of JSON that Kiln reads and writes. JSON values are destroyed, copied and written recursively, so
 /// deeper nesting would overflow the stack. Exporters write at most some tens of levels.
-inline constexpr std::size_t kMostJsonDepth = 200;
+inline constexpr std::size_t kMaxJsonDepth = 200;
 
-/// True if a JSON text nests lists and objects deeper than kMostJsonDepth. For invalid JSON, true only if a parser
+/// True if a JSON text nests lists and objects deeper than kMaxJsonDepth. For invalid JSON, true only if a parser
 /// would reach that depth before it fails. One pass, no memory.
 inline bool is_nested_too_deep(std::string_view json) {
   std::size_t depth = 0;
@@ -23,7 +23,7 @@ inline bool is_nested_too_deep(std::string_view json) {
     } else if (c == '"') {
       in_text = true;
     } else if (c == '[' || c == '{') {
-      if (++depth > kMostJsonDepth) return true;
+      if (++depth > kMaxJsonDepth) return true;
     } else if ((c == ']' || c == '}') && depth > 0) {
       --depth;
     }

@@ -8,7 +8,7 @@ namespace kiln {
 /// True if a list contains an option, another one of its group, or its group.
 /// \param list    paths separated by blanks
 /// \param option  a path, such as "occlusion.rays", or a group, "occlusion"
-inline bool lists_option(std::string_view list, std::string_view option) {
+inline bool contains_option(std::string_view list, std::string_view option) {
   const auto is_within = [](std::string_view path, std::string_view group) {
     return path.starts_with(group) && (path.size() == group.size() || path[group.size()] == '.');
   };

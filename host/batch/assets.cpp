@@ -90,8 +90,7 @@ class Expander {
       const std::string& text = pattern.text();
       const std::size_t open = std::min({text.find('{'), text.find('*'), text.size()});
       if (!pattern.captures().empty() && text.find("/..", open) != std::string::npos) {
-        fail_in(setting,
-                "'" + word + "' climbs out of what it captures by '..': name the folder instead.");
+        fail_in(setting, "'" + word + "' uses '..' after a capture: name the folder instead.");
       }
       return pattern;
     } catch (const Error& error) {
@@ -108,8 +107,8 @@ class Expander {
           stems.try_emplace(fs::path(file).replace_extension().string(), file);
       if (!added) {
         fail_in(setting, "'" + entry->second + "' and '" + file +
-                             "' are one name in two formats, and would be baked as one mesh: name "
-                             "the ending that is meant.");
+                             "' have the same name in two formats, and would be baked as one mesh: "
+                             "add the extension.");
       }
     }
   }
@@ -187,7 +186,7 @@ class Expander {
     for (const std::string& word : setting.words) {
       const PathPattern pattern = pattern_of(setting, word).with(captures);
       for (const std::string& name : pattern.captures()) {
-        fail_in(setting, "{" + name + "} is captured by nothing" + captures_in_words(captures));
+        fail_in(setting, "{" + name + "} is not captured" + captures_in_words(captures));
       }
       std::vector<std::string> some;
       for (FileLister::Found& file : find(setting, pattern, {}))
@@ -349,7 +348,7 @@ class Expander {
         std::vector<std::string> known;
         for (const auto& [known_name, value] : captures) known.push_back(known_name);
         const std::string near = nearest_word(name, known);
-        fail_in(setting, "{" + name + "} is captured by nothing" +
+        fail_in(setting, "{" + name + "} is not captured" +
                              (near.empty() ? captures_in_words(captures)
                                            : "; did you mean {" + near + "}?"));
       }
@@ -381,7 +380,7 @@ class Expander {
             fail_in(setting, "no file matches '" + pattern.text() + "'" + where() + ".");
           if (several.size() > 1 && !row.value.repeats) {
             fail_in(setting, "'" + several[0] + "' and '" + several[1] + "' match '" +
-                                 pattern.text() + "': one file is wanted.");
+                                 pattern.text() + "', but this option takes one file.");
           }
           return there ? several[0] : path;
         }

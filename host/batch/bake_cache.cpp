@@ -27,8 +27,8 @@ constexpr const char* kFormat =
     "1";  // Version of keys, records and entries; a change invalidates all of them
 constexpr std::int64_t kCoarsest =
     2000000000;  // Nanoseconds: time resolution of the coarsest file system (FAT)
-constexpr std::size_t kMostLists = 64;  // Lists of dependencies per key
-constexpr const char* kGone = "none";   // Identity of a file that cannot be read
+constexpr std::size_t kMaxLists = 64;  // Lists of dependencies per key
+constexpr const char* kGone = "none";  // Identity of a file that cannot be read
 
 /// Size, times and inode number of a file; empty if there is none. \param proves out: true if an equal state later
 /// proves that the file did not change
@@ -46,7 +46,7 @@ std::string state_of(const fs::path& path, bool& proves) {
          std::to_string(facts->id.file);
 }
 
-/// True if an own map has an #include. The OpenCL compiler reads such files, so InputLog does not see them.
+/// True if one of the user's own maps has an #include. The OpenCL compiler reads such files, so InputLog does not see them.
 bool includes_files(const Job& job) {
   for (const std::string& map : job.own_maps) {
     std::ifstream in(map.substr(map.find('=') + 1), std::ios::binary);
@@ -332,7 +332,7 @@ bool BakeCache::find_entry(const std::string& key, CacheDecision& decision) {
 CacheDecision BakeCache::decide(const BatchAsset& asset) {
   CacheDecision decision;
   if (includes_files(asset.job)) {
-    decision.reason = "a map of its own includes files, which are not known";
+    decision.reason = "a map of its own includes files, whose changes cannot be tracked";
     return decision;
   }
   const Json options = options_of(asset);
@@ -423,7 +423,7 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
       if (const auto before = store_->get("lists/" + record.key)) {
         const Json others = Json::parse(*before);
         for (const Json& other : others.elements()) {
-          if (lists.size() < kMostLists && other.at("entry").text() != record.entry)
+          if (lists.size() < kMaxLists && other.at("entry").text() != record.entry)
             lists.push_back(other);
         }
       }

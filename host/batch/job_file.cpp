@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostSidecarBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxSidecarBytes = std::size_t{1} << 20;
 constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before", "after"};
 /// Options that concern the whole run and are thus limited to the command line.
 constexpr std::array kWholeRun = {"device", "quiet"};
@@ -72,7 +72,7 @@ class Reader {
       Setting setting = setting_of(table.keys[i], table.elements[i]);
       if (const Setting* const other = layer.find(setting.key)) {
         fail_in(setting.origin, table.keys[i],
-                "line " + std::to_string(other->origin.line) + " says it, too: leave one out.");
+                "line " + std::to_string(other->origin.line) + " sets it, too: leave one out.");
       }
       layer.settings.push_back(std::move(setting));
     }
@@ -96,7 +96,7 @@ class Reader {
     setting.key = option_key(*row);
     if (std::find(kWholeRun.begin(), kWholeRun.end(), setting.key) != kWholeRun.end()) {
       fail_in(setting.origin, name,
-              "this is of the whole run: give kiln run --" + setting.key + ".");
+              "this applies to the whole run: give kiln run --" + setting.key + ".");
     }
     const TomlValue* words = &value;
     if (value.is_table() && value.find("file") != nullptr) {
@@ -106,7 +106,8 @@ class Reader {
       row = find_option_row(setting.key);
       words = value.find("file");
       if (path_option(*row) != PathOption::input) {
-        fail_in(setting.origin, name, "it names no file that is read: give the value alone.");
+        fail_in(setting.origin, name,
+                "it is not an input file, and only these are optional: give the value alone.");
       }
       if (const TomlValue* const optional = value.find("optional")) {
         if (optional->kind != TomlValue::Kind::truth) {
@@ -160,9 +161,9 @@ class Reader {
       fail_in(origin(value), name, "nan is no value of an option: give a number.");
     }
     if (value.text.empty())
-      fail_in(origin(value), name, "it is given nothing: leave it out, or give a value.");
+      fail_in(origin(value), name, "it is empty: leave it out, or give a value.");
     if (value.text.find('\0') != std::string::npos || value.text.find('\n') != std::string::npos) {
-      fail_in(origin(value), name, "it has a line's end or a byte of 0, which no value has.");
+      fail_in(origin(value), name, "it contains a line break or a null byte.");
     }
     return value.text;
   }
@@ -412,11 +413,11 @@ std::string with_path(const OptionRow& row, const std::string& word,
 OptionLayer read_sidecar(const fs::path& path, const std::string& folder) {
   const std::string file = path.string();
   const TomlValue table =
-      parse_toml(read_small_file(path, kMostSidecarBytes, "'" + file + "'"), file);
+      parse_toml(read_small_file(path, kMaxSidecarBytes, "'" + file + "'"), file);
   OptionLayer layer = Reader(file, "sidecar", folder).layer_of(table);
   for (const char* const key : {"high", "low", "name", "before", "after"}) {
     if (const Setting* const setting = layer.find(key)) {
-      fail_in(setting->origin, key, "a sidecar is of one asset: say it in the job file.");
+      fail_in(setting->origin, key, "a sidecar describes one asset: set this in the job file.");
     }
   }
   return layer;
@@ -435,7 +436,7 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
   const auto not_allowed = [&](const OptionLayer& layer, std::initializer_list<const char*> keys) {
     for (const char* const key : keys) {
       if (const Setting* const setting = layer.find(key)) {
-        fail_in(setting->origin, key, "it is of one bake: say it in [[bake]].");
+        fail_in(setting->origin, key, "it applies to one bake: set it in [[bake]].");
       }
     }
   };
@@ -491,7 +492,7 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
 
 JobFile read_job_file(const fs::path& path, const std::string& profile) {
   return parse_job_file(
-      read_small_file(path, kMostJobFileBytes, "The job file '" + path.string() + "'"), path,
+      read_small_file(path, kMaxJobFileBytes, "The job file '" + path.string() + "'"), path,
       profile);
 }
 

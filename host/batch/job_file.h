@@ -67,7 +67,7 @@ struct JobFile {
 };
 
 /// Maximum size of a job file. Ten thousand named bakes are about 2 MB.
-inline constexpr std::size_t kMostJobFileBytes = std::size_t{16} << 20;
+inline constexpr std::size_t kMaxJobFileBytes = std::size_t{16} << 20;
 
 /// \param profile  NAME of [profile.NAME]; empty: none
 /// \throws Error(usage) with "FILE:LINE: key", Error(input) if the file cannot be read

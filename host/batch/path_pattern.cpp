@@ -12,11 +12,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostWays = 256;         // Combinations of alternatives in braces
-constexpr std::size_t kMostSteps = 200000;     // Steps of one match, which backtracks
-constexpr std::size_t kMostEntries = 2000000;  // Folder entries that a search visits
-constexpr std::size_t kMostFiles = 200000;     // Files that match
-constexpr std::size_t kMostDepth = 64;         // Nested folders
+constexpr std::size_t kMaxExpansions = 256;  // Combinations of alternatives in braces
+constexpr std::size_t kMaxMatchSteps =
+    200000;                                   // Steps of one match, including those of backtracking
+constexpr std::size_t kMaxEntries = 2000000;  // Folder entries that a search visits
+constexpr std::size_t kMaxFiles = 200000;     // Files that match
+constexpr std::size_t kMaxDepth = 64;         // Nested folders
 
 /// Length in bytes of `[*]` and similar escapes at a position; 0 if there is none.
 std::size_t literal_at(std::string_view text, std::size_t at) {
@@ -30,7 +31,7 @@ std::size_t end_of_braces(std::string_view text, std::size_t at) {
                                                "' has { without }: write [{] for the character.");
   const std::size_t inner = text.find('{', at + 1);
   refuse_if(inner < end,
-            "The pattern '" + std::string(text) + "' has braces within braces: that is not known.");
+            "The pattern '" + std::string(text) + "' has nested braces, which are not supported.");
   return end;
 }
 
@@ -60,8 +61,9 @@ void expand(std::string_view text, std::size_t from, std::vector<std::string>& a
       begin = comma + 1;
     }
   }
-  refuse_if(all.size() >= kMostWays, "The pattern '" + std::string(text) + "' has more than " +
-                                         std::to_string(kMostWays) + " alternatives: use *.");
+  refuse_if(all.size() >= kMaxExpansions, "The pattern '" + std::string(text) + "' has more than " +
+                                              std::to_string(kMaxExpansions) +
+                                              " alternatives: use *.");
   all.emplace_back(text);
 }
 
@@ -99,7 +101,7 @@ PathPattern::Tokens PathPattern::tokens_of(std::string_view text) {
                            (at == 0 || text[at - 1] == '/');
       tokens.push_back({folders ? Kind::folder_capture : Kind::capture, name});
       at = end + 1;
-      // The token includes the slash, because zero folders have none.
+      // The token includes the slash, since it may match zero folders, which are not followed by one.
       if (folders && at < text.size()) ++at;
     } else if (text.substr(at, 3) == "**/" && (at == 0 || text[at - 1] == '/')) {
       tokens.push_back({Kind::folders, {}});
@@ -147,7 +149,7 @@ struct PathPattern::Matching {
   std::size_t steps = 0;
 
   bool from(std::size_t token, std::size_t at) {
-    refuse_if(++steps > kMostSteps,
+    refuse_if(++steps > kMaxMatchSteps,
               "A pattern matches '" + std::string(path) + "' in too many ways: use fewer * in it.");
     if (token == tokens.size()) return at == path.size();
     const Token& one = tokens[token];
@@ -226,9 +228,9 @@ std::string PathPattern::path(const Captures& captures) const {
   const PathPattern filled = with(captures);
   if (!filled.is_plain()) {
     for (const std::string& name : filled.captures_) {
-      fail_usage("'" + text_ + "' has {" + name + "}, which nothing captures.");
+      fail_usage("'" + text_ + "' has {" + name + "}, which is not captured.");
     }
-    fail_usage("'" + text_ + "' has * or ?, but one path is wanted.");
+    fail_usage("'" + text_ + "' has * or ?, but must be a single path.");
   }
   return filled.ways_[0].empty() ? std::string() : filled.ways_[0][0].text;
 }
@@ -279,10 +281,10 @@ const FileLister::Folder& FileLister::folder_at(const std::string& path) {
   std::error_code error;
   if (!fs::exists(folder, error)) return entry->second;
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    refuse_if(++entries_ > kMostEntries, "'" + folder.string() + "': more than " +
-                                             std::to_string(kMostEntries) +
-                                             " files and folders lie below the patterns: begin "
-                                             "patterns with the folder that is meant.");
+    refuse_if(++entries_ > kMaxEntries, "'" + folder.string() + "': more than " +
+                                            std::to_string(kMaxEntries) +
+                                            " files and folders lie below the patterns: begin "
+                                            "patterns with the folder that is meant.");
     std::error_code gone;
     const std::string name = at->path().filename().string();
     if (at->is_directory(gone)) {
@@ -312,18 +314,18 @@ void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t 
                       const PathPattern& pattern, const Captures& known,
                       std::vector<Found>& found) {
   // A link to a parent folder would recurse without end.
-  refuse_if(depth > kMostDepth, "'" + (base_ / folder).string() + "' lies more than " +
-                                    std::to_string(kMostDepth) +
-                                    " folders deep: is there a link to a folder above?");
+  refuse_if(depth > kMaxDepth, "'" + (base_ / folder).string() + "' lies more than " +
+                                   std::to_string(kMaxDepth) +
+                                   " folders deep: is there a link to a folder above?");
   const Folder& here = folder_at(folder);
   for (const std::string& name : here.files) {
     const std::string path =
         folder.empty() || folder.ends_with('/') ? folder + name : folder + "/" + name;
     Captures captures;
     if (!pattern.matches(path, known, captures)) continue;
-    refuse_if(found.size() >= kMostFiles, "The pattern '" + pattern.text() +
-                                              "' matches more than " + std::to_string(kMostFiles) +
-                                              " files: one job file is not for so many.");
+    refuse_if(found.size() >= kMaxFiles, "The pattern '" + pattern.text() + "' matches more than " +
+                                             std::to_string(kMaxFiles) +
+                                             " files, the limit of one job file.");
     found.push_back({path, std::move(captures)});
   }
   if (depth >= deepest) return;
@@ -355,7 +357,7 @@ std::vector<FileLister::Found> FileLister::find(const PathPattern& given, const 
     for (std::size_t i = 0; i < tokens.size(); ++i) {
       if (tokens[i].kind == PathPattern::Kind::folders ||
           tokens[i].kind == PathPattern::Kind::folder_capture) {
-        deepest = kMostDepth + 1;
+        deepest = kMaxDepth + 1;
         break;
       }
       if (tokens[i].kind != PathPattern::Kind::text) continue;

@@ -17,7 +17,7 @@ namespace kiln {
 namespace {
 
 /// Maximum size of a report: ten thousand assets with pictures are about 100 MB.
-constexpr std::size_t kMostReportBytes = std::size_t{1} << 30;
+constexpr std::size_t kMaxReportBytes = std::size_t{1} << 30;
 
 /// Weights that rank changes of assets, in degrees of rendered normals. A failure outweighs any error; a missed share
 /// of 1% counts as 1 degree; a new kind of warning counts 0.1 degrees; changed pixels with the same error come last.
@@ -255,7 +255,7 @@ std::string report_in_page(const Json& report) {
 }
 
 Json read_report(const std::filesystem::path& path, const std::string& what) {
-  std::string text = read_small_file(path, kMostReportBytes, what);
+  std::string text = read_small_file(path, kMaxReportBytes, what);
   if (const std::size_t begin = text.find(kReportBegin); begin != std::string::npos) {
     const std::size_t from = begin + kReportBegin.size();
     text = text.substr(from, std::min(text.find(kReportEnd, from), text.size()) - from);
@@ -287,7 +287,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
     for (const char* const key : {"version", "profile"}) {
       if (reports[i].at(key).dump() == merged.at(key).dump()) continue;
       throw Error(ErrorCode::usage, std::string("--merge: '") + names[0] + "' and '" + names[i] +
-                                        "' have another " + key + ": run all parts alike.");
+                                        "' have different " + key + ": run all parts alike.");
     }
     double part = 0, of = 0;
     if (read_shard(reports[i], part, of)) {

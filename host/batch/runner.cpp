@@ -353,8 +353,8 @@ class BatchRun {
             : -1;
     if (status == 0) return;
     throw Error(ErrorCode::input,
-                std::string("the command of ") + name + " ended with " + std::to_string(status) +
-                    ": " + command + (said.empty() ? "" : "\n" + said),
+                std::string("the command of ") + name + " failed with exit code " +
+                    std::to_string(status) + ": " + command + (said.empty() ? "" : "\n" + said),
                 "hook");
   }
 

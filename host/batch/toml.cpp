@@ -16,7 +16,7 @@ namespace {
 
 /// Maximum parts of one key, "a.b.c". toml++ destroys tables recursively, so a key of a million parts would overflow
 /// the stack. It limits lists and inline tables itself.
-constexpr std::size_t kMostKeyParts = 16;
+constexpr std::size_t kMaxKeyParts = 16;
 
 [[noreturn]] void fail_at(const std::string& file, std::size_t line, std::size_t column,
                           const std::string& problem) {
@@ -58,9 +58,9 @@ void check_key_parts(std::string_view text, const std::string& file) {
       continue;
     }
     if (c == '\n') ++line;
-    if (c == '.' && ++parts >= kMostKeyParts) {
+    if (c == '.' && ++parts >= kMaxKeyParts) {
       fail_at(file, line, 1,
-              "a key has more than " + std::to_string(kMostKeyParts) +
+              "a key has more than " + std::to_string(kMaxKeyParts) +
                   " parts: no option of Kiln does.");
     }
     if (c == '\n' || c == '=' || c == '[' || c == ']' || c == '{' || c == '}' || c == ',')

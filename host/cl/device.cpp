@@ -229,7 +229,7 @@ Device Device::open(std::string_view selector) {
                 "No OpenCL device was found. " + reason +
                     "Install one with 'apt install pocl-opencl-icd' or, for Python, with 'pip "
                     "install kiln[cpu]' (any CPU), or your GPU vendor's OpenCL driver. If one is "
-                    "installed, it may lack a folder to write its kernels to: set HOME or "
+                    "installed, it may have no writable folder for its kernels: set HOME or "
                     "POCL_CACHE_DIR to one that can be written.");
   }
   Message origin = option("device");

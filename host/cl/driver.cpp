@@ -86,9 +86,10 @@ bool is_forked() noexcept {
 }
 
 void throw_forked() {
-  throw Error(ErrorCode::device,
-              "This process was forked from one that had opened an OpenCL device: the driver's "
-              "threads are not in it. Open devices after fork(), or run another program (exec).");
+  throw Error(
+      ErrorCode::device,
+      "This process was forked from one that had opened an OpenCL device: the driver's "
+      "threads do not exist in it. Open devices after fork(), or run another program (exec).");
 }
 
 std::string cache_hint(const DeviceInfo& info) {

@@ -92,7 +92,7 @@ KernelFolder kernel_folder() {
     }
     warnings.push_back(
         warning_of(level, "they are kept in '" + os::user_folder().string() +
-                              "'. Take that right away (chmod go-w), or set POCL_CACHE_DIR."));
+                              "'. Remove this permission (chmod go-w), or set POCL_CACHE_DIR."));
   }
   const fs::path folder = use_user_folder();
   chosen_folder = folder.string();

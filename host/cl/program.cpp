@@ -36,7 +36,7 @@ bool is_watched() { return ProgressGuard::active() || OwnMapRun::current() != nu
   record_driver_failure();
   throw Error(ErrorCode::input, "The map " + own.label() + " is not compiled within " +
                                     formatted("%g s", own.seconds()) +
-                                    ": what its macros and loops unfold to may be too large. "
+                                    ": its macros or unrolled loops may be too large. "
                                     "Shorten it, or raise " +
                                     option("own_map_seconds") + ".");
 }

@@ -292,7 +292,7 @@ void Context::require_sound() {
   if (known->second.empty()) return;
   throw Error(ErrorCode::device,
               info_.name + " (" + info_.platform + ", driver " + info_.driver +
-                  ") computes wrongly, so maps would be wrong. It fails Kiln's self-test in: " +
+                  ") gives wrong results, so maps would be wrong. It fails Kiln's self-test in: " +
                   known->second + ". Use another device, or another version of its driver.",
               "self-test");
 }

@@ -55,7 +55,7 @@ class AoDenoiser {
   // Numbers of smoothing steps of the levels. Standard deviations of their kernels: 0 to 2.3 texels.
   static constexpr std::array<std::uint32_t, 5> kSteps{0, 1, 2, 4, 8};
   static constexpr std::uint32_t kTile = 16;  // texels a side
-  /// Both estimates of each texel, for each level. Level 0 is the caller's.
+  /// Both independent estimates of each texel, for each level of smoothing. Level 0 refers to the caller's array.
   struct Levels {
     std::array<std::span<const float>, kSteps.size()> of;
     std::array<std::unique_ptr<float[]>, kSteps.size()> memory;

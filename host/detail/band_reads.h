@@ -42,13 +42,14 @@ class BandReads : public SharedWork {
  private:
   /// Downloads by array and offset.
   template <typename T>
-  using Kept = std::map<std::pair<const void*, std::size_t>, std::vector<T>>;
-  using AllKept = std::tuple<Kept<std::uint32_t>, Kept<float>, Kept<std::uint8_t>>;
+  using Downloads = std::map<std::pair<const void*, std::size_t>, std::vector<T>>;
+  using DownloadCache =
+      std::tuple<Downloads<std::uint32_t>, Downloads<float>, Downloads<std::uint8_t>>;
 
   template <typename T>
-  const std::vector<T>& kept(AllKept& all, const cl::Array<T>& array, std::size_t count,
+  const std::vector<T>& kept(DownloadCache& all, const cl::Array<T>& array, std::size_t count,
                              std::size_t offset) {
-    std::vector<T>& values = std::get<Kept<T>>(all)[{&array, offset}];
+    std::vector<T>& values = std::get<Downloads<T>>(all)[{&array, offset}];
     if (values.size() < count) {
       values.resize(count);
       array.read(context_, values, offset);
@@ -57,7 +58,7 @@ class BandReads : public SharedWork {
   }
 
   cl::Context& context_;
-  AllKept band_, source_;
+  DownloadCache band_, source_;
   std::uint64_t source_version_ = 0;
 };
 

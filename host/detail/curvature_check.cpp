@@ -73,9 +73,9 @@ CurvatureCheck::CurvatureCheck(std::span<const Vec3> positions, std::span<const 
 }
 
 void CurvatureCheck::find_angles() {
-  using Place = std::tuple<double, double, double>;
+  using Position = std::tuple<double, double, double>;
   struct Side {
-    Place low, high;
+    Position low, high;
     bool upward;
     std::uint32_t piece, k;
   };
@@ -84,7 +84,7 @@ void CurvatureCheck::find_angles() {
   for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const Vec3d &p = pieces_[i].corner[k], &q = pieces_[i].corner[(k + 1) % 3];
-      const Place from{p.x, p.y, p.z}, to{q.x, q.y, q.z};
+      const Position from{p.x, p.y, p.z}, to{q.x, q.y, q.z};
       sides.push_back({std::min(from, to), std::max(from, to), from < to, i, k});
     }
   }

@@ -54,8 +54,8 @@ class Cutter {
   Mesh run() {
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) over(t);
     if (result_.triangles.empty()) {
-      throw Error(ErrorCode::input, "Nothing of '" + mesh_.name +
-                                        "' is opaque enough: lower the threshold of opacity.");
+      throw Error(ErrorCode::input,
+                  "All of '" + mesh_.name + "' is below the threshold of opacity: lower it.");
     }
     delete_slivers();
     return std::move(result_);

@@ -96,7 +96,7 @@ bool intersects(const TexelBits& a, const TexelBits& b) {
   return any;
 }
 
-bool is_whole(const TexelBits& bits) {
+bool is_full(const TexelBits& bits) {
   for (std::size_t y = 0; y < bits.height(); ++y) {
     for (std::size_t w = 0; w < bits.words_in_row(); ++w) {
       const bool last = w + 1 == bits.words_in_row();
@@ -203,7 +203,7 @@ bool ChartTexels::add_row(std::int64_t y, double left, double right, const Wraps
 }
 
 std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& charts) {
-  if (is_whole(charts)) return std::nullopt;
+  if (is_full(charts)) return std::nullopt;
   const std::optional<std::uint32_t> background = background_of(image, charts);
   if (!background) return std::nullopt;
   TexelBits bare(image.width, image.height);

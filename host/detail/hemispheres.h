@@ -104,11 +104,11 @@ class Hemispheres : public SharedWork {
   bool refine(Estimates& of, const AoDenoiser::Result& last, const std::vector<float>& before);
   TexelSamples prepare_filter(const TexelBand& band, const DeviceCorrespondence& match,
                               bool second);
-  /// Copies samples to picked_samples_, picked_match_ and picked_turns_.
-  /// \param round  selects different rays in each round (make_keys()); none: the turns of make_turns()
+  /// Gathers some samples, their matches and the random rotations of their ray sets into the picked_ arrays.
+  /// \param round  seeds the rotations, so that each round casts other rays (make_keys()); none: those of make_turns()
   void pick(const TexelBand& band, const DeviceCorrespondence& match,
             std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round);
-  /// Computes turns of the picked samples from make_keys().
+  /// Computes the random rotations of the picked samples from make_keys().
   void turn_picked(std::uint32_t count, std::uint32_t round, cl::Array<std::uint32_t>& turns);
   /// Samples with the same occluders.
   struct Group {

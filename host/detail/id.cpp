@@ -95,8 +95,8 @@ class Ids : public PointFunction {
     map.ids.assign(legend_.begin(), legend_.begin() + static_cast<std::ptrdiff_t>(count));
     if (count == legend_.size()) return;
     warnings.push_back({"id-legend",
-                        "The map " + std::string(map.kind.name) + " tells " +
-                            std::to_string(legend_.size()) + " apart; its legend has the first " +
+                        "The map " + std::string(map.kind.name) + " has " +
+                            std::to_string(legend_.size()) + " ids; its legend has the first " +
                             std::to_string(count) +
                             (by_ == IdBy::color ? "." : ", and colours repeat."),
                         legend_.size()});

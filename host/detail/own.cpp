@@ -142,10 +142,10 @@ class OwnMapMaker : public MapMaker {
       [[maybe_unused]] const auto* const runs_on = here.release();
       const std::string limit = formatted("%g s", seconds_);
       throw Error(ErrorCode::input,
-                  "The map " + label_ + " is not done with " +
+                  "The map " + label_ + " did not finish " +
                       std::to_string(params.end - params.first) + " samples in " + limit +
-                      ", in which some drivers compile it once more: its function may never "
-                      "return, or unfold to too much. Mend it, or raise " +
+                      ", including a second compilation by some drivers: its function may never "
+                      "return, or be too large. Correct it, or raise " +
                       option("own_map_seconds") + ".");
     }
     std::vector<float> values(std::size_t{4} * band.capacity);
@@ -280,7 +280,7 @@ void check_source(const OwnMap& map) {
       continue;
     }
     fail("includes another file in line " + std::to_string(number) +
-         ": what it needs must stand in the map itself.");
+         ": a map must be a single file.");
   }
 }
 

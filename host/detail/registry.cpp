@@ -58,14 +58,14 @@ const MapInfo& find_map(std::string_view name) {
 
 bool obeys(const MapInfo& map, std::string_view option) {
   if (map.type == MapType::unit_vector &&
-      lists_option("encoding.space encoding.bitangent encoding.flip_y encoding.two_component "
-                   "encoding.raw",
-                   option)) {
+      contains_option("encoding.space encoding.bitangent encoding.flip_y encoding.two_component "
+                      "encoding.raw",
+                      option)) {
     return true;
   }
   if (option == "encoding.gutter") return map.type != MapType::coverage;
   if (option == "encoding.mips") return map.type != MapType::coverage && map.type != MapType::id;
-  return lists_option(map.options, option);
+  return contains_option(map.options, option);
 }
 
 std::optional<MapKind> shading_map(const BakeOptions& options) {

@@ -63,7 +63,7 @@ class MapMaker {
                            const DeviceCorrespondence& other, const cl::Array<float>& shares,
                            const BandPixels& out) = 0;
 
-  /// Adds facts of the map and warnings after the last band.
+  /// Called after the last band: adds the map's statistics and warnings to the result.
   virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
     static_cast<void>(map), static_cast<void>(warnings);
   }

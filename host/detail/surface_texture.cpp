@@ -79,7 +79,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     is_weighted_.push_back(reading.by_alpha && image->channels % 2 == 0);
     has_weights_ = has_weights_ || (is_weighted_.back() && pictures_.back()->is_weighted());
   }
-  note_missing_tiles();
+  warn_about_missing_tiles();
 }
 
 void SurfaceTexture::check(const Texture& texture) const {
@@ -92,7 +92,7 @@ void SurfaceTexture::check(const Texture& texture) const {
   }
   if (texture.image_of.empty() && texture.images.size() != 1 && texture.tiles.empty()) {
     fail(" has " + std::to_string(texture.images.size()) +
-         " pictures, but nothing says which material has which.");
+         " pictures, but no assignment of pictures to materials.");
   }
   const std::size_t names = source_.materials.names.size(), materials = texture.image_of.size();
   if (materials != 0 && materials != names) {
@@ -106,7 +106,7 @@ void SurfaceTexture::check(const Texture& texture) const {
   if ((!wraps_.empty() && wraps_.size() != materials) ||
       (!factors_.empty() && factors_.size() != materials) ||
       (!texture.times_vertex_colors.empty() && texture.times_vertex_colors.size() != materials)) {
-    fail(" has wraps or factors for other than its materials.");
+    fail(" has wraps or factors for another number of materials than its own.");
   }
   for (const std::shared_ptr<const Image>& image : texture.images) {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map_ + " is missing.");
@@ -132,7 +132,7 @@ void SurfaceTexture::choose_sets(const Texture& texture) {
   if (texture.uv_sets.empty()) return;
   if (texture.uv_sets.size() != picture_of_material_.size()) {
     throw Error(ErrorCode::input, "The texture of the map " + map_ +
-                                      " has sets of UVs for other than its materials.");
+                                      " has UV sets for another number of materials than its own.");
   }
   for (std::size_t i = 0; i < texture.uv_sets.size(); ++i) {
     const std::uint32_t wanted = texture.uv_sets[i];
@@ -172,7 +172,7 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
     charts.push_back(entry.get());
   }
   // Calls add(charts, corners, wraps) for each picture that a triangle lies on.
-  const auto on_pictures = [&](std::uint32_t triangle, const auto& add) {
+  const auto for_each_picture = [&](std::uint32_t triangle, const auto& add) {
     const std::uint32_t set = set_of(triangle);
     if (set == Texture::kNone) return;
     ChartTexels::Corners corners;
@@ -199,10 +199,10 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
   std::vector<std::uint8_t> holds_centre(count);
   parallel_for(count, kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      on_pictures(static_cast<std::uint32_t>(t),
-                  [&](ChartTexels& on, const auto& corners, const auto& wraps) {
-                    if (on.add(corners, wraps)) holds_centre[t] = 1;
-                  });
+      for_each_picture(static_cast<std::uint32_t>(t),
+                       [&](ChartTexels& on, const auto& corners, const auto& wraps) {
+                         if (on.add(corners, wraps)) holds_centre[t] = 1;
+                       });
     }
   });
   const auto find = [&] {
@@ -236,16 +236,16 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
   for (std::size_t t = 0; t < count; ++t) {
     if (has_centre[root(source_.uv_triangles[t][0])]) continue;
     touched = true;
-    on_pictures(static_cast<std::uint32_t>(t),
-                [](ChartTexels& on, const auto& corners, const auto& wraps) {
-                  on.add_touched(corners, wraps);
-                });
+    for_each_picture(static_cast<std::uint32_t>(t),
+                     [](ChartTexels& on, const auto& corners, const auto& wraps) {
+                       on.add_touched(corners, wraps);
+                     });
   }
   if (touched) find();
   return empty;
 }
 
-void SurfaceTexture::note_missing_tiles() {
+void SurfaceTexture::warn_about_missing_tiles() {
   if (tiles_.empty()) return;
   for (std::uint32_t t = 0; t < source_.triangles.size(); ++t) {
     const std::uint32_t set = set_of(t);
@@ -299,7 +299,7 @@ SurfaceTexture::UvPoint SurfaceTexture::uv_point_of(const HighPoint& point) cons
   return place;
 }
 
-SurfaceTexture::Place SurfaceTexture::place_of(const HighPoint& point) const {
+SurfaceTexture::PicturePoint SurfaceTexture::picture_point_of(const HighPoint& point) const {
   const std::uint32_t set = set_of(point.triangle);
   if (set == Texture::kNone) return {};
   const UvPoint at = uv_point_of(point);
@@ -347,7 +347,7 @@ float SurfaceTexture::read(const HighPoint& point, float* value) const {
 
 float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const {
   std::fill_n(value, 4, 0.0F);
-  const Place place = place_of(point);
+  const PicturePoint place = picture_point_of(point);
   if (place.picture == nullptr) {
     if (plain_.empty()) return 1;
     const std::uint32_t material = source_.materials.of[point.triangle];
@@ -422,8 +422,8 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
   };
   warn(
       "two-channel-normals", [&](std::size_t i) { return is_detected(i) && !normals_[i].in_alpha; },
-      "held x and y alone (blue is constant, or below 0 all over): z was computed. Where that is "
-      "wrong, say what it holds (" +
+      "only held x and y (blue is constant, or below 0 everywhere): z was computed. If that is "
+      "wrong, set its channels (" +
           option("high_normal_map", "gl") + ").");
   warn(
       "two-channel-normals", [&](std::size_t i) { return is_detected(i) && normals_[i].in_alpha; },
@@ -467,7 +467,7 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
                         "The texture of the map " + map_ + " has no picture for " +
                             std::to_string(triangles) + " triangles of the high poly (" +
                             (named != 0 ? "UDIM " : "") + list +
-                            "): they have their material's number there, or 0. Put the pictures "
+                            "): these have their material's number there, or 0. Put the pictures "
                             "beside the others.",
                         triangles});
   }

@@ -60,7 +60,8 @@ class SurfaceTexture {
     std::array<double, 2> uv;
     std::array<std::array<double, 2>, 2> sides;
   };
-  struct Place {
+  /// Where a texture is read at a point.
+  struct PicturePoint {
     const FilteredTexture* picture = nullptr;
     double u = 0, v = 0;
     std::array<std::array<double, 2>, 2> sides{};  ///< Sides in UVs, before the texture's transform
@@ -75,12 +76,12 @@ class SurfaceTexture {
   void choose_sets(const Texture& texture);
   void group_tiles(const Texture& texture);
   std::vector<std::optional<TexelBits>> find_empty(const Texture& texture) const;
-  void note_missing_tiles();
+  void warn_about_missing_tiles();
   float read_pictures(const HighPoint& point, float* value) const;
   std::uint32_t set_of(std::uint32_t triangle) const;
   std::array<double, 2> middle_of(std::uint32_t triangle) const;
   UvPoint uv_point_of(const HighPoint& point) const;
-  Place place_of(const HighPoint& point) const;
+  PicturePoint picture_point_of(const HighPoint& point) const;
   std::string user_of(std::size_t image) const;
 
   const Source::Impl& source_;

@@ -23,8 +23,8 @@ ValueRange range_of_bounds(const RangeRequest& request, std::uint32_t channel);
 /// From 0, or from minus the search distance, to the match's search distance.
 ValueRange range_of_reach(const RangeRequest& request, std::uint32_t channel);
 ValueRange range_of_reach_signed(const RangeRequest& request, std::uint32_t channel);
-/// From 0, or from the negative bound, to 1 / radius, where the radius is that of the mean curvature. The corner of a
-/// cube reaches it.
+/// The bound of curvature is 1 / radius, with the radius of the neighbourhood over which it is averaged; the corner of a
+/// cube reaches it. The range starts at 0, or at minus the bound if it is signed.
 ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t channel);
 ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t channel);
 

@@ -23,7 +23,7 @@ std::string no_sets(const Job& a) {
 
 std::optional<CleanOptions> clean_options(const Job& a) {
   if (has_heights(a)) return std::nullopt;
-  // Inner surfaces show through what is not opaque, and stop rays through the solid.
+  // Inner surfaces are visible through transparent ones, and stop rays within the solid.
   const auto shows_inside = [](const MapKind kind) {
     const MapInfo& map = find_map(kind.name);
     return obeys(map, "opacity") ||
@@ -38,13 +38,13 @@ std::optional<CleanOptions> clean_options(const Job& a) {
 
 void settle_asset(Job& a) {
   const std::filesystem::path out = a.out;
-  // Also of a name that is an ending alone, which would be a hidden folder. One with a slash behind it has none.
+  // Also for a name that consists of only an extension, which would be a hidden folder. A trailing slash means a folder.
   const std::string ending = lower_extension("x" + out.filename().string());
   std::error_code none;
   const bool is_folder = std::filesystem::is_directory(out, none);
   if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
     if (is_folder) return;
-    // Whoever names such a file does not want a folder of that name.
+    // A name with such an extension is meant as a file, not as a folder.
     constexpr std::string_view kOthers[] = {
         ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
         ".jpeg", ".jpg",  ".ktx",   ".ktx2", ".off",  ".ply",  ".png",  ".stl", ".tga",
@@ -113,7 +113,7 @@ void settle_asset(Job& a) {
 
 namespace {
 
-/// A job in memory has a GLB or maps, and nothing beside them.
+/// A job in memory returns a GLB or maps, and writes no other files.
 void check_memory(const Job& a) {
   if (!a.in_memory) return;
   const std::string ending = lower_extension(asset_file(a));
@@ -140,7 +140,7 @@ bool writes_gltf(const Job& a) {
 
 namespace {
 
-// ---- What a flag serves ---------------------------------------------------------------------------
+// ---- Flags without effect ---------------------------------------------------------------------------
 
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -160,7 +160,7 @@ bool serves_match(const OptionRow& row, const Job& a) {
   return std::any_of(matches().begin(), matches().end(), served);
 }
 
-/// A row that stands for any map of one's own.
+/// A row that represents all of the user's own maps.
 MapInfo own_map_info() {
   MapInfo info;
   info.type = MapType::unit_vector;
@@ -169,7 +169,7 @@ MapInfo own_map_info() {
 }
 
 bool serves_map(const OptionRow& row, const Job& a) {
-  // Maps beside --maps are textures and the user's own: normals, or colours and numbers.
+  // Maps other than those of --maps are textures and the user's own: normals, colours or values.
   if (!row.is_of_maps()) return true;
   if (!own_map_names(a).empty() && row.serves(own_map_info())) return true;
   const std::vector<MapKind> kinds = kinds_asked(a);
@@ -201,7 +201,7 @@ Message not_these_maps(const OptionRow& row) {
 
 // ---- Flags that contradict each other --------------------------------------------------------------
 
-/// \throws Error(usage) for a fallback that is the match itself, or that has nothing to blend
+/// \throws Error(usage) if a fallback equals the match, or if there is nothing to blend
 void check_fallback(const Job& a) {
   const MatchOptions& match = a.bake.match;
   refuse_if(!a.match_auto && std::find(match.fallback.begin(), match.fallback.end(),
@@ -213,7 +213,7 @@ void check_fallback(const Job& a) {
                 " that finds points: ray, closest or views.");
 }
 
-/// Flags of a chain of low polys.
+/// Checks flags of levels of detail.
 void check_lods(const Job& a) {
   for (const char* flag : {"--lod-uvs", "--lod-growth"}) {
     refuse_if(a.given.contains(flag) && a.low.make.lods == 0,
@@ -235,7 +235,7 @@ void check_lods(const Job& a) {
                                                     option("lod") + ".");
 }
 
-/// Flags of a plan of low poly, map and match together.
+/// Checks flags of a plan of low poly, map and match together.
 void check_low_poly_plan(const Job& a) {
   map_bounds(a);
   const bool plans = plans_low_poly(a);
@@ -301,7 +301,7 @@ void check_bytes(const Job& a) {
                 option("max_error") + " bounds normals alone, normal=DEGREES.");
 }
 
-/// Checks --density, which is for charts that Kiln lays out.
+/// Checks --density, which applies only to charts that Kiln makes.
 void check_texels(const Job& a) {
   const bool given = a.given.contains("--density");
   refuse_if(given && !a.low.given.empty() && !a.unwrap,
@@ -316,7 +316,7 @@ void check_texels(const Job& a) {
   check_density(given, a.unwrap_method);
 }
 
-/// Flags that make a low poly, or belong to a given one.
+/// Checks flags that make a low poly, and those of a given one.
 void check_low(const Job& a) {
   refuse_if(!a.match_auto && !a.low.make.max_angle.empty(),
             option("max_angle") + " is for " + option("match", "auto") + ": leave it out, or " +
@@ -359,7 +359,7 @@ void check_low(const Job& a) {
             option("cage_mesh") + " needs the LOW that it belongs to.");
 }
 
-/// Flags of rays that serve some of their ways alone.
+/// Checks flags that only some variants of ray matching use.
 void check_rays(const Job& a) {
   const bool cage = a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
   refuse_if(
@@ -374,7 +374,7 @@ void check_rays(const Job& a) {
                                                       option("cage", "auto") + ".");
 }
 
-/// Tangents of LOW's file fit its own UVs and normals.
+/// Checks that tangents from LOW's file are used with the UVs and normals of that file.
 void check_tangents(const Job& a) {
   if (!a.given.contains("--tangents")) return;
   refuse_if(a.low.given.empty(),
@@ -386,7 +386,7 @@ void check_tangents(const Job& a) {
                 option("unwrap") + " and " + option("split_at_seams") + ".");
 }
 
-/// Files beside HIGH and LOW.
+/// Checks flags with input files other than HIGH and LOW.
 void check_more_files(const Job& a) {
   for (const JobInput& input : a.high) {
     if (a.high.size() < 2 || input.asset || !is_height_field(input.name)) continue;
@@ -413,7 +413,7 @@ void check_parts(const Job& a) {
             option("reasons") + " is for rays alone: leave out " + option("fallback") +
                 ", or end it with low, fill or mark.");
   if (a.parts_by && (a.low.given.empty() || a.unwrap)) {
-    fail_usage(option("match_by", name_of(Words(kPartsBy), a.parts_by)) +
+    fail_usage(option("match_by", name_of(Words(kPartsByWords), a.parts_by)) +
                " needs a LOW with named parts and UVs of its own.");
   }
   refuse_if(
@@ -425,7 +425,7 @@ void check_parts(const Job& a) {
                 option("match_by", "name") + ".");
 }
 
-/// Flags of visibility that serve some of its ways alone.
+/// Checks flags that only some variants of visibility matching use.
 void check_visibility(const Job& a) {
   const VisibilityOptions& visibility = a.bake.match.visibility;
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
@@ -445,7 +445,7 @@ void check_visibility(const Job& a) {
                 " saves one: leave one out.");
 }
 
-/// Maps of what some matches alone go by.
+/// Checks maps of values that only some matches compute.
 void check_maps(const Job& a) {
   const bool by_visibility = !has_saved_match(a) && match_obeys(a, "match.visibility");
   for (const MapKind map : kinds_asked(a)) {
@@ -495,8 +495,8 @@ void check_files(const Job& a) {
   }
   std::uint32_t side = std::max(a.bake.width, a.bake.height);
   for (const SetSize& size : a.set_sizes) side = std::max({side, size.width, size.height});
-  constexpr std::uint32_t kMostOfWebp = 16383;
-  refuse_if(a.image.format == ImageFormat::webp && side > kMostOfWebp,
+  constexpr std::uint32_t kMaxWebpSide = 16383;
+  refuse_if(a.image.format == ImageFormat::webp && side > kMaxWebpSide,
             option("format") +
                 " webp holds at most 16383 texels a side: choose another, or a smaller " +
                 option("size") + ".");
@@ -510,7 +510,7 @@ void check_files(const Job& a) {
                 option("report_error") + " out, or choose a match.");
 }
 
-/// Texture sets are of a layout that is there, and are baked one after the other.
+/// Checks flags of texture sets: they need an existing layout, and are baked one after the other.
 void check_sets(const Job& a) {
   refuse_if(a.sets == SetsBy::none && !a.set_sizes.empty(),
             option("size", "NAME=SIZE") + " is for texture sets, but " + option("sets", "none") +
@@ -557,7 +557,7 @@ bool is_served(const OptionRow& row, const Job& a) {
 void check_served(const Job& a) {
   for (const OptionRow& row : bake_rows()) {
     if (!a.given.contains(row.flag)) continue;
-    // The chain's end is about the maps.
+    // A chain of only a fill decides how misses look in maps, not how points are matched.
     if (row.flag == "--fallback" && a.bake.match.fallback.empty()) continue;
     refuse_if(row.is_of_matches() && has_saved_match(a),
               option_of(row.flag) + " is for matching, but " + option("load_match") +

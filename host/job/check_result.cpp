@@ -165,7 +165,7 @@ void check_has_uvs(const Mesh& low, const std::string& path, const std::string& 
 
 namespace {
 
-constexpr std::uint8_t kMissed = 2;  // of BakeResult::coverage
+constexpr std::uint8_t kMissedTexel = 2;  // value of BakeResult::coverage
 
 /// Barycentric coordinates of a UV in a UV triangle; nullopt if the triangle has no area.
 std::optional<std::array<double, 3>> weights_at(const std::array<Vec2, 3>& corner, const Vec2& uv) {
@@ -253,7 +253,7 @@ std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> co
                                                 std::uint32_t width, std::uint32_t height,
                                                 const Mesh& low) {
   std::vector<bool> open(coverage.size());
-  for (std::size_t i = 0; i < coverage.size(); ++i) open[i] = coverage[i] == kMissed;
+  for (std::size_t i = 0; i < coverage.size(); ++i) open[i] = coverage[i] == kMissedTexel;
   std::vector<std::size_t> largest;
   for (std::size_t i = 0; i < open.size(); ++i) {
     if (!open[i]) continue;

@@ -168,11 +168,11 @@ Json describe(const CleanReport& report) {
 
 namespace {
 /// Ratio of a low poly's faces to the requested number from which on the request counts as missed.
-constexpr double kMostFaces = 1.1;
+constexpr double kMaxFaceRatio = 1.1;
 }  // namespace
 
 bool misses_faces(const SimplifyReport& report, std::uint32_t asked) {
-  return asked != 0 && static_cast<double>(report.faces) > kMostFaces * asked;
+  return asked != 0 && static_cast<double>(report.faces) > kMaxFaceRatio * asked;
 }
 
 Message too_many_faces(const SimplifyReport& report, std::uint32_t asked) {

@@ -31,9 +31,9 @@ Json describe(const std::vector<MapError>& errors);
 Json describe(const StoredError& error, bool is_normal);
 /// Repairs of the high poly.
 Json describe(const CleanReport& report);
-/// True if a low poly has over 10% more faces than requested. \param asked requested faces; 0: no request
+/// True if a low poly has over 10% more faces than requested (0: no number was requested).
 bool misses_faces(const SimplifyReport& report, std::uint32_t asked);
-/// The message for that case.
+/// The warning for that case.
 Message too_many_faces(const SimplifyReport& report, std::uint32_t asked);
 /// Repaired and remaining flaws of a low poly.
 Json describe_flaws(const SimplifyReport& report);

@@ -172,7 +172,7 @@ void prepare_parent(const fs::path& file) {
 
 namespace {
 
-constexpr std::size_t kMostRecordBytes = 1 << 16;
+constexpr std::size_t kMaxRecordBytes = 1 << 16;
 
 fs::path record_path(const fs::path& folder, const std::string& stem) {
   return folder / ("." + stem + ".kiln.json");
@@ -182,7 +182,7 @@ fs::path record_path(const fs::path& folder, const std::string& stem) {
 fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   const fs::path path = record_path(folder, stem);
   if (!is_readable_file(path)) return {};
-  Json json = Json::parse(head_of_file(path, kMostRecordBytes));
+  Json json = Json::parse(head_of_file(path, kMaxRecordBytes));
   if (!json.is_object() || !json["low"].is_string()) return {};
   return folder / unescape_bytes(json["low"].text());
 }
@@ -209,8 +209,8 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
   // A missing mesh may have been renamed.
   if (recorded.empty() || !fs::exists(recorded, none)) return;
   // Maps may belong to the low poly that Kiln wrote here.
-  const fs::path made = folder / (stem + ".obj");
-  if (is_one_file(recorded, source) || is_one_file(recorded, made) || is_one_file(source, made))
+  const fs::path written_mesh = folder / (stem + ".obj");
+  if (is_one_file(recorded, source) || is_one_file(recorded, written_mesh) || is_one_file(source, written_mesh))
     return;
   const fs::path map = map_of(folder, stem);  // Last, because it lists the folder.
   if (map.empty()) return;

@@ -12,7 +12,7 @@ namespace kiln {
 
 /// Reads a regular file of at most `most` bytes.
 /// \param what  start of the message, such as "--view-weight 'views.txt'"
-/// \throws Error(input): missing, unreadable, not a regular file, too long, or not text; with the reason and the remedy
+/// \throws Error(input) with the remedy if the file is missing, unreadable, not regular, too long, or not text
 std::string read_small_file(const std::filesystem::path& path, std::size_t most,
                             const Message& what);
 

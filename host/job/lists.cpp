@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostListBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxListBytes = std::size_t{16} << 20;
 
 std::string trimmed(std::string_view text) {
   const std::string_view space = " \t\r";
@@ -65,14 +65,14 @@ PartNames part_names(const Job& a) {
   names.by = a.parts_by.value();
   if (names.by != PartsBy::list) return names;
   const Message what = option("match_list") + " '" + a.match_list + "'";
-  names.list = parse_part_list(read_small_file(a.match_list, kMostListBytes, what), what);
+  names.list = parse_part_list(read_small_file(a.match_list, kMaxListBytes, what), what);
   return names;
 }
 
 namespace {
 
 // Each of up to 4096 visibility directions searches for its nearest entry.
-constexpr std::size_t kMostDirections = 65536;
+constexpr std::size_t kMaxDirections = 65536;
 constexpr const char* kBlanks = " \t\v\f";
 
 /// Removes the next word from a line and returns it; empty at the end.
@@ -127,9 +127,9 @@ std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view te
                                         ": give \"X Y Z WEIGHT\": a direction to the viewer other "
                                         "than 0, and a weight of 0 or more.");
     }
-    if (result.size() == kMostDirections) {
+    if (result.size() == kMaxDirections) {
       throw Error(ErrorCode::input, place + ": there are more than " +
-                                        std::to_string(kMostDirections) +
+                                        std::to_string(kMaxDirections) +
                                         " directions. Leave some out.");
     }
     result.push_back(entry);
@@ -142,7 +142,7 @@ std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view te
 
 std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path) {
   return parse_likelihoods(
-      read_small_file(path, kMostListBytes,
+      read_small_file(path, kMaxListBytes,
                       option("view_weight") + " '" + path + "', neither all, horizon nor up,"),
       path);
 }

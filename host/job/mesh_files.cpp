@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kGrid = 512;
+constexpr std::uint32_t kGridCells = 512;  // cells a side of the grid over the UV square
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
@@ -68,15 +68,15 @@ void over_cells(const std::array<Vec2, 3>& uvs, const Use& use) {
   const auto range = [](std::array<float, 3> values) {
     const auto [low, high] = std::minmax({values[0], values[1], values[2]});
     const auto cell = [](double value) {
-      return static_cast<std::uint32_t>(std::clamp(value * kGrid, 0.0, double{kGrid}));
+      return static_cast<std::uint32_t>(std::clamp(value * kGridCells, 0.0, double{kGridCells}));
     };
-    return std::pair(cell(low), std::min(cell(high) + 1, kGrid));
+    return std::pair(cell(low), std::min(cell(high) + 1, kGridCells));
   };
   const auto [x0, x1] = range({uvs[0].x, uvs[1].x, uvs[2].x});
   const auto [y0, y1] = range({uvs[0].y, uvs[1].y, uvs[2].y});
   for (std::uint32_t y = y0; y < y1; ++y) {
     for (std::uint32_t x = x0; x < x1; ++x) {
-      const double u = (x + 0.5) / kGrid, v = (y + 0.5) / kGrid;
+      const double u = (x + 0.5) / kGridCells, v = (y + 0.5) / kGridCells;
       bool inside = true;
       for (std::size_t k = 0; k < 3; ++k) {
         inside = inside && edge(uvs[k], uvs[(k + 1) % 3], u, v) * area > 0;
@@ -86,13 +86,13 @@ void over_cells(const std::array<Vec2, 3>& uvs, const Use& use) {
   }
 }
 
-/// Surface that two files share, and its place.
+/// Area of the UV square that two files share, and one of its UVs.
 struct Shared {
   std::uint64_t cells = 0;
   double u = 0, v = 0;
 };
 
-/// Reads a file with its nodes and materials. What is described beside the mesh is no reason to refuse it.
+/// Reads a file with its nodes and materials. Errors in these do not prevent the mesh from being read.
 Asset load_with_materials(const std::string& file, const LoadMeshOptions& options,
                           std::vector<Warning>& warnings) {
   const std::string ending = lower_extension(file);
@@ -111,7 +111,7 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
   return asset;
 }
 
-/// Adds what a file has beside its mesh.
+/// Appends the nodes and materials of a file.
 void add_beside(const Asset& file, Asset& all) {
   const auto first = static_cast<std::uint32_t>(all.nodes.size());
   for (AssetNode node : file.nodes) {
@@ -128,7 +128,7 @@ void add_beside(const Asset& file, Asset& all) {
   if (all.scene.empty()) all.scene = file.scene;
 }
 
-/// Materials of several files, as their joined mesh counts them.
+/// Materials of several files, in the order of the joined mesh.
 std::vector<Material> by_name(const std::vector<Material>& materials,
                               const std::vector<std::string>& names) {
   std::vector<Material> result;
@@ -227,30 +227,30 @@ std::string in_words(const std::vector<std::string>& files) {
 
 void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings) {
   if (low.files.size() < 2 || low.mesh.uv_triangles.empty()) return;
-  std::vector<std::uint32_t> owner(std::size_t{kGrid} * kGrid, kNone);
+  std::vector<std::uint32_t> owner(std::size_t{kGridCells} * kGridCells, kNone);
   std::vector<const std::string*> counted(owner.size(),
                                           nullptr);  // the last file that shares a cell
   std::map<std::pair<std::string, std::string>, Shared> pairs;
   for (std::uint32_t t = 0; t < low.mesh.triangles.size(); ++t) {
     over_cells(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
-      std::uint32_t& known = owner[std::size_t{y} * kGrid + x];
+      std::uint32_t& known = owner[std::size_t{y} * kGridCells + x];
       if (known == kNone) known = t;
       const std::string &a = low.file_of(known), &b = low.file_of(t);
-      const std::string*& last = counted[std::size_t{y} * kGrid + x];
+      const std::string*& last = counted[std::size_t{y} * kGridCells + x];
       if (&a == &b || last == &b || same_place(low.mesh, known, t)) return;
       last = &b;
       Shared& shared = pairs[{a, b}];
       if (shared.cells++ == 0) {
-        shared.u = (x + 0.5) / kGrid;
-        shared.v = (y + 0.5) / kGrid;
+        shared.u = (x + 0.5) / kGridCells;
+        shared.v = (y + 0.5) / kGridCells;
       }
     });
   }
   for (const auto& [files, shared] : pairs) {
-    const std::string text =
-        formatted(" overlap on %s of the unit square, at UV (%.4g, %.4g) ",
-                  percent(static_cast<double>(shared.cells) / (double{kGrid} * kGrid), 2).c_str(),
-                  shared.u, shared.v);
+    const std::string text = formatted(
+        " overlap on %s of the unit square, at UV (%.4g, %.4g) ",
+        percent(static_cast<double>(shared.cells) / (double{kGridCells} * kGridCells), 2).c_str(),
+        shared.u, shared.v);
     warnings.push_back({"files-overlap",
                         "UVs of '" + files.first + "' and '" + files.second + "'" + text +
                             "for one, and all LOW share one map: lay them out side by side, add " +
@@ -284,11 +284,11 @@ double parse_unit(const std::string& text) {
              "': write mm, cm, m, in, ft, or metres, such as 0.01: 1e-9 to 1e9.");
 }
 
-/// A side's values of an option.
+/// Values of an option by side, HIGH or LOW.
 struct Values {
   std::optional<std::string> both, high, low;
 
-  /// \throws Error(usage) for one that is given twice
+  /// \throws Error(usage) if a side is given twice
   Values(const char* flag, const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
       std::optional<std::string>* to = &both;

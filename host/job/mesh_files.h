@@ -20,8 +20,8 @@ struct MeshFiles {
   Mesh mesh;
   std::vector<std::string> files;
   std::vector<std::size_t> first;  ///< Of each file's triangles, and their number
-  /// Contents beside the mesh, where asked for: nodes, and materials as Mesh::material_names; of its own
-  /// mesh names of objects alone, as `object_nodes` counts them.
+  /// Nodes, and materials in the order of Mesh::material_names, if requested. Its mesh only has names of objects, which
+  /// `object_nodes` refers to.
   Asset beside;
   Mesh hulls;  ///< Collision hulls that were taken off; see take_collision_hulls()
 
@@ -29,33 +29,32 @@ struct MeshFiles {
   const std::string& file_of(std::size_t triangle) const;
 };
 
-/// Reads files, or takes meshes in memory, and joins them. One alone stays as it is, but where the other side of a bake has several: then
-/// its parts have names, too. Files of materials are found from the first file's folder on.
-/// \param named   a file without groups or objects is one of the file's name
-/// \param beside  reads MeshFiles::beside; warns where an MTL cannot be read ("materials-unread")
+/// Reads the files, or uses meshes in memory, and joins them. Files of materials are searched from the first file's
+/// folder. A single mesh is unchanged, unless the other side of the bake has several meshes: then its parts get names.
+/// \param named   a file without groups or objects becomes one group with the file's name
+/// \param beside  true: also reads MeshFiles::beside, and warns if an MTL cannot be read ("materials-unread")
 /// \throws Error(input) as load_mesh()
 MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions& options,
                       bool named, std::vector<Warning>& warnings, bool beside = false);
 
-/// Gives what was read beside a mesh one material for each of its names, after some of these went with their triangles.
+/// Reduces the materials read with a mesh to those that the mesh still names, after triangles were removed.
 void name_materials(MeshFiles& files);
 
-/// Gives each group of triangles UVs of its own, where `move` puts a group's UV.
+/// Gives each group of triangles its own UVs, transformed by `move`.
 void move_uvs(const std::vector<std::size_t>& group_of,
               const std::function<Vec2(std::size_t group, const Vec2& uv)>& move, Mesh& mesh);
 
-/// Names the files of materials as they are found from another folder on. Empty: the current one.
+/// Rewrites the paths of material files relative to another folder; empty: the current one.
 void move_material_files(Mesh& mesh, const std::filesystem::path& from,
                          const std::filesystem::path& to);
 
 /// "'a.obj'", "'a.obj' and 'b.obj'", "'a.obj', 'b.obj' and 3 more".
 std::string in_words(const std::vector<std::string>& files);
 
-/// Says where UVs of different files lie over each other, though they are not the same: one map cannot hold
-/// both.
+/// Warns if the UV layouts of different files overlap without being identical: they cannot share a map.
 void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings);
 
-/// Whose file it is; other: an occluder.
+/// The role of a mesh file; other: an occluder.
 enum class MeshSide { high, low, other };
 
 /// "auto", "file", "smooth", "flat" or an angle, as --high-normals takes it. \throws Error(usage)
@@ -104,12 +103,12 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
                "that turn by so many degrees or more are hard"}};
 }
 
-/// \throws Error(usage) for a value that is none, for a side without files, and where no file is one that a value of
-///         both sides would be for
+/// \throws Error(usage) for an invalid value, for a value of a side without files, and for a value of both sides that
+///         applies to no file
 void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std::string>& high,
                       const std::vector<std::string>& low, const std::vector<std::string>& others);
 
-/// A value of one side holds whatever its files say, one of both sides for those that do not say it.
+/// A value of one side overrides its files; a value of both sides only applies to files that do not state one.
 /// \throws Error(usage)
 LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side);
 

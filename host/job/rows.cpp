@@ -20,9 +20,9 @@ using Given = const OptionWords&;
 
 #define AT(member) KILN_MEMBER(Job, member)
 
-// ---- Values of their own kind ---------------------------------------------------------------------
+// ---- Conversions of values ---------------------------------------------------------------------
 
-/// A value that is checked by names alone. \throws Error(usage)
+/// A value that is only checked by name. \throws Error(usage)
 std::string checked(const Message& flag, std::string text, const std::vector<std::string>& names) {
   if (const std::string problem = one_of(names)(text); !problem.empty()) {
     fail_usage(flag + problem);
@@ -42,7 +42,7 @@ std::vector<std::string> all_match_names() {
   return names;
 }
 
-/// The file that a side is named by.
+/// The first file of HIGH or LOW, which names outputs.
 template <typename Inputs>
 OptionValue first_input_value(const char* member, Inputs inputs) {
   return value_of<Job>(
@@ -51,7 +51,7 @@ OptionValue first_input_value(const char* member, Inputs inputs) {
       [=](Job& job) { return inputs(job).empty() ? Json() : Json(inputs(job).front().name); });
 }
 
-/// Files beside it.
+/// Further files of HIGH or LOW.
 template <typename Inputs>
 OptionValue more_inputs_value(const char* member, Inputs inputs) {
   OptionValue value = value_of<Job>(
@@ -179,7 +179,7 @@ OptionValue match_value() {
   return value;
 }
 
-/// A chain of matches, and what misses get at its end.
+/// A chain of fallback matches, and at its end the fill for misses.
 OptionValue fallback_value() {
   std::vector<std::string> names;
   for (const MatchInfo& match : matches()) {
@@ -312,7 +312,7 @@ OptionValue origin_value() {
       .in("world units");
 }
 
-/// A name, or a file of a list.
+/// A name, or a file with a list.
 OptionValue view_weight_value() {
   OptionValue value = value_of<Job>(
       "bake.match.visibility.likelihood", "choice", "NAME|FILE",
@@ -367,7 +367,7 @@ OptionValue force_uv_value() {
       [](Job& job) { return std::isinf(job.bake.match.uv.max_overlap); });
 }
 
-/// With a value after =, or none.
+/// A switch with an optional method.
 OptionValue unwrap_value() {
   const std::vector<std::string> names = {"charts", "pairs", "squares"};
   OptionValue value = value_of<Job>(
@@ -386,7 +386,7 @@ OptionValue unwrap_value() {
   return value;
 }
 
-/// Of loose maps, and of a GLB's pictures, which may be JPEGs.
+/// Format of map files, and of a GLB's textures, which may be JPEGs.
 OptionValue format_value() {
   std::vector<std::string> names = names_of(Words(kFormats));
   names.insert(std::lower_bound(names.begin(), names.end(), "jpeg"), "jpeg");
@@ -418,7 +418,7 @@ OptionValue bytes_value() {
   return value;
 }
 
-/// With a value, or none: on.
+/// A switch with an optional value; without one it is on.
 OptionValue dither_value() {
   const std::vector<std::string> names = names_of(Words(kDithers));
   OptionValue value = value_of<Job>(
@@ -854,7 +854,7 @@ std::vector<OptionRow> make_rows() {
        .beside_auto = true},
       {.flag = "--match-by",
        .group = kMatch,
-       .value = choice(AT(parts_by), Words(kPartsBy)),
+       .value = choice(AT(parts_by), Words(kPartsByWords)),
        .help =
            "Which part of HIGH a texel may find: all, or its own part alone. name: the group or "
            "object X_low of LOW takes X_high and X_high_* of HIGH, or X_lp that of X_hp, X_lo that "

@@ -192,7 +192,7 @@ std::vector<OwnMap> load_own_maps(const Job& a) {
 
 namespace {
 
-/// True if all vertex colours are white, ignoring alpha, or if there are none.
+/// True if all colours are white, ignoring alpha, or if there are none.
 bool is_white(std::span<const std::array<std::uint8_t, 4>> colors) {
   return std::all_of(colors.begin(), colors.end(), [](const std::array<std::uint8_t, 4>& c) {
     return c[0] == 255 && c[1] == 255 && c[2] == 255;
@@ -218,8 +218,8 @@ void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
   if (asks(options, "color") && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
-    // Vertex colours take precedence over a plain material, unless they are multiplied with it, or all white, which
-    // some programs write by default.
+    // Vertex colours take precedence over a constant material colour, unless they are multiplied with it, or are white
+    // everywhere: some programs write white for meshes without colours.
     if (has_pictures(texture) || is_white(high.colors) || !texture.times_vertex_colors.empty()) {
       options.color = std::move(texture);
     }
@@ -262,7 +262,7 @@ bool is_name(const std::string& text) {
   });
 }
 
-/// Makes a map's name from a file's stem.
+/// A map's name derived from the stem of a file.
 std::string name_of_file(const std::string& file) {
   std::string name = fs::path(file).stem().string();
   for (char& c : name) {
@@ -271,7 +271,7 @@ std::string name_of_file(const std::string& file) {
   return is_name(name) ? name : "t_" + name;
 }
 
-/// Removes the part after the last colon from a text, and returns it; empty if there is none.
+/// Splits off and returns the part after the last colon of a text, if there is one.
 std::optional<std::string> last_part(std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return std::nullopt;
@@ -280,15 +280,15 @@ std::optional<std::string> last_part(std::string& text) {
   return part;
 }
 
-/// True for an existing file, or the name of a UDIM set. Overlong names are rejected, because checking each prefix
-/// takes quadratic time.
+/// True for an existing file or UDIM set. Names that are too long for a file are rejected at once, since checks of all
+/// their parts would cost time in the square of their length.
 bool is_there(const std::string& file) {
   if (file.size() >= PATH_MAX) return false;
   std::error_code ignored;
   return note_whether_file(file) || fs::exists(file, ignored) || is_picture_file(file);
 }
 
-/// Reports wrong words after a colon if the file exists without them. \throws Error(usage)
+/// Reports invalid words after a colon, if the part before the colon is a file. \throws Error(usage)
 void check_words(const std::string& text, const std::string& file) {
   if (is_there(file)) return;
   refuse_if(file.starts_with("mtl:"),

@@ -27,15 +27,14 @@ inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
     {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},
     {"roughness", MaterialSlot::roughness}};
 
-/// Default maps of an asset in addition to `normal` and `ao`: those that HIGH's colours and materials provide.
+/// Default maps of an asset, besides `normal` and `ao`: those for which HIGH has vertex colours or materials.
 struct MaterialMaps {
   std::vector<std::string> maps;       ///< Values for --maps: color, opacity
   std::vector<std::string> transfers;  ///< Values for --transfer: mtl:roughness...
 };
 
-/// \param occlusion  true to include HIGH's occlusion textures
-/// \param warnings  receives warnings about occlusion textures in other UV sets, and about ignored alpha of vertex
-///                  colours
+/// \param occlusion  true: include HIGH's occlusion textures
+/// \param warnings   appended to, if textures use other UV sets, and if the alpha of vertex colours is ignored
 MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
                            std::vector<Warning>& warnings);
 
@@ -49,13 +48,13 @@ std::vector<TransferArgument> parse_transfers(const Job& arguments);
 /// Reads the sources of the user's own maps. \throws Error(input)
 std::vector<OwnMap> load_own_maps(const Job& arguments);
 
-/// Reads the pictures of --transfer, and the materials' textures that maps or --alpha-test need.
+/// Reads the textures of --transfer, and the materials' textures that maps or --alpha-test need.
 /// \throws Error(input), Error(usage)
-/// \param known  HIGH's materials if they were read with the mesh; else empty
+/// \param known  HIGH's materials, if they were already read with the mesh; else empty
 void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
                    std::vector<Warning>& warnings, std::span<const Material> known = {});
 
-/// Removes triangles that --alpha-test finds transparent. \throws Error(input)
+/// Removes the faces that --alpha-test finds transparent. \throws Error(input)
 void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& high,
                       std::vector<Warning>& warnings);
 

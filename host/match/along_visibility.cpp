@@ -70,7 +70,7 @@ MatchRow row_of(MatchMethod method, std::string_view searches, std::string_view 
   row.info.method = method;
   row.info.searches = searches;
   row.info.options = options;
-  row.follows_bvh = true;
+  row.is_refittable = true;
   return row;
 }
 

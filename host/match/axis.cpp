@@ -40,7 +40,7 @@ MatchRow axis_match() {
   row.info.method = MatchMethod{"axis"};
   row.info.searches = "along one axis, both ways";
   row.info.options = "match.max_distance match.views.directions match.parts report.recall";
-  row.follows_bvh = true;
+  row.is_refittable = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     if (request.views.directions.size() != 1) {
       throw Error(ErrorCode::usage, "Matching along an axis needs one direction in views, but " +

@@ -21,8 +21,9 @@ constexpr double kMaxSolidHeight = 0.25;   // largest height at which a solid ma
 constexpr double kMaxFaceDepth = 0.1;      // largest depth of a face
 constexpr double kMinClearance = 0.001;    // places closer below another part are hidden: ignored
 constexpr double kMaxWallHeight = 0.0025;  // above this height a face does not bound the wall below
-constexpr double kMaxOwnHeight = 0.0025;   // faces this near are never assigned to another place
-// A face belongs to another place that is nearer to it than this share of the ray's length.
+constexpr double kMaxOwnHeight =
+    0.0025;  // faces up to this height always belong to their own point
+// A face belongs to another point of the low poly if that is nearer to it than this share of the ray's length.
 constexpr float kMaxForeignRatio = 0.5F;
 constexpr int kMaxStackedSolids = 4;  // passes of follow_solids(): stacked solids
 constexpr float kRayStartOffset = 4 * KILN_BVH_EPSILON;  // offset of ray starts past a face

@@ -11,10 +11,12 @@ namespace kiln {
 namespace {
 
 constexpr double kExtraHeight = 0.25;  // extra height, as a share of the needed one
-constexpr double kMaxRoomShare = 0.5;  // largest share of the room above that it uses
+constexpr double kMaxClearanceShare =
+    0.5;  // largest share of the clearance above the needed height that the extra height uses
 constexpr int kSmoothingPasses = 4;
 constexpr int kFittingPasses = 32;
-constexpr double kFreeRoomShare = 0.05;  // share of the room that stays free at either end
+constexpr double kFreeClearanceShare =
+    0.05;  // share of the clearance that stays free at either end
 constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
 constexpr double kMinShellCosine = 0.05;  // as in kernels/lib/shell.clh
 
@@ -59,7 +61,7 @@ class Shell {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
       const double wanted = least_[i] + std::min(std::max(kExtraHeight * least_[i], margin_),
-                                                 kMaxRoomShare * room(i));
+                                                 kMaxClearanceShare * clearance(i));
       const CagePart& part = parts_[i];
       const double weights = part.weight[0] + part.weight[1] + part.weight[2];
       for (const std::uint32_t v : part.vertex) {
@@ -82,7 +84,7 @@ class Shell {
   }
 
  private:
-  double room(std::size_t i) const { return std::max(0.0, double{most_[i]} - least_[i]); }
+  double clearance(std::size_t i) const { return std::max(0.0, double{most_[i]} - least_[i]); }
 
   /// Distance of the shell along the place's ray.
   double at(std::size_t i) const {
@@ -119,7 +121,7 @@ class Shell {
     bool any = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.counts[i] == 0 || !(most_[i] < std::numeric_limits<float>::infinity())) continue;
-      const double highest = most_[i] - kFreeRoomShare * room(i), now = at(i);
+      const double highest = most_[i] - kFreeClearanceShare * clearance(i), now = at(i);
       if (now <= highest + kConflictTolerance) continue;
       move(i, highest - now);
       any = true;
@@ -131,7 +133,8 @@ class Shell {
     bool any = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double lowest = least_[i] + std::min(margin_, kMaxRoomShare * room(i)) / 2, now = at(i);
+      const double lowest = least_[i] + std::min(margin_, kMaxClearanceShare * clearance(i)) / 2,
+                   now = at(i);
       if (now >= lowest - kConflictTolerance) continue;
       move(i, lowest - now);
       any = true;

@@ -21,7 +21,7 @@ struct CageShells {
 /// bounds are mostly hidden.
 /// \param surface    vertices move along its directions
 /// \param vertex_of  three vertex indices per triangle, equal at the same position
-/// \param margin     smallest extra height, if there is room
+/// \param margin     smallest extra height, if the clearance allows it
 CageShells fit_shells(const CageNeeds& needs, const LowSurface& surface,
                       const std::vector<std::uint32_t>& vertex_of, std::size_t vertices,
                       double margin);

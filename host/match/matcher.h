@@ -51,7 +51,7 @@ class Matcher {
   /// with the number of samples per texel that it was made for.
   virtual bool reads_sample_places() const { return false; }
 
-  /// Decider of each sample of the last band; empty without fallbacks.
+  /// Which method decided each sample of the last band; empty without fallbacks.
   virtual std::span<const Decider> deciders() const { return {}; }
 
   /// Runs the fallbacks on some samples of a band, in their order.

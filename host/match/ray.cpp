@@ -93,7 +93,7 @@ MatchRow ray_match() {
   row.info.options =
       "match.max_distance match.near_distance match.cage match.cage_mesh match.ray match.parts "
       "report.recall";
-  row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
+  row.is_refittable = row.uses_sheet_reach = row.is_good_fallback = true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
   row.plan_order = row.low_poly_order = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {

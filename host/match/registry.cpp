@@ -67,8 +67,8 @@ std::span<const MatchInfo> matches() {
 }
 
 bool obeys(const MatchInfo& match, std::string_view option) {
-  return lists_option("match.method match.fallback match.fallback_blend", option) ||
-         lists_option(match.options, option);
+  return contains_option("match.method match.fallback match.fallback_blend", option) ||
+         contains_option(match.options, option);
 }
 
 MatchMethod::MatchMethod(std::string_view text) : name(kept_name(text)) {}

@@ -71,12 +71,12 @@ struct MatchRequest {
 struct MatchRow {
   MatchInfo info;
   /// True if it keeps no data of the high poly except what a BVH refit updates.
-  bool follows_bvh = false;
+  bool is_refittable = false;
   /// True if it uses MatchRequest::sheet_reach when no search distance was given.
-  bool far_on_sheets = false;
+  bool uses_sheet_reach = false;
   /// True if it finds nearly all points that a match without a search, or by views, misses: messages recommend
   /// it as a fallback.
-  bool finds_the_rest = false;
+  bool is_good_fallback = false;
   /// Position in the order in which bake_planned(), and plan_low_poly(), try matches; 0: not tried.
   std::uint8_t plan_order = 0, low_poly_order = 0;
   /// Finds points at any UVs, as with a map of unlimited size; for matches that depend on UVs

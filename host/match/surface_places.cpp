@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr double kCornerInset = 0.01;       // share of the distance from a corner to the centroid
-constexpr std::size_t kMaxPlaceRows = 512;  // rows of places in one triangle
+constexpr std::size_t kMaxPointRows = 512;  // rows of places in one triangle
 
 /// Twice the area; 0 for unusable triangles.
 double area_of(const LowSurface& surface, std::size_t t) {
@@ -106,7 +106,7 @@ SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface, std
     if (!(area > 0)) continue;
     const double share = area / whole * static_cast<double>(wanted);
     const auto rows = static_cast<std::size_t>(std::lround(std::sqrt(share)));
-    add_places(static_cast<std::uint32_t>(t), std::clamp<std::size_t>(rows, 1, kMaxPlaceRows),
+    add_places(static_cast<std::uint32_t>(t), std::clamp<std::size_t>(rows, 1, kMaxPointRows),
                places.list);
   }
   places.band = band_of_places(context, surface, places.list.size(),

@@ -44,7 +44,7 @@ class UvRaster {
   /// Writes triangle, barycentric and status of a band's samples, enqueued; distances are 0.
   /// \param first_time  count covered samples for the report
   void match(const TexelBand& band, DeviceCorrespondence& match, bool first_time);
-  /// Writes the distances of a band's samples from the source's positions.
+  /// Computes the distance of each sample of a band to its matched point, from the source's current positions.
   void distance(const TexelBand& band, DeviceCorrespondence& match) const;
   /// Updates positions of vertices [first, first + count). In the source's frame.
   void set_positions(std::uint32_t first, std::span<const Vec3> positions);

@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Pixels a side at which most of the surface consists of triangles of at least `pixels_a_triangle`
+/// Pixels a side at which most of the surface consists of triangles of at least kPixelsPerTriangle
 /// pixels, seen face on; a multiple of 256 in [512, limit].
 struct ViewSize {
   std::uint32_t size = 0;

@@ -54,8 +54,8 @@ void check_visibility(const VisibilityOptions& options);
 /// added in their order by both tests, so that sums do not depend on threads.
 class VisibilityProbe {
  public:
-  /// \param surface    in the frame, of any size
-  /// \param traversal  ray kernels; also selects vectors or single samples for pictures
+  /// \param surface    in frame units; may be far smaller or larger than the high poly
+  /// \param traversal  selects the ray kernels, and whether the kernels of depth views are vectorised
   VisibilityProbe(cl::Context& context, const LowSurface& surface,
                   std::vector<ProbeDirection> directions, std::uint32_t view_size,
                   Traversal traversal = Traversal::automatic);

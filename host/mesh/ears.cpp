@@ -13,7 +13,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kNoCorner = 0xFFFFFFFFU;
-constexpr std::uint64_t kMostTests = std::uint64_t{1} << 26;
+constexpr std::uint64_t kMaxTests = std::uint64_t{1} << 26;
 constexpr std::size_t kMaxFanCorners = 64;
 // Number of corners below which a grid costs more than it saves.
 constexpr std::size_t kMinGridCorners = 64;
@@ -238,7 +238,7 @@ class Ears {
   const FlatPolygon& flat_;
   CornerGrid grid_;
   std::uint32_t left_;
-  std::uint64_t tests_ = kMostTests;
+  std::uint64_t tests_ = kMaxTests;
   std::vector<std::uint32_t> next_, before_;
   std::vector<std::uint32_t>
       version_;  ///< Number of changes of a corner's neighbours; kNoCorner: cut off

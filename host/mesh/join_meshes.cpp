@@ -10,12 +10,12 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostNamed = 3;
+constexpr std::size_t kMaxNamed = 3;
 constexpr std::uint64_t kMaxCount = 0x7FFFFFFFU;
 constexpr std::array<std::uint8_t, 4> kWhite = {255, 255, 255, 255};
 
 std::string joined_name(std::span<const Mesh> meshes) {
-  if (meshes.size() > kMostNamed) {
+  if (meshes.size() > kMaxNamed) {
     return meshes[0].name + " + " + std::to_string(meshes.size() - 1) + " more";
   }
   std::string name;

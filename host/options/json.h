@@ -67,7 +67,7 @@ class Json {
   static Json array(std::initializer_list<Element> elements);
   /// An object without keys.
   static Json object();
-  /// Null if the text is no valid JSON, or nested deeper than kMostJsonDepth.
+  /// Null if the text is no valid JSON, or nested deeper than kMaxJsonDepth.
   static Json parse(std::string_view text);
 
   bool is_null() const { return kind_ == Kind::null; }

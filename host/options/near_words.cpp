@@ -15,51 +15,51 @@ namespace kiln {
 namespace {
 
 /// Synonyms that other programs use. Those of maps and matches are in their registries' rows.
-struct OtherName {
+struct Alias {
   std::string_view theirs, ours;
 };
 
-constexpr std::array kOtherNames = {
-    OtherName{"none", "mark"},
-    OtherName{"keep", "low"},
-    OtherName{"world", "object"},
-    OtherName{"png", "png16"},
-    OtherName{"openexr", "exr"},
-    OtherName{"hdr", "exr"},
+constexpr std::array kAliases = {
+    Alias{"none", "mark"},
+    Alias{"keep", "low"},
+    Alias{"world", "object"},
+    Alias{"png", "png16"},
+    Alias{"openexr", "exr"},
+    Alias{"hdr", "exr"},
     // Names of commands.
-    OtherName{"decimate", "simplify"},
-    OtherName{"reduce", "simplify"},
-    OtherName{"lowpoly", "simplify"},
-    OtherName{"compare", "diff"},
-    OtherName{"view", "render"},
-    OtherName{"rate", "measure"},
-    OtherName{"extract", "volume"},
-    OtherName{"device", "devices"},
-    // Names of flags. They apply to every command that has ours.
-    OtherName{"azimuth", "view"},
-    OtherName{"elevation", "view"},
-    OtherName{"o", "out"},
-    OtherName{"output", "out"},
-    OtherName{"output_dir", "out"},
-    OtherName{"out_dir", "out"},
-    OtherName{"outdir", "out"},
-    OtherName{"j", "json"},
-    OtherName{"report", "json"},
-    OtherName{"q", "quiet"},
-    OtherName{"silent", "quiet"},
-    OtherName{"gpu", "device"},
-    OtherName{"resolution", "size"},
-    OtherName{"res", "size"},
-    OtherName{"ao_map", "occlusion"},
-    OtherName{"camera", "view"},
-    OtherName{"threshold", "iso"},
-    OtherName{"isovalue", "iso"},
-    OtherName{"iso_value", "iso"},
-    OtherName{"preserve_uvs", "keep-uvs"},
-    OtherName{"tolerance", "max-error"},
-    OtherName{"flip_green", "flip-y"},
-    OtherName{"margin", "gutter"},
-    OtherName{"memory", "memory-limit"},
+    Alias{"decimate", "simplify"},
+    Alias{"reduce", "simplify"},
+    Alias{"lowpoly", "simplify"},
+    Alias{"compare", "diff"},
+    Alias{"view", "render"},
+    Alias{"rate", "measure"},
+    Alias{"extract", "volume"},
+    Alias{"device", "devices"},
+    // Other names of flags, for each command that has the flag.
+    Alias{"azimuth", "view"},
+    Alias{"elevation", "view"},
+    Alias{"o", "out"},
+    Alias{"output", "out"},
+    Alias{"output_dir", "out"},
+    Alias{"out_dir", "out"},
+    Alias{"outdir", "out"},
+    Alias{"j", "json"},
+    Alias{"report", "json"},
+    Alias{"q", "quiet"},
+    Alias{"silent", "quiet"},
+    Alias{"gpu", "device"},
+    Alias{"resolution", "size"},
+    Alias{"res", "size"},
+    Alias{"ao_map", "occlusion"},
+    Alias{"camera", "view"},
+    Alias{"threshold", "iso"},
+    Alias{"isovalue", "iso"},
+    Alias{"iso_value", "iso"},
+    Alias{"preserve_uvs", "keep-uvs"},
+    Alias{"tolerance", "max-error"},
+    Alias{"flip_green", "flip-y"},
+    Alias{"margin", "gutter"},
+    Alias{"memory", "memory-limit"},
 };
 
 bool is_in(std::string_view word, std::string_view list) {
@@ -84,7 +84,7 @@ std::string canonical_name(const std::string& word) {
 }
 
 template <typename Row, typename Name>
-const Row* row_called(const std::string& word, std::span<const Row> rows, const Name& name_of) {
+const Row* find_named_row(const std::string& word, std::span<const Row> rows, const Name& name_of) {
   std::string name = canonical_name(word);
   const auto find = [&]() -> const Row* {
     for (const Row& row : rows) {
@@ -101,11 +101,11 @@ const Row* row_called(const std::string& word, std::span<const Row> rows, const 
 }  // namespace
 
 const MapInfo* map_called(const std::string& word) {
-  return row_called(word, maps(), [](const MapInfo& map) { return map.kind.name; });
+  return find_named_row(word, maps(), [](const MapInfo& map) { return map.kind.name; });
 }
 
 const MatchInfo* match_called(const std::string& word) {
-  return row_called(word, matches(), [](const MatchInfo& match) { return match.method.name; });
+  return find_named_row(word, matches(), [](const MatchInfo& match) { return match.method.name; });
 }
 
 std::size_t edit_distance(const std::string& a, const std::string& b) {
@@ -132,7 +132,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   const auto known_word = [&](std::string_view ours) {
     return std::find(words.begin(), words.end(), ours) != words.end();
   };
-  for (const OtherName& other : kOtherNames) {
+  for (const Alias& other : kAliases) {
     if (other.theirs == name && known_word(other.ours)) return std::string(other.ours);
   }
   const MapInfo* const map = map_called(word);

@@ -106,10 +106,10 @@ OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) 
 template <typename Job, typename T>
 OptionValue number(Member<Job, T> member, double low, double high, bool fractions = false) {
   OptionValue value = value_of<Job>(
-      member.path, "number", fractions ? share_of_1().words() : range(low, high).words(),
+      member.path, "number", fractions ? fraction_check().words() : range(low, high).words(),
       [=](Job& job, const Message& flag, const OptionWords& words) {
         std::string text = words.back();
-        const std::string problem = fractions ? share_of_1()(text) : range(low, high)(text);
+        const std::string problem = fractions ? fraction_check()(text) : range(low, high)(text);
         double number = 0;
         if (!problem.empty() || !read_number(text, number)) fail_usage(flag + problem);
         member.of(job) = number;
@@ -165,7 +165,7 @@ OptionValue text(Member<Job, std::string> member, std::string_view shown = "TEXT
       [=](Job& job) { return member.of(job).empty() ? Json() : Json(member.of(job)); });
 }
 
-/// A string out of several.
+/// One of several allowed strings.
 template <typename Job>
 OptionValue word(Member<Job, std::string> member, const std::vector<std::string>& words) {
   OptionValue value = value_of<Job>(

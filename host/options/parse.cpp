@@ -14,7 +14,8 @@
 namespace kiln {
 namespace {
 
-[[noreturn]] void bad(const Message& name, const std::string& text, const Message& expected) {
+[[noreturn]] void fail_value(const Message& name, const std::string& text,
+                             const Message& expected) {
   fail_usage(name + " '" + text + "': expected " + expected + ".");
 }
 
@@ -43,14 +44,14 @@ std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   if (cross == std::string::npos) {
-    if (!parse_whole(text, width)) bad(option("size"), text, kExpected);
+    if (!parse_whole(text, width)) fail_value(option("size"), text, kExpected);
     height = width;
   } else if (!parse_whole(std::string_view(text).substr(0, cross), width) ||
              !parse_whole(std::string_view(text).substr(cross + 1), height)) {
-    bad(option("size"), text, kExpected);
+    fail_value(option("size"), text, kExpected);
   }
   if (width < 1 || width > 16384 || height < 1 || height > 16384)
-    bad(option("size"), text, kExpected);
+    fail_value(option("size"), text, kExpected);
   return {width, height};
 }
 
@@ -61,7 +62,8 @@ Length parse_length(const Message& name, const std::string& text) {
   const bool relative = !number.empty() && number.back() == '%';
   if (relative) number.remove_suffix(1);
   double value = 0;
-  if (!parse_whole(number, value) || !std::isfinite(value) || value < 0) bad(name, text, kExpected);
+  if (!parse_whole(number, value) || !std::isfinite(value) || value < 0)
+    fail_value(name, text, kExpected);
   return relative ? Length::share(value / 100) : Length::absolute(value);
 }
 
@@ -80,7 +82,7 @@ std::pair<double, double> parse_extent(const std::string& text) {
   const auto number = [&](std::string_view part) {
     double value = 0;
     if (!parse_whole(part, value) || !std::isfinite(value) || value <= 0) {
-      bad(option("extent"), text, kExpected);
+      fail_value(option("extent"), text, kExpected);
     }
     return value;
   };
@@ -129,7 +131,8 @@ double parse_percentage(const Message& name, const std::string& text, const char
   std::string_view number = text;
   if (!number.empty() && number.back() == '%') number.remove_suffix(1);
   double value = 0;
-  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50)) bad(name, text, wanted);
+  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50))
+    fail_value(name, text, wanted);
   return value / 100;
 }
 
@@ -185,7 +188,7 @@ std::optional<double> fraction(std::string_view text) {
   return above / below;
 }
 
-Check share_of_1() {
+Check fraction_check() {
   return {[](std::string& text) -> std::string {
             const std::optional<double> share = fraction(text);
             if (!share || *share > 1) {
@@ -231,7 +234,7 @@ std::int32_t parse_gutter(const std::string& text) {
   if (text == "inf" || text == "infinite") return -1;
   std::int32_t value = 0;
   if (!parse_whole(text, value) || value < 0 || value > 4096) {
-    bad(option("gutter"), text, "0 to 4096 texels, or inf");
+    fail_value(option("gutter"), text, "0 to 4096 texels, or inf");
   }
   return value;
 }
@@ -244,7 +247,7 @@ std::pair<double, double> parse_view(const std::string& text) {
       !parse_whole(std::string_view(text).substr(0, comma), azimuth) ||
       !parse_whole(std::string_view(text).substr(comma + 1), elevation) ||
       !std::isfinite(azimuth) || !(elevation >= -90 && elevation <= 90)) {
-    bad(option("view"), text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
+    fail_value(option("view"), text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
   }
   return {azimuth, elevation};
 }
@@ -267,22 +270,22 @@ template bool parse_three(std::string_view, std::array<std::uint64_t, 3>&);
 Vec3 parse_direction(const Message& name, const std::string& text) {
   std::array<float, 3> values{};
   if (!parse_three(text, values) || values == std::array<float, 3>{}) {
-    bad(name, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
+    fail_value(name, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
   }
   return {values[0], values[1], values[2]};
 }
 
 std::array<double, 3> parse_place(const Message& name, const std::string& text) {
   std::array<double, 3> values{};
-  if (!parse_three(text, values)) bad(name, text, "a place X,Y,Z, such as 500000,4500000,0");
+  if (!parse_three(text, values)) fail_value(name, text, "a place X,Y,Z, such as 500000,4500000,0");
   return values;
 }
 
 std::uint32_t parse_views(const std::string& text) {
   std::uint32_t value = 0;
   if (!parse_whole(text, value) || value > 512) {
-    bad(option("views"), text,
-        "1 to 512, or auto, or 0 where " + option("view") + " gives all of them");
+    fail_value(option("views"), text,
+               "1 to 512, or auto, or 0 where " + option("view") + " gives all of them");
   }
   return value;
 }

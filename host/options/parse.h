@@ -111,7 +111,7 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size,
 std::optional<double> fraction(std::string_view text);
 
 /// A check for shares of 1, parsed by fraction(). It replaces the text by the number.
-Check share_of_1();
+Check fraction_check();
 
 /// Formats a share as "1.234% of the diagonal"; from ten diagonals on as "83 times the diagonal".
 std::string of_diagonal(double share);

@@ -131,7 +131,7 @@ inline constexpr Word<NormalTextureFormat> kNormalTextureFormats[] = {
     {"gl", NormalTextureFormat::opengl},
     {"two-channel", NormalTextureFormat::two_channel},
     {"two-channel-dx", NormalTextureFormat::two_channel_directx}};
-inline constexpr Word<std::optional<PartsBy>> kPartsBy[] = {
+inline constexpr Word<std::optional<PartsBy>> kPartsByWords[] = {
     {"all", std::nullopt},       {"name", PartsBy::name},         {"group", PartsBy::group},
     {"object", PartsBy::object}, {"material", PartsBy::material}, {"list", PartsBy::list}};
 inline constexpr Word<std::optional<SetsBy>> kSets[] = {

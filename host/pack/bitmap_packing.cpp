@@ -27,9 +27,10 @@ constexpr std::uint32_t kSearches = 4, kTriesPerSearch = 120;
 /// kSearchRounds rounds. The last round starts from orders by size again.
 constexpr double kTargetShare = 0.785;
 constexpr std::uint32_t kSearchRounds = 3;
-/// First scale: outlines cover kMaxFirstShare of the square, or less if outlines plus padding and kLostCells on each
-/// side would exceed kLikelyFill; kMinFirstShare if padding alone exceeds it.
-constexpr double kMaxFirstShare = 0.72, kLikelyFill = 0.8, kLostCells = 0.5, kMinFirstShare = 1e-4;
+/// The first scale is chosen by the coverage of the square by outlines: kMaxFirstCoverage, or less if outlines plus
+/// padding, with kRasterLossCells on each side, would cover more than kLikelyFill; kMinFirstCoverage if padding alone does.
+constexpr double kMaxFirstCoverage = 0.72, kLikelyFill = 0.8, kRasterLossCells = 0.5,
+                 kMinFirstCoverage = 1e-4;
 /// Tries without progress at one scale before a smaller one is tried; fewer if there are few tries in all.
 constexpr std::uint32_t kMaxTriesPerScale = 20;
 /// Tries without progress after which the search ends, at the smallest step.
@@ -60,15 +61,15 @@ class PackingSearch {
     }
     state_.angles = sheets_.angles();
     if (state_.share == 0 || count == 0) return std::move(state_);
-    const double ahead = state_.attempt_share > state_.share
-                             ? std::sqrt(state_.attempt_share / state_.share)
+    const double ahead = state_.attempt_coverage > state_.share
+                             ? std::sqrt(state_.attempt_coverage / state_.share)
                              : step_after(state_.packed);
     patience_ = std::clamp(tries / 4, 1U, kMaxTriesPerScale);
-    start_attempt(ahead, state_.attempt_share > 0 ? state_.attempt : state_.order);
+    start_attempt(ahead, state_.attempt_coverage > 0 ? state_.attempt : state_.order);
     for (std::uint32_t i = 0; i < tries && tries_without_progress_ < kMaxTriesWithoutProgress; ++i)
       improve();
     state_.attempt = std::move(order_);
-    state_.attempt_share = share_of(sheet_);
+    state_.attempt_coverage = share_of(sheet_);
     return std::move(state_);
   }
 
@@ -115,10 +116,10 @@ class PackingSearch {
       }
     }
     // A widened outline adds a strip along its length and a disc to its area.
-    const double margin = margin_ + kLostCells, area = sheets_.area();
+    const double margin = margin_ + kRasterLossCells, area = sheets_.area();
     const double strip = 0.5 * margin * length / area;
     const double room = kLikelyFill * cells_ * cells_ - std::numbers::pi * margin * margin * rings;
-    if (room <= 0) return kMinFirstShare;
+    if (room <= 0) return kMinFirstCoverage;
     const double scale = std::sqrt(strip * strip + room / area) - strip;
     // At any rotation, an outline's bounding box has a side of at least 1 / sqrt(2) of its length, so this bounds the
     // scale. It also bounds the cost of masks, which grows with the square of the length.
@@ -128,7 +129,7 @@ class PackingSearch {
   /// Starts with the better order by size, at the first scale at which all outlines fit.
   void begin() {
     constexpr int kMaxRounds = 24;
-    double share = std::min(kMaxFirstShare, estimate_share());
+    double share = std::min(kMaxFirstCoverage, estimate_share());
     Packed best;
     for (int round = 0; round < kMaxRounds; ++round) {
       AtlasBitmap sheet = sheets_.draw(cells_, scale_of(share));
@@ -273,7 +274,7 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
       if (from != nullptr) start = search_packing(outlines, size, padding, 0, 1);
       if (start.share == 0) break;
       start.attempt = {};
-      start.attempt_share = 0;
+      start.attempt_coverage = 0;
     }
     const auto body = [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {

@@ -17,7 +17,7 @@ struct PackState {
   double share = 0;            ///< Share of the square that outlines cover; 0 if none fits.
   PackOrder attempt;  ///< The best order at a slightly larger scale, with outlines left out.
   /// Share of the square that `attempt` would cover; 0 if there is none.
-  double attempt_share = 0;
+  double attempt_coverage = 0;
 };
 
 struct OutlinePacking {

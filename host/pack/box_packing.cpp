@@ -65,7 +65,7 @@ OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size,
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const TurnedBox& box = boxes[i];
       const double x = places[i].x + 0.5 * border, y = places[i].y + 0.5 * border;
-      // A turned place rotates the box by a further 90 degrees, which moves its top to the left.
+      // A placement with `turned` rotates the box by another 90 degrees, so that its top edge becomes the left one.
       best.places[i] =
           places[i].turned
               ? OutlinePlace{{-box.turn.y, box.turn.x},

@@ -167,8 +167,8 @@ class Cells {
   };
 
   void find(Disc& disc, const Vec2d& centre, double radius) const {
-    disc.first = row_at(centre.y - radius - kSlack);
-    const std::uint32_t last = row_at(centre.y + radius + kSlack);
+    disc.first = row_at(centre.y - radius - kRoundingMargin);
+    const std::uint32_t last = row_at(centre.y + radius + kRoundingMargin);
     disc.rows.assign(last - disc.first + 1, {});
     for (std::uint32_t y = disc.first; y <= last; ++y)
       add_disc(centre, radius, y, disc.rows[y - disc.first]);
@@ -180,19 +180,19 @@ class Cells {
     const Vec2d along = b - a;
     const double size = std::sqrt(dot(along, along));
     const Strip strip(a, b, size > 0 ? Vec2d{-along.y, along.x} * (margin / size) : Vec2d{0, 0});
-    const std::uint32_t first = row_at(std::min(a.y, b.y) - margin - kSlack);
-    const std::uint32_t last = row_at(std::max(a.y, b.y) + margin + kSlack);
+    const std::uint32_t first = row_at(std::min(a.y, b.y) - margin - kRoundingMargin);
+    const std::uint32_t last = row_at(std::max(a.y, b.y) + margin + kRoundingMargin);
     for (std::uint32_t y = first; y <= last; ++y) {
       Span span;
       at_a.add_to(span, y);
       at_b.add_to(span, y);
       strip.add_to(span, y);
-      if (span.low <= span.high) set(y, span.low - kSlack, span.high + kSlack);
+      if (span.low <= span.high) set(y, span.low - kRoundingMargin, span.high + kRoundingMargin);
     }
   }
 
   /// Tolerance above all rounding errors, cells.
-  static constexpr double kSlack = 1e-9;
+  static constexpr double kRoundingMargin = 1e-9;
 
   /// Transposes a 64 x 64 bit matrix by recursive swaps of off-diagonal blocks (Warren, "Hacker's Delight", section
   /// 7-3).

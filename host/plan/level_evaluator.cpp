@@ -20,7 +20,7 @@ namespace {
 
 /// Gives a mesh arbitrary UVs so that it can be matched before it is unwrapped. Height fields keep their own, which
 /// matching by UVs reads.
-Mesh with_some_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
+Mesh with_placeholder_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
 
 }  // namespace
 
@@ -138,7 +138,8 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
     rough = set_->rough.emplace(level, levels().rough_meshes(level)).first;
   }
   const Stopwatch measuring;
-  const NormalProbe probe(impl_of(source_), with_some_uvs(rough->second[mapped ? 1 : 0]), coarse_);
+  const NormalProbe probe(impl_of(source_), with_placeholder_uvs(rough->second[mapped ? 1 : 0]),
+                          coarse_);
   const NormalError error = probe.without_map();
   nodes_[mapped ? 1 : 0][level] =
       mapped ? mapped_errors(probe) : LevelErrors{error.mean_degrees, 0, error.one_sided_share};
@@ -171,7 +172,8 @@ bool LevelEvaluator::choose_match(std::size_t level) {
   const std::size_t nearest = level / kNodeStep * kNodeStep;
   evaluate(nearest, /*mapped=*/true);
   ProgressGuard::poll_at(0.3, "looking at ways to match");
-  const NormalProbe probe(impl_of(source_), with_some_uvs(set_->rough.at(nearest)[1]), coarse_);
+  const NormalProbe probe(impl_of(source_), with_placeholder_uvs(set_->rough.at(nearest)[1]),
+                          coarse_);
   const Stopwatch watch;
   std::shared_ptr<const VisibilityField> field;
   std::vector<MatchMethod> ways = planned_matches(&MatchRow::low_poly_order);

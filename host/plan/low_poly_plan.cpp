@@ -159,7 +159,7 @@ class LowPolyPlanner {
     return errors.infinite_map <= options_.max_error / 2 &&
            errors.silhouette_mismatch <= max_mismatch_;
   }
-  /// The coarsest level that leaves half of the bound to texels. \param begin the finest level of the search
+  /// The coarsest level with an error of at most half of the bound; the rest is left to texels. \param begin the finest level of the search
   std::optional<std::size_t> coarsest_for_map(std::size_t begin) {
     return coarsest(begin, evaluator_.count(),
                     [&](std::size_t level) { return leaves_half_to_texels(level); });

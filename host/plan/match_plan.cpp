@@ -32,7 +32,7 @@ constexpr double kMaxMissedShare = 0.01;
 /// Tolerance of comparisons. A map whose error is within this factor of the infinite map's is large enough, and one
 /// that is predicted within this factor of the bound is worth a bake.
 constexpr double kErrorTolerance = 1.05;
-/// Map size for which matches are prepared while they are only compared, with depth views of half the size and an
+/// Map size at which matches are compared. Depth views are half as large as for a bake of that size, and there are an
 /// eighth as many visibility directions.
 constexpr std::uint32_t kComparisonSize = 1024;
 
@@ -89,7 +89,7 @@ class MatchPlanner {
             planned_ = {};
             texels_ = {};
             infinite_maps_.clear();
-            best_weighed_ = 0;
+            best_score_ = 0;
             chosen_found_points_ = false;
             return planned(/*by_uvs=*/false);
           }
@@ -345,8 +345,8 @@ class MatchPlanner {
     const bool finds = !found_nothing(baked.result.report);
     const bool first = planned_.trials.size() == 1 || (finds && !chosen_found_points_);
     if (first || (finds && ((target_error_ > 0 && error <= target_error_) ||
-                            weighed <= 0.98 * best_weighed_))) {
-      best_weighed_ = weighed;
+                            weighed <= 0.98 * best_score_))) {
+      best_score_ = weighed;
       chosen_found_points_ = finds;
       planned_.chosen = trial;
       planned_.result = std::move(baked.result);
@@ -388,10 +388,11 @@ class MatchPlanner {
   std::vector<MatchMethod> methods_;  // In rising order of cost
   std::optional<NormalProbe> probe_;
   std::shared_ptr<const VisibilityField> field_;
-  std::map<std::string_view, NormalProbe::InfiniteMap> infinite_maps_;  // By the method's name
+  // Errors with a map of unlimited resolution, by the name of the match
+  std::map<std::string_view, NormalProbe::InfiniteMap> infinite_maps_;
   TexelError texels_;
   PlannedBake planned_;
-  double best_weighed_ = 0;
+  double best_score_ = 0;
   bool chosen_found_points_ = false;  // True if the chosen trial found a point for any sample
   // True while reach_bounds() bakes all maps; before, only the normal map is baked
   bool all_maps_ = false;

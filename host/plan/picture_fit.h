@@ -48,8 +48,9 @@ struct PictureFitOptions {
   /// pictures that it cannot store. A set `quality` or `max_normal_error` excludes other encodings.
   EncodeMapsOptions encode = {};
   bool any_format = true;
-  bool all_qualities = false;    ///< Tries every third quality instead of seven, for the final file
-  std::uint64_t most_bytes = 0;  ///< Larger pictures are skipped
+  bool all_qualities =
+      false;  ///< For the final file: tries every third quality, not only kQualities
+  std::uint64_t most_bytes = 0;      ///< Larger pictures are skipped
   NormalMapError normal_error = {};  ///< If empty: the mean angle to the full-size map's texels
 };
 

@@ -144,7 +144,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   for (const CollapseMesh::Neighbour& n : near_a_) touched_[n.vertex] = 1;
 }
 
-/// Collapses an edge if allowed. A collapse that only leaves bad shapes is queued again at a higher cost.
+/// Collapses an edge if allowed. A collapse that only violates the limits of shapes is queued again at a higher cost.
 bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
   Step step = step_for(entry.a, entry.b);
   if (!step.allowed) return false;
@@ -177,7 +177,7 @@ bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
 }
 
 /// The collapse of a UV copy, if it is allowed too.
-std::optional<EdgeCollapser::Step> EdgeCollapser::step_of_twin(const Entry& twin) {
+std::optional<EdgeCollapser::Step> EdgeCollapser::twin_step(const Entry& twin) {
   Step step = step_for(twin.a, twin.b);
   if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
   if (snap_) step.target = snap_(step.target);
@@ -198,7 +198,7 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
     return twin;
   };
   for (std::size_t i = 0; all && i < twins.size(); ++i)
-    all = step_of_twin(entry_of(twins[i])).has_value();
+    all = twin_step(entry_of(twins[i])).has_value();
   // Last check: the bound remembers the collapse that it allowed.
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
@@ -212,7 +212,7 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
         }
       }
       // If the first collapse has made this one impossible, its triangles have lost their copies and stay.
-      const std::optional<Step> own = step_of_twin(entry_of(last));
+      const std::optional<Step> own = twin_step(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
       if (last[1] != last[0]) merged.emplace(last[1], last[0]);

@@ -23,8 +23,8 @@
 namespace kiln {
 
 /// Reduces a triangle mesh by edge collapses. The cheapest collapse goes first; the merged vertex lies at the minimum
-/// of its quadric (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics"). Planes upright
-/// on open borders hold these in place (section 6 there). Without a constraint, the cost is the increase of the
+/// of its quadric (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics"). Perpendicular planes
+/// through open borders hold these in place (section 6 there). Without a constraint, the cost is the increase of the
 /// distance, not of the squared distance. Quadrics are rebuilt whenever the number of triangles has halved.
 ///
 /// Each collapse keeps the topology (link condition; borders do not pinch, components do not vanish). Triangles do
@@ -120,7 +120,7 @@ class EdgeCollapser {
   bool is_within_bound(const Entry& entry, Step& step);
   bool collapse_if_allowed(const Entry& entry);
   bool has_twins(std::uint32_t a, std::uint32_t b, const Step& step);
-  std::optional<Step> step_of_twin(const Entry& twin);
+  std::optional<Step> twin_step(const Entry& twin);
   bool collapse_with_twins(const Entry& entry, Step& step);
   bool mend_by_moving(std::uint32_t triangle, const auto& bad);
   bool mend_by_collapse(std::uint32_t triangle, const auto& bad);
@@ -135,7 +135,7 @@ class EdgeCollapser {
   std::vector<Quadric> quadrics_;
   /// Quadric::off() of each vertex at its position; unused with a constraint.
   std::vector<double> base_errors_;
-  /// With a bound: planes upright on lines between labels; empty if there are no labels.
+  /// With a bound: quadrics of perpendicular planes through lines between labels; empty if there are no labels.
   std::vector<Quadric> lines_;
   double lines_bound_ = 0;
   std::size_t next_rebuild_ = 0;  ///< Triangle count at which quadrics are rebuilt next.

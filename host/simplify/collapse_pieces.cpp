@@ -91,25 +91,25 @@ class Piece {
   Piece(const Work& work, std::vector<std::uint32_t> triangles,
         const std::vector<std::uint8_t>& fixed, NumberPool& numbers,
         const EdgeCollapser::Snap& snap)
-      : of_triangle_(std::move(triangles)) {
+      : source_triangles_(std::move(triangles)) {
     NumberPool::Array number = numbers.lend();
     std::vector<Vec3d> points;
     std::vector<Triangle> own;
     std::vector<std::uint8_t> stays;
-    own.reserve(of_triangle_.size());
-    for (const std::uint32_t t : of_triangle_) {
+    own.reserve(source_triangles_.size());
+    for (const std::uint32_t t : source_triangles_) {
       Triangle& corners = own.emplace_back(work.triangles[t]);
       for (std::uint32_t& v : corners) {
         if (number[v] == kNoVertex) {
           number[v] = static_cast<std::uint32_t>(points.size());
-          of_vertex_.push_back(v);
+          source_vertices_.push_back(v);
           points.push_back(work.points[v]);
           stays.push_back(fixed[v]);
         }
         v = number[v];
       }
     }
-    numbers.release(std::move(number), of_vertex_);
+    numbers.release(std::move(number), source_vertices_);
     mesh_ = std::make_unique<CollapseMesh>(points, own);
     collapser_ = std::make_unique<EdgeCollapser>(*mesh_, nullptr, snap, std::move(stays));
   }
@@ -135,15 +135,17 @@ class Piece {
       if (mesh_->alive[t] == 0) continue;
       const Triangle& v = mesh_->triangles[t];
       work.triangles.push_back({number[vertex(v[0])], number[vertex(v[1])], number[vertex(v[2])]});
-      left.push_back(of_triangle_[mesh_->given_triangle(t)]);
+      left.push_back(source_triangles_[mesh_->given_triangle(t)]);
     }
   }
 
  private:
   /// Number of a vertex in the whole mesh.
-  std::uint32_t vertex(std::uint32_t own) const { return of_vertex_[mesh_->given_vertex(own)]; }
+  std::uint32_t vertex(std::uint32_t own) const {
+    return source_vertices_[mesh_->given_vertex(own)];
+  }
 
-  std::vector<std::uint32_t> of_triangle_, of_vertex_;
+  std::vector<std::uint32_t> source_triangles_, source_vertices_;
   std::unique_ptr<CollapseMesh> mesh_;
   std::unique_ptr<EdgeCollapser> collapser_;
 };

@@ -14,12 +14,12 @@
 namespace kiln {
 namespace {
 
-/// With a constraint: weight of planes upright on open borders, relative to a triangle's own plane.
+/// With a constraint: weight of perpendicular planes through open borders, relative to a triangle's own plane.
 constexpr double kBorderWeight = 10;
 /// Weight of the previous quadrics when they are rebuilt. Without it, the error of a thin rim would be forgotten at
 /// each rebuild and accumulate.
 constexpr double kPreviousQuadricWeight = 0.1;
-/// Weight of planes upright on lines between labels, relative to those on open borders, per mean edge length: a line
+/// Weight of perpendicular planes through lines between labels, relative to those on open borders, per mean edge length: a line
 /// counts as wide as a face. Otherwise densely lined areas would keep too many faces.
 constexpr double kLineWeight = 2;
 /// An edge between two labels, with a triangle of each.
@@ -80,7 +80,7 @@ Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
 
 }  // namespace
 
-/// Adds planes upright on each line, weighted by its length. Creases need none: their faces are held by samples
+/// Adds perpendicular planes through each line, weighted by its length. Creases need none: their faces are held by samples
 /// within the bound.
 void EdgeCollapser::bound_lines(double bound) {
   lines_.clear();

@@ -141,8 +141,9 @@ DeviationBound::Face DeviationBound::face_of(std::uint32_t triangle, const Vec3d
   return f;
 }
 
-void DeviationBound::add_around(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
-                                const Vec3d& target, bool with_common) {
+void DeviationBound::add_triangles_around(const CollapseMesh& mesh, std::uint32_t moved,
+                                          std::uint32_t other, const Vec3d& target,
+                                          bool with_common) {
   for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0) continue;
     const bool common = other != kNoVertex && mesh.contains(t, other);
@@ -164,9 +165,9 @@ void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint
   star_.clear();
   const Vec3d place = rounded(target);
   // Triangles that only the unmoved end has do not change.
-  if (anchor != Anchor::first) add_around(mesh, a, b, place, true);
+  if (anchor != Anchor::first) add_triangles_around(mesh, a, b, place, true);
   if (b != kNoVertex && anchor != Anchor::second) {
-    add_around(mesh, b, a, place, anchor == Anchor::first);
+    add_triangles_around(mesh, b, a, place, anchor == Anchor::first);
   }
 }
 

@@ -78,8 +78,8 @@ class DeviationBound {
   static Face face_of(std::uint32_t triangle, const Vec3d& a, const Vec3d& b, const Vec3d& c);
   void gather(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
               const Vec3d& target);
-  void add_around(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
-                  const Vec3d& target, bool with_common);
+  void add_triangles_around(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
+                            const Vec3d& target, bool with_common);
   Assigned nearest(std::uint32_t sample, std::size_t first) const;
   bool assign();
   bool is_near(const Vec3d& place);

@@ -15,14 +15,14 @@ constexpr double kHullRounding = 1e-14;
 constexpr double kParallel = 1e-9;
 
 /// Quadratic form x.M.x / 2 - r.x of a symmetric matrix; x is relative to the middle of an edge.
-struct Form {
+struct QuadraticForm {
   Vec3d row0{}, row1{}, row2{}, right{};
 
   Vec3d times(const Vec3d& v) const { return {dot(row0, v), dot(row1, v), dot(row2, v)}; }
 };
 
 /// Minimum of the form on a line through `at`, within all half-spaces in `spaces`.
-std::optional<Vec3d> least_on_line(const Form& form, const Vec3d& at, const Vec3d& along,
+std::optional<Vec3d> least_on_line(const QuadraticForm& form, const Vec3d& at, const Vec3d& along,
                                    std::span<const HalfSpace> spaces) {
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   for (const HalfSpace& space : spaces) {
@@ -42,7 +42,7 @@ std::optional<Vec3d> least_on_line(const Form& form, const Vec3d& at, const Vec3
 }
 
 /// Minimum of the form on the plane that bounds a half-space, within all half-spaces in `spaces`.
-std::optional<Vec3d> least_on_plane(const Form& form, const HalfSpace& plane,
+std::optional<Vec3d> least_on_plane(const QuadraticForm& form, const HalfSpace& plane,
                                     std::span<const HalfSpace> spaces) {
   const Vec3d& n = plane.normal;
   const Vec3d other = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
@@ -133,12 +133,12 @@ std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d&
   const Vec3d middle = (a + b) * 0.5;
   // A slight pull to the middle keeps the matrix regular, as in Quadric::best_near.
   const double pull = 1e-3 * (q.xx + q.yy + q.zz) + std::numeric_limits<double>::min();
-  Form form{{q.xx + pull, q.xy, q.xz},
-            {q.xy, q.yy + pull, q.yz},
-            {q.xz, q.yz, q.zz + pull},
-            {-(q.xx * middle.x + q.xy * middle.y + q.xz * middle.z + q.x),
-             -(q.xy * middle.x + q.yy * middle.y + q.yz * middle.z + q.y),
-             -(q.xz * middle.x + q.yz * middle.y + q.zz * middle.z + q.z)}};
+  QuadraticForm form{{q.xx + pull, q.xy, q.xz},
+                     {q.xy, q.yy + pull, q.yz},
+                     {q.xz, q.yz, q.zz + pull},
+                     {-(q.xx * middle.x + q.xy * middle.y + q.xz * middle.z + q.x),
+                      -(q.xy * middle.x + q.yy * middle.y + q.yz * middle.z + q.y),
+                      -(q.xz * middle.x + q.yz * middle.y + q.zz * middle.z + q.z)}};
   std::vector<HalfSpace> moved(spaces.begin(), spaces.end());
   for (HalfSpace& space : moved) space.offset += slack - dot(space.normal, middle);
   const Vec3d c12 = cross(form.row1, form.row2), c20 = cross(form.row2, form.row0),

@@ -25,8 +25,8 @@ std::optional<Vec3d> least_within(const Quadric& quadric, const Vec3d& a, const 
 /// Keeps the simplified surface outside of the original one, after Sander, Gu, Gortler, Hoppe and Snyder 2000
 /// ("Silhouette Clipping", section 4.1): the merged vertex lies on or outside the planes of all triangles around the
 /// edge, so that each collapse only adds tetrahedra to the solid. The winding number of the surface around any point
-/// never falls, even if the surface intersects itself. Vertices on open borders also stay outside the planes upright
-/// on the border's edges, so that borders only move outwards. Vertices where triangles disagree on the outside do not
+/// never falls, even if the surface intersects itself. Vertices on open borders also stay outside the
+/// perpendicular planes through the border's edges, so that borders only move outwards. Vertices where triangles disagree on the outside do not
 /// move.
 class EnclosingHullConstraint : public CollapseConstraint {
  public:

@@ -68,9 +68,9 @@ struct NoDataRule {
   /// Minimum gap, as a multiple of the range of all other values
   static constexpr double kMinGap = 1;
   static constexpr double kMinDoubtfulGap =
-      10;  ///< Minimum gap for numbers that no known program writes
+      10;  ///< Minimum gap for a warning about values that no known program writes
   static constexpr std::uint64_t kMinDoubtfulPixels =
-      2;  ///< Minimum number of pixels with a doubtful number
+      2;  ///< Minimum number of pixels with such a value for a warning
 
   static bool is(double value, double other) {
     return std::abs(value - other) <= kRelativeTolerance * std::abs(other);

@@ -13,7 +13,7 @@ namespace kiln {
 /// Finds corners of a layout that are copies of each other.
 class LayoutCopies {
  public:
-  /// Triangles are copies if their corners have the same UVs, up to mirroring and whole-number offsets.
+  /// Triangles are copies if their corners have the same UVs, up to mirroring and integer offsets.
   /// \param corners  indices into uvs, by triangle
   LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> corners);
 
@@ -24,7 +24,7 @@ class LayoutCopies {
   bool on_fold(std::uint32_t uv) const { return any_ && on_fold_[uv] != 0; }
   /// The lowest index among a corner and its copies, before any collapse.
   std::uint32_t first(std::uint32_t uv) const { return any_ ? first_[uv] : uv; }
-  /// The lowest triangle among a triangle and its copies.
+  /// The lowest index among a triangle and its copies.
   std::uint32_t first_triangle(std::uint32_t t) const { return any_ ? first_triangle_[t] : t; }
   /// True if two triangles are copies of each other.
   bool triangles(std::uint32_t t, std::uint32_t other) const {

@@ -127,17 +127,17 @@ std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::
 
 /// Simplifies the pieces on all threads, then the whole mesh if needed.
 /// \param stays      by triangle, 1 if it is kept; empty: none
-/// \param meanwhile  other work to run on one of the threads
+/// \param other_work  other work to run on one of the threads
 /// \param known      as for presimplify()
 std::vector<Triangle> simplified_by_pieces(const Input& mesh,
                                            const std::vector<std::uint8_t>& stays,
                                            std::size_t faces, double error,
-                                           const std::function<void()>& meanwhile,
+                                           const std::function<void()>& other_work,
                                            PresimplifiedPieces& known) {
   std::vector<std::vector<std::uint32_t>> pieces =
       pieces_of(mesh.positions, mesh.triangles, kMinPresimplifyPiece);
   if (pieces.size() == 1 && stays.empty()) {
-    meanwhile();
+    other_work();
     return simplified(mesh, faces, error, 0);
   }
   std::vector<std::size_t> more = count_along_borders(pieces, mesh);
@@ -165,7 +165,7 @@ std::vector<Triangle> simplified_by_pieces(const Input& mesh,
   parallel_for(pieces.size() + 1, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i == pieces.size()) {
-        meanwhile();
+        other_work();
       } else if (is_known[i] == 0) {
         const auto goal = static_cast<std::size_t>(share * static_cast<double>(pieces[i].size()));
         parts[i] = simplified_piece(mesh, pieces[i], goal + more[i], error, scale);

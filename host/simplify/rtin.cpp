@@ -137,7 +137,8 @@ std::vector<double> errors_of(const Lattice& lattice) {
     const auto off = [&](std::size_t at, std::size_t from, std::size_t to) {
       return std::abs(lattice.height(at) - (lattice.height(from) + lattice.height(to)) / 2);
     };
-    // Children of the triangles on a square's side have their middles at the centres of half-size squares beside it.
+    // Triangles with their hypotenuse on a square's side: the hypotenuses of their children have their midpoints at the
+    // centres of the adjacent squares of half the size.
     parallel_for(lattice.cells() / step + 1, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
         const std::size_t j = row * step;

@@ -39,10 +39,11 @@ constexpr double kMaxFaceExcess = 1.1;
 constexpr int kMaxSurplusRounds = 3;
 /// Samples for estimating which components are small.
 constexpr std::uint64_t kComponentSamples = 1 << 14;
-/// Largest number of presimplifications, and (kMaxFlawedPlaces) of flawed places for which they are repeated.
+/// Largest number of presimplifications.
 constexpr int kMaxStarts = 4;
-/// Largest number of presimplifications with a bound, which avoids flaws by itself.
+/// The same with a bound, which avoids flaws by itself.
 constexpr int kMaxBoundStarts = 2;
+/// Presimplification is repeated, without these regions, if there are at most this many flaws.
 constexpr std::size_t kMaxFlawedPlaces = 256;
 
 /// Number of faces to presimplify to.
@@ -215,7 +216,7 @@ bool SimplifyJob::improve(SimplifyResult& result) {
 bool SimplifyJob::may_solve() { return dense_.triangles.size() > kDirectLimit; }
 
 DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
-  return measure(result, kMostSamples);
+  return measure(result, kMaxSamples);
 }
 
 /// Simplifies `work`, which is presimplified or the high poly itself.
@@ -450,7 +451,7 @@ Mesh SimplifyJob::run(bool with_deviation) {
       result = solve();
     }
     report_progress(0.8);
-    if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMostSamples);
+    if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMaxSamples);
     return finish(result, with_deviation);
   }
   if (options_.faces > count) {

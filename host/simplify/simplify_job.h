@@ -29,7 +29,7 @@ namespace kiln {
 /// Rounds of finding and repairing flaws.
 inline constexpr int kMendingRounds = 4;
 /// Largest number of high-poly samples for measuring the deviation.
-inline constexpr std::uint64_t kMostSamples = 1 << 18;
+inline constexpr std::uint64_t kMaxSamples = 1 << 18;
 /// Radius around flaws within which the next presimplification keeps the high poly; share of the diagonal.
 inline constexpr double kFlawRadius = 0.01;
 

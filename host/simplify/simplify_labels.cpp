@@ -42,12 +42,13 @@ void SimplifyJob::find_labels() {
 /// Copies group, object and material from the triangles of origin, first for fronts, then for backs.
 void SimplifyJob::assign_labels(const SimplifyResult& result, Mesh& mesh) const {
   const bool laid_out = options_.keep_uvs;
-  const std::vector<std::uint32_t> one(label_source_.size() == 1 ? result.triangles.size() : 0, 0);
-  const std::vector<std::uint32_t>& labels = laid_out      ? result.layout.groups
-                                             : one.empty() ? result.labels
-                                                           : one;
+  const std::vector<std::uint32_t> single_label(
+      label_source_.size() == 1 ? result.triangles.size() : 0, 0);
+  const std::vector<std::uint32_t>& labels = laid_out               ? result.layout.groups
+                                             : single_label.empty() ? result.labels
+                                                                    : single_label;
   const std::vector<std::uint32_t>& source = laid_out ? layout_.group_of : label_source_;
-  if (labels.empty() || (!laid_out && one.empty() && !have_held_lines(result))) return;
+  if (labels.empty() || (!laid_out && single_label.empty() && !have_held_lines(result))) return;
   const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
     if (from.size() != high_.triangles.size()) return;
     for (const std::uint32_t label : labels) to.push_back(from[source[label]]);

@@ -68,7 +68,7 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
   const bool own = work.triangles.size() == dense_.triangles.size();
   if (!bound_samples_) {
     bound_samples_ =
-        std::make_unique<BoundSamples>(dense_positions_, dense_.triangles, kMostSamples);
+        std::make_unique<BoundSamples>(dense_positions_, dense_.triangles, kMaxSamples);
   }
   double limit = (1 - kDistanceRounding) * bound;
   std::vector<std::vector<Place>> close;
@@ -81,7 +81,7 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
     shrinking.run_within();
     SimplifyResult result;
     const std::size_t mended = mend_within(shrinking, result);
-    result.deviation = measure(result, kMostSamples);
+    result.deviation = measure(result, kMaxSamples);
     if (result.deviation.largest > bound) {
       limit *= 0.95 * bound / result.deviation.largest;
       continue;

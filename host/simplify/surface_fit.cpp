@@ -139,7 +139,7 @@ struct StepEquations {
     weight += square;
     missed += square * along * along;
   }
-  /// Pulls towards a plane, but not along it: tangential pull displaced vertices that their quadrics hardly hold, as
+  /// Pulls the vertex towards a plane, but not along it: tangential pull displaced vertices that their quadrics hardly hold, as
   /// on shallow fillets.
   void pull_to_plane(const Vec3d& normal, const Vec3d& missing, double w) {
     add(normal, normal * dot(normal, missing), 1, w);
@@ -149,8 +149,8 @@ struct StepEquations {
     xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
     yy += weight * lines.yy, yz += weight * lines.yz, zz += weight * lines.zz;
   }
-  /// Pulls towards the planes of the vertex's quadric.
-  /// \param met  its position after the collapses
+  /// Pulls the vertex towards the planes of its quadric.
+  /// \param met  the vertex's position after the collapses
   void pull_to_quadric(const Quadric& planes, const Vec3d& met, const Vec3d& p) {
     if (!(missed > 0) || !(planes.area > 0)) return;
     const double off = planes.at(met) / planes.area + missed / weight / kMaxQuadricFactor;

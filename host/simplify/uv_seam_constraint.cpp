@@ -13,7 +13,7 @@ namespace {
 /// Weight of squared UV distances, scaled to the surface, relative to distances from planes: the map stores detail by
 /// UV, so a shift along the surface matters less than leaving it.
 constexpr double kUvWeight = 0.02;
-/// Weight of planes upright on seams and borders of groups, relative to a triangle's own plane.
+/// Weight of perpendicular planes through seams and borders of groups, relative to a triangle's own plane.
 constexpr double kSeamWeight = 10;
 /// Limit of a UV triangle's doubled area over its squared longest side, below which it may not get worse.
 constexpr double kMinUvShape = 1e-3;
@@ -130,23 +130,23 @@ void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double area = 0;
     if (!load(t) || !corner_gradients(p, gradients, area)) continue;
-    Attributes one;
-    one.weight = area / 3;
+    Attributes contribution;
+    contribution.weight = area / 3;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       Vec3d gradient{};
       for (std::size_t k = 0; k < 3; ++k) {
         gradient += gradients[k] * (scale_ * axis_of(uv[k], axis));
       }
       const double offset = scale_ * axis_of(uv[0], axis) - dot(gradient, p[0]);
-      one.linear[axis].add_linear(gradient, offset, one.weight);
-      one.gradient[axis] = gradient * one.weight;
-      one.offset[axis] = offset * one.weight;
+      contribution.linear[axis].add_linear(gradient, offset, contribution.weight);
+      contribution.gradient[axis] = gradient * contribution.weight;
+      contribution.offset[axis] = offset * contribution.weight;
     }
-    for (const std::uint32_t corner : layout_.corners[t]) attributes_[corner] += one;
+    for (const std::uint32_t corner : layout_.corners[t]) attributes_[corner] += contribution;
   }
 }
 
-/// Adds planes upright on the triangles along each line. Open borders already have them.
+/// Adds planes through each seam edge and perpendicular to its triangles. Open borders already have them.
 void UvSeamConstraint::add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const {
   for (const std::uint64_t edge : mesh.edges()) {
     const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);

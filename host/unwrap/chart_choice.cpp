@@ -23,8 +23,8 @@ namespace {
 /// If charts cover less than kMinCoverage of the map, they are grown again with a limit on their length, in units of
 /// the square root of the surface's area. Otherwise a few long strips would dictate the scale of all charts.
 constexpr double kMinCoverage = 0.5, kMaxChartLength = 1.3;
-/// Prices of cuts. A seam as long as the square root of the mesh's area must save `seam` of that area. A chart with all
-/// of the area is charged `size` of it as waste.
+/// Penalties in the search for cuts. A seam as long as the square root of the mesh's area must save the fraction `seam`
+/// of that area in bounding boxes. A chart of the whole mesh counts as wasting the fraction `size` of its area.
 struct CutChoice {
   double seam = 0, size = 0;
 };
@@ -37,11 +37,12 @@ constexpr double kMaxFlatEnergy = 1e-3;
 constexpr double kTargetCoverage = 0.77;
 /// Number of orders that each candidate is packed in.
 constexpr std::uint32_t kCutEffort = 20;
-/// Above this number of charts, only the first price is tried; none if added vertices already have a price.
+/// Above this number of charts, only the first penalties are tried; none if added vertices already cost something.
 constexpr std::size_t kMaxChartsToCut = 150;
-/// Added vertices up to this, times the square root of the number of positions, are charged at kAllowancePrice only.
-constexpr double kFreeVertices = 9.3;
-/// Price of vertices within the allowance, as a share of kVertexPrice.
+/// Allowance of added vertices, as a multiple of the square root of the number of positions. Vertices within it only
+/// cost kAllowancePrice.
+constexpr double kAllowanceFactor = 9.3;
+/// Cost of a vertex within the allowance, as a fraction of kVertexPrice.
 constexpr double kAllowancePrice = 0.1;
 
 /// Charts of a surface with more triangles than kMaxDirectTriangles are chosen on a proxy of kProxyTriangles.
@@ -103,11 +104,11 @@ double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& c
   // On the finer surface a seam has more vertices: their number grows with the square root of the number of triangles.
   added *= std::sqrt(surface.finer);
   const double positions = static_cast<double>(surface.positions.size()) * surface.finer;
-  const double dear = std::max(0.0, added - kFreeVertices * std::sqrt(positions));
-  return kVertexPrice * (dear + kAllowancePrice * (added - dear)) / positions;
+  const double beyond = std::max(0.0, added - kAllowanceFactor * std::sqrt(positions));
+  return kVertexPrice * (beyond + kAllowancePrice * (added - beyond)) / positions;
 }
 
-/// The prices that are worth trying for some charts.
+/// Penalties to try when cutting these charts.
 std::vector<CutChoice> choices_for(const ChartSurface& surface,
                                    const std::vector<FlatChart>& charts) {
   if (charts.size() == 1 && distortion(charts[0]).energy < kMaxFlatEnergy) return {kFlatChoice};

@@ -42,7 +42,7 @@ class CutShape {
         to[d] = to[d] < other.to[d] ? other.to[d] : to[d];
       }
     }
-    /// Smallest area of the boxes along all pairs of perpendicular directions.
+    /// Smallest area of an oriented bounding box, over all pairs of perpendicular directions.
     double smallest_box() const;
   };
   /// Two adjacent triangles of the chart; vertices and length of their shared edge.

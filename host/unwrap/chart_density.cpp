@@ -15,8 +15,8 @@ namespace {
 
 /// Added to errors, in units of unit normals' difference: a sixteenth of a degree, which no map resolves.
 constexpr double kErrorFloor = 0.001;
-/// Greatest power law of the error: it falls at best with the square of the texel's side.
-constexpr double kMaxPower = 2;
+/// Largest exponent of the error's power law: the error falls at best with the square of the texel's side.
+constexpr double kMaxErrorExponent = 2;
 /// Regularizes charts with few samples: the mesh's mean is blended in with the weight of this share of the area.
 constexpr double kMeanWeight = 0.0005;
 /// Directions of cuts in half a turn.
@@ -51,7 +51,7 @@ PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
                              (need.area + kMeanWeight * whole.area);
   }
   const double power = std::log2(e[0] / e[2]) / std::log2(kTexelSides[0] / kTexelSides[2]);
-  return {need.area, std::cbrt(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxPower)};
+  return {need.area, std::cbrt(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxErrorExponent)};
 }
 
 /// Lagrange multiplier at which the optimal scales fill the area: the error that one texel's area must save.

@@ -178,11 +178,11 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimi
 /// Initializes a joined chart: copies the layouts of both parts, the second one moved so that the joint fits.
 void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b) {
   const std::size_t split = a.triangles.size();
-  std::vector<std::uint8_t> of_a(joined.points.size(), 0);
+  std::vector<std::uint8_t> is_in_a(joined.points.size(), 0);
   for (std::size_t i = 0; i < split; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       joined.points[joined.triangles[i][k]] = a.points[a.triangles[i][k]];
-      of_a[joined.triangles[i][k]] = 1;
+      is_in_a[joined.triangles[i][k]] = 1;
     }
   }
   Vec2d mean_a{}, mean_b{};
@@ -191,7 +191,7 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
     for (std::size_t i = 0; i < b.triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t v = joined.triangles[split + i][k];
-        if (of_a[v] != 0) body(joined.points[v], b.points[b.triangles[i][k]]);
+        if (is_in_a[v] != 0) body(joined.points[v], b.points[b.triangles[i][k]]);
       }
     }
   };
@@ -209,7 +209,7 @@ void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b)
   for (std::size_t i = 0; i < b.triangles.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t v = joined.triangles[split + i][k];
-      if (of_a[v] != 0) continue;
+      if (is_in_a[v] != 0) continue;
       const Vec2d p = b.points[b.triangles[i][k]] - mean_b;
       joined.points[v] = mean_a + Vec2d{c * p.x - s * p.y, s * p.x + c * p.y};
     }

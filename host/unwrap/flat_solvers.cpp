@@ -176,16 +176,16 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatS
   if (start != nullptr) {
     for (std::uint32_t v = 0; v < chart.points.size(); ++v) {
       double& own = system.diagonal(v)[0];
-      const double held = start->holds[v] * own;
-      own += held;
-      pulls.push_back(start->places[v] * held);
+      const double weight = start->holds[v] * own;
+      own += weight;
+      pulls.push_back(start->places[v] * weight);
     }
     chart.points = start->places;
   }
   // Vertex 0 is anchored at its place; the other forces sum to 0, so the anchor does not distort.
-  double& held = system.diagonal(0)[0];
-  const Vec2d anchor = chart.points[0] * held;
-  held += held;
+  double& weight = system.diagonal(0)[0];
+  const Vec2d anchor = chart.points[0] * weight;
+  weight += weight;
   if (!system.factorize()) return false;
   std::vector<Vec2d> points(chart.points.size());
   for (int round = 0; round < rounds; ++round) {

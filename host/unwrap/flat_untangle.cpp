@@ -151,9 +151,9 @@ class Untangler {
     system_.fill(chart_, weight_);
     const auto hold_at = [&](std::uint32_t v, const Vec2d& at, double by) {
       double& own = system_.diagonal(v)[0];
-      const double held = by * own;
-      own += held;
-      points[v] = points[v] + at * held;
+      const double weight = by * own;
+      own += weight;
+      points[v] = points[v] + at * weight;
     };
     for (std::uint32_t v = 0; start_ != nullptr && v < push_.size(); ++v) {
       if (push_[v] == 0) hold_at(v, start_->places[v], start_->holds[v]);

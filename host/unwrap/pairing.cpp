@@ -119,7 +119,7 @@ class Matching {
           if (seen[other] == root) continue;
           seen[other] = root;
           if (mate_[other] == kNoIndex) {
-            flip(link, head, from);
+            augment(link, head, from);
             found = true;
             break;
           }
@@ -128,8 +128,8 @@ class Matching {
           seen[next] = root;
           queue.push_back(next);
           from.push_back(static_cast<std::uint32_t>(head));
-          via_.resize(std::max(via_.size(), queue.size()));
-          via_[queue.size() - 1] = link;
+          link_to_entry_.resize(std::max(link_to_entry_.size(), queue.size()));
+          link_to_entry_[queue.size() - 1] = link;
         }
       }
     }
@@ -146,15 +146,15 @@ class Matching {
   }
   void join(std::uint32_t link) { mate_[links_[link].a] = mate_[links_[link].b] = link; }
 
-  void flip(std::uint32_t link, std::size_t head, const std::vector<std::uint32_t>& from) {
-    // Flips the path: each new pair takes both triangles from their old mates; the other old mate is paired by the next
+  void augment(std::uint32_t link, std::size_t head, const std::vector<std::uint32_t>& from) {
+    // Augments the matching along the path: each new pair takes both triangles from their old mates; the other old mate is paired by the next
     // step up the path.
     std::uint32_t at = static_cast<std::uint32_t>(head);
     std::uint32_t current = link;
     while (true) {
       join(current);
       if (from[at] == kNoIndex) break;
-      current = via_[at];
+      current = link_to_entry_[at];
       at = from[at];
     }
   }
@@ -162,7 +162,7 @@ class Matching {
   std::span<const Link> links_;
   std::vector<std::uint32_t> mate_;                     ///< Link of each triangle's current pair.
   std::vector<std::array<std::uint32_t, 3>> links_of_;  ///< Links of each triangle, the best first.
-  std::vector<std::uint32_t> via_;  ///< Link by which a queue entry was reached.
+  std::vector<std::uint32_t> link_to_entry_;  ///< Link by which a queue entry was reached.
 };
 
 }  // namespace

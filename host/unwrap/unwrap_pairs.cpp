@@ -33,7 +33,7 @@ struct Patch {
 void set_sides(Patch& patch, double width, double height, double area) {
   const double limit = kAspectLimit;
   double ratio = std::clamp(width / height, 1 / limit, limit);
-  if (!(ratio > 0)) ratio = 1;  // Legs of length 0, or too long to square in double precision.
+  if (!(ratio > 0)) ratio = 1;  // NaN: both legs have length 0, or their squares overflow
   patch.height = std::sqrt(area / ratio);
   patch.width = patch.height * ratio;
 }

@@ -354,8 +354,8 @@ static inline float3 hemisphere_bent(const kiln_detail_params params,
   return detail_unit((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
 }
 
-/// Bent normals in the map's space; blended for two correspondences where the other one has a
-/// triangle.
+/// Bent normals in the map's space, blended with those of the other correspondence for samples
+/// where that one has a triangle.
 /// \param other_capacity  0: there is no other correspondence
 /// \param shares          weight of the first per sample
 kernel void kiln_hemisphere_bent(const kiln_detail_params params,

@@ -4,9 +4,9 @@
 
 #include "shared/common.h"
 
-/// Largest padding radius of the narrow keys.
+/// Largest padding radius that the narrow format of offsets, 16 bits, can hold.
 #define KILN_GUTTER_NARROW_RADIUS 127
-/// Largest padding radius of the wide keys.
+/// Largest padding radius with the wide format of offsets, 32 bits.
 #define KILN_GUTTER_WIDE_RADIUS 16384
 /// Format of an offset: (dy + bias) << shift | (dx + bias), 0 for none; 16 bits with a bias of 128
 /// and a shift of 8 (narrow), 32 bits with 32768 and 16 (wide).

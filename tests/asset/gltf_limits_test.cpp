@@ -30,23 +30,23 @@ using nlohmann::json;
 std::string nested(std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); }
 
 TEST(JsonDepth, CountsListsAndObjectsAlone) {
-  EXPECT_FALSE(is_nested_too_deep(nested(kMostJsonDepth)));
-  EXPECT_TRUE(is_nested_too_deep(nested(kMostJsonDepth + 1)));
+  EXPECT_FALSE(is_nested_too_deep(nested(kMaxJsonDepth)));
+  EXPECT_TRUE(is_nested_too_deep(nested(kMaxJsonDepth + 1)));
   std::string objects, ends;
-  for (std::size_t i = 0; i <= kMostJsonDepth; ++i) {
+  for (std::size_t i = 0; i <= kMaxJsonDepth; ++i) {
     objects += "{\"a\":";
     ends += "}";
   }
   EXPECT_TRUE(is_nested_too_deep(objects + "1" + ends));
   std::string many = "[";
-  for (std::size_t i = 0; i < 3 * kMostJsonDepth; ++i) many += "[],{},";
+  for (std::size_t i = 0; i < 3 * kMaxJsonDepth; ++i) many += "[],{},";
   EXPECT_FALSE(is_nested_too_deep(many + "0]"));
-  const std::string brackets(3 * kMostJsonDepth, '[');
+  const std::string brackets(3 * kMaxJsonDepth, '[');
   EXPECT_FALSE(is_nested_too_deep("[\"" + brackets + "\"]"));
   EXPECT_FALSE(is_nested_too_deep("[\"\\\"" + brackets + "\"]")) << "an escaped quote ends no text";
   EXPECT_TRUE(is_nested_too_deep("[\"\\\\\"," + brackets))
       << "an escaped backslash does not escape";
-  EXPECT_FALSE(is_nested_too_deep("]]]]" + nested(kMostJsonDepth)));
+  EXPECT_FALSE(is_nested_too_deep("]]]]" + nested(kMaxJsonDepth)));
 }
 
 TEST(GltfLimits, DeepJsonIsRefused) {
@@ -63,8 +63,8 @@ TEST(GltfLimits, DeepJsonIsRefused) {
     std::ofstream(folder / "deep.gltf", std::ios::binary) << text;
     return folder / "deep.gltf";
   };
-  EXPECT_EQ(load(with_extras(nested(kMostJsonDepth - 1))).mesh.triangles.size(), 2U);
-  for (const std::size_t depth : {kMostJsonDepth, std::size_t{80000}}) {
+  EXPECT_EQ(load(with_extras(nested(kMaxJsonDepth - 1))).mesh.triangles.size(), 2U);
+  for (const std::size_t depth : {kMaxJsonDepth, std::size_t{80000}}) {
     expect_bad(with_extras(nested(depth)), {"JSON", "200"});
   }
   // What is written, too: a program may hand on anything.

@@ -343,7 +343,7 @@ TEST(Materials, PicturesAreFoundInTheMeshsFolders) {
   for (const Warning& warning : warnings) {
     said = said || (warning.message.text().find("line 2: map_kd") != std::string::npos &&
                     warning.message.text().find("one of 2 files") != std::string::npos &&
-                    warning.message.text().find("tex/a.png' was taken") != std::string::npos);
+                    warning.message.text().find("tex/a.png' is used") != std::string::npos);
   }
   EXPECT_TRUE(said);
   // A missing MTL's message names the mesh.

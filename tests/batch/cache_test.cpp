@@ -380,7 +380,8 @@ TEST(BakeCache, DoesNotKeepMapsThatIncludeFiles) {
         "0); }\n");
   write(folder / "job.toml", std::string(kStudioJob) + "maps = [\"own=own.cl\"]\n");
   EXPECT_EQ(state(folder).substr(0, 5), "baked");
-  EXPECT_EQ(state(folder), "baked: a map of its own includes files, which are not known");
+  EXPECT_EQ(state(folder),
+            "baked: a map of its own includes files, whose changes cannot be tracked");
 }
 
 TEST(BakeCache, PlansAndWritesDepfiles) {

@@ -288,8 +288,8 @@ TEST(JobFile, RefusesPatternsThatMatchNothingOrTooMuch) {
   expect_words(bake("high = \"scans/{name}.glb\"\n"), {"job.toml:3", "no file matches"});
   expect_words(bake("high = \"nowhere.glb\"\n"), {"job.toml:3", "there is no file"});
   expect_words(bake("high = \"assets/{name}_high.obj\"\nlow = \"assets/{other}_low.obj\"\n"),
-               {"job.toml:3", "{name}", "captured by nothing"});
-  expect_words(bake("high = \"{dir}/../{name}_high.obj\"\n"), {"job.toml:3", "climbs out"});
+               {"job.toml:3", "{name}", "is not captured"});
+  expect_words(bake("high = \"{dir}/../{name}_high.obj\"\n"), {"job.toml:3", "after a capture"});
   // One mesh in two formats would be baked as two.
   save_obj(BumpySphere::light(), folder / "assets/a_low.ply");
   expect_words(bake("high = \"assets/{name}_high.obj\"\nlow = \"assets/{name}_low.*\"\n"),

@@ -1,4 +1,4 @@
-// The self-test of a device: what computes wrongly fails it, and is named.
+// The self-test of a device: what gives wrong results fails it, and is named.
 #include "cl/selftest.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST(SelfTest, RefusesADeviceAndRemembersOneThatPassed) {
   for (int i = 0; i < 2; ++i) {
     const test::ProcessResult refused = test::run_kiln({"devices"}, wrong);
     EXPECT_EQ(refused.exit_code, 4);
-    EXPECT_TRUE(has(refused.errors, "computes wrongly") && has(refused.errors, "driver") &&
+    EXPECT_TRUE(has(refused.errors, "gives wrong results") && has(refused.errors, "driver") &&
                 has(refused.errors, "float products and sums of scalars") &&
                 has(refused.errors, "Use another device"))
         << refused.errors;

@@ -471,7 +471,7 @@ TEST(ForeignFiles, AMissingFileOfMaterialsLeavesTheOthers) {
     std::string errors;
     expect_color(baked(folder / "high.obj", folder / "low.obj", "color", {}, &errors), 0.5, 0.5,
                  kGreen);
-    for (const char* word : {"'gone.mtl'", "which is not there", "'there.mtl'"}) {
+    for (const char* word : {"'gone.mtl'", "which does not exist", "'there.mtl'"}) {
       EXPECT_NE(errors.find(word), std::string::npos) << errors;
     }
     expect_exit(call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--size=64", "--force",

@@ -150,7 +150,7 @@ TEST(MapsCommand, ConvertsMaterialsAndSaysSo) {
                    "--transfer", "mtl:metallic", "--format", "png16"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   for (const char* word :
-       {"1 - sqrt(Ns / 1000)", "high.mtl: line 2", "tilt.png' was taken", "illum"}) {
+       {"1 - sqrt(Ns / 1000)", "high.mtl: line 2", "tilt.png' is used", "illum"}) {
     EXPECT_NE(result.errors.find(word), std::string::npos) << word << " in " << result.errors;
   }
   const Image normals = load_image(scene / "out" / "low_normals.png");

@@ -33,7 +33,7 @@ constexpr kiln::cli::CommandEntry kCommands[] = {
     {"diff", kiln::cli::add_diff},     {"volume", kiln::cli::add_volume},
     {"view", kiln::cli::add_view},     {"devices", kiln::cli::add_devices}};
 
-constexpr std::size_t kMostWords = 64;
+constexpr std::size_t kMaxWords = 64;
 constexpr const char* kValues[] = {"0",         "1",        "-1",
                                    "2.5",       "nan",      "inf",
                                    "1e999",     "512",      "99999999999999999999",
@@ -47,7 +47,7 @@ constexpr const char* kValues[] = {"0",         "1",        "-1",
 std::vector<std::string> words_of(const std::uint8_t* data, std::size_t size) {
   std::istringstream text(std::string(reinterpret_cast<const char*>(data), size));
   std::vector<std::string> words;
-  for (std::string word; words.size() < kMostWords && std::getline(text, word);) {
+  for (std::string word; words.size() < kMaxWords && std::getline(text, word);) {
     words.push_back(word.c_str());  // as the system gives them: without zeros
   }
   return words;

@@ -24,7 +24,8 @@ TEST(MatchRows, PlansTryThemInTheirTurns) {
 
 TEST(MatchRows, AreJoinedInWords) {
   EXPECT_EQ(match_names([](const MatchRow& row) { return obeys(row.info, "match.uv"); }), "uv");
-  EXPECT_EQ(match_names([](const MatchRow& row) { return row.finds_the_rest; }), "ray or closest");
+  EXPECT_EQ(match_names([](const MatchRow& row) { return row.is_good_fallback; }),
+            "ray or closest");
   EXPECT_EQ(match_names([](const MatchRow& row) { return row.plan_order != 0; }),
             "ray, views, closest, visibility or hybrid");
   EXPECT_EQ(match_names([](const MatchRow&) { return false; }), "");

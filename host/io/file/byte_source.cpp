@@ -202,7 +202,7 @@ std::string read_whole(const ByteSource& source, const FailWith& fail) {
              (resized ? ": it had " + std::to_string(source.size()) + " bytes, and then " +
                             std::to_string(got != bytes.size() ? got : now)
                       : ""),
-         "Wait until the program that writes it is done, and read it again.");
+         "Wait for the writing program to finish, and read it again.");
   }
   return bytes;
 }

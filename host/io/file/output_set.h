@@ -16,9 +16,9 @@ namespace kiln {
 bool hold_output(HeldFile& file);
 
 /// Commits the files of the open set that a run wrote, like OutputSet::commit() for all: for several concurrent runs. A
-/// run is identified by its log of inputs (base/input_log.h). Any thread. \throws Error(output)
+/// run is identified by its log of inputs (base/input_log.h). May be called from any thread. \throws Error(output)
 void commit_outputs(const InputLog& run);
-/// Removes the uncommitted files of the open set that a run wrote. Any thread.
+/// Deletes the files that a run wrote to the open set and did not commit. May be called from any thread.
 void discard_outputs(const InputLog& run);
 /// An uncommitted file, and the path of its bytes.
 struct HeldOutput {

@@ -68,9 +68,9 @@ class LockedFolder {
     if (descriptor_ >= 0 || errno != EWOULDBLOCK) return;
     throw Error(ErrorCode::output,
                 "Could not write to '" + path.string() +
-                    "': another process has been placing files there for five minutes. End it "
+                    "': another process has held the folder's lock for five minutes. Stop it "
                     "(fuser -v '" +
-                    path.string() + "' names it), or write to another folder.");
+                    path.string() + "' shows it), or write to another folder.");
   }
   ~LockedFolder() {
     if (descriptor_ >= 0) os::close(descriptor_);

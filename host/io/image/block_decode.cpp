@@ -128,17 +128,17 @@ unsigned weight_of(unsigned bits, unsigned index) {
 /// Reads bits of a block, from the lowest of its first byte on.
 class Bits {
  public:
-  explicit Bits(const std::uint8_t* from) : from_(from) {}
+  explicit Bits(const std::uint8_t* bytes) : bytes_(bytes) {}
   unsigned take(unsigned count) {
     unsigned value = 0;
     for (unsigned k = 0; k < count; ++k, ++at_) {
-      value |= (from_[at_ / 8] >> (at_ % 8) & 1U) << k;
+      value |= (bytes_[at_ / 8] >> (at_ % 8) & 1U) << k;
     }
     return value;
   }
 
  private:
-  const std::uint8_t* from_;
+  const std::uint8_t* bytes_;
   unsigned at_ = 0;
 };
 

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-const std::string kAgain = "Export or copy the file again.";
+const std::string kExportAgain = "Export or copy the file again.";
 
 // Pixels that may be empty around those that a file holds: a frame of 8192 x 4096, or 15 in 16.
 constexpr std::uint64_t kMaxEmptyPixels = std::uint64_t{1} << 25;
@@ -83,7 +83,7 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
     fail("dataWindow",
          "it says " + sides(part.data) + ", whose table of " + std::to_string(all) +
              " blocks is longer than the file (truncated)",
-         kAgain);
+         kExportAgain);
   }
   const std::uint64_t count = part.blocks();
   std::vector<unsigned char> table(static_cast<std::size_t>(8 * count));
@@ -100,7 +100,7 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
     if (at < headers.end || at > source.size() ||
         source.read_at(at, head, static_cast<std::size_t>(head_bytes)) != head_bytes) {
       fail(place, "the file does not have it (truncated, or the program that wrote it was stopped)",
-           kAgain);
+           kExportAgain);
     }
     const ExrBox box = block_box(part, i);
     const auto field = [&](std::size_t k) { return little_endian(head + part_bytes + 4 * k, 4); };
@@ -109,11 +109,11 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
                                   field(2) == 0 && field(3) == 0
                             : field(0) == static_cast<std::uint32_t>(box.y0);
     if (!placed || (headers.multi_part && little_endian(head, 4) != 0)) {
-      fail(place, "another stands in its place", kAgain);
+      fail(place, "another stands in its place", kExportAgain);
     }
     const std::uint64_t size = little_endian(head + part_bytes + place_bytes, 4);
     if (size > source.size() - at - head_bytes) {
-      fail(place, "the file ends inside (truncated)", kAgain);
+      fail(place, "the file ends inside (truncated)", kExportAgain);
     }
     const std::uint64_t needed = part.bytes_of(box);
     if (needed > most_unpacked(part.packing, size)) {
@@ -122,10 +122,10 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
                std::to_string(needed) + " bytes, but has " + std::to_string(size) +
                ", which by compression " + part.compression + " hold at most " +
                std::to_string(most_unpacked(part.packing, size)),
-           kAgain);
+           kExportAgain);
     }
     total += size + head_bytes;
-    if (total > source.size()) fail(place, "it shares its bytes with another", kAgain);
+    if (total > source.size()) fail(place, "it overlaps another one", kExportAgain);
   }
 }
 

@@ -39,7 +39,7 @@ class Cursor {
 
   [[noreturn]] void fail(const std::string& field, const std::string& what) const {
     fail_(field, what, "Export or copy the file again.");
-    throw Error(ErrorCode::internal, "a reader's failure was not thrown");
+    throw Error(ErrorCode::internal, "An OpenEXR error was lost.");
   }
   [[noreturn]] void fail_short() const {
     fail("header", whole_ ? "the file ends inside (truncated)" : "it is longer than 1 MiB");

@@ -16,7 +16,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMaxLayerNameBytes = 128;  // of OpenEXR's 255 bytes; a text's keyword follows
+// OpenEXR limits names of attributes to 255 bytes; the rest is for the keyword of a layer's text.
+constexpr std::size_t kMaxLayerNameBytes = 128;
 
 [[noreturn]] void usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
@@ -34,7 +35,7 @@ void check(std::span<const ImageLayer> layers, const SaveImageOptions& options) 
   for (const ImageLayer& layer : layers) {
     if (layer.name.empty() || layer.name.size() > kMaxLayerNameBytes ||
         layer.name.find_first_of(std::string_view(".\0", 2)) != std::string::npos) {
-      usage("'" + layer.name + "' is no name of a layer: take 1 to " +
+      usage("'" + layer.name + "' is an invalid name of a layer: use 1 to " +
             std::to_string(kMaxLayerNameBytes) + " bytes, none of them a dot or 0.");
     }
     if (!names.insert(layer.name).second) usage("Two layers are called '" + layer.name + "'.");

@@ -39,13 +39,13 @@ std::array<float, 8> shades_of(std::uint8_t first, std::uint8_t second) {
   return shades;
 }
 
-struct Ends {
+struct Endpoints {
   int low = 0, high = 0;
 };
 
 /// Squared error of values, each quantised to the nearest of evenly spaced shades, or to 0 and 255 if the block has
 /// these.
-float error_of(const BlockValues& values, const Ends& ends, int steps) {
+float error_of(const BlockValues& values, const Endpoints& ends, int steps) {
   const auto low = static_cast<float>(ends.low);
   const auto step = static_cast<float>(ends.high - ends.low) / static_cast<float>(steps);
   const float scale = step > 0 ? 1 / step : 0;
@@ -70,15 +70,15 @@ float error_of(const BlockValues& values, const Ends& ends, int steps) {
 }
 
 /// Coordinate descent: moves ends while the error decreases, in steps that halve.
-void descend(const BlockValues& values, int steps, int step, Ends& best, float& least) {
+void descend(const BlockValues& values, int steps, int step, Endpoints& best, float& least) {
   for (; step > 0; step /= 2) {
     for (bool better = least > 0; better;) {
       better = false;
-      const Ends from = best;
+      const Endpoints from = best;
       const int reach = step == 1 ? 2 : 1, side = 2 * reach + 1;
       for (int move = 0; move < side * side; ++move) {
-        const Ends ends{std::clamp(from.low + (move % side - reach) * step, 0, 255),
-                        std::clamp(from.high + (move / side - reach) * step, 0, 255)};
+        const Endpoints ends{std::clamp(from.low + (move % side - reach) * step, 0, 255),
+                             std::clamp(from.high + (move / side - reach) * step, 0, 255)};
         if (ends.low > ends.high) continue;
         const float error = error_of(values, ends, steps);
         if (error >= least) continue;
@@ -92,7 +92,7 @@ void descend(const BlockValues& values, int steps, int step, Ends& best, float& 
 
 /// Searches the best ends near those of the values that are not at 0 or 255 already. \returns their
 /// error
-float search_ends(const BlockValues& values, int steps, Ends& best) {
+float search_ends(const BlockValues& values, int steps, Endpoints& best) {
   float low = 255, high = 0;
   for (const float value : values) {
     if (steps == 5 && (value < 0.5F || value > 254.5F)) continue;
@@ -108,16 +108,16 @@ float search_ends(const BlockValues& values, int steps, Ends& best) {
   if (steps == 7) return least;
   // Values near 0 and 255 may use these shades, too, so that the ends of the others may lie
   // anywhere.
-  constexpr int kGrid = 16;
-  Ends coarse;
+  constexpr int kCoarseStep = 16;
+  Endpoints coarse;
   float error = std::numeric_limits<float>::infinity();
-  for (int i = kGrid / 2; i < 256; i += kGrid) {
-    for (int k = i; k < 256; k += kGrid) {
+  for (int i = kCoarseStep / 2; i < 256; i += kCoarseStep) {
+    for (int k = i; k < 256; k += kCoarseStep) {
       const float other = error_of(values, {i, k}, steps);
       if (other < error) error = other, coarse = {i, k};
     }
   }
-  descend(values, steps, kGrid / 2, coarse, error);
+  descend(values, steps, kCoarseStep / 2, coarse, error);
   if (error < least) least = error, best = coarse;
   return least;
 }
@@ -180,13 +180,13 @@ TextureFormat TextureFormat::of(const Image& image, TextureUse use) {
 }
 
 std::array<std::uint8_t, 8> encode_bc4(const BlockValues& values) {
-  Ends ends;
+  Endpoints ends;
   bool greater_first = true;
   const float error = search_ends(values, 7, ends);
   const bool has_ends =
       std::any_of(values.begin(), values.end(), [](float v) { return v < 0.5F || v > 254.5F; });
   if (error > 0 && has_ends) {
-    Ends inner;
+    Endpoints inner;
     if (search_ends(values, 5, inner) < error) {
       ends = inner;
       greater_first = false;

@@ -22,7 +22,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kSide = 4;  // texels a side of a block
-const char* const kAgain = "Export or copy the file again.";
+const char* const kExportAgain = "Export or copy the file again.";
 
 enum class Number { unorm, snorm, sfloat };
 
@@ -312,9 +312,10 @@ std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx
   const std::string_view packed = bytes.substr(header.at, header.packed);
   const auto check = [&](bool enough) {
     if (!enough) {
-      fail("level 0",
-           "its pixels need " + std::to_string(size) + " bytes, but it has other many (damaged)",
-           kAgain);
+      fail(
+          "level 0",
+          "its pixels need " + std::to_string(size) + " bytes, but it has another number (damaged)",
+          kExportAgain);
     }
   };
   if (header.scheme == 0) {
@@ -343,7 +344,7 @@ std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx
   const std::size_t written =
       ZSTD_decompress(level.data(), level.size(), packed.data(), packed.size());
   if (ZSTD_isError(written) != 0) {
-    fail("level 0", std::string("Zstandard says: ") + ZSTD_getErrorName(written), kAgain);
+    fail("level 0", std::string("Zstandard says: ") + ZSTD_getErrorName(written), kExportAgain);
   }
   check(written == size);
   return level;
@@ -390,7 +391,8 @@ bool gpu_texture_holds_floats(const ByteSource& source) {
 Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
   const FailWith fail = image_failure(file, "KTX 2");
   const std::string bytes = read_whole(source, fail);
-  if (bytes.size() < kKtx2Header + kKtx2Level) fail("header", "the file is cut short", kAgain);
+  if (bytes.size() < kKtx2Header + kKtx2Level)
+    fail("header", "the file is cut short", kExportAgain);
   const Ktx2Header header(bytes);
   std::string remedy;
   if (const std::string why = header.refusal_reason(remedy); !why.empty())
@@ -398,7 +400,7 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
   const Storage storage = *storage_of(&FormatRow::vulkan, header.format);
   check_size(header.width, header.height, storage, limits, fail);
   if (header.at > bytes.size() || header.packed > bytes.size() - header.at) {
-    fail("level 0", "it lies beyond the end of the file (truncated)", kAgain);
+    fail("level 0", "it lies beyond the end of the file (truncated)", kExportAgain);
   }
   const std::string level =
       unpacked(source, bytes, header, storage.size(header.width, header.height), fail);
@@ -497,7 +499,7 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
   constexpr std::uint32_t kCubeOrVolume = 0x200 | 0x200000, kTexture2D = 3, kCube = 0x4;
   const FailWith fail = image_failure(file, "DDS");
   const std::string bytes = read_whole(source, fail);
-  if (bytes.size() < kHeader) fail("header", "the file is cut short", kAgain);
+  if (bytes.size() < kHeader) fail("header", "the file is cut short", kExportAgain);
   const std::uint32_t height = word_at(bytes, 12), width = word_at(bytes, 16);
   const std::uint32_t flags = word_at(bytes, 80);
   const std::string letters = bytes.substr(84, 4);
@@ -509,7 +511,7 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
   Masks masks;
   std::string format;
   if ((flags & kFourCc) != 0 && letters == "DX10") {
-    if (bytes.size() < kDx10Header) fail("header", "the file is cut short", kAgain);
+    if (bytes.size() < kDx10Header) fail("header", "the file is cut short", kExportAgain);
     at = kDx10Header;
     constexpr std::uint32_t kPremultiplied = 2;
     premultiplied = (word_at(bytes, 144) & 7U) == kPremultiplied;
@@ -543,7 +545,7 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
     fail("pixels",
          "they need " + std::to_string(size) + " bytes, but the file has " +
              std::to_string(bytes.size() - at) + " (truncated)",
-         kAgain);
+         kExportAgain);
   }
   const std::string_view level = std::string_view(bytes).substr(at, size);
   Image image = masks.bits != 0 ? masks.decode(level, width, height, limits, fail)

@@ -97,7 +97,7 @@ void read_attributes(const Imf::Header& header, const std::string& file, Match& 
   match.source_hash = read_number(header, kSourceHash);
   match.low_hash = read_number(header, kLowHash);
   if (match.width % match.samples != 0 || match.height % match.samples != 0) {
-    fail(file, "its sides are no multiples of its samples");
+    fail(file, "its width or height is not a multiple of its samples");
   }
 }
 

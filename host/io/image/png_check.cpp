@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-const std::string kAgain = "Export or copy the file again.";
+const std::string kExportAgain = "Export or copy the file again.";
 
 /// A small sequential read buffer, since a file may have millions of empty chunks.
 class Window {
@@ -55,13 +55,13 @@ Header read_header(const unsigned char* bytes, const FailWith& fail) {
   const unsigned bits = bytes[8], colour = bytes[9];
   if (std::min(header.width, header.height) < 1 ||
       std::max(header.width, header.height) > kLargestImageSide) {
-    fail("IHDR", sides(header) + ", but 1 to 65536 a side are possible", kAgain);
+    fail("IHDR", sides(header) + ", but 1 to 65536 a side are possible", kExportAgain);
   }
   if (colour >= kChannels.size() || kChannels[colour] == 0 || bits == 0 || bits > 16) {
     fail("IHDR",
-         "it says colour type " + std::to_string(colour) + " of " + std::to_string(bits) +
-             " bits, which PNG does not have",
-         kAgain);
+         "it has colour type " + std::to_string(colour) + " with " + std::to_string(bits) +
+             " bits, which is invalid in PNG",
+         kExportAgain);
   }
   header.bits_per_pixel = bits * kChannels[colour];
   header.interlaced = bytes[12] != 0;
@@ -96,12 +96,12 @@ std::uint64_t raw_bytes(const Header& header) {
 void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits& limits) {
   Window window(source);
   const auto cut_short = [&](const std::string& place) {
-    fail(place, "the file ends inside (truncated)", kAgain);
+    fail(place, "the file ends inside (truncated)", kExportAgain);
   };
   const unsigned char* start = window.at(0, 33);
   if (start == nullptr) return cut_short("IHDR");
   if (std::memcmp(start, "\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR", 16) != 0) {
-    return fail("byte 8", "its first chunk is not IHDR", kAgain);
+    return fail("byte 8", "its first chunk is not IHDR", kExportAgain);
   }
   const Header header = read_header(start + 16, fail);
   if (header.width * header.height > limits.pixels) {
@@ -128,7 +128,7 @@ void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits
          sides(header) + " of " + std::to_string(header.bits_per_pixel) + " bits, " +
              std::to_string(raw_bytes(header)) + " bytes, but the " + std::to_string(data) +
              " bytes of its IDAT chunks hold at most " + std::to_string(most),
-         kAgain);
+         kExportAgain);
   }
 }
 

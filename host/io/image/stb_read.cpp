@@ -117,7 +117,7 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
   }
   Bytes bytes{.source = source};
   std::unique_ptr<void, Free> pixels;
-  // Checked before stb_image allocates its own.
+  // Sizes are checked here, before stb_image allocates its pixels.
   Image image = empty_image(wide, high, static_cast<std::uint32_t>(channels),
                             wide * high * 4 * (floats ? sizeof(float) : 1), "header", limits, fail);
   if (floats) {

@@ -166,8 +166,8 @@ void check_kind(const Layout& layout, bool heights, const FailWith& fail) {
   const std::uint32_t stored = colours == PHOTOMETRIC_PALETTE ? 1 : layout.colour_channels();
   if (layout.samples != stored && !layout.has_alpha) {
     fail("SamplesPerPixel",
-         "a pixel has " + std::to_string(layout.samples) + " values, and its colour " +
-             std::to_string(stored) + ": with one more, for alpha, they are read",
+         "it has " + std::to_string(layout.samples) + " samples per pixel, and its colour space " +
+             std::to_string(stored) + ": only one more, for alpha, is supported",
          convert);
   }
   const std::uint16_t bits = layout.bits;
@@ -341,19 +341,19 @@ void divide_by_alpha(Image& image) {
 /// Applies the tag Orientation: row 0 becomes the upper one, column 0 the left one.
 Image apply_orientation(Image image, std::uint16_t orientation) {
   const bool transposed = orientation >= ORIENTATION_LEFTTOP;
-  const bool from_right =
+  const bool is_right_to_left =
       orientation == ORIENTATION_TOPRIGHT || orientation == ORIENTATION_BOTRIGHT ||
       orientation == ORIENTATION_RIGHTTOP || orientation == ORIENTATION_RIGHTBOT;
-  const bool from_below = orientation == ORIENTATION_BOTLEFT ||
-                          orientation == ORIENTATION_BOTRIGHT ||
-                          orientation == ORIENTATION_LEFTBOT || orientation == ORIENTATION_RIGHTBOT;
-  if (!transposed && !from_right && !from_below) return image;
+  const bool is_bottom_up =
+      orientation == ORIENTATION_BOTLEFT || orientation == ORIENTATION_BOTRIGHT ||
+      orientation == ORIENTATION_LEFTBOT || orientation == ORIENTATION_RIGHTBOT;
+  if (!transposed && !is_right_to_left && !is_bottom_up) return image;
   Image turned = image;
   if (transposed) std::swap(turned.width, turned.height);
   for (std::size_t y = 0; y < turned.height; ++y) {
     for (std::size_t x = 0; x < turned.width; ++x) {
-      const std::size_t u = from_right ? turned.width - 1 - x : x;
-      const std::size_t v = from_below ? turned.height - 1 - y : y;
+      const std::size_t u = is_right_to_left ? turned.width - 1 - x : x;
+      const std::size_t v = is_bottom_up ? turned.height - 1 - y : y;
       std::copy_n(transposed ? image.at(v, u) : image.at(u, v), image.channels, turned.at(x, y));
     }
   }

@@ -103,8 +103,8 @@ std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& f
     input.warn(
         "assumed-cells",
         fields.find("axismaxs")->place() + ": " + std::to_string(assumed) +
-            " axes do not say (centers) whether their ends are those of cells or nodes: cells, "
-            "as Teem takes them",
+            " axes have no \"centers\" to state whether samples are at cells or nodes: cells are "
+            "assumed, as in Teem",
         assumed);
   }
   if (const HeaderField* directions = fields.find("spacedirections")) {

@@ -149,8 +149,8 @@ Volume load(VolumeInput input, const std::filesystem::path& path) {
     }
     volume = read_openvdb(input, path);
   } else if (name.extension == ".img" || name.extension == ".img.gz") {
-    input.fail("", "it holds the voxels alone of a NIfTI volume in two files",
-               "Name its header, " + name.stem + ".hdr, instead.");
+    input.fail("", "it is the data file of a NIfTI volume in two files",
+               "Give its header, " + name.stem + ".hdr, instead.");
   } else {
     const std::string content = looks_like(source->head(4096));
     input.fail("",

@@ -205,7 +205,7 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
   };
   constexpr std::int64_t kMaxFiles = 1 << 20, kMaxDigits = 20;
   const auto list = words(field.value);
-  if (list.size() < 4 || list.size() > 5) fail("does not say which numbers its files have");
+  if (list.size() < 4 || list.size() > 5) fail("has no valid range of file numbers");
   const std::string pattern(list[0]);
   const std::size_t percent = pattern.find('%'), end = pattern.find('d', percent);
   const std::string format =
@@ -218,7 +218,7 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
   const auto ordinary = [](const auto& n) { return n && std::abs(*n) < std::int64_t{1} << 40; };
   if (!ordinary(first) || !ordinary(last) || !ordinary(step) || *step == 0 ||
       (*last - *first) / *step < 0 || (*last - *first) / *step >= kMaxFiles) {
-    fail("does not say which numbers its files have");
+    fail("has no valid range of file numbers");
   }
   std::vector<std::string> names;
   for (std::int64_t n = *first; *step > 0 ? n <= *last : n >= *last; n += *step) {

@@ -93,7 +93,7 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
 }
 
 [[noreturn]] void fail_for_memory(const VolumeInput& input) {
-  input.fail("", "it asks for more memory than there is: it is damaged or too large",
+  input.fail("", "it needs more memory than is available: it is damaged or too large",
              "Copy or export the file again, or crop the grid.");
 }
 

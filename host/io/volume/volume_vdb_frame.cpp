@@ -1,4 +1,4 @@
-// Frame of an OpenVDB file: checks of values that the library trusts.
+// Validates the sizes and counts in an OpenVDB file that the library uses without checks.
 #include <array>
 #include <cstring>
 #include <string>

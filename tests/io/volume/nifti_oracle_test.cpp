@@ -94,7 +94,7 @@ TEST(NiftiOracle, PairsNeedBothFiles) {
   fs::copy_file(test::test_data("nifti") / "pair.hdr", folder / "alone.nii");
   expect_words(message(folder / "alone.nii"), {"two files", ".hdr"});
   fs::copy_file(test::test_data("nifti") / "pair.img", folder / "alone.img");
-  expect_words(message(folder / "alone.img"), {"voxels alone", "alone.hdr"});
+  expect_words(message(folder / "alone.img"), {"data file of a NIfTI volume", "alone.hdr"});
   fs::resize_file(folder / "alone.img", 47);
   expect_words(message(folder / "alone.hdr"), {"48 bytes", "47", "truncated"});
 }

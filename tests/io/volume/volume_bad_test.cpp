@@ -199,8 +199,8 @@ TEST(BadVolume, NrrdDetachedData) {
   bad(header + "data file: LIST\nshort.raw\n", {"short.raw", "8 bytes", "has 7"});
   bad(header + "byte skip: 4\ndata file: LIST\nshort.raw\nshort.raw\n", {"4 bytes", "has 3"});
   bad(header + "data file: slice%03d.raw 1 2 1\n", {"slice001.raw", "no such file"});
-  bad(header + "data file: slice%03d.raw 1 2\n", {"line 6", "which numbers"});
-  bad(header + "data file: slice%03d.raw 1 9999999999 1\n", {"line 6", "which numbers"});
+  bad(header + "data file: slice%03d.raw 1 2\n", {"line 6", "range of file numbers"});
+  bad(header + "data file: slice%03d.raw 1 9999999999 1\n", {"line 6", "range of file numbers"});
   bad(header + "data file: slice%s.raw 1 2 1\n", {"line 6", "no number"});
   bad(header + "data file: slice%999999999d.raw 1 2 1\n", {"line 6", "no number"});
   bad(header + "data file: short.raw\nline skip: 3\n", {"fewer lines"});
