@@ -47,8 +47,10 @@ struct PlaneRule {
 /// Parameters for vertices that are split in the file.
 struct SplitRule {
   static constexpr double kMinMedianTurn = 25;  ///< Smallest median turn of split edges, degrees
+  /// Or smallest 10% quantile of these turns, degrees: shallow edges, such as the ridge of a blade
+  static constexpr double kMinLowTurn = 5;
   static constexpr double kMinRatio =
-      2;  ///< Smallest ratio of that to the 90% quantile of other edges
+      2;  ///< Smallest ratio of either to the 90% quantile of other edges
   /// Smallest turn of split edges that count, degrees: splits within planes are no edges
   static constexpr double kMinTurn = 1;
   /// Smallest share (by number) of edges that are not split
@@ -244,8 +246,11 @@ bool CreaseFinder::judge_splits(std::span<const std::uint32_t> edges) {
     std::nth_element(turns.begin(), turns.begin() + at, turns.end());
     return turns[static_cast<std::size_t>(at)];
   };
-  const double median = quantile(split, 0.5), others = quantile(shared, 0.9);
-  if (median < SplitRule::kMinMedianTurn || median < SplitRule::kMinRatio * others) return false;
+  const double median = quantile(split, 0.5), low = quantile(split, 0.1);
+  const double others = quantile(shared, 0.9);
+  const bool steep = median >= SplitRule::kMinMedianTurn && median >= SplitRule::kMinRatio * others;
+  const bool apart = low >= SplitRule::kMinLowTurn && low >= SplitRule::kMinRatio * others;
+  if (!steep && !apart) return false;
   for (const std::uint32_t e : edges) {
     result_.hard[e] = edge(e).split && edge(e).turn >= SplitRule::kMinTurn;
   }

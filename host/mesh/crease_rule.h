@@ -45,7 +45,8 @@ struct Creases {
 /// and smooth.
 ///
 /// If a part's triangles share vertices at some places and have separate ones at others, the file itself marks hard
-/// edges: split edges are hard if their median turn is 25 degrees and twice the 90% quantile of the other turns.
+/// edges: split edges are hard if their median turn is 25 degrees and twice the 90% quantile of the other turns, or if
+/// the least tenth of them does not turn by less than 5 degrees and twice that quantile.
 /// Splits at UV seams have turns like other edges, and mean nothing. If no vertices are shared, as in STL, there is
 /// no such information.
 ///

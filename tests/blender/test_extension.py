@@ -458,3 +458,37 @@ def test_the_cage_follows_the_mesh(scene):
     assert ends.shape == (8, 3) and ends[:, 2] == pytest.approx(3.25) and ends[:, 0].max() == pytest.approx(2)
     scene.kiln_bake.show_cage = True  # draws nothing where there is no window
     scene.kiln_bake.show_cage = False
+
+
+def test_wrong_scenes_are_sentences(scene, tmp_path):
+    """They were tracebacks, the folder's after the whole bake."""
+    low, high = sheet("low", 4), sheet("high", 20, bump)
+    choose(low, high)
+    high.scale = (0, 1, 1)
+    bpy.context.view_layer.update()
+    with pytest.raises(kiln.Error, match="'high' has a scale of 0"):
+        bake.Bake(bpy.context)
+    high.scale = (1, 1, 1)
+    bpy.context.view_layer.update()
+    (tmp_path / "file").write_text("")
+    for folder in (tmp_path / "file", tmp_path / "file" / "inside"):
+        scene.kiln_bake.folder = str(folder)
+        with pytest.raises(kiln.Error, match="Folder '.*file.*': maps cannot be written there"):
+            bake.Bake(bpy.context)
+    scene.kiln_bake.folder = str(tmp_path / "new" / "deep")
+    bake.Bake(bpy.context)
+    assert (tmp_path / "new" / "deep").is_dir()
+    scene.kiln_bake.folder = ""
+
+
+def test_a_dense_active_mesh_is_asked_about(scene, monkeypatch):
+    monkeypatch.setattr(bake, "DENSE", 1000)
+    low, high = sheet("low", 4), sheet("high", 40, bump)
+    settings = scene.kiln_bake
+    choose(low, high)
+    assert bake.dense_low(bpy.context, settings) == ""
+    choose(high, low)
+    assert "'high' has" in bake.dense_low(bpy.context, settings)
+    settings.mode = "NEW"
+    assert bake.dense_low(bpy.context, settings) == ""
+    settings.mode = "SELECTED"

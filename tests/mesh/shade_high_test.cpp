@@ -17,6 +17,7 @@
 #include "mesh/crease_rule.h"
 #include "mesh/face_edges.h"
 #include "mesh/smoothing_groups.h"
+#include "mesh/weld.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -678,6 +679,66 @@ TEST(ShadeHigh, VerticesThatTheFileSplitsAreHardEdges) {
     shade_high(terraces);
     EXPECT_LT(most_off_faces(terraces), 1e-3) << own;
   }
+}
+
+/// A blade whose four flats are grids of their own: two edges are sharp, two ridges turn by 17 degrees, which are edges
+/// where the file splits them. With shared vertices nothing says so.
+TEST(ShadeHigh, RidgesOfABladeThatTheFileSplitsAreHardEdges) {
+  const auto blade = [](bool split) {
+    constexpr std::uint32_t kRows = 20, kColumns = 5;
+    const std::array<std::array<double, 2>, 4> profile{{{1, 0}, {0, 0.15}, {-1, 0}, {0, -0.15}}};
+    Mesh mesh;
+    for (std::size_t side = 0; side < 4; ++side) {
+      const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+      const auto &a = profile[side], &b = profile[(side + 1) % 4];
+      for (std::uint32_t j = 0; j <= kRows; ++j) {
+        for (std::uint32_t i = 0; i <= kColumns; ++i) {
+          const double t = double(i) / kColumns;
+          mesh.positions.push_back({float(a[0] + t * (b[0] - a[0])),
+                                    float(a[1] + t * (b[1] - a[1])), float(10.0 * j / kRows)});
+        }
+      }
+      for (std::uint32_t j = 0; j < kRows; ++j) {
+        for (std::uint32_t i = 0; i < kColumns; ++i) {
+          const std::uint32_t v = first + j * (kColumns + 1) + i, w = v + kColumns + 1;
+          mesh.triangles.push_back({v, v + 1, w + 1});
+          mesh.triangles.push_back({v, w + 1, w});
+        }
+      }
+    }
+    if (!split) mesh.triangles = welded_triangles(mesh);
+    return mesh;
+  };
+  Mesh sharp = blade(true);
+  const ShadingReport report = shade_high(sharp);
+  EXPECT_EQ(report.split_parts, 1U);
+  EXPECT_LT(most_off_faces(sharp), 1e-3);
+  EXPECT_NEAR(report.least_degrees, 2 * std::atan(0.15) * 180 / pi, 0.01);
+  Mesh shared = blade(false);
+  EXPECT_EQ(shade_high(shared).split_parts, 0U);
+}
+
+/// A seam of UVs splits vertices of a tube, whose faces turn by 12 degrees there as everywhere: it is no edge.
+TEST(ShadeHigh, SeamsOfUvsStaySmooth) {
+  constexpr std::uint32_t kAround = 30, kAlong = 4;
+  Mesh tube;
+  for (std::uint32_t j = 0; j <= kAlong; ++j) {
+    for (std::uint32_t i = 0; i <= kAround; ++i) {
+      const double a = 2 * pi * (i % kAround) / kAround;
+      tube.positions.push_back({float(std::cos(a)), float(std::sin(a)), float(j)});
+    }
+  }
+  for (std::uint32_t j = 0; j < kAlong; ++j) {
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const std::uint32_t v = j * (kAround + 1) + i, w = v + kAround + 1;
+      tube.triangles.push_back({v, v + 1, w + 1});
+      tube.triangles.push_back({v, w + 1, w});
+    }
+  }
+  // Beside it a cube, so that edges are looked for at all.
+  const std::vector<Mesh> both = {tube, grid_cube(4)};
+  Mesh mesh = join_meshes(both);
+  EXPECT_EQ(shade_high(mesh).hard_parts, 1U);
 }
 
 /// A bend of 40 degrees in twelve sheets that share their vertices but along one line: the file says where it is hard.

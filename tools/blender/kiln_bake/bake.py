@@ -1,6 +1,8 @@
 """What a bake takes of the scene, the thread that it runs on, and what it leaves in the scene."""
 
+import os
 import re
+import tempfile
 import threading
 import warnings
 
@@ -28,6 +30,36 @@ def sides(context, settings):
     return tuple(list(collection.all_objects) if collection else [] for collection in pair)
 
 
+def check_folder(folder):
+    """Makes the folder of the maps, and tries to write there, before anything is baked."""
+    try:
+        os.makedirs(folder, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise kiln.Error(f"Folder '{folder}': maps cannot be written there ({reason}). Choose another.") from None
+
+
+#: Faces of an active object from which on it is asked whether it is the low poly.
+DENSE = 200_000
+
+
+def dense_low(context, settings):
+    """A question where the active object is likely the high poly; empty: none."""
+    lows, highs = sides(context, settings)
+    if settings.mode != "SELECTED" or not lows or not highs or lows[0].type != "MESH":
+        return ""
+    low = len(lows[0].data.polygons)
+    high = sum(len(item.data.polygons) for item in highs if item.type == "MESH")
+    if low < DENSE or low <= high:
+        return ""
+    return (
+        f"The active object '{lows[0].name}' has {low:,} faces, those selected beside it {high:,}. "
+        "Is it the low poly? Else cancel, and make the light mesh active."
+    )
+
+
 class Bake:
     """One bake: made and finished on Blender's thread; run() is for any, and touches nothing of Blender's."""
 
@@ -39,6 +71,8 @@ class Bake:
         self.made, self.notes = settings.mode == "NEW", []
         self.name = (highs[0].name + "_low") if self.made else self.lows[0].name
         self.folder = bpy.path.abspath(settings.folder) if settings.folder else ""
+        if self.folder:
+            check_folder(self.folder)
         maps = sorted(settings.maps)
         if not maps:
             raise kiln.Error("No map is chosen.")
@@ -139,12 +173,16 @@ class KILN_OT_bake(bpy.types.Operator):
     bl_idname = "kiln.bake"
     bl_label = "Bake with Kiln"
     bl_options = {"REGISTER", "UNDO"}
+    asked = False
+    confirmed: bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context):
         return context.mode == "OBJECT" and Job.running is None
 
     def execute(self, context):
+        if self.asked:
+            return bpy.ops.kiln.bake("INVOKE_DEFAULT", confirmed=True)
         try:
             work = Bake(context)
             return self.done(context, work, work.run(None))
@@ -152,6 +190,11 @@ class KILN_OT_bake(bpy.types.Operator):
             return self.failed(error)
 
     def invoke(self, context, event):
+        question = dense_low(context, context.scene.kiln_bake)
+        if question and not self.confirmed:
+            self.asked = True  # the dialog's OK calls execute()
+            manager = context.window_manager
+            return manager.invoke_confirm(self, event, title="Bake onto a dense mesh?", message=question)
         try:
             self.work = Bake(context)
         except kiln.Error as error:

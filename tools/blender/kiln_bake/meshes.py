@@ -21,6 +21,13 @@ def is_stretched(matrix):
     return max(sizes) > 1.01 * min(sizes)
 
 
+def check_scale(objects, name):
+    """An object of scale 0 has no inverse, by which normals turn, and nothing to bake."""
+    for item in objects:
+        if item.type in SOLID and min(abs(size) for size in item.matrix_world.to_scale()) < 1e-12:
+            raise kiln.Error(f"{name}: '{item.name}' has a scale of 0: give it another, or choose without it.")
+
+
 def holders(objects):
     """The given objects, and those that they instance."""
     found, todo = [], list(objects)
@@ -66,6 +73,11 @@ class Gathered:
         self.materials = {}  # bpy's, by name
 
     def add(self, item, matrix, name, tangents, colored):
+        sizes = np.linalg.norm(np.array(matrix, np.float64)[:3, :3], axis=0)
+        if sizes.max() < 1e-12:
+            return  # an instance of scale 0 shows nothing
+        if sizes.min() < 1e-12:
+            raise kiln.Error(f"'{name}' shows an instance with a scale of 0 along an axis: give it another.")
         mesh = item.to_mesh()
         try:
             if mesh is not None and mesh.polygons:
@@ -158,6 +170,7 @@ def gather(context, objects, name, *, tangents=False, colored=False):
     hidden = [item.name for item in objects if item.type in SOLID and not item.visible_get()]
     if hidden:
         raise kiln.Error(f"{name}: '{hidden[0]}' is hidden, one of {len(hidden)}: show it, or choose without it.")
+    check_scale(objects, name)
     wanted = set(objects)
     gathered = Gathered()
     with as_rendered(objects):

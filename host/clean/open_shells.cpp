@@ -1,0 +1,49 @@
+#include "clean/open_shells.h"
+
+#include <algorithm>
+
+#include "clean/outside_views.h"
+#include "mesh/weld.h"
+#include "mesh/windings.h"
+
+namespace kiln {
+namespace {
+
+/// Times as many pixels that show backs as fronts, from which on a mesh is a room.
+constexpr std::uint64_t kMinRoomRatio = 2;
+
+}  // namespace
+
+std::vector<OpenShells> find_open_shells(const Mesh& mesh) {
+  const std::vector<Triangle> corners = welded_triangles(mesh);
+  const FacingParts parts(corners, mesh.positions.size());
+  const auto is_open = [](const FacingParts::Part& part) { return !part.closed; };
+  if (std::none_of(parts.parts.begin(), parts.parts.end(), is_open)) return {};
+  // Group 0 has all closed parts; each material has one for its open parts.
+  const auto of = [&](std::size_t t) { return mesh.materials.empty() ? 0 : mesh.materials[t]; };
+  const std::size_t materials = std::max<std::size_t>(
+      1, mesh.materials.empty()
+             ? 1
+             : std::size_t{1} + *std::max_element(mesh.materials.begin(), mesh.materials.end()));
+  std::vector<std::uint32_t> group(corners.size(), 0);
+  std::vector<OpenShells> result(materials);
+  std::vector<bool> known(materials);
+  for (std::size_t t = 0; t < group.size(); ++t) {
+    if (parts.parts[parts.of[t]].closed) continue;
+    group[t] = 1 + of(t);
+    if (!known[of(t)]) result[of(t)].example = mesh.positions[mesh.triangles[t][0]];
+    known[of(t)] = true;
+  }
+  const std::vector<SeenPixels> seen = look_from_outside(mesh, group, materials + 1, {});
+  std::uint64_t front = seen[0].front, back = seen[0].back;
+  for (std::size_t m = 0; m < materials; ++m) {
+    result[m].front = seen[m + 1].front;
+    result[m].back = seen[m + 1].back;
+    front += result[m].front;
+    back += result[m].back;
+  }
+  if (back > kMinRoomRatio * front) return {};
+  return result;
+}
+
+}  // namespace kiln
