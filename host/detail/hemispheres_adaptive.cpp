@@ -247,29 +247,46 @@ bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
   return !groups.empty();
 }
 
-/// Replaces unsure texels, where smoothing may blur, by plain rays: all of OcclusionOptions::rays.
+/// Replaces unsure texels, where smoothing may blur, by plain rays: all of OcclusionOptions::rays. Where these show that
+/// smoothing did blur, texels nearby are cast too, until nothing more is found.
 void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
-  std::vector<std::uint32_t> samples;
+  std::vector<std::uint32_t> texels;
   for (std::size_t t = 0; t < result.unsure.size(); ++t) {
-    if (result.unsure[t] == 0) continue;
-    samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
-                   of.shared.samples.begin() + of.shared.first[t + 1]);
+    if (result.unsure[t] != 0) texels.push_back(static_cast<std::uint32_t>(t));
   }
-  if (samples.empty()) return;
+  if (texels.empty()) return;
   make_turns(of.band);
   std::vector<RayCounts> plain(1);
   plain[0].open.resize(of.band.sample_count);
-  for (const Group& group : groups(of.band, of.match, of.second, samples)) {
-    cast_group(group, of.band, of.match, of.second, rays_out_, {}, plain);
-  }
-  for (std::size_t t = 0; t < result.unsure.size(); ++t) {
-    if (result.unsure[t] == 0) continue;
-    double open = 0;
-    for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
-      open += plain[0].open[of.shared.samples[s]];
+  std::vector<std::uint32_t> samples;
+  std::array<std::vector<std::uint32_t>, 3> blurred;  // by AoDenoiser::blur_reach()
+  while (!texels.empty()) {
+    samples.clear();
+    for (std::vector<std::uint32_t>& list : blurred) list.clear();
+    for (const std::uint32_t t : texels) {
+      samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
+                     of.shared.samples.begin() + of.shared.first[t + 1]);
     }
-    result.shares[t] =
-        static_cast<float>(open / rays_out_.count / (of.shared.first[t + 1] - of.shared.first[t]));
+    for (const Group& group : groups(of.band, of.match, of.second, samples)) {
+      cast_group(group, of.band, of.match, of.second, rays_out_, {}, plain);
+    }
+    for (const std::uint32_t t : texels) {
+      double open = 0;
+      for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
+        open += plain[0].open[of.shared.samples[s]];
+      }
+      const auto share = static_cast<float>(open / rays_out_.count /
+                                            (of.shared.first[t + 1] - of.shared.first[t]));
+      blurred[AoDenoiser::blur_reach(share, result.shares[t], result.plain_variance[t])].push_back(
+          t);
+      result.shares[t] = share;
+    }
+    texels.clear();
+    for (std::uint32_t reach = 1; reach < blurred.size(); ++reach) {
+      const auto added = filter_->spread(blurred[reach], reach, result.unsure);
+      texels.insert(texels.end(), added.begin(), added.end());
+    }
+    std::sort(texels.begin(), texels.end());
   }
 }
 

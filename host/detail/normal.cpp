@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "detail/device_shading.h"
 #include "detail/registry.h"
-#include "mesh/low_shading.h"
 
 namespace kiln {
 namespace {
@@ -42,7 +42,7 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
                  ? kSamplesPerVector
                  : 1),
       source_(source),
-      shading_(context, std::span<const kiln_low_shading>(low_shading(surface, /*with_uvs=*/true))),
+      shading_(device_shading(context, surface)),
       detail_(detail_params(options)) {
   switch (options.encoding.miss) {
     case MissPolicy::keep:

@@ -15,9 +15,9 @@
 #include "base/option.h"
 #include "base/parallel.h"
 #include "cl/driver.h"
+#include "detail/device_shading.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"
-#include "mesh/low_shading.h"
 #include "shared/own.h"
 #include "source/high_poly_uvs.h"
 
@@ -41,8 +41,7 @@ class OwnMapMaker : public MapMaker {
         two_sided_(request.options.match.two_sided),
         origin_(map_origin(request.options, request.source.frame)),
         kernel_(build(map, request.source.device)),
-        shading_(context_, std::span<const kiln_low_shading>(
-                               low_shading(request.surface, /*with_uvs=*/true))) {
+        shading_(device_shading(context_, request.surface)) {
     triangles_ = cl::Array<std::uint32_t>(
         context_,
         std::span<const std::uint32_t>(source_.triangles[0].data(), source_.triangles.size() * 3));

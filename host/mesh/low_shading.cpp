@@ -32,6 +32,24 @@ void set_face_frame(const std::array<LowSurface::Corner, 3>& corners, kiln_low_s
   shading.face_tangent[2] = t.z;
 }
 
+kiln_low_shading shading_of(const std::array<LowSurface::Corner, 3>& corners) {
+  kiln_low_shading shading{};
+  float sign = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& n = corners[k].normal;
+    const Vec3& t = corners[k].tangent;
+    const float values[6] = {n.x, n.y, n.z, t.x, t.y, t.z};
+    for (std::size_t c = 0; c < 3; ++c) {
+      shading.normal[3 * k + c] = values[c];
+      shading.tangent[3 * k + c] = values[3 + c];
+    }
+    sign += corners[k].sign;
+  }
+  shading.sign = sign < 0 ? -1.0F : 1.0F;
+  set_face_frame(corners, shading);
+  return shading;
+}
+
 }  // namespace
 
 std::vector<kiln_low_shading> low_shading(const LowSurface& surface, bool with_uvs) {
@@ -40,21 +58,17 @@ std::vector<kiln_low_shading> low_shading(const LowSurface& surface, bool with_u
   parallel_for(count, 1 << 12, [&](std::size_t begin, std::size_t end) {
     for (std::size_t at = begin; at < end; ++at) {
       const std::size_t i = with_uvs ? surface.with_uvs[at] : at;
-      const auto& corners = surface.triangles[i];
-      kiln_low_shading& shading = result[i];
-      float sign = 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3& n = corners[k].normal;
-        const Vec3& t = corners[k].tangent;
-        const float values[6] = {n.x, n.y, n.z, t.x, t.y, t.z};
-        for (std::size_t c = 0; c < 3; ++c) {
-          shading.normal[3 * k + c] = values[c];
-          shading.tangent[3 * k + c] = values[3 + c];
-        }
-        sign += corners[k].sign;
-      }
-      shading.sign = sign < 0 ? -1.0F : 1.0F;
-      set_face_frame(corners, shading);
+      result[i] = shading_of(surface.triangles[i]);
+    }
+  });
+  return result;
+}
+
+std::vector<kiln_low_shading> shading_with_uvs(const LowSurface& surface) {
+  std::vector<kiln_low_shading> result(surface.with_uvs.size());
+  parallel_for(result.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      result[i] = shading_of(surface.triangles[surface.with_uvs[i]]);
     }
   });
   return result;

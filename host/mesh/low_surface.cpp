@@ -152,7 +152,7 @@ void LowSurface::check(const Mesh& low) {
 LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage, UvCopies copies) {
   check(low);
   LowSurface surface = without_uvs(low, frame, cage);
-  surface.lay_out(low);
+  surface.lay_out(low, find_with_uvs(low));
   find_uv_copies(low, copies, surface);
   return surface;
 }
@@ -233,11 +233,11 @@ std::vector<std::uint32_t> LowSurface::find_with_uvs(const Mesh& low) {
   return result;
 }
 
-void LowSurface::lay_out(const Mesh& low) {
+void LowSurface::lay_out(const Mesh& low, std::vector<std::uint32_t> laid_out) {
   for (const std::uint32_t t : with_uvs) {
     for (Corner& corner : triangles[t]) corner.uv = kNoUv;
   }
-  with_uvs = find_with_uvs(low);
+  with_uvs = std::move(laid_out);
   std::atomic<bool> all_given = !low.tangents.empty();
   parallel_for(with_uvs.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     bool given = !low.tangents.empty();

@@ -58,8 +58,9 @@ struct LowSurface {
   static LowSurface without_uvs(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr);
   /// Triangles of a valid mesh with finite UVs.
   static std::vector<std::uint32_t> find_with_uvs(const Mesh& low);
-  /// Replaces UVs and tangents by those of a valid mesh, then calls find_uv_copies().
-  void lay_out(const Mesh& low);
+  /// Replaces UVs and tangents by those of a valid mesh; find_uv_copies() follows.
+  /// \param laid_out  find_with_uvs(low)
+  void lay_out(const Mesh& low, std::vector<std::uint32_t> laid_out);
 
   /// With CageKind::shells, six values per triangle: its unit normal, and the distance along it from each corner to
   /// the outer or inner shell.

@@ -318,13 +318,18 @@ Mesh low_of_set(const Mesh& low, const TextureSet& set) {
   return mesh;
 }
 
+// In place: thousands of sets would otherwise allocate and copy the whole layout each.
 void lay_out_set(const Mesh& low, const TextureSet& set, Mesh& part) {
-  part.uvs = low.uvs;
-  part.uv_triangles = low.uv_triangles;
-  for (Vec2& uv : part.uvs) {
-    uv = {uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
+  const auto u = static_cast<float>(set.tile_u), v = static_cast<float>(set.tile_v);
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
+  part.uvs.resize(low.uvs.size() + 1);
+  for (std::size_t i = 0; i < low.uvs.size(); ++i) {
+    part.uvs[i] = {low.uvs[i].x - u, low.uvs[i].y - v};
   }
-  keep_uvs_of(set, part);
+  part.uvs.back() = {kNaN, kNaN};
+  part.uv_triangles.assign(low.uv_triangles.size(), {nowhere, nowhere, nowhere});
+  for (const std::uint32_t t : set.members) part.uv_triangles[t] = low.uv_triangles[t];
 }
 
 }  // namespace kiln

@@ -165,6 +165,7 @@ void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
   std::copy(moved.begin(), moved.end(), positions.begin() + first);
   raster_.reset();
   facets_.reset();
+  by_positions_ = std::make_shared<MadeOnce>();
   if (tree_ == nullptr) return;
   if (count_usable() == before) {
     tree_->refit(context_of(device), positions, triangles);
@@ -195,6 +196,11 @@ Rasterizer& Source::Impl::raster() const {
   });
 }
 
+std::shared_ptr<MadeOnce> Source::Impl::by_positions() const {
+  const auto lock = lock_polling(mutex_);
+  return by_positions_;
+}
+
 double Source::Impl::facets() const {
   const auto lock = lock_polling(mutex_);
   if (!facets_) facets_ = facet_size(positions, triangles);
@@ -208,16 +214,17 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
   }
   LowSurface::check(low);
   LastLow made;
-  made.shape = hash_bytes(low.origin, low.positions, low.triangles, low.normals,
-                          low.normal_triangles, low.colors, low.polygons);
+  made.shape = fast_hash(low.origin, low.positions, low.triangles, low.normals,
+                         low.normal_triangles, low.colors, low.polygons);
+  std::vector<std::uint32_t> with_uvs = LowSurface::find_with_uvs(low);
   std::vector<Tangent> tangents;  // of triangles with UVs: few for a texture set
   if (!low.tangents.empty()) {
-    for (const std::size_t t : LowSurface::find_with_uvs(low)) {
+    for (const std::size_t t : with_uvs) {
       const auto first = low.tangents.begin() + static_cast<std::ptrdiff_t>(3 * t);
       tangents.insert(tangents.end(), first, first + 3);
     }
   }
-  made.layout = hash_bytes(low.uvs, low.uv_triangles, tangents, std::array{copies});
+  made.layout = fast_hash(low.uvs, low.uv_triangles, tangents, std::array{copies});
   {
     const auto lock = lock_polling(mutex_);
     // frees the cached surface before the next one is made
@@ -229,7 +236,7 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
   LowSurface surface = made.surface == nullptr         ? LowSurface::without_uvs(low, frame)
                        : made.surface.use_count() == 1 ? std::move(*made.surface)
                                                        : *made.surface;
-  surface.lay_out(low);
+  surface.lay_out(low, std::move(with_uvs));
   find_uv_copies(low, copies, surface);
   made.surface = std::make_shared<LowSurface>(std::move(surface));
   const auto lock = lock_polling(mutex_);

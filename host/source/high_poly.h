@@ -62,6 +62,8 @@ struct KILN_HIDDEN Source::Impl {
   Rasterizer& raster() const;
   /// facet_size() in frame units, computed at the first call.
   double facets() const;
+  /// Cached values that depend on positions and triangles alone. Replaced by move().
+  std::shared_ptr<MadeOnce> by_positions() const;
 
   /// LowSurface::of() in this source's frame. The last surface is cached: for a mesh that differs from it in UVs and
   /// tangents only, such as another texture set of the same low poly, only these are processed. The result may be
@@ -88,6 +90,7 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;
   mutable std::optional<double> facets_;
+  std::shared_ptr<MadeOnce> by_positions_ = std::make_shared<MadeOnce>();
   struct LastLow {
     std::uint64_t shape = 0, layout = 0;  ///< Hashes: of all but UVs and tangents, and of those
     std::shared_ptr<LowSurface> surface;

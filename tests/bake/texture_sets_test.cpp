@@ -87,6 +87,28 @@ TEST(TextureSets, MaterialsBakeWhatOneMapHas) {
   expect_whole(whole, baked, 0x1p-22F);
 }
 
+// A set's triangles need not stand together: each second one makes hundreds of runs, each 20th below 64.
+TEST(TextureSets, AreTheSameHoweverTheirTrianglesStand) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), test::BumpySphere::dense(20000));
+  Mesh low = two_materials();
+  const BakeResult whole = bake(source, low, options_of_sets());
+  for (const std::size_t step : {2U, 20U}) {
+    ASSERT_GT(low.triangles.size(), 128 * 2);
+    for (std::size_t t = 0; t < low.materials.size(); ++t) low.materials[t] = t % step == 0 ? 1 : 0;
+    const std::vector<TextureSet> sets = find_texture_sets(low, SetsBy::material);
+    ASSERT_EQ(sets.size(), 2U);
+    // One mesh for all sets, from the second to the first and back.
+    std::vector<BakeResult> baked;
+    Mesh part = low_of_set(low, sets[1]);
+    for (const std::size_t set : {0U, 1U}) {
+      lay_out_set(low, sets[set], part);
+      baked.push_back(bake(source, part, options_of_sets()));
+    }
+    expect_whole(whole, baked, 0x1p-22F);
+  }
+}
+
 TEST(TextureSets, TilesBakeWhatOneMapHas) {
   KILN_REQUIRE_DEVICE();
   const Mesh low = two_materials(), tiled = moved(low, 1, 2, 3);

@@ -1,8 +1,15 @@
 // Ambient occlusion to a given error: what smoothing takes away, and what it leaves.
+#include "detail/ao_denoiser.h"
+
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
 
+#include "cl/context.h"
 #include "detail/occlusion_scene.h"
 #include "kiln/unwrap.h"
 #include "support/shapes.h"
@@ -153,6 +160,64 @@ TEST(AoDenoiser, IsNoWorseThanPlainRaysAtCreases) {
   layout.size = 128;
   low = unwrap(low, layout);
   for (const std::uint32_t side : {96U, 160U}) expect_no_worse(high, low, side);
+}
+
+// Three deviations of plain rays reach two texels around, two and a half reach one; what does not show in 8 bits, none.
+TEST(AoDenoiser, BlurReachesByDeviationsOfPlainRays) {
+  const double deviation = 0.03, variance = deviation * deviation;
+  for (const double sign : {-1.0, 1.0}) {
+    const auto reach = [&](double deviations) {
+      return AoDenoiser::blur_reach(0.5 + sign * deviations * deviation, 0.5, variance);
+    };
+    EXPECT_EQ(reach(2.4), 0U);
+    EXPECT_EQ(reach(2.6), 1U);
+    EXPECT_EQ(reach(2.9), 1U);
+    EXPECT_EQ(reach(3.1), 2U);
+  }
+  // Both estimates agree: the deviation is no less than 2 of 255.
+  EXPECT_EQ(AoDenoiser::blur_reach(0.5 + 4.0 / 255, 0.5, 0), 0U);
+  EXPECT_EQ(AoDenoiser::blur_reach(0.5 + 7.0 / 255, 0.5, 0), 2U);
+}
+
+TEST(AoDenoiser, SpreadsToTheSquareAroundATexel) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kSide = 16;
+  cl::Context& context = context_of(*test::device());
+  const Mesh low = test::ground(1);
+  const LowSurface surface = LowSurface::of(low, Frame::of(low));
+  std::vector<std::uint32_t> place(kSide * kSide), triangle(place.size());
+  std::vector<float> points(6 * place.size());
+  for (std::uint32_t i = 0; i < place.size(); ++i) {
+    place[i] = i;
+    points[i] = static_cast<float>(i % kSide);
+    points[i + place.size()] = static_cast<float>(i / kSide);
+    points[i + 5 * place.size()] = 1;
+  }
+  const cl::Array<float> device_points(context, std::span<const float>(points));
+  AoDenoiser denoiser(context, surface, kSide, kSide);
+  denoiser.prepare({0, kSide, place, triangle, device_points, kSide * kSide});
+  const auto square = [&](std::uint32_t x, std::uint32_t y, std::uint32_t reach) {
+    std::vector<std::uint32_t> list;
+    for (std::uint32_t j = y - reach; j <= y + reach; ++j) {
+      for (std::uint32_t i = x - reach; i <= x + reach; ++i) list.push_back(j * kSide + i);
+    }
+    return list;
+  };
+  for (const std::uint32_t reach : {1U, 2U}) {
+    std::vector<std::uint8_t> unsure(place.size());
+    const std::uint32_t at = 7 * kSide + 6;
+    unsure[at] = 1;
+    // A neighbour that is marked already is passed, not told again.
+    unsure[at + 1] = 1;
+    std::vector<std::uint32_t> expected = square(6, 7, reach);
+    std::erase(expected, at);
+    std::erase(expected, at + 1);
+    EXPECT_EQ(denoiser.spread(std::vector{at}, reach, unsure), expected) << reach;
+    EXPECT_EQ(std::count(unsure.begin(), unsure.end(), 1),
+              static_cast<std::ptrdiff_t>(expected.size() + 2));
+    EXPECT_TRUE(denoiser.spread(std::vector{at}, reach, unsure).empty());
+    EXPECT_TRUE(denoiser.spread({}, reach, unsure).empty());
+  }
 }
 
 TEST(AoDenoiser, CastsFewRaysWhereSmoothingIsRight) {

@@ -221,10 +221,22 @@ def test_names_need_not_be_text(tmp_path):
 def test_broadcast_arrays_are_counted_first():
     faces = np.broadcast_to(np.array([0, 1, 2], np.uint32), (2**31, 3))
     vertices = np.broadcast_to(np.zeros(3, np.float32), (2**36, 3))
-    for given in ((SQUARE, faces), (vertices, TWO)):
+    for given in ((SQUARE, faces), (vertices, TWO), (SQUARE, faces[: 2**28]), (vertices[: 2**28], TWO)):
         with pytest.raises(kiln.Error) as caught:
             kiln.Mesh(*given)
         assert caught.value.kind == "input" and caught.value.parameter in ("faces", "vertices")
+
+
+@pytest.mark.no_device
+def test_rows_that_are_one_in_memory_are_no_mesh():
+    faces = np.broadcast_to(np.array([0, 1, 2], np.uint32), (2, 3))
+    with pytest.raises(kiln.Error, match="one and the same in memory"):
+        kiln.Mesh(SQUARE, faces)
+    # One row has no other, a copy has rows of its own, and one colour may be that of all vertices.
+    assert len(kiln.Mesh(SQUARE, faces[:1]).faces) == 1
+    assert len(kiln.Mesh(SQUARE, faces.copy()).faces) == 2
+    red = np.broadcast_to(np.array([255, 0, 0, 255], np.uint8), (len(SQUARE), 4))
+    assert (kiln.Mesh(SQUARE, TWO, colors=red).colors == red).all()
 
 
 @pytest.mark.no_device

@@ -58,6 +58,15 @@ def checked(
         _fail(parameter, f"expected the shape ({wanted}), not {array.shape}.", "array-shape")
     if array.size == 0:
         _fail(parameter, f"is empty; expected the shape ({wanted}).", "array-empty")
+    # Views by broadcast_to() cost nothing until they are copied: billions of rows, all of them one.
+    if parameter in ("faces", "vertices") and len(array) > 1 and array.strides[0] == 0:
+        raise Error(
+            f"{parameter}: all {len(array)} rows are one and the same in memory, as of numpy.broadcast_to(). "
+            "Give each its own.",
+            "array-shape",
+            "input",
+            parameter,
+        )
     kind = array.dtype.kind
     if below is not None and array.shape[0] > _MOST_FACES:
         raise Error(f"{parameter}: at most {_MOST_FACES} rows, not {array.shape[0]}.", "array-shape", "input", parameter)

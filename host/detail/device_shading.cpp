@@ -1,0 +1,43 @@
+#include "detail/device_shading.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace kiln {
+namespace {
+
+// More runs of consecutive triangles than this are written with everything between them: each write is a command.
+constexpr std::size_t kMaxRuns = 64;
+
+/// First and last index in with_uvs of each run of consecutive triangles; empty if there are more than kMaxRuns.
+std::vector<std::pair<std::size_t, std::size_t>> runs_of(const std::vector<std::uint32_t>& list) {
+  std::vector<std::pair<std::size_t, std::size_t>> runs;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (i > 0 && list[i] == list[i - 1] + 1) {
+      runs.back().second = i;
+    } else if (runs.size() == kMaxRuns) {
+      return {};
+    } else {
+      runs.emplace_back(i, i);
+    }
+  }
+  return runs;
+}
+
+}  // namespace
+
+cl::Array<kiln_low_shading> device_shading(cl::Context& context, const LowSurface& surface) {
+  const auto runs = runs_of(surface.with_uvs);
+  if (runs.empty()) return {context, std::span<const kiln_low_shading>(low_shading(surface, true))};
+  cl::Array<kiln_low_shading> result(context, surface.triangles.size());
+  const std::vector<kiln_low_shading> shading = shading_with_uvs(surface);
+  for (const auto& [first, last] : runs) {
+    result.write(context, std::span(shading).subspan(first, last + 1 - first),
+                 surface.with_uvs[first]);
+  }
+  return result;
+}
+
+}  // namespace kiln
