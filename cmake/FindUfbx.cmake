@@ -3,7 +3,7 @@
 find_path(Ufbx_SOURCE_DIR ufbx.c
   HINTS "${KILN_UFBX_DIR}" "$ENV{KILN_UFBX_DIR}"
   PATHS "$ENV{XDG_CACHE_HOME}/kiln/ufbx" "$ENV{HOME}/.cache/kiln/ufbx" "${PROJECT_SOURCE_DIR}/build/ufbx"
-  NO_DEFAULT_PATH)
+  NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)  # sources are of no platform
 mark_as_advanced(Ufbx_SOURCE_DIR)
 set(Ufbx_VERSION "")
 if(Ufbx_SOURCE_DIR AND EXISTS "${Ufbx_SOURCE_DIR}/ufbx.h")

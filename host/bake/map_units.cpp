@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/cube_root.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -18,7 +19,7 @@ Vec3d lab(const float* rgb) {
   const auto root = [](double t) {
     constexpr double kLinearLimit = 6.0 / 29;
     return t > kLinearLimit * kLinearLimit * kLinearLimit
-               ? std::cbrt(t)
+               ? cube_root(t)
                : t / (3 * kLinearLimit * kLinearLimit) + 4.0 / 29;
   };
   const double x = root(xyz[0]), y = root(xyz[1]), z = root(xyz[2]);

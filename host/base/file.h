@@ -1,5 +1,5 @@
-// File operations beyond std::filesystem. The POSIX implementation is in file.cpp. On other systems, files have names
-// while they are written, and folders cannot be locked.
+// File operations beyond std::filesystem. Implemented in posix/ and windows/. On Windows, files have names while they are
+// written, and who else may write to a folder is not looked into.
 //
 // Functions that fail return -1, false or an empty value, and set errno.
 #pragma once
@@ -92,6 +92,8 @@ std::filesystem::path shared_level(const std::filesystem::path& path);
 void create_private_folders(const std::filesystem::path& path) noexcept;
 /// The folder for temporary files: TMPDIR, otherwise the system's.
 std::filesystem::path temporary_folder();
+/// Creates a folder with a new name in it, accessible by this user only. \returns its path; empty: it failed
+std::filesystem::path create_temporary_folder(const std::string& start_of_name);
 /// This user's permanent folder in it: `kiln-USER`.
 std::filesystem::path user_folder();
 /// Sets an environment variable; null: unsets it.

@@ -531,7 +531,7 @@ class Expander {
     std::error_code error;
     // Of a relative path whose first folder is not there yet, the canonical one is relative, too.
     const fs::path found = fs::weakly_canonical(fs::absolute(path), error);
-    return (error ? fs::absolute(path).lexically_normal() : found).string();
+    return (error ? fs::absolute(path).lexically_normal() : found).generic_string();
   }
 
   /// Paths and stems that an asset writes to.

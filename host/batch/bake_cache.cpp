@@ -9,6 +9,7 @@
 #include "asset/file_finder.h"
 #include "asset/udim_files.h"
 #include "base/file.h"
+#include "base/process.h"
 #include "batch/content_hash.h"
 #include "io/file/atomic_file.h"
 #include "job/files.h"
@@ -76,7 +77,7 @@ BakeCache::BakeCache(fs::path folder, fs::path records, std::unique_ptr<CacheSto
       store_(std::move(store)) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
   // Two builds of one version may differ.
-  program_ = std::string(version()) + " " + file_hash("/proc/self/exe").value_or("");
+  program_ = std::string(version()) + " " + file_hash(os::own_program()).value_or("");
 }
 
 void BakeCache::set_device(const DeviceInfo& info) {
@@ -86,8 +87,8 @@ void BakeCache::set_device(const DeviceInfo& info) {
 }
 
 std::string BakeCache::relative(const fs::path& path) const {
-  const std::string file = fs::absolute(path).lexically_normal().string();
-  const std::string base = folder_.string() + (folder_ == folder_.root_path() ? "" : "/");
+  const std::string file = fs::absolute(path).lexically_normal().generic_string();
+  const std::string base = folder_.generic_string() + (folder_ == folder_.root_path() ? "" : "/");
   return file.starts_with(base) ? file.substr(base.size()) : file;
 }
 

@@ -1,7 +1,3 @@
-#ifndef _WIN32
-#include <dlfcn.h>
-#endif
-
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
@@ -11,6 +7,7 @@
 #include "base/lower_case.h"
 #include "base/memory.h"
 #include "base/option.h"
+#include "base/process.h"
 #include "cl/context.h"
 #include "cl/describe.h"
 #include "cl/device_order.h"
@@ -21,6 +18,19 @@
 
 namespace kiln {
 namespace {
+
+#ifdef _WIN32
+constexpr bool kLoaderIsLoadedLate = true;
+constexpr const char* kHowToInstall =
+    "OpenCL comes with the driver of your GPU: install that of its vendor (AMD, Intel, NVIDIA). "
+    "A machine without a GPU can have Intel's CPU Runtime for OpenCL.";
+#else
+constexpr bool kLoaderIsLoadedLate = false;
+constexpr const char* kHowToInstall =
+    "Install one with 'apt install pocl-opencl-icd' or, for Python, with 'pip install kiln[cpu]' "
+    "(any CPU), or your GPU vendor's OpenCL driver. If one is installed, it may have no "
+    "writable folder for its kernels: set HOME or POCL_CACHE_DIR to one that can be written.";
+#endif
 
 struct Found {
   cl_platform_id platform = nullptr;
@@ -85,21 +95,19 @@ PlatformsCall own_driver(std::string& reason) {
   const char* path = std::getenv("KILN_OPENCL_DRIVER");
   if (path == nullptr || *path == '\0') return nullptr;
   reason = "KILN_OPENCL_DRIVER";
-#ifndef _WIN32
-  // The library is never unloaded, since the driver's threads run its code.
-  void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+  std::string problem;
+  void* const library = os::load_library(path, problem);
   if (library == nullptr) {
-    reason += ": " + std::string(dlerror());
+    reason += ": " + problem;
     return nullptr;
   }
   using GetFunction = void*(CL_API_CALL*)(const char*);
   const auto get_function =
-      reinterpret_cast<GetFunction>(dlsym(library, "clGetExtensionFunctionAddress"));
+      reinterpret_cast<GetFunction>(os::function_of(library, "clGetExtensionFunctionAddress"));
   if (get_function != nullptr) {
     reason += ": '" + std::string(path) + "' gives no device";
     return reinterpret_cast<PlatformsCall>(get_function("clIcdGetPlatformIDsKHR"));
   }
-#endif
   reason += ": '" + std::string(path) + "' is no OpenCL driver";
   return nullptr;
 }
@@ -150,10 +158,14 @@ std::vector<Found> find_devices(std::string& reason) {
   require_memory("Loading OpenCL drivers", kDriverBytes);
   cl::kernel_folder();  // set first, since PoCL reads the environment only once
   std::vector<Found> found;
+  // An import library may load it at the first call, which would end the process where there is none.
+  std::string missing;
+  const bool has_loader =
+      !kLoaderIsLoadedLate || os::load_library("OpenCL.dll", missing) != nullptr;
   cl::driver([&] {
-    found = query_devices(clGetPlatformIDs);
+    if (has_loader) found = query_devices(clGetPlatformIDs);
     // Repeated, since a driver whose start failed, such as PoCL without a writable folder, may succeed now.
-    if (found.empty()) found = query_devices(clGetPlatformIDs);
+    if (has_loader && found.empty()) found = query_devices(clGetPlatformIDs);
     if (found.empty()) found = query_devices(own_driver(reason));
     return CL_SUCCESS;
   });
@@ -225,12 +237,7 @@ Device Device::open(std::string_view selector) {
   const std::vector<Found> found = find_devices(reason);
   if (found.empty()) {
     if (!reason.empty()) reason += ". ";
-    throw Error(ErrorCode::device,
-                "No OpenCL device was found. " + reason +
-                    "Install one with 'apt install pocl-opencl-icd' or, for Python, with 'pip "
-                    "install kiln[cpu]' (any CPU), or your GPU vendor's OpenCL driver. If one is "
-                    "installed, it may have no writable folder for its kernels: set HOME or "
-                    "POCL_CACHE_DIR to one that can be written.");
+    throw Error(ErrorCode::device, "No OpenCL device was found. " + reason + kHowToInstall);
   }
   Message origin = option("device");
   if (selector.empty()) {

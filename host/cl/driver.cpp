@@ -1,7 +1,5 @@
 #include "cl/driver.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -9,6 +7,8 @@
 #include <cstdlib>
 #include <mutex>
 #include <utility>
+
+#include "base/file.h"
 
 namespace kiln {
 namespace {
@@ -20,7 +20,7 @@ thread_local volatile int depth = 0;
 std::atomic<std::uint64_t> begun{0}, ended{0};
 std::atomic<int> own_maps{0};
 std::array<char, 512> own_map_name{};  // name of the first one; read by signal handlers
-std::atomic<pid_t> opened_by{0};       // process that opened the last device
+std::atomic<long> opened_by{0};        // process that opened the last device
 
 }  // namespace
 
@@ -78,11 +78,11 @@ void throw_driver_failure() {
               "memory, or use a smaller size; then run it again.");
 }
 
-void record_opened() noexcept { opened_by = getpid(); }
+void record_opened() noexcept { opened_by = os::process_id(); }
 
 bool is_forked() noexcept {
-  const pid_t opener = opened_by;
-  return opener != 0 && opener != getpid();
+  const long opener = opened_by;
+  return opener != 0 && opener != os::process_id();
 }
 
 void throw_forked() {

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/cube_root.h"
 #include "mesh/half_edge.h"
 #include "unwrap/chart_cuts.h"
 
@@ -51,7 +52,7 @@ PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
                              (need.area + kMeanWeight * whole.area);
   }
   const double power = std::log2(e[0] / e[2]) / std::log2(kTexelSides[0] / kTexelSides[2]);
-  return {need.area, std::cbrt(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxErrorExponent)};
+  return {need.area, cube_root(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxErrorExponent)};
 }
 
 /// Lagrange multiplier at which the optimal scales fill the area: the error that one texel's area must save.

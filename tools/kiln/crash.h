@@ -11,9 +11,6 @@ namespace kiln::cli {
 /// \param argv  of main(), kept
 void catch_crashes(char** argv) noexcept;
 
-/// True of a signal whose handler is that of catch_crashes(): a driver's libraries may not set another.
-bool handles_crash(int number) noexcept;
-
 /// Begins the run anew: first as it was, then with an empty cache of PoCL's. Does nothing where both were
 /// done, or cannot be.
 void retry() noexcept;

@@ -3,7 +3,8 @@
 
 namespace kiln::cli {
 
-/// From now on an interrupt (SIGINT, SIGTERM, SIGHUP) sets a flag that the work polls; the work has
+/// From now on an interrupt (SIGINT, SIGTERM, SIGHUP; on Windows
+/// Ctrl-C, Ctrl-Break and a closed console) sets a flag that the work polls; the work has
 /// a third of a second to end. Then the process removes its temporary files and exits with 130.
 /// Outputs that are being put in place are finished first.
 void catch_interrupts();

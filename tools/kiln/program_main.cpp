@@ -1,16 +1,16 @@
-
-#include <unistd.h>
-
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <limits>
 #include <new>
 #include <span>
 #include <string>
 #include <string_view>
 
+#include "base/file.h"
 #include "base/memory.h"
+#include "base/process.h"
+#include "base/system_memory.h"
+#include "base/terminal.h"
 #include "cl/driver_state.h"
 #include "crash.h"
 #include "interrupt.h"
@@ -21,10 +21,6 @@
 #include "program.h"
 #include "report/console.h"
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 namespace {
 
 using kiln::cli::UsageError;
@@ -32,15 +28,6 @@ using kiln::cli::UsageError;
 int cancelled() {
   std::fputs("\nCancelled.\n", stderr);
   return kiln::cli::kExitCancelled;
-}
-
-/// Memory that was used is used again, rather than given back and asked for: a quarter of the page faults of a
-/// bake were of pages that it had had before.
-void keep_memory() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_MAX, 0);
-  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-#endif
 }
 
 /// All that may throw.
@@ -99,18 +86,20 @@ int kiln::cli::run_program(int argc, char** argv, std::span<const CommandEntry> 
 }
 
 int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry> commands) {
-  if (!cli::reserve_descriptors()) {
+  os::read_arguments(argc, argv);
+  if (!os::reserve_streams()) {
     std::fputs(
         "kiln: The standard output, input or error stream is closed, and /dev/null does not open "
         "in its place.\n",
         stderr);
     return static_cast<int>(ErrorCode::output);
   }
+  os::prepare_streams();
   // PoCL installs a process-wide handler for arithmetic traps; ours to decide, so not wanted.
-  setenv("POCL_SIGFPE_HANDLER", "0", 0);
+  if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr) os::set_variable("POCL_SIGFPE_HANDLER", "0");
   int exit_code = static_cast<int>(ErrorCode::internal);
   if (cli::supervised(exit_code)) return exit_code;
-  keep_memory();
+  os::keep_free_blocks();
   obey_memory_limit();
   cli::catch_crashes(argv);
   cli::catch_interrupts();
@@ -118,7 +107,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   if (driver_failed()) {
     // Its handlers at exit would wait for locks that it holds for good.
     std::fflush(nullptr);
-    _exit(exit_code);
+    std::_Exit(exit_code);
   }
   return exit_code;
 }

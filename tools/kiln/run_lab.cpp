@@ -1,14 +1,13 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <climits>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string_view>
 
+#include "base/process.h"
 #include "commands.h"
 #include "kiln/error.h"
 
@@ -17,16 +16,7 @@ namespace {
 
 constexpr const char* kInstalled = KILN_INSTALLED_PROGRAMS;
 
-using Path = std::array<char, PATH_MAX>;
-
-/// The folder of this program, with a stroke; empty where the system does not say.
-Path own_folder() {
-  Path path{};
-  if (readlink("/proc/self/exe", path.data(), path.size() - 1) < 0) return {};
-  char* const stroke = std::strrchr(path.data(), '/');
-  if (stroke != nullptr) stroke[1] = '\0';
-  return path;
-}
+using Path = std::array<char, 4096>;
 
 }  // namespace
 
@@ -41,25 +31,34 @@ const char* asked_of_lab(int argc, char** argv) {
   return nullptr;
 }
 
-// No memory is taken here: whatever fails, kiln-lab does or does not start.
+// No memory is taken before the programs were tried: whatever fails, kiln-lab does or does not start.
 int run_lab(const char* command, char** argv) {
-  Path beside{}, installed{}, cache{}, built{};
-  const Path folder = own_folder();
+  Path folder{}, beside{}, installed{};
+  os::own_folder(folder);
   std::snprintf(beside.data(), beside.size(), "%.4000skiln-lab", folder.data());
   std::snprintf(installed.data(), installed.size(), "%.4000s/kiln-lab", kInstalled);
   if (folder[0] == '\0') beside = installed;
   int reason = ENOENT;
   for (const Path& program : {beside, installed}) {
-    execv(program.data(), argv);
-    if (errno != ENOENT) reason = errno;
+    const int error = os::become_program(program.data(), argv);
+    if (error != ENOENT) reason = error;
+  }
+  if (reason == ENOSYS) {
+    std::fprintf(
+        stderr,
+        "kiln: %s is run by kiln-lab, which there is not for this system: run it on Linux.\n",
+        command);
+    return static_cast<int>(ErrorCode::internal);
   }
   std::fprintf(
       stderr, "kiln: %s is run by kiln-lab, which cannot be started, neither as %s nor as %s: %s. ",
       command, beside.data(), installed.data(), std::strerror(reason));
-  std::snprintf(cache.data(), cache.size(), "%.4000s../../CMakeCache.txt", folder.data());
-  if (realpath(cache.data(), built.data()) != nullptr) {
-    *std::strrchr(built.data(), '/') = '\0';
-    std::fprintf(stderr, "Build it: cmake --build %s --target kiln_lab\n", built.data());
+  std::error_code error;
+  const std::filesystem::path cache = std::filesystem::canonical(
+      std::filesystem::path(folder.data()) / "../../CMakeCache.txt", error);
+  if (!error) {
+    std::fprintf(stderr, "Build it: cmake --build %s --target kiln_lab\n",
+                 cache.parent_path().string().c_str());
   } else {
     std::fputs("Install it beside kiln.\n", stderr);
   }

@@ -243,7 +243,8 @@ bool ExrSource::read(char bytes[], int count) {
   return position_ < source_.size();
 }
 
-ExrStream::ExrStream(AtomicFile& file) : Imf::OStream(file.destination().c_str()), file_(file) {}
+ExrStream::ExrStream(AtomicFile& file)
+    : Imf::OStream(file.destination().string().c_str()), file_(file) {}
 
 void ExrStream::write(const char bytes[], int count) {
   try {

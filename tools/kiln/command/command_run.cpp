@@ -171,13 +171,19 @@ int merge(const RunArguments& arguments, Console& console) {
 int run_shell(const JobFile& file, const std::string& command, const std::string& input,
               std::string& said) {
   constexpr double kLimitSeconds = 3600;
+  if (!RunningProgram::supported()) {
+    said =
+        "Kiln runs no commands on this system: leave it out of the job file, or run the job on "
+        "Linux";
+    return -1;
+  }
   std::optional<RunningProgram> shell =
       RunningProgram::start({"/bin/sh", "-c", command}, file.folder.empty() ? "." : file.folder);
   if (!shell) {
     said = "there is no /bin/sh";
     return -1;
   }
-  shell->begin(input, kLimitSeconds);
+  shell->begin(input, kLimitSeconds, interrupted);
   const ProgramResult result = shell->finish();
   said = result.output + result.errors;
   return result.exit_code;

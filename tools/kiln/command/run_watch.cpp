@@ -1,22 +1,15 @@
 #include "command/run_watch.h"
 
-#include <spawn.h>
-#include <sys/wait.h>
-
 #include <chrono>
-#include <csignal>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <thread>
 #include <vector>
 
 #include "base/counted.h"
 #include "base/file.h"
+#include "base/process.h"
 #include "interrupt.h"
 #include "kiln/error.h"
-
-extern char** environ;
 
 namespace kiln::cli {
 namespace {
@@ -43,11 +36,8 @@ struct Look {
 
 /// The words that this program was called by, without --watch.
 std::vector<std::string> own_words() {
-  std::ifstream in("/proc/self/cmdline", std::ios::binary);
-  std::vector<std::string> words;
-  for (std::string word; std::getline(in, word, '\0');) {
-    if (word != "--watch") words.push_back(word);
-  }
+  std::vector<std::string> words = os::own_words();
+  std::erase(words, "--watch");
   if (words.empty()) {
     throw Error(ErrorCode::internal,
                 "--watch reads /proc/self/cmdline, which is not there: run without it.");
@@ -55,23 +45,10 @@ std::vector<std::string> own_words() {
   return words;
 }
 
-/// Runs it, and waits. An interrupt is passed on.
+/// Runs it, and waits.
 void run_again(const std::vector<std::string>& words) {
-  std::vector<char*> arguments;
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  pid_t child = 0;
-  if (posix_spawn(&child, "/proc/self/exe", nullptr, nullptr, arguments.data(), environ) != 0) {
-    throw Error(ErrorCode::internal, "--watch cannot start a process: end others, and run again.");
-  }
-  bool told = false;
-  for (int status = 0; waitpid(child, &status, WNOHANG) == 0;) {
-    if (interrupted() && !told) {
-      kill(child, SIGINT);
-      told = true;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  if (os::run_own_program(words, interrupted)) return;
+  throw Error(ErrorCode::internal, "--watch cannot start a process: end others, and run again.");
 }
 
 }  // namespace

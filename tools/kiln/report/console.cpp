@@ -1,18 +1,12 @@
 #include "report/console.h"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <cstdlib>
 #include <map>
 #include <string_view>
 #include <utility>
 
 #include "base/formatted.h"
+#include "base/terminal.h"
 #include "interrupt.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
@@ -34,12 +28,6 @@ bool is_control(std::string_view character) {
   if (character.size() != 3 || first != 0xE2) return false;
   return (second == 0x80 && ((third >= 0xA8 && third <= 0xAE) || third == 0x8E || third == 0x8F)) ||
          (second == 0x81 && third >= 0xA6 && third <= 0xA9);
-}
-
-/// True if a pipe or socket has no reader any more.
-bool reader_left(int descriptor) {
-  pollfd state{descriptor, POLLOUT, 0};
-  return poll(&state, 1, 0) == 1 && (state.revents & (POLLERR | POLLHUP)) != 0;
 }
 
 }  // namespace
@@ -84,38 +72,18 @@ void print_text(std::FILE* to, std::string_view text) {
   std::fflush(to);
 }
 
-std::size_t terminal_columns() {
-  winsize size{};
-  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-}
-
 void finish_output() {
   const bool flushed = std::fflush(stdout) == 0;
-  if ((flushed && std::ferror(stdout) == 0) || reader_left(STDOUT_FILENO)) return;
-  const int mode = fcntl(STDOUT_FILENO, F_GETFL);
-  const bool closed = mode < 0 || (mode & O_ACCMODE) == O_RDONLY;
+  if ((flushed && std::ferror(stdout) == 0) || os::reader_left(stdout)) return;
   throw Error(ErrorCode::output,
               std::string("Standard output could not be written: ") +
-                  (closed ? "it is closed. Give it a file or /dev/null, or add --quiet."
-                          : "its disk is full, or the device failed. Write to another place."));
-}
-
-bool reserve_descriptors() {
-  for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor) {
-    if (fcntl(descriptor, F_GETFD) >= 0) continue;
-    // The lowest that is free.
-    if (open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) != descriptor)
-      return false;
-  }
-  return true;
+                  (os::is_closed(stdout)
+                       ? "it is closed. Give it a file or /dev/null, or add --quiet."
+                       : "its disk is full, or the device failed. Write to another place."));
 }
 
 Console::Console(bool quiet, const std::string& report)
-    : quiet_(quiet), report_on_output_(report == "-"), terminal_(isatty(STDERR_FILENO) != 0) {
-  // Without a name it says nothing of what it can do.
-  const char* kind = std::getenv("TERM");
-  if (kind == nullptr || *kind == '\0' || std::string_view(kind) == "dumb") terminal_ = false;
-}
+    : quiet_(quiet), report_on_output_(report == "-"), terminal_(os::is_terminal(stderr)) {}
 
 Console::~Console() { clear_bar(); }
 
@@ -132,7 +100,7 @@ bool Console::progress(double share, std::string_view stage) {
   const int percent = std::clamp(static_cast<int>(share * 100), 0, 100);
   if (percent == last_percent_ && stage == last_stage_) return true;
   // A line that wraps would not be cleared: it ends a column before the last one.
-  const std::size_t columns = terminal_columns() - 1;
+  const std::size_t columns = os::terminal_columns() - 1;
   const std::size_t width = std::min<std::size_t>(32, columns / 3);
   const std::size_t filled = static_cast<std::size_t>(percent) * width / 100;
   const double seconds =

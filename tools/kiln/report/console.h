@@ -28,17 +28,9 @@ void print_line(std::FILE* to, std::string_view text);
 /// Prints a text of several lines, such as a job file, unchanged with a line break, and flushes.
 void print_text(std::FILE* to, std::string_view text);
 
-/// Columns of the terminal that standard error is; 80 where it does not say.
-std::size_t terminal_columns();
-
 /// Standard output to where it goes. A reader that has left, as `head` does, has read what it wanted: that is no
 /// error. \throws Error(output) where it is closed, or its disk is full
 void finish_output();
-
-/// If the command is started without standard input, output or error, a file that it opens would take their
-/// place, and what is printed would go into that file. So they are opened, such that their use fails as before.
-/// \returns false where that cannot be
-bool reserve_descriptors();
 
 /// A progress bar on a terminal, and none elsewhere: logs hold results and warnings alone. The bar and
 /// warnings go to standard error, so that standard output stays for results. Quiet leaves out the bar and

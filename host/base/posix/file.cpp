@@ -1,17 +1,5 @@
 #include "base/file.h"
 
-#include <cerrno>
-#include <cstdlib>
-
-#include "base/fnv.h"
-
-#ifdef _WIN32
-#include <direct.h>
-#include <fcntl.h>
-#include <io.h>
-#include <process.h>
-#include <sys/stat.h>
-#else
 #include <fcntl.h>
 #include <grp.h>
 #include <pwd.h>
@@ -20,126 +8,19 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <list>
 #include <thread>
-#endif
+
+#include "base/fnv.h"
 
 namespace kiln::os {
 
 namespace fs = std::filesystem;
-
-#ifdef _WIN32
-
-namespace {
-
-FileFacts facts(const struct _stat64& status) {
-  FileFacts facts;
-  facts.is_regular = (status.st_mode & _S_IFMT) == _S_IFREG;
-  facts.is_folder = (status.st_mode & _S_IFMT) == _S_IFDIR;
-  facts.is_own = true;
-  facts.bytes = static_cast<std::uint64_t>(status.st_size);
-  facts.modified = status.st_mtime;
-  facts.permissions = status.st_mode & 0777U;
-  return facts;
-}
-
-bool done(const std::error_code& error) {
-  if (error) errno = error.default_error_condition().value();
-  return !error;
-}
-
-}  // namespace
-
-std::optional<FileFacts> facts_of(const fs::path& path) noexcept {
-  struct _stat64 status {};
-  if (_wstat64(path.c_str(), &status) != 0) return std::nullopt;
-  FileFacts found = facts(status);
-  // Without file numbers, the path's hash identifies a file.
-  std::error_code error;
-  found.id.file = fs::hash_value(fs::weakly_canonical(path, error));
-  return found;
-}
-std::optional<FileFacts> facts_of_link(const fs::path& path) noexcept { return facts_of(path); }
-std::optional<FileFacts> facts_of(int file) noexcept {
-  struct _stat64 status {};
-  if (_fstat64(file, &status) != 0) return std::nullopt;
-  return facts(status);
-}
-
-int open_to_read(const fs::path& path) noexcept {
-  return _wopen(path.c_str(), _O_RDONLY | _O_BINARY | _O_NOINHERIT);
-}
-int open_to_write(const fs::path& path) noexcept {
-  return _wopen(path.c_str(), _O_WRONLY | _O_BINARY | _O_NOINHERIT);
-}
-int create_file(const fs::path& path, unsigned /*permissions*/) noexcept {
-  return _wopen(path.c_str(), _O_CREAT | _O_EXCL | _O_WRONLY | _O_BINARY | _O_NOINHERIT,
-                _S_IREAD | _S_IWRITE);
-}
-int create_unnamed(const fs::path& /*folder*/) noexcept { return -1; }
-int lock_folder(const fs::path& /*folder*/, double /*seconds*/) noexcept { return -1; }
-int duplicate(int file) noexcept { return _dup(file); }
-void close(int file) noexcept { _close(file); }
-
-bool name_file(int /*file*/, const fs::path& /*name*/) noexcept {
-  errno = EINVAL;
-  return false;
-}
-std::string name_of_open(int /*file*/) { return {}; }
-
-std::FILE* stream_of(int file) noexcept { return _fdopen(file, "wb"); }
-int file_of(std::FILE* stream) noexcept { return _fileno(stream); }
-std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept {
-  if (_lseeki64(file, static_cast<std::int64_t>(offset), SEEK_SET) < 0) return -1;
-  return _read(file, to, static_cast<unsigned>(bytes));
-}
-std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcept {
-  return _write(file, from, static_cast<unsigned>(bytes));
-}
-
-bool sync(int file) noexcept {
-  // _commit() fails for files opened for reading; these need no sync.
-  return _commit(file) == 0 || errno == EBADF;
-}
-void begin_sync(int /*file*/) noexcept {}
-bool set_permissions(int /*file*/, unsigned /*permissions*/) noexcept { return true; }
-bool may_write(const fs::path& path) noexcept { return _waccess(path.c_str(), 2) == 0; }
-bool may_write_in(const fs::path& folder) noexcept { return may_write(folder); }
-bool replace(const fs::path& from, const fs::path& to) noexcept {
-  std::error_code error;
-  fs::rename(from, to, error);
-  return done(error);
-}
-bool add_name(const fs::path& of, const fs::path& name) noexcept {
-  std::error_code error;
-  fs::create_hard_link(of, name, error);
-  return done(error);
-}
-bool remove_file(const wchar_t* path) noexcept { return _wunlink(path) == 0; }
-bool remove_folder(const wchar_t* path) noexcept { return _wrmdir(path) == 0; }
-
-fs::path shared_level(const fs::path& /*path*/) { return {}; }  // unknown on this system
-void create_private_folders(const fs::path& path) noexcept {
-  std::error_code error;
-  fs::create_directories(path, error);
-}
-// temporary folders belong to the user here
-fs::path user_folder() { return temporary_folder() / "kiln"; }
-void set_variable(const char* name, const char* value) noexcept {
-  _putenv_s(name, value == nullptr ? "" : value);
-}
-
-long process_id() noexcept { return _getpid(); }
-const std::string& process_mark() {
-  static const std::string none(16, '0');
-  return none;
-}
-bool is_gone(long /*process*/) noexcept { return false; }  // unknown on this system
-
-#else
 
 namespace {
 
@@ -385,16 +266,13 @@ bool is_gone(long process) noexcept {
   return process > 0 && kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
 }
 
-#endif
-
+fs::path create_temporary_folder(const std::string& start_of_name) {
+  std::string folder = temporary_folder() / (start_of_name + "XXXXXX");
+  return mkdtemp(folder.data()) == nullptr ? "" : folder;
+}
 fs::path temporary_folder() {
-  if (const char* given = std::getenv("TMPDIR"); given != nullptr && *given != '\0') return given;
-#ifdef _WIN32
-  std::error_code error;
-  return fs::temp_directory_path(error);
-#else
-  return "/tmp";
-#endif
+  const char* const given = std::getenv("TMPDIR");
+  return given != nullptr && *given != '\0' ? given : "/tmp";
 }
 
 }  // namespace kiln::os

@@ -1,6 +1,5 @@
 #include "base/child.h"
 
-#ifndef _WIN32
 #include <fcntl.h>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -17,18 +16,8 @@
 #include <exception>
 
 #include "base/progress_guard.h"
-#endif
 
 namespace kiln {
-
-#ifdef _WIN32
-
-ChildEnd run_in_child(const ChildLimits& /*limits*/, const std::function<std::string()>& /*work*/,
-                      std::string& /*returned*/) {
-  return ChildEnd::none;
-}
-
-#else
 
 namespace {
 
@@ -121,7 +110,5 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
       WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
   return slow ? ChildEnd::slow : ChildEnd::crashed;
 }
-
-#endif
 
 }  // namespace kiln

@@ -1,0 +1,192 @@
+#include "base/running_program.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <future>
+#include <utility>
+
+#include "kiln/error.h"
+
+extern char** environ;
+
+namespace kiln {
+
+struct RunningProgram::Process {
+  /// Both ends are closed with it.
+  struct Pipe {
+    int read_end = -1, write_end = -1;
+    Pipe() {
+      int ends[2];
+      if (pipe2(ends, O_CLOEXEC) == 0) read_end = ends[0], write_end = ends[1];
+    }
+    ~Pipe() {
+      close_end(read_end);
+      close_end(write_end);
+    }
+    Pipe(const Pipe&) = delete;
+    Pipe& operator=(const Pipe&) = delete;
+    static void close_end(int& end) {
+      if (end >= 0) close(end);
+      end = -1;
+    }
+  };
+
+  pid_t id = 0;  ///< 0: has ended
+  Pipe input, output, errors;
+  std::string given;                   ///< To its standard input
+  std::function<bool()> interrupted;   ///< Ends it
+  std::future<ProgramResult> working;  ///< From begin() on
+
+  ~Process() {
+    if (id != 0) kill(id, SIGKILL);
+    if (working.valid()) working.wait();
+    wait();
+  }
+  bool exchange(std::string_view left, double limit_seconds, ProgramResult& result);
+  /// \returns its status, once it has ended
+  int wait() {
+    int status = 0;
+    if (id == 0) return status;
+    while (waitpid(id, &status, 0) < 0 && errno == EINTR) continue;
+    id = 0;
+    return status;
+  }
+};
+
+namespace {
+
+constexpr int kNice = 5;
+
+[[noreturn]] void not_started(const std::string& program, int error) {
+  throw Error(ErrorCode::internal,
+              "The program " + program + " could not be started: " + std::strerror(error) + ".");
+}
+
+}  // namespace
+
+/// Writes to it and reads from it until it closes both: in turn, so that no pipe fills up and stops either.
+/// \param left  what is to be written
+/// \returns false where it took too long, or was interrupted
+bool RunningProgram::Process::exchange(std::string_view left, double limit_seconds,
+                                       ProgramResult& result) {
+  const auto deadline =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_seconds);
+  const std::array<std::string*, 2> texts = {&result.output, &result.errors};
+  std::array<char, 65536> buffer;
+  fcntl(input.write_end, F_SETFL, O_NONBLOCK);
+  std::array<int*, 2> ends = {&output.read_end, &errors.read_end};
+  while (*ends[0] >= 0 || *ends[1] >= 0) {
+    if (left.empty()) Pipe::close_end(input.write_end);
+    std::array<pollfd, 3> polled = {
+        {{*ends[0], POLLIN, 0}, {*ends[1], POLLIN, 0}, {input.write_end, POLLOUT, 0}}};
+    constexpr int kMilliseconds = 100;
+    const int ready = poll(polled.data(), polled.size(), kMilliseconds);
+    if (interrupted() || std::chrono::steady_clock::now() > deadline) return false;
+    if (ready < 0 && errno != EINTR) break;
+    if (ready <= 0) continue;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      if (*ends[i] < 0 || polled[i].revents == 0) continue;
+      const ssize_t count = read(*ends[i], buffer.data(), buffer.size());
+      if (count > 0) {
+        texts[i]->append(buffer.data(), static_cast<std::size_t>(count));
+      } else if (count == 0 || errno != EINTR) {
+        Pipe::close_end(*ends[i]);
+      }
+    }
+    if (input.write_end < 0 || polled[2].revents == 0) continue;
+    const ssize_t count = write(input.write_end, left.data(), left.size());
+    if (count > 0) {
+      left.remove_prefix(static_cast<std::size_t>(count));
+    } else if (count < 0 && errno != EINTR && errno != EAGAIN) {
+      left = {};  // It does not read any more.
+    }
+  }
+  return true;
+}
+
+RunningProgram::RunningProgram(std::unique_ptr<Process> process) : process_(std::move(process)) {}
+RunningProgram::RunningProgram(RunningProgram&&) noexcept = default;
+RunningProgram& RunningProgram::operator=(RunningProgram&&) noexcept = default;
+RunningProgram::~RunningProgram() = default;
+
+bool RunningProgram::supported() noexcept { return true; }
+
+std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> command,
+                                                    const std::filesystem::path& folder) {
+  auto process = std::make_unique<Process>();
+  for (const Process::Pipe* pipe : {&process->input, &process->output, &process->errors}) {
+    if (pipe->read_end < 0) not_started(command[0], errno);
+  }
+  std::vector<char*> arguments;
+  for (std::string& argument : command) arguments.push_back(argument.data());
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, process->input.read_end, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, process->output.write_end, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, process->errors.write_end, STDERR_FILENO);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  // Signals that we ignore (see catch_interrupts) the program should not.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t defaults;
+  sigemptyset(&defaults);
+  sigaddset(&defaults, SIGPIPE);
+  sigaddset(&defaults, SIGXFSZ);
+  posix_spawnattr_setsigdefault(&attributes, &defaults);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+  pid_t id = 0;
+  const int status =
+      posix_spawnp(&id, arguments[0], &actions, &attributes, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  posix_spawnattr_destroy(&attributes);
+  if (status == ENOENT || status == EACCES || status == ENOTDIR) return std::nullopt;
+  if (status != 0) not_started(command[0], status);
+  // Whoever starts it works meanwhile, and should not wait for it.
+  setpriority(PRIO_PROCESS, static_cast<id_t>(id), kNice);
+  process->id = id;
+  Process::Pipe::close_end(process->input.read_end);
+  Process::Pipe::close_end(process->output.write_end);
+  Process::Pipe::close_end(process->errors.write_end);
+  return RunningProgram(std::move(process));
+}
+
+void RunningProgram::begin(std::string input, double limit_seconds,
+                           std::function<bool()> interrupted) {
+  process_->given = std::move(input);
+  process_->interrupted = std::move(interrupted);
+  process_->working = std::async(std::launch::async, [process = process_.get(), limit_seconds] {
+    ProgramResult result;
+    if (!process->exchange(process->given, limit_seconds, result)) {
+      kill(process->id, SIGKILL);
+      result.errors += "stopped after " + std::to_string(std::lround(limit_seconds)) + " seconds";
+    }
+    return result;
+  });
+}
+
+bool RunningProgram::began() const { return process_->working.valid(); }
+
+bool RunningProgram::began_with(std::string_view input) const {
+  return began() && process_->given == input;
+}
+
+ProgramResult RunningProgram::finish() {
+  ProgramResult result = process_->working.get();
+  const int ended = process_->wait();
+  result.exit_code = WIFEXITED(ended) ? WEXITSTATUS(ended) : 128 + WTERMSIG(ended);
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,93 @@
+#include "base/signals.h"
+
+#include <signal.h>
+#include <sys/syscall.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+
+namespace kiln::os {
+namespace {
+
+constexpr suseconds_t kMicrosecondsToEnd = 330000;
+
+std::atomic<bool> interrupt_came{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+void (*deadline)() = nullptr;
+
+extern "C" void on_alarm(int) { deadline(); }
+
+extern "C" void on_interrupt(int) {
+  if (interrupt_came.exchange(true)) deadline();  // a second one does not wait
+  itimerval timer{};
+  timer.it_value.tv_usec = kMicrosecondsToEnd;
+  setitimer(ITIMER_REAL, &timer, nullptr);
+}
+
+void handle(int number, void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  // Signals that a parent ignores (nohup) stay ignored.
+  struct sigaction before {};
+  if (number != SIGALRM && sigaction(number, nullptr, &before) == 0 &&
+      before.sa_handler == SIG_IGN) {
+    return;
+  }
+  sigaction(number, &action, nullptr);
+}
+
+constexpr std::array kCrashSignals = {SIGSEGV, SIGBUS, SIGABRT, SIGILL, SIGFPE, SIGTRAP};
+std::array<bool, kCrashSignals.size()> handled{};
+
+}  // namespace
+
+void catch_interrupts(void (*on_deadline)()) noexcept {
+  deadline = on_deadline;
+  handle(SIGALRM, on_alarm);
+  handle(SIGINT, on_interrupt);
+  handle(SIGTERM, on_interrupt);
+  handle(SIGHUP, on_interrupt);
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
+}
+
+bool interrupted() noexcept { return interrupt_came.load(); }
+
+void catch_crashes(void (*on_crash)(int number)) noexcept {
+  for (std::size_t i = 0; i < kCrashSignals.size(); ++i) {
+    struct sigaction before {};
+    // A sanitizer's or a parent's is the better one.
+    if (sigaction(kCrashSignals[i], nullptr, &before) != 0 || before.sa_handler != SIG_DFL)
+      continue;
+    struct sigaction action {};
+    action.sa_handler = on_crash;
+    action.sa_flags = SA_NODEFER | SA_ONSTACK;
+    handled[i] = sigaction(kCrashSignals[i], &action, nullptr) == 0;
+  }
+}
+
+bool handles_crash(int number) noexcept {
+  for (std::size_t i = 0; i < kCrashSignals.size(); ++i) {
+    if (kCrashSignals[i] == number) return handled[i];
+  }
+  return false;
+}
+
+bool is_abort(int number) noexcept { return number == SIGABRT; }
+
+void crash_unhandled(int number) noexcept {
+  signal(number, SIG_DFL);
+  raise(number);
+}
+
+void stop_thread() noexcept {
+  for (;;) pause();
+}
+
+std::int64_t thread_number() noexcept { return syscall(SYS_gettid); }
+bool on_main_thread() noexcept { return thread_number() == getpid(); }
+
+}  // namespace kiln::os

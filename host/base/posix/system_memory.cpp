@@ -1,0 +1,65 @@
+#include "base/system_memory.h"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+
+#include "base/control_group.h"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+namespace kiln::os {
+
+std::uint64_t resident_memory() noexcept {
+  std::array<char, 128> text{};
+  const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  if (file < 0) return 0;
+  const bool any = read(file, text.data(), text.size() - 1) > 0;
+  close(file);
+  const char* second = any ? std::strchr(text.data(), ' ') : nullptr;
+  const std::uint64_t resident = second == nullptr ? 0 : std::strtoull(second, nullptr, 10);
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+std::uint64_t peak_resident_memory() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+std::uint64_t free_in_machine() {
+  const std::uint64_t available = number_in("/proc/meminfo", "MemAvailable:");
+  const std::uint64_t swap = number_in("/proc/meminfo", "SwapFree:");
+  if (available == kNoNumber) return kNoNumber;
+  return (available + (swap == kNoNumber ? 0 : swap)) * 1024;
+}
+
+std::uint64_t free_addresses() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kNoNumber;
+  const std::uint64_t pages = first_number_in("/proc/self/statm");
+  const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return bytes_left(limit.rlim_cur, pages == kNoNumber ? kNoNumber : pages * page);
+}
+
+void return_free_blocks() noexcept {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+void keep_free_blocks() noexcept {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
+}
+
+}  // namespace kiln::os

@@ -1,0 +1,22 @@
+// What the system says of memory. Implemented in posix/ and windows/.
+#pragma once
+
+#include <cstdint>
+
+namespace kiln::os {
+
+/// Bytes that the process holds in memory; 0: unknown. Allocates nothing.
+std::uint64_t resident_memory() noexcept;
+/// The most that it has held so far; 0: unknown.
+std::uint64_t peak_resident_memory() noexcept;
+/// Bytes of memory and swap that nobody uses; kNoNumber (base/control_group.h): unknown.
+std::uint64_t free_in_machine();
+/// Bytes of addresses that the process may still take; kNoNumber: no limit.
+std::uint64_t free_addresses();
+/// Gives the allocator's free memory back to the system.
+void return_free_blocks() noexcept;
+/// From now on, the allocator keeps memory that is freed: a quarter of the page faults of a bake were of pages that it had
+/// had before. For programs, not for libraries.
+void keep_free_blocks() noexcept;
+
+}  // namespace kiln::os

@@ -1,0 +1,96 @@
+#include "base/windows/api.h"
+
+#include <cerrno>
+
+namespace kiln::os {
+
+namespace fs = std::filesystem;
+
+std::wstring api_path(const fs::path& path) {
+  // Folders end 12 characters before files do (MAX_PATH), to leave room for a short name.
+  constexpr DWORD kMaxPlainLength = MAX_PATH - 12 - 1, kMaxLength = 32768;
+  // A relative path is as long as its whole one. libstdc++'s absolute() takes a share of a server for a folder.
+  std::wstring whole(kMaxLength, L'\0');
+  const DWORD length = GetFullPathNameW(path.c_str(), kMaxLength, whole.data(), nullptr);
+  if (length < kMaxPlainLength || length >= kMaxLength) return path.native();
+  whole.resize(length);
+  if (whole.starts_with(LR"(\\?\)") || whole.starts_with(LR"(\\.\)")) return whole;
+  if (whole.starts_with(LR"(\\)")) return LR"(\\?\UNC\)" + whole.substr(2);
+  return LR"(\\?\)" + whole;
+}
+
+std::wstring to_wide(std::string_view utf8) {
+  const int bytes = static_cast<int>(utf8.size());
+  std::wstring wide(
+      static_cast<std::size_t>(MultiByteToWideChar(CP_UTF8, 0, utf8.data(), bytes, nullptr, 0)),
+      L'\0');
+  MultiByteToWideChar(CP_UTF8, 0, utf8.data(), bytes, wide.data(), static_cast<int>(wide.size()));
+  return wide;
+}
+
+std::string to_utf8(std::wstring_view wide) {
+  const int units = static_cast<int>(wide.size());
+  std::string utf8(static_cast<std::size_t>(WideCharToMultiByte(CP_UTF8, 0, wide.data(), units,
+                                                                nullptr, 0, nullptr, nullptr)),
+                   '\0');
+  WideCharToMultiByte(CP_UTF8, 0, wide.data(), units, utf8.data(), static_cast<int>(utf8.size()),
+                      nullptr, nullptr);
+  return utf8;
+}
+
+namespace {
+
+int errno_of(DWORD error) noexcept {
+  switch (error) {
+    case ERROR_FILE_NOT_FOUND:
+    case ERROR_PATH_NOT_FOUND:
+    case ERROR_INVALID_DRIVE:
+    case ERROR_BAD_NETPATH:
+    case ERROR_BAD_NET_NAME:
+      return ENOENT;
+    case ERROR_ACCESS_DENIED:
+    case ERROR_SHARING_VIOLATION:
+    case ERROR_LOCK_VIOLATION:
+    case ERROR_DELETE_PENDING:
+      return EACCES;
+    case ERROR_FILE_EXISTS:
+    case ERROR_ALREADY_EXISTS:
+      return EEXIST;
+    case ERROR_DISK_FULL:
+    case ERROR_HANDLE_DISK_FULL:
+      return ENOSPC;
+    case ERROR_WRITE_PROTECT:
+      return EROFS;
+    case ERROR_FILENAME_EXCED_RANGE:
+      return ENAMETOOLONG;
+    case ERROR_TOO_MANY_OPEN_FILES:
+      return EMFILE;
+    case ERROR_NOT_SAME_DEVICE:
+      return EXDEV;
+    case ERROR_DIRECTORY:
+      return ENOTDIR;
+    case ERROR_DIR_NOT_EMPTY:
+      return ENOTEMPTY;
+    case ERROR_NOT_ENOUGH_MEMORY:
+    case ERROR_OUTOFMEMORY:
+      return ENOMEM;
+    case ERROR_INVALID_NAME:
+    case ERROR_INVALID_PARAMETER:
+    case ERROR_INVALID_FUNCTION:
+    case ERROR_NOT_SUPPORTED:
+      return EINVAL;
+    case ERROR_INVALID_HANDLE:
+      return EBADF;
+    case ERROR_BROKEN_PIPE:
+    case ERROR_NO_DATA:
+      return EPIPE;
+    default:
+      return EIO;
+  }
+}
+
+}  // namespace
+
+void set_errno() noexcept { errno = errno_of(GetLastError()); }
+
+}  // namespace kiln::os

@@ -1,0 +1,258 @@
+#include "base/file.h"
+
+#include <fcntl.h>
+#include <io.h>
+#include <process.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+#include "base/fnv.h"
+#include "base/windows/api.h"
+
+namespace kiln::os {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// As on POSIX, an open file may be renamed and removed, by this process and by others.
+constexpr DWORD kShareAll = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
+constexpr DWORD kMaxBytesPerCall = DWORD{1} << 30;
+
+/// Closed with it.
+class Handle {
+ public:
+  explicit Handle(HANDLE handle) : handle_(handle) {}
+  ~Handle() {
+    if (good()) CloseHandle(handle_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  bool good() const { return handle_ != INVALID_HANDLE_VALUE && handle_ != nullptr; }
+  HANDLE get() const { return handle_; }
+
+ private:
+  HANDLE handle_;
+};
+
+HANDLE handle_of(int file) { return reinterpret_cast<HANDLE>(_get_osfhandle(file)); }
+
+int descriptor_of(HANDLE handle, int flags) noexcept {
+  if (!succeeded(handle != INVALID_HANDLE_VALUE)) return -1;
+  const int file =
+      _open_osfhandle(reinterpret_cast<intptr_t>(handle), flags | _O_BINARY | _O_NOINHERIT);
+  if (file < 0) CloseHandle(handle);
+  return file;
+}
+
+HANDLE open_handle(const fs::path& path, DWORD access, DWORD creation, DWORD flags) {
+  return CreateFileW(api_path(path).c_str(), access, kShareAll, nullptr, creation, flags, nullptr);
+}
+
+/// Nanoseconds since 1970, of 100 ns since 1601.
+std::int64_t unix_nanoseconds(std::int64_t file_time) {
+  constexpr std::int64_t kTicksTo1970 = 116444736000000000;
+  return file_time <= 0 ? 0 : (file_time - kTicksTo1970) * 100;
+}
+
+std::optional<FileFacts> facts_of_handle(HANDLE handle) noexcept {
+  FileFacts facts;
+  facts.is_own = true;
+  BY_HANDLE_FILE_INFORMATION found{};
+  FILE_BASIC_INFO times{};
+  if (!succeeded(GetFileInformationByHandle(handle, &found) != FALSE)) return std::nullopt;
+  facts.id.device = found.dwVolumeSerialNumber;
+  facts.id.file = std::uint64_t{found.nFileIndexHigh} << 32 | found.nFileIndexLow;
+  facts.is_folder = (found.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY) != 0;
+  facts.is_regular = !facts.is_folder;
+  facts.bytes = std::uint64_t{found.nFileSizeHigh} << 32 | found.nFileSizeLow;
+  facts.permissions = (found.dwFileAttributes & FILE_ATTRIBUTE_READONLY) != 0 ? 0444 : 0666;
+  if (GetFileInformationByHandleEx(handle, FileBasicInfo, &times, sizeof times) != FALSE) {
+    facts.modified_ns = unix_nanoseconds(times.LastWriteTime.QuadPart);
+    facts.changed_ns = unix_nanoseconds(times.ChangeTime.QuadPart);
+    facts.modified = facts.modified_ns / 1000000000;
+  }
+  return facts;
+}
+
+std::optional<FileFacts> facts_of(const fs::path& path, DWORD flags) noexcept {
+  // Folders are opened as backup programs do; no access but to attributes is asked for.
+  const Handle file(
+      open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS | flags));
+  if (!succeeded(file.good())) return std::nullopt;
+  return facts_of_handle(file.get());
+}
+
+/// True if waiting does not help: the target is a folder, or write-protected.
+bool is_refused(const std::wstring& target) {
+  const DWORD attributes = GetFileAttributesW(target.c_str());
+  return attributes != INVALID_FILE_ATTRIBUTES &&
+         (attributes & (FILE_ATTRIBUTE_DIRECTORY | FILE_ATTRIBUTE_READONLY)) != 0;
+}
+
+}  // namespace
+
+std::optional<FileFacts> facts_of(const fs::path& path) noexcept { return facts_of(path, 0); }
+std::optional<FileFacts> facts_of_link(const fs::path& path) noexcept {
+  return facts_of(path, FILE_FLAG_OPEN_REPARSE_POINT);
+}
+std::optional<FileFacts> facts_of(int file) noexcept { return facts_of_handle(handle_of(file)); }
+
+int open_to_read(const fs::path& path) noexcept {
+  return descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL),
+                       _O_RDONLY);
+}
+int open_to_write(const fs::path& path) noexcept {
+  return descriptor_of(open_handle(path, GENERIC_WRITE, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL),
+                       _O_WRONLY);
+}
+int create_file(const fs::path& path, unsigned /*permissions*/) noexcept {
+  return descriptor_of(open_handle(path, GENERIC_WRITE, CREATE_NEW, FILE_ATTRIBUTE_NORMAL),
+                       _O_WRONLY);
+}
+int create_unnamed(const fs::path& /*folder*/) noexcept {
+  errno = EINVAL;
+  return -1;
+}
+
+int lock_folder(const fs::path& folder, double seconds) noexcept {
+  // A file that one process at a time can have open, and that goes when it is closed, however its process ends.
+  constexpr std::chrono::milliseconds kRetryInterval(20);
+  const fs::path name = folder / ".kiln-lock";
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  for (;;) {
+    const HANDLE handle =
+        CreateFileW(api_path(name).c_str(), GENERIC_WRITE | DELETE, 0, nullptr, OPEN_ALWAYS,
+                    FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE, nullptr);
+    if (handle != INVALID_HANDLE_VALUE) return descriptor_of(handle, _O_WRONLY);
+    const DWORD error = GetLastError();
+    set_errno();
+    // Access is denied while another process's is being removed, too.
+    const bool is_held = error == ERROR_SHARING_VIOLATION ||
+                         (error == ERROR_ACCESS_DENIED &&
+                          GetFileAttributesW(api_path(name).c_str()) != INVALID_FILE_ATTRIBUTES);
+    if (!is_held) return -1;
+    if (std::chrono::steady_clock::now() >= end) {
+      errno = EWOULDBLOCK;
+      return -1;
+    }
+    std::this_thread::sleep_for(kRetryInterval);
+  }
+}
+int duplicate(int file) noexcept { return _dup(file); }
+void close(int file) noexcept { _close(file); }
+
+bool name_file(int /*file*/, const fs::path& /*name*/) noexcept {
+  errno = EINVAL;
+  return false;
+}
+std::string name_of_open(int /*file*/) { return {}; }
+
+std::FILE* stream_of(int file) noexcept { return _fdopen(file, "wb"); }
+int file_of(std::FILE* stream) noexcept { return _fileno(stream); }
+std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept {
+  OVERLAPPED place{};
+  place.Offset = static_cast<DWORD>(offset);
+  place.OffsetHigh = static_cast<DWORD>(offset >> 32);
+  DWORD count = 0;
+  const auto wanted = static_cast<DWORD>(std::min<std::size_t>(bytes, kMaxBytesPerCall));
+  if (ReadFile(handle_of(file), to, wanted, &count, &place) != FALSE) return count;
+  if (GetLastError() == ERROR_HANDLE_EOF) return 0;
+  set_errno();
+  return -1;
+}
+std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcept {
+  return _write(file, from, static_cast<unsigned>(std::min<std::size_t>(bytes, kMaxBytesPerCall)));
+}
+
+bool sync(int file) noexcept {
+  // Only a file that is open for writing can be flushed.
+  const Handle writable(ReOpenFile(handle_of(file), GENERIC_WRITE, kShareAll, 0));
+  return succeeded(FlushFileBuffers(writable.good() ? writable.get() : handle_of(file)) != FALSE) ||
+         errno == EACCES || errno == EBADF;
+}
+void begin_sync(int /*file*/) noexcept {}
+bool set_permissions(int /*file*/, unsigned /*permissions*/) noexcept { return true; }
+bool may_write(const fs::path& path) noexcept { return _waccess(api_path(path).c_str(), 2) == 0; }
+bool may_write_in(const fs::path& folder) noexcept {
+  const Handle opened(
+      open_handle(folder, FILE_ADD_FILE, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS));
+  return succeeded(opened.good());
+}
+bool replace(const fs::path& from, const fs::path& to) noexcept {
+  // A search index or a virus scanner may have either file open for a moment.
+  constexpr int kAttempts = 25;
+  constexpr std::chrono::milliseconds kRetryInterval(40);
+  const std::wstring source = api_path(from), target = api_path(to);
+  for (int attempt = 1;; ++attempt) {
+    const BOOL moved = MoveFileExW(source.c_str(), target.c_str(),
+                                   MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH);
+    if (moved != FALSE) return true;
+    set_errno();
+    if (errno != EACCES || attempt == kAttempts || is_refused(target)) return false;
+    std::this_thread::sleep_for(kRetryInterval);
+  }
+}
+bool add_name(const fs::path& of, const fs::path& name) noexcept {
+  return succeeded(CreateHardLinkW(api_path(name).c_str(), api_path(of).c_str(), nullptr) != FALSE);
+}
+bool remove_file(const wchar_t* path) noexcept {
+  return succeeded(DeleteFileW(api_path(path).c_str()) != FALSE);
+}
+bool remove_folder(const wchar_t* path) noexcept {
+  return succeeded(RemoveDirectoryW(api_path(path).c_str()) != FALSE);
+}
+
+fs::path shared_level(const fs::path& /*path*/) { return {}; }  // access lists are not looked into
+void create_private_folders(const fs::path& path) noexcept {
+  std::error_code error;
+  fs::create_directories(path, error);
+}
+fs::path temporary_folder() {
+  if (const wchar_t* given = _wgetenv(L"TMPDIR"); given != nullptr && *given != L'\0') return given;
+  std::error_code error;
+  return fs::temp_directory_path(error);
+}
+fs::path create_temporary_folder(const std::string& start_of_name) {
+  static std::atomic<unsigned> number{0};
+  const std::string start = start_of_name + std::to_string(process_id()) + "-";
+  std::error_code error;
+  // One of a process of the same number may have been left.
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    const fs::path folder = temporary_folder() / (start + std::to_string(number++));
+    if (fs::create_directory(folder, error)) return folder;
+    if (error) break;
+  }
+  return {};
+}
+// The system's temporary folder is each user's own.
+fs::path user_folder() { return temporary_folder() / "kiln"; }
+void set_variable(const char* name, const char* value) noexcept {
+  _putenv_s(name, value == nullptr ? "" : value);
+}
+
+long process_id() noexcept { return _getpid(); }
+const std::string& process_mark() {
+  static const std::string made = [] {
+    wchar_t name[MAX_COMPUTERNAME_LENGTH + 1]{};
+    DWORD size = MAX_COMPUTERNAME_LENGTH + 1;
+    if (GetComputerNameW(name, &size) == FALSE) size = 0;
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx",
+                  static_cast<unsigned long long>(fnv1a(to_utf8({name, size}))));
+    return std::string(digits);
+  }();
+  return made;
+}
+bool is_gone(long process) noexcept {
+  const Handle found(OpenProcess(SYNCHRONIZE, FALSE, static_cast<DWORD>(process)));
+  if (!found.good()) return GetLastError() == ERROR_INVALID_PARAMETER;
+  return WaitForSingleObject(found.get(), 0) == WAIT_OBJECT_0;
+}
+
+}  // namespace kiln::os

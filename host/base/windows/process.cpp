@@ -1,0 +1,104 @@
+#include "base/process.h"
+
+#include <cerrno>
+#include <cwchar>
+
+#include "base/windows/api.h"
+// After the API's own header, whose types it needs.
+#include <shellapi.h>
+
+namespace kiln::os {
+
+namespace fs = std::filesystem;
+
+void read_arguments(int& argc, char**& argv) {
+  static std::vector<std::string> words;
+  static std::vector<char*> pointers;
+  words = own_words();
+  if (words.empty()) return;
+  pointers.clear();
+  for (std::string& word : words) pointers.push_back(word.data());
+  argc = static_cast<int>(pointers.size());
+  pointers.push_back(nullptr);
+  argv = pointers.data();
+}
+
+std::vector<std::string> own_words() {
+  std::vector<std::string> words;
+  int count = 0;
+  wchar_t** const wide = CommandLineToArgvW(GetCommandLineW(), &count);
+  if (wide == nullptr) return words;
+  for (int i = 0; i < count; ++i) words.push_back(to_utf8(wide[i]));
+  LocalFree(wide);
+  return words;
+}
+
+fs::path own_program() {
+  constexpr std::size_t kMaxLength = 32768;  // of any path
+  std::wstring path(kMaxLength, L'\0');
+  path.resize(GetModuleFileNameW(nullptr, path.data(), kMaxLength));
+  return path;
+}
+
+void own_folder(std::span<char> to) noexcept {
+  const std::string folder = (own_program().parent_path() / "").string();
+  to[folder.size() < to.size() ? folder.copy(to.data(), to.size()) : 0] = '\0';
+}
+std::vector<fs::path> programs_of_path(const std::string& /*name*/, const std::string& /*unset*/) {
+  return {};
+}
+int become_program(const char* /*program*/, char** /*argv*/) noexcept { return ENOSYS; }
+
+namespace {
+
+/// A word such that CommandLineToArgvW() reads it as it is: backslashes count double before a quotation mark alone.
+std::wstring quoted(const std::wstring& word) {
+  std::wstring text = L"\"";
+  std::size_t strokes = 0;
+  for (const wchar_t c : word) {
+    if (c == L'"') text.append(strokes + 1, L'\\');
+    strokes = c == L'\\' ? strokes + 1 : 0;
+    text += c;
+  }
+  return text.append(strokes, L'\\') + L'"';
+}
+
+}  // namespace
+
+bool run_own_program(const std::vector<std::string>& words,
+                     const std::function<bool()>& /*interrupted*/) {
+  std::wstring line;
+  for (const std::string& word : words) line += (line.empty() ? L"" : L" ") + quoted(to_wide(word));
+  STARTUPINFOW startup{};
+  startup.cb = sizeof startup;
+  PROCESS_INFORMATION started{};
+  if (CreateProcessW(own_program().c_str(), line.data(), nullptr, nullptr, TRUE, 0, nullptr,
+                     nullptr, &startup, &started) == FALSE) {
+    return false;
+  }
+  CloseHandle(started.hThread);
+  // Ctrl-C goes to all processes of a console, so that nothing is passed on.
+  WaitForSingleObject(started.hProcess, INFINITE);
+  CloseHandle(started.hProcess);
+  return true;
+}
+
+void* load_library(const std::string& path, std::string& reason) {
+  const HMODULE library = LoadLibraryW(to_wide(path).c_str());
+  if (library == nullptr) {
+    reason =
+        "'" + path + "' does not load (error " + std::to_string(GetLastError()) + " of Windows)";
+  }
+  return reinterpret_cast<void*>(library);
+}
+
+void* function_of(void* library, const char* name) noexcept {
+  return reinterpret_cast<void*>(GetProcAddress(reinterpret_cast<HMODULE>(library), name));
+}
+
+bool can_restart() noexcept { return false; }
+void prepare_restart(char** /*argv*/, const std::string& /*variable*/) {}
+void restart() noexcept {}
+SplitEnd split_process() { return {}; }
+
+}  // namespace kiln::os

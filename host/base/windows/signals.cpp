@@ -1,0 +1,62 @@
+#include "base/signals.h"
+
+#include <atomic>
+#include <csignal>
+
+#include "base/windows/api.h"
+
+namespace kiln::os {
+namespace {
+
+constexpr DWORD kMillisecondsToEnd = 330;
+
+std::atomic<bool> interrupt_came{false};
+void (*deadline)() = nullptr;
+const DWORD main_thread = GetCurrentThreadId();
+
+/// Runs on a thread of its own for each event. The system ends the process of a closed console when this returns.
+BOOL WINAPI on_control(DWORD /*event*/) {
+  if (!interrupt_came.exchange(true)) Sleep(kMillisecondsToEnd);
+  deadline();
+  stop_thread();  // outputs are being put in place, and the program ends after
+}
+
+void (*crash)(int number) = nullptr;
+constexpr int kException = 0;  // of the system, in the place of a signal's number
+
+LONG WINAPI on_exception(EXCEPTION_POINTERS* /*pointers*/) {
+  crash(kException);
+  return EXCEPTION_CONTINUE_SEARCH;
+}
+
+}  // namespace
+
+void catch_interrupts(void (*on_deadline)()) noexcept {
+  deadline = on_deadline;
+  SetConsoleCtrlHandler(on_control, TRUE);
+}
+
+bool interrupted() noexcept { return interrupt_came.load(); }
+
+void catch_crashes(void (*on_crash)(int number)) noexcept {
+  crash = on_crash;
+  // No window that somebody has to close.
+  SetErrorMode(SEM_FAILCRITICALERRORS | SEM_NOGPFAULTERRORBOX);
+  SetUnhandledExceptionFilter(on_exception);
+  std::signal(SIGABRT, on_crash);
+}
+
+bool handles_crash(int number) noexcept { return number == SIGABRT; }
+bool is_abort(int number) noexcept { return number == SIGABRT; }
+void crash_unhandled(int number) noexcept {
+  if (number == SIGABRT) std::signal(SIGABRT, SIG_DFL);
+}
+
+void stop_thread() noexcept {
+  for (;;) Sleep(INFINITE);
+}
+
+std::int64_t thread_number() noexcept { return GetCurrentThreadId(); }
+bool on_main_thread() noexcept { return GetCurrentThreadId() == main_thread; }
+
+}  // namespace kiln::os
