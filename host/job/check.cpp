@@ -119,9 +119,9 @@ void check_memory(const Job& a) {
   const std::string ending = lower_extension(asset_file(a));
   refuse_if(ending == ".gltf" || ending == ".obj",
             option("out") + " '" + a.out +
-                "' is several files, but nothing is to be written: name it .glb, or a folder.");
+                "' is several files, but a job in memory returns one: name it .glb, or a folder.");
   const auto refuse = [](bool is, const char* flag) {
-    refuse_if(is, option_of(flag) + " is a file, but nothing is to be written: leave it out.");
+    refuse_if(is, option_of(flag) + " is a file, but a job in memory writes none: leave it out.");
   };
   refuse(a.low.make.lods != 0, "--lod");
   refuse(!a.packs.empty(), "--pack");
@@ -207,7 +207,7 @@ void check_fallback(const Job& a) {
   refuse_if(!a.match_auto && std::find(match.fallback.begin(), match.fallback.end(),
                                        match.method) != match.fallback.end(),
             option("fallback", std::string(match.method.name)) +
-                " leaves the same samples undecided as before: name each match once.");
+                " is there twice and leaves the same samples undecided: name each match once.");
   refuse_if(a.given.contains("--fallback-blend") && match.fallback.empty(),
             option("fallback_blend") + " needs a " + option("fallback") +
                 " that finds points: ray, closest or views.");
@@ -266,7 +266,7 @@ void check_low_poly_plan(const Job& a) {
                 std::to_string(kSmallestMap) + " or more.");
   refuse_if(!a.low.make.max_angle.empty() && !a.low.make.max_error.empty(),
             option("max_angle") + " and " + option("max_error") +
-                " both say what is to be reached: leave one of them out.");
+                " both bound the error: leave one of them out.");
   if (const std::string bound = angle_bound(a); !bound.empty()) {
     parse_degrees(a.low.make.max_angle.empty() ? option("max_error") : option("max_angle"), bound);
   }
@@ -295,10 +295,10 @@ void check_bytes(const Job& a) {
             option("max_bytes") + " is for one low poly: leave it out, or " + option("lod") + ".");
   refuse_if(a.pictures.fallback, option("fallback_textures") + " stores pictures twice, which " +
                                      option("max_bytes") +
-                                     " has no bytes for: leave one of them out.");
+                                     " does not support: leave one of them out.");
   refuse_if(!map_bounds(a).empty(),
-            option("max_bytes") + " gives each map the bytes that serve it best: beside it, " +
-                option("max_error") + " bounds normals alone, normal=DEGREES.");
+            option("max_bytes") + " gives each map the bytes that serve it best: with it, " +
+                option("max_error") + " can only bound normals, normal=DEGREES.");
 }
 
 /// Checks --density, which applies only to charts that Kiln makes.
@@ -362,10 +362,9 @@ void check_low(const Job& a) {
 /// Checks flags that only some variants of ray matching use.
 void check_rays(const Job& a) {
   const bool cage = a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
-  refuse_if(
-      cage && a.given.contains("--ray"),
-      option_of("--ray") +
-          " is for rays without a cage: from a cage they take the first face. Leave one out.");
+  refuse_if(cage && a.given.contains("--ray"),
+            option_of("--ray") +
+                " has no effect with a cage, from which rays use the first face. Leave one out.");
   refuse_if(
       a.given.contains("--edge-width") && a.bake.match.ray.direction != RayDirection::automatic,
       option("edge_width") + " is for " + option("direction", "auto") + ".");
@@ -451,8 +450,8 @@ void check_maps(const Job& a) {
   for (const MapKind map : kinds_asked(a)) {
     if (!obeys(find_map(map.name), "match.visibility") || by_visibility) continue;
     fail_usage(option("maps", std::string(map.name)) +
-               " holds what a match by visibility goes by: use it with " + option("match") +
-               " visibility or hybrid.");
+               " holds visibility directions, which only some matches compute: use it with " +
+               option("match") + " visibility or hybrid.");
   }
 }
 
@@ -539,8 +538,8 @@ void check_height_field(const Job& a) {
       onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && !has_saved_match(a) && !far,
       "Without LOW and " + option("faces") +
           " a height field is baked onto a plane at height 0, from which " +
-          option("match", match_word(a)) +
-          " looks for heights no further than 2% of the diagonal: leave " + option("match") +
+          option("match", match_word(a)) + " searches no further than 2% of the diagonal: leave " +
+          option("match") +
           " out (points are "
           "then taken at the same UV), or give " +
           option("faces", "N") + ", a LOW of yours, or a " + option("max_distance") +

@@ -119,7 +119,8 @@ Message hint_of_boxes(const Mesh& high, const Mesh& low, bool moved) {
 void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,
                    std::vector<Warning>& warnings) {
   const Message boxes = why_boxes_part(high, low, false);
-  if (!boxes.empty()) warnings.push_back({"boxes-part", names + " do not fit: " + boxes + ".", 1});
+  if (!boxes.empty())
+    warnings.push_back({"boxes-part", names + " do not match: " + boxes + ".", 1});
 }
 
 void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {

@@ -221,7 +221,7 @@ Json describe_flaws(const ExtractReport& report) {
 std::vector<std::string> lines_of_flaws(const ExtractReport& report) {
   std::vector<std::string> lines;
   if (report.mended != 0) {
-    lines.push_back("mended " + plural(report.mended, "triangle") + ", folded or without area");
+    lines.push_back("repaired " + plural(report.mended, "triangle") + ", folded or without area");
   }
   if (report.left_out != 0) {
     lines.push_back("left out " + plural(report.left_out, "triangle") + " of gaps that closed");
@@ -234,7 +234,7 @@ void warn_of_lost_shape(const SimplifyReport& low, const Message& remedy,
   constexpr double kLost = 0.05;
   if (low.error <= kLost) return;
   const std::string text = formatted(
-      "The low poly strays up to %.1f%% of the diagonal from the high poly: thin or small "
+      "The low poly deviates by up to %.1f%% of the diagonal from the high poly: thin or small "
       "parts are lost. ",
       100 * low.error);
   warnings.push_back({"low-strays", text + remedy, 1});

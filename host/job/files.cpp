@@ -158,7 +158,7 @@ bool is_own_obj(const fs::path& obj) {
 void check_not_foreign(const fs::path& obj, bool force) {
   if (force || !is_readable_file(obj) || is_own_obj(obj)) return;
   throw OptionError("'" + obj.string() +
-                        "' is there already, and Kiln did not write it: choose another "
+                        "' exists, and Kiln did not write it: choose another "
                         "folder, or add " +
                         option("force") + " to write over it.",
                     ErrorCode::output);
@@ -210,12 +210,13 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
   if (recorded.empty() || !fs::exists(recorded, none)) return;
   // Maps may belong to the low poly that Kiln wrote here.
   const fs::path written_mesh = folder / (stem + ".obj");
-  if (is_one_file(recorded, source) || is_one_file(recorded, written_mesh) || is_one_file(source, written_mesh))
+  if (is_one_file(recorded, source) || is_one_file(recorded, written_mesh) ||
+      is_one_file(source, written_mesh))
     return;
   const fs::path map = map_of(folder, stem);  // Last, because it lists the folder.
   if (map.empty()) return;
   fail_usage("'" + map.string() + "' is a map of '" + recorded.lexically_normal().string() +
-             "', and maps of '" + source.string() + "' would have its name. Choose another " +
+             "', and would be overwritten by a map of '" + source.string() + "'. Choose another " +
              option("out") +
              ", rename one of "
              "the meshes, or add " +

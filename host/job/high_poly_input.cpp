@@ -251,7 +251,7 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
     }
     warnings.push_back({"turned-normals",
                         which + " '" + mesh.name + "': normals of " + with_commas(turned) + all +
-                            " opposed their faces" + at + "; " + done + "." + remedy,
+                            " point against their faces" + at + "; " + done + "." + remedy,
                         turned});
   }
   if (found.strange != 0) {
@@ -260,7 +260,7 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
                             "': normals of most faces point to the back in "
                             "parts of " +
                             with_commas(found.strange) + all + (turned == 0 ? at : "") +
-                            ", in no way that turning them mends; they are taken as they are." +
+                            ", which no flip or mirror image explains; they are used as they are." +
                             remedy,
                         found.strange});
   }
@@ -270,7 +270,7 @@ Message why_inside_out(const Mesh& high, const Mesh& low) {
   const InwardParts found = inward_parts(high);
   if (found.count == 0 || inward_parts(low).count != 0) return {};
   const std::string text = formatted(
-      "%s of %s that %s an inside %s inside out, one at (%.5g, %.5g, %.5g): rays meet the "
+      "%s of %s that %s an inside %s inside out, for example at (%.5g, %.5g, %.5g): rays hit the "
       "backs of its faces",
       with_commas(found.count).c_str(), plural(found.parts, "part").c_str(),
       found.parts == 1 ? "has" : "have", found.count == 1 ? "is" : "are",

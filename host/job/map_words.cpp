@@ -98,13 +98,13 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
     const bool known = is_of("bake.occlusion") || is_of("bake.light") ||
                        is_of("bake.curvature_radius") || is_of("bake.id_by");
-    refuse_if(!known, option("maps") + " '" + word + "': '" + part + "' is no option of the map " +
-                          std::string(info.kind.name) +
-                          " alone: take one that help names for it, such as ao-distance=2% of ao.");
+    refuse_if(!known, option("maps") + " '" + word + "': '" + part +
+                          "' cannot be set for the map " + std::string(info.kind.name) +
+                          " alone: use one that help names for it, such as ao-distance=2% of ao.");
     const bool has_value = part.find('=') != std::string::npos;
     refuse_if(has_value == row->value.type.starts_with("flag"),
               option("maps") + " '" + word + "': " + option_of(flag) +
-                  (has_value ? " takes no value."
+                  (has_value ? " does not take a value."
                              : " needs a value: write " + flag.substr(2) + "=VALUE."));
     try {
       row->value.set(&own, option_of(flag), {has_value ? part.substr(part.find('=') + 1) : "true"});
@@ -267,8 +267,8 @@ PackChannel parse_channel(const Job& a, const std::string& text, const std::stri
   }
   const std::uint32_t channels = channels_of(a, channel.map);
   if (channels == 0) {
-    fail(text, "there is no map '" + channel.map + "' in this bake: ask for it with " +
-                   option("maps") + " or " + option("transfer") + ".");
+    fail(text, "the map '" + channel.map + "' is not baked: add it with " + option("maps") +
+                   " or " + option("transfer") + ".");
   }
   if (channel.channel >= channels) {
     fail(text, "the map " + channel.map + " has " + std::to_string(channels) + " channels.");

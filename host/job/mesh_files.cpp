@@ -106,7 +106,7 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
     std::copy_if(told.begin(), told.end(), std::back_inserter(warnings),
                  [](const Warning& warning) { return warning.code == "mtl-missing"; });
   } catch (const Error& error) {
-    warnings.push_back({"materials-unread", error.message() + " It counts for nothing.", 1});
+    warnings.push_back({"materials-unread", error.message() + " It has no effect.", 1});
   }
   return asset;
 }
@@ -337,10 +337,9 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
     refuse_if(values.high && std::all_of(high.begin(), high.end(), is_height_field),
               option_of(flag.name) + " high= is for meshes, and HIGH is a height field.");
     if (values.both && !any(high) && !any(low) && !any(others)) {
-      fail_usage(
-          option_of(flag.name, *values.both) +
-          " is for files that do not say it themselves, and these do: leave it out, or write " +
-          option_of(flag.name, "high=" + *values.both) + " where HIGH's says what is not so.");
+      fail_usage(option_of(flag.name, *values.both) +
+                 " applies to files that do not state it, but these do: leave it out, or write " +
+                 option_of(flag.name, "high=" + *values.both) + " to override HIGH's own.");
     }
   }
   for (const MeshSide side : {MeshSide::high, MeshSide::low}) load_options(arguments, side);

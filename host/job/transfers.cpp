@@ -243,9 +243,9 @@ void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& hi
   high = cut_out(high, *options.opacity, arguments.alpha_test, &report);
   if (report.cut + report.gone != 0) return;
   warnings.push_back({"alpha-test-idle",
-                      option("alpha_test") + " found nothing of " +
+                      option("alpha_test") + " found no transparent texel of " +
                           in_words(high_files(arguments)) +
-                          " that is transparent: see whether its pictures have an alpha channel.",
+                          ": check that its pictures have an alpha channel.",
                       1});
 }
 

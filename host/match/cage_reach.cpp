@@ -90,14 +90,14 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
     throw Error(ErrorCode::input,
                 "The cage '" + hull_->name + "' does not enclose the low poly: from " +
                     place_text(world(0), world(1), world(2)) + " along " +
-                    place_text(d.x, d.y, d.z) + " no ray leaves it. " +
+                    place_text(d.x, d.y, d.z) + " a ray hits none of its triangles. " +
                     (hull_->misfit.empty() ? "It has " + std::to_string(hull_->triangles.size()) +
                                                  " triangles, not the low poly's " +
                                                  std::to_string(hull_->low_triangles)
                                            : "It is no copy of the low poly: " + hull_->misfit) +
                     (hull_->misfit.empty() ? " in their order" : "") +
-                    ", so it must be a closed hull that is wound as the low poly "
-                    "is. Push it out there; or copy the low poly and move its vertices.");
+                    ", so it must be a closed hull with its faces outward. Enlarge "
+                    "it there; or copy the low poly and move its vertices.");
   }
   return ways;
 }

@@ -97,8 +97,8 @@ void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t l
                         const char* id) {
     if (saved == 0 || saved == given) return;
     throw Error(ErrorCode::input,
-                std::string("The saved match was made for another ") + which +
-                    " poly. Give the same one, or match again.",
+                std::string("The saved match belongs to another ") + which +
+                    " poly. Use the same mesh, or match again.",
                 id);
   };
   check(match.source_hash, source_hash, "high", "match-source");

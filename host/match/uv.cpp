@@ -208,10 +208,10 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
                              std::to_string(found.overlap.row);
     if (overlap > options.max_overlap) {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_overlap) +
-                                        ": a UV there does not say which point is meant. Use "
+                                        ": a UV there does not identify a single point. Use "
                                         "another match, such as ray, or add " +
                                         option("match.uv.max_overlap") +
-                                        " to take "
+                                        " to use "
                                         "the triangle with the lowest index.");
     }
     warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
@@ -226,7 +226,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
                              percent(apart) + " or more";
     if (apart > options.max_distance) {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
-                                        ": the UVs do not lie over each other. Unwrap both "
+                                        ": the UV layouts do not correspond. Unwrap both "
                                         "meshes together, or use another match, such as ray. To "
                                         "bake all the same, add " +
                                         option("match.uv.max_distance") + ".");
@@ -236,13 +236,13 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
   if (found.outside != 0) {
     warn("uv-source-outside",
          triangles(found.outside) + (found.outside == 1 ? " reaches" : " reach") +
-             " out of the unit square of UV space: nothing was taken from what lies outside.",
+             " out of the unit square of UV space: the parts outside were ignored.",
          found.outside);
   }
   if (found.without_area != 0) {
     warn("uv-source-degenerate",
          triangles(found.without_area) + (found.without_area == 1 ? " has" : " have") +
-             " no area in UV space or a corner that is not finite: nothing was taken from there.",
+             " no area in UV space or a corner that is not finite: ignored.",
          found.without_area);
   }
 }

@@ -123,13 +123,14 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
       return row.info.kind == bound.kind && row.shades;
     });
     if (shades) {
-      fail("bounds has the map " + name + ", whose error max_error bounds: leave one of them out.");
+      fail("bounds has the map " + name +
+           ", whose error is also bounded by max_error: leave one of them out.");
     }
     const MapRow* row = rows.find(bound.kind);
     if (row == nullptr)
-      fail("An error is bound of the map " + name + ", which is not baked: add it.");
+      fail("The error of the map " + name + " is bounded, but it is not baked: add it.");
     if (!has_errors(*row)) {
-      fail("An error is bound of the map " + name + ", which has none: leave the bound out.");
+      fail("The error of the map " + name + " cannot be measured: leave its bound out.");
     }
     if (!std::isfinite(bound.max_error) || !(bound.max_error > 0)) {
       fail("The error of the map " + name + " is " + decimal(bound.max_error) +

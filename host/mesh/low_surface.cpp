@@ -203,11 +203,11 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
   if (!any_usable && count_without_area(low.positions, low.triangles) < count) {
     const std::string text = formatted("%.3g", frame.diagonal);
     throw Error(ErrorCode::input, "Mesh " + quoted(low) +
-                                      " is rounded to nothing beside the high poly, whose diagonal "
+                                      " vanishes in rounding beside the high poly, whose diagonal "
                                       "is " +
                                       text +
-                                      ": check the high poly for vertices that lie "
-                                      "far from all others, and both meshes' units.");
+                                      ": check the high poly for outlying vertices, "
+                                      "and the units of both meshes.");
   }
   if (!any_usable) {
     throw Error(ErrorCode::input, "Mesh " + quoted(low) +

@@ -321,8 +321,8 @@ void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& wa
   if (by_word == 0) return;
   warnings.push_back({"parts-by-word",
                       std::to_string(by_word) +
-                          " groups of several names (`g A B`) were paired by one of these that no "
-                          "pattern fits: " +
+                          " groups of several names (`g A B`) were paired by one of the names, "
+                          "without a match of the patterns: " +
                           example +
                           " for one. Where that is wrong, give them other names, or a list.",
                       by_word});
@@ -426,7 +426,7 @@ void warn(PartSide side, const NamedGroups& groups, PartsBy by, const NamedGroup
                       kind + "s of the " + (side == PartSide::low ? "low" : "high") +
                           " poly without a pair" +
                           (by == PartsBy::list ? " in the list: " : " of their name: ") + list +
-                          ". All that has no pair is matched together." + remedy,
+                          ". Parts without a pair are matched together, as one." + remedy,
                       count});
 }
 

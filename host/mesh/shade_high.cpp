@@ -101,8 +101,8 @@ double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
 void warn_of_bent_planes(const Mesh& mesh, bool own, ShadingReport& report) {
   if (report.bent_planes < kMinBentShare) return;
   const std::string text = formatted(
-      "HIGH '%s': on %.0f%% of its area flat faces are shaded round: %s more than 20 degrees off "
-      "them. Maps will show it as gradients over flats. Give ",
+      "HIGH '%s': %.0f%% of its area are flat faces with smooth shading: %s more than 20 degrees "
+      "off. Maps will show it as gradients over flat faces. Give ",
       mesh.name.c_str(), report.bent_planes * 100,
       own ? "the file's own normals are" : "normals, smooth over its edges, are");
   report.warnings.push_back({"bent-planes",

@@ -80,7 +80,7 @@ void check_polygons(const Mesh& mesh) {
   if (bad == polygons.size()) return;
   fail(mesh,
        "has polygon " + std::to_string(polygons[bad]) + " at triangle " + std::to_string(bad) +
-           ": polygons count up from 0, the triangles of each in a row.",
+           ": polygon indices must start at 0, increase, and be contiguous.",
        "mesh-polygon");
 }
 

@@ -171,7 +171,7 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, cons
 
 void check_density(bool given, const std::string& method) {
   if (!given || (method != "pairs" && method != "squares")) return;
-  fail_usage(option("density") + " is for large charts, but " + option("unwrap", method) +
+  fail_usage(option("density") + " applies only to large charts, but " + option("unwrap", method) +
              " makes others: leave it out, or unwrap by charts.");
 }
 
@@ -192,7 +192,7 @@ Check fraction_check() {
   return {[](std::string& text) -> std::string {
             const std::optional<double> share = fraction(text);
             if (!share || *share > 1) {
-              return ": '" + text + "' is no share of 1: give 0 to 1, such as 0.01 or 2/255";
+              return ": '" + text + "' is not a fraction: give 0 to 1, such as 0.01 or 2/255";
             }
             char digits[32];
             text.assign(digits, std::to_chars(digits, digits + sizeof digits, *share).ptr);

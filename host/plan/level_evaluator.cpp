@@ -28,7 +28,7 @@ LevelEvaluator::LevelEvaluator(const Source& source, const Mesh& high,
                                const LowPolyPlanOptions& options, BakeOptions& bake,
                                LowPolyPlan& plan, LevelCache& cache)
     : source_(source), high_(high), options_(options), bake_(bake), plan_(plan), cache_(cache) {
-  ProgressGuard::poll_at(0, "looking at the high poly");
+  ProgressGuard::poll_at(0, "analysing the high poly");
   const Stopwatch watch;
   fine_ = shown_from(impl_of(source), options.screen, plan_directions());
   coarse_ = shown_from(impl_of(source), options.screen, plan_directions(), /*coarse=*/true);
@@ -171,7 +171,7 @@ BakeOptions LevelEvaluator::match_options(MatchMethod method) const {
 bool LevelEvaluator::choose_match(std::size_t level) {
   const std::size_t nearest = level / kNodeStep * kNodeStep;
   evaluate(nearest, /*mapped=*/true);
-  ProgressGuard::poll_at(0.3, "looking at ways to match");
+  ProgressGuard::poll_at(0.3, "comparing matches");
   const NormalProbe probe(impl_of(source_), with_placeholder_uvs(set_->rough.at(nearest)[1]),
                           coarse_);
   const Stopwatch watch;

@@ -176,7 +176,7 @@ class MatchPlanner {
   double infinite_map_error(MatchMethod method) {
     const auto known = infinite_maps_.find(method.name);
     if (known != infinite_maps_.end()) return known->second.error.mean_degrees;
-    const std::string doing = "looking at both meshes";
+    const std::string doing = "analysing both meshes";
     BakeOptions options = bake_options(method, std::min(largest(), kComparisonSize), doing);
     options.match.visibility.directions =
         std::min(options.match.visibility.directions, kComparisonSize / 8);

@@ -235,8 +235,9 @@ std::vector<SimplifiedLevel> simplify_levels(const Mesh& high, std::span<const s
   }
   if (options.max_error != plain.max_error || options.hull || options.keep_parts ||
       options.fit_normals != plain.fit_normals) {
-    throw Error(ErrorCode::usage,
-                "Levels take keep_uvs and height_field alone: call simplify() for other options.");
+    throw Error(
+        ErrorCode::usage,
+        "Levels support only keep_uvs and height_field: call simplify() for other options.");
   }
   if (options.keep_uvs && options.height_field) {
     throw Error(ErrorCode::usage, "keep_uvs and height_field exclude each other: leave one out.");

@@ -93,12 +93,12 @@ std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warn
   }
   if (partly.empty()) return std::nullopt;
   const std::size_t bad = partly.size();
-  warnings.push_back({"non-finite-uvs",
-                      counted(bad, "triangle") + (bad == 1 ? " has" : " have") +
-                          " a corner without a UV, or with one that is NaN or infinite, where "
-                          "others have one: it got the UV that triangles beside have there, or "
-                          "the mean of its triangles' others",
-                      bad});
+  warnings.push_back(
+      {"non-finite-uvs",
+       counted(bad, "triangle") + (bad == 1 ? " has" : " have") +
+           " a corner with a missing or non-finite UV, which was replaced by the UV of "
+           "adjacent triangles there, or by the mean of its triangle's others",
+       bad});
   Mesh result = mesh;
   BareCorners corners = find_bare_corners(mesh, partly);
   for (auto& [key, corner] : corners) {

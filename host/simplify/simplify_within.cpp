@@ -117,7 +117,7 @@ void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   } else if (left == all && result.bound) {
     report_.warnings.push_back({"all-faces-kept",
                                 "all " + faces + " were kept: with fewer, the deviation would be " +
-                                    "above " + bound + "; ask for a larger one",
+                                    "above " + bound + "; allow a larger one",
                                 left});
   } else if (left == all) {
     report_.warnings.push_back({"all-faces-kept",

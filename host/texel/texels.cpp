@@ -261,7 +261,7 @@ std::uint32_t TexelSampler::band_count() const { return impl_->grid.band_count()
 TexelBand TexelSampler::sample(std::uint32_t band, TexelBand recycled) {
   if (band >= band_count()) {
     throw Error(ErrorCode::internal, "Band " + std::to_string(band) + " of " +
-                                         std::to_string(band_count()) + " was asked for.");
+                                         std::to_string(band_count()) + " is out of range.");
   }
   return impl_->sample(band, std::move(recycled));
 }

@@ -45,11 +45,10 @@ void check_sizes(const Match& match) {
   throw Error(ErrorCode::input,
               "A match of " + std::to_string(match.width) + " x " + std::to_string(match.height) +
                   " with " + std::to_string(match.samples) +
-                  " samples does not hold together: its arrays (" +
-                  std::to_string(match.triangle.size()) + " triangle, " +
-                  std::to_string(match.u.size()) + " u, " + std::to_string(match.v.size()) +
-                  " v, " + std::to_string(match.distance.size()) + " distance, " +
-                  std::to_string(match.status.size()) +
+                  " samples is inconsistent: its arrays (" + std::to_string(match.triangle.size()) +
+                  " triangle, " + std::to_string(match.u.size()) + " u, " +
+                  std::to_string(match.v.size()) + " v, " + std::to_string(match.distance.size()) +
+                  " distance, " + std::to_string(match.status.size()) +
                   " status) must have width x height elements, and both sides must be multiples of "
                   "samples (1 to 16).",
               "match-size");
@@ -78,7 +77,7 @@ void validate(const Match& match) {
                   std::to_string(match.triangle[i]) + " of " +
                   std::to_string(match.source_triangles) + ", weights " + decimal(match.u[i]) +
                   " and " + decimal(match.v[i]) + ", distance " + decimal(match.distance[i]) +
-                  " and status " + std::to_string(match.status[i]) + ", which cannot be.",
+                  " and status " + std::to_string(match.status[i]) + ", which is invalid.",
               fault(match, i));
 }
 

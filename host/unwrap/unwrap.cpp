@@ -43,7 +43,7 @@ void check(const Mesh& mesh, const UnwrapOptions& options) {
 /// Texel detail of UnwrapOptions::detail_of; none if it is null.
 std::optional<TexelDetail> detail_of(const UnwrapOptions& options) {
   if (options.detail_of == nullptr) return std::nullopt;
-  require_memory("Looking at the detail of the high poly",
+  require_memory("Analysing the detail of the high poly",
                  kDetailBytesPerFace * options.detail_of->triangles.size());
   return std::make_optional<TexelDetail>(*options.detail_of);
 }

@@ -345,9 +345,9 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
     const std::string text = decimal(padding);
     report.warnings.push_back({"border-shrunk",
                                std::to_string(report.charts) +
-                                   " charts leave no room for a border of " +
+                                   " charts leave no room for a padding of " +
                                    std::to_string(options.border_texels) + " texels at a size of " +
-                                   std::to_string(options.size) + "; it is " + text +
+                                   std::to_string(options.size) + "; it was reduced to " + text +
                                    " texels: use a larger size or fewer faces",
                                report.charts});
   }

@@ -276,19 +276,19 @@ Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std
     const std::string map =
         "a map of " + std::to_string(size) + " x " + std::to_string(size) + " texels";
     if (!low_poly.reached) {
-      throw Error(
-          ErrorCode::input,
-          "The topology of volume '" + volume.name + "' keeps " + std::to_string(low_poly.faces) +
-              " faces, however few are asked for, and their " + std::to_string(corners.size()) +
-              " charts are too many for " + map +
-              ": take the outer surface alone, with gaps closed (" + option("outer_only") +
-              " and " + option("outer_gap") +
-              "), "
-              "or leave small parts out (" +
-              option("min_part") +
-              "). Or let parts, holes and handles go "
-              "(see " +
-              option("keep_topology") + "), or ask for a larger map (" + option("size") + ").");
+      throw Error(ErrorCode::input,
+                  "The topology of volume '" + volume.name + "' needs " +
+                      std::to_string(low_poly.faces) + " faces, more than requested, and their " +
+                      std::to_string(corners.size()) + " charts are too many for " + map +
+                      ": take the outer surface alone, with gaps closed (" + option("outer_only") +
+                      " and " + option("outer_gap") +
+                      "), "
+                      "or leave small parts out (" +
+                      option("min_part") +
+                      "). Or let parts, holes and handles go "
+                      "(see " +
+                      option("keep_topology") + "), or ask for a larger map (" + option("size") +
+                      ").");
     }
     throw Error(ErrorCode::usage, "The low poly has " + std::to_string(corners.size()) +
                                       " charts, too many for " + map +

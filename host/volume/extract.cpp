@@ -117,7 +117,7 @@ void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
         report.used.kept_faces == 0 ? "." : "; keeping all of them takes " + kept + " faces.";
     report.warnings.push_back({"topology-changed",
                                std::to_string(low_poly.changed_topology) +
-                                   " vertices of the low poly stand for more than one sheet: "
+                                   " vertices of the low poly merge several sheets of the surface: "
                                    "parts, holes or handles were lost there" +
                                    why,
                                low_poly.changed_topology});

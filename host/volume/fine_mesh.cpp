@@ -96,7 +96,7 @@ Mesh fine_mesh(const FineSurface& surface, const Volume& volume) {
   mesh.normal_triangles = mesh.triangles;
   if (mesh.triangles.empty()) {
     throw Error(ErrorCode::input, "The surface of volume '" + volume.name +
-                                      "' lies at its border alone: use a closed border, or another "
+                                      "' lies only on its border: use a closed border, or another "
                                       "iso value.");
   }
   return mesh;

@@ -243,8 +243,8 @@ void check(const Mesh& low, const GradientOptions& options) {
                 "The map's size is " + std::to_string(options.size) + " texels; use 1 to 16384.");
   }
   if (!(options.reach > 0 && std::isfinite(options.reach))) {
-    throw Error(ErrorCode::usage,
-                "The reach is " + decimal(options.reach) + ": give how far to look, above 0.");
+    throw Error(ErrorCode::usage, "The search distance (reach) is " + decimal(options.reach) +
+                                      ": it must be above 0.");
   }
   if (low.uv_triangles.size() != low.triangles.size() ||
       low.normal_triangles.size() != low.triangles.size()) {

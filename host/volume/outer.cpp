@@ -160,10 +160,10 @@ class Regions {
       count += starts;
     });
     if (count > kMaxRuns) {
-      throw Error(ErrorCode::input, "The outside of volume '" + name + "' has " +
+      throw Error(ErrorCode::input, "The outside of volume '" + name + "' is too fragmented (" +
                                         std::to_string(count) +
-                                        " pieces of rows, more than can be numbered. Smooth its "
-                                        "noise, or contour all surfaces.");
+                                        " runs of voxels). Smooth its noise, or contour all "
+                                        "surfaces.");
     }
     require_memory("The outside of volume '" + name + "'", kBytesPerRun * count);
     std::uint32_t sum = 0;

@@ -102,7 +102,8 @@ PatchTable::PatchTable() {
       // Opposite edges of the face belong to different lines.
       if (patch(signs, kNoFace, f.edges[0]) != patch(signs, kNoFace, f.edges[2])) continue;
       if (doubled_[signs] != kNoFace) {
-        throw Error(ErrorCode::internal, "Two faces of a cell would have to be flipped.");
+        throw Error(ErrorCode::internal,
+                    "Internal error: inconsistent orientation of the faces in a cell.");
       }
       doubled_[signs] = static_cast<std::uint8_t>(index);
     }

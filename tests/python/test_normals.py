@@ -39,7 +39,7 @@ def test_smooth_angle():
 def test_source_has_the_normals_of_a_hard_surface():
     for given in ((CORNERS, FACES), (CORNERS[FACES].reshape(-1, 3), np.arange(36).reshape(-1, 3))):
         assert off_faces(kiln.Source(given).mesh) < 0.05
-    with pytest.warns(kiln.KilnWarning, match="shaded round"):
+    with pytest.warns(kiln.KilnWarning, match="smooth shading"):
         assert kiln.Source((CORNERS, FACES), high_normals="smooth").mesh.normals is None
     assert off_faces(kiln.Source((CORNERS, FACES), high_normals=100).mesh) > 50
     with pytest.raises(kiln.Error):
@@ -51,7 +51,7 @@ def test_bake_takes_them():
     flat = kiln.bake((CORNERS, FACES), low, size=64)["normal"]
     tilts = np.abs(flat - [0.5, 0.5, 1]).max()
     assert tilts < 1e-6
-    with pytest.warns(kiln.KilnWarning, match="shaded round"):
+    with pytest.warns(kiln.KilnWarning, match="smooth shading"):
         bent = kiln.bake((CORNERS, FACES), low, size=64, high_normals="smooth")["normal"]
     assert np.abs(bent - [0.5, 0.5, 1]).max() > 0.2
     with kiln.Source((CORNERS, FACES)) as source, pytest.raises(kiln.Error):
