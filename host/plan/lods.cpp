@@ -81,7 +81,7 @@ class LodMaker {
           plan.bake = first().bake;
           plan.chosen = previous().chosen;  // Without such a mesh, add() omits this level.
           make_simplified_levels();
-          progress.at(0, "analysing the high poly");
+          progress.at(0, "looking at the high poly");
           const Stopwatch watch;
           const HighPolyView high_view = shown_from(impl_of(source_), screen, plan_directions());
           std::size_t begin = 0;
@@ -149,14 +149,13 @@ class LodMaker {
       chain_.levels.push_back(std::move(level));
       return;
     }
-    Message text =
-        "At " + std::to_string(level.screen) + " pixels the mesh of " +
-        std::to_string(previous().chosen.faces) +
-        " faces suffices, too: other meshes within the error there have more faces, or save "
-        "less than 10% of its bytes.";
+    Message text = "At " + std::to_string(level.screen) + " pixels the mesh of " +
+                   std::to_string(previous().chosen.faces) +
+                   " faces serves, too: what is within the error there has more faces, or over "
+                   "90% of its bytes.";
     if (options_.error_growth == 1 && chain_.warnings.empty()) {
-      text += " Errors that grow from level to level (" + option("lod_growth") +
-              ") allow lighter ones.";
+      text +=
+          " Errors that grow from level to level (" + option("lod_growth") + ") give lighter ones.";
     }
     chain_.warnings.push_back({"lod-left-out", std::move(text), 1});
   }
