@@ -93,7 +93,7 @@ bool find_low_point(const Mesh& low, const LowSurface& surface, NormalMapSpace s
     if (space == NormalMapSpace::tangent) {
       found.z_axis = mixed(a.normal, b.normal, c.normal);
       found.x_axis = mixed(a.tangent, b.tangent, c.tangent);
-      found.y_axis = cross(found.z_axis, found.x_axis) * a.sign;
+      found.y_axis = cross(found.z_axis, found.x_axis) * double{a.sign};
     } else if (space == NormalMapSpace::object) {
       found.x_axis = {1, 0, 0};
       found.y_axis = {0, 1, 0};

@@ -93,7 +93,7 @@ TEST(Hybrid, FollowsTheFormulaOnTheBunny) {
     most_deviation = std::max(most_deviation, deviation);
     farthest = std::max(farthest, angle(expected, unit(n)));
     // Inward as well as outward.
-    const Vec3d along = dot(offset, expected) < 0 ? offset * -1 : offset;
+    const Vec3d along = dot(offset, expected) < 0 ? -offset : offset;
     // Positions of 1e-7 over distances of 5e-4 and more: 0.02 degrees.
     EXPECT_LT(angle(along, expected), 0.1) << element;
   }

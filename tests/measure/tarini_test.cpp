@@ -281,7 +281,7 @@ TEST(Tarini, RaysLieAsThePixelsOfPicturesDo) {
     for (int k = 0; k < kPixels * kPixels; ++k) {
       const double x = 2.2 * ((k % kPixels + 0.5) / kPixels - 0.5);
       const double y = 2.2 * ((k / kPixels + 0.5) / kPixels - 0.5);
-      const Vec3d from = right * x + up * y + d * 4;
+      const Vec3d from = right * x + up * y + d * 4.0;
       const std::array<double, 3> origin = {from.x, from.y, from.z}, back = {-d.x, -d.y, -d.z};
       const reference::RaySearch search{.t_max = 8, .keep = -1};
       const auto low = reference::cast_ray(r.low.positions, r.low.triangles, origin, back, search);
