@@ -268,34 +268,70 @@ void HighCoverage::find_seen(const MatchRequest& request) {
            std::max(static_cast<std::uint32_t>(kDirections / fewer), kMinDirections))) {
     directions.push_back(to_float(direction));
   }
+  // By the kernel that bakes' own rays use, so that no other has to be compiled. It is quick for neighbouring rays of one
+  // direction: so places are visited along a curve, direction by direction.
   std::vector<Place> rays;
   std::vector<std::uint32_t> of;
   const auto cast = [&] {
     if (rays.empty()) return;
     const auto count = static_cast<std::uint32_t>(rays.size());
-    cl::Array<std::uint8_t> hit(context, count);
-    caster.occluded(points_of(context, rays), count, count,
-                    {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true}, hit);
-    const std::vector<std::uint8_t> hidden = hit.download(context);
+    DeviceCorrespondence hit(context, count);
+    caster.intersect(points_of(context, rays), count, count,
+                     {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true}, hit);
+    std::vector<std::uint32_t> triangle(count);
+    hit.triangle.read(context, triangle);
     for (std::size_t k = 0; k < of.size(); ++k) {
       const double cosine = dot(to_double(places_[of[k]].normal), to_double(rays[k].normal));
-      if (hidden[k] == 0) visibility_[of[k]] += static_cast<float>(cosine);
+      if (triangle[k] == KILN_NO_TRIANGLE) visibility_[of[k]] += static_cast<float>(cosine);
     }
     rays.clear();
     of.clear();
   };
-  for (std::uint32_t i = 0; i < places_.size(); ++i) {
-    if (!(radius_[i] > 0)) continue;
-    const Vec3d normal = to_double(places_[i].normal);
-    const Vec3 from = to_float(to_double(places_[i].position) + normal * double{kOriginOffset});
-    for (const Vec3& w : directions) {
+  const std::vector<std::uint32_t> along_curve = places_along_curve();
+  for (const Vec3& w : directions) {
+    for (const std::uint32_t i : along_curve) {
+      if (!(radius_[i] > 0)) continue;
+      const Vec3d normal = to_double(places_[i].normal);
       if (!(dot(normal, to_double(w)) > 0.05)) continue;
-      rays.push_back({from, w});
+      rays.push_back(
+          {to_float(to_double(places_[i].position) + normal * double{kOriginOffset}), w});
       of.push_back(i);
     }
     if (rays.size() > kRaysPerLaunch) cast();
   }
   cast();
+}
+
+std::vector<std::uint32_t> HighCoverage::places_along_curve() const {
+  constexpr std::uint32_t kBits = 10;             // per axis
+  const auto spread_bits = [](std::uint64_t x) {  // two zeros after each bit
+    std::uint64_t spread = 0;
+    for (std::uint32_t bit = 0; bit < kBits; ++bit) spread |= (x >> bit & 1U) << (3 * bit);
+    return spread;
+  };
+  Vec3d low = Vec3d{1, 1, 1} * double{INFINITY}, top = -low;
+  for (const Place& place : places_) {
+    const Vec3d p = to_double(place.position);
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
+  }
+  const Vec3d size = top - low;
+  const double side = std::max({size.x, size.y, size.z});
+  const double cells = side > 0 && std::isfinite(side) ? ((1U << kBits) - 1) / side : 0;
+  std::vector<std::uint64_t> keys(places_.size());
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const Vec3d at = (to_double(places_[i].position) - low) * cells;
+    std::uint64_t key = 0;
+    for (const double x : {at.x, at.y, at.z}) {
+      key = key << 1U | spread_bits(x >= 0 ? static_cast<std::uint64_t>(x) : 0);
+    }
+    keys[i] = key;
+  }
+  std::vector<std::uint32_t> order(places_.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+  return order;
 }
 
 std::uint64_t HighCoverage::cell(const std::array<std::int64_t, 3>& at) {

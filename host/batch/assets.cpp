@@ -45,6 +45,29 @@ std::string in_folder(const Setting& setting, const std::string& word) {
   return joined(escape_pattern(setting.folder), word);
 }
 
+std::string identity(const fs::path& path) {
+  std::error_code error;
+  // Of a relative path whose first folder is not there yet, the canonical one is relative, too.
+  const fs::path found = fs::weakly_canonical(fs::absolute(path), error);
+  return (error ? fs::absolute(path).lexically_normal() : found).generic_string();
+}
+
+/// Paths and stems that an asset writes to.
+std::vector<std::string> outputs_of(const Job& job) {
+  std::vector<std::string> outputs;
+  const std::string file = asset_file(job);
+  if (!file.empty()) outputs.push_back(identity(file));
+  if (file.empty() || lower_extension(file) == ".obj") {
+    outputs.push_back(identity(fs::path(out_folder(job)) / (low_stem(job) + ".obj")));
+  }
+  if (lower_extension(file) == ".gltf")
+    outputs.push_back(identity(fs::path(file).replace_extension(".bin")));
+  for (const std::string* const one : {&job.json, &job.save_cage, &job.save_match}) {
+    if (!one->empty()) outputs.push_back(identity(*one));
+  }
+  return outputs;
+}
+
 class Expander {
  public:
   Expander(const JobFile& file, const ExpandOptions& options)
@@ -527,29 +550,6 @@ class Expander {
     }
   }
 
-  static std::string identity(const fs::path& path) {
-    std::error_code error;
-    // Of a relative path whose first folder is not there yet, the canonical one is relative, too.
-    const fs::path found = fs::weakly_canonical(fs::absolute(path), error);
-    return (error ? fs::absolute(path).lexically_normal() : found).generic_string();
-  }
-
-  /// Paths and stems that an asset writes to.
-  static std::vector<std::string> outputs_of(const Job& job) {
-    std::vector<std::string> outputs;
-    const std::string file = asset_file(job);
-    if (!file.empty()) outputs.push_back(identity(file));
-    if (file.empty() || lower_extension(file) == ".obj") {
-      outputs.push_back(identity(fs::path(out_folder(job)) / (low_stem(job) + ".obj")));
-    }
-    if (lower_extension(file) == ".gltf")
-      outputs.push_back(identity(fs::path(file).replace_extension(".bin")));
-    for (const std::string* const one : {&job.json, &job.save_cage, &job.save_match}) {
-      if (!one->empty()) outputs.push_back(identity(*one));
-    }
-    return outputs;
-  }
-
   void check_outputs() {
     std::unordered_map<std::string, const BatchAsset*> writers;
     for (const BatchAsset& asset : batch_.assets) {
@@ -593,15 +593,7 @@ class Expander {
     const std::string base = identity(file_.folder.empty() ? fs::path(".") : file_.folder) + "/";
     for (const BatchAsset& asset : batch_.assets) {
       if (!asset.problem.empty()) continue;
-      std::vector<std::string> outputs = outputs_of(asset.job);
-      if (asset_file(asset.job).empty()) {
-        for (const std::string& map : all_maps(settled(asset.job))) {
-          outputs.push_back(identity(fs::path(out_folder(asset.job)) /
-                                     (low_stem(asset.job) + "_" + map + "." +
-                                      std::string(extension_of(asset.job.image.format)))));
-        }
-      }
-      for (const std::string& output : outputs) {
+      for (const std::string& output : known_outputs(asset.job)) {
         if (!output.starts_with(base)) continue;
         const std::string path = output.substr(base.size());
         for (const auto& [pattern, skip, rule, setting] : primaries_) {
@@ -683,6 +675,17 @@ Batch expand_job_file(const JobFile& file, const ExpandOptions& options) {
 std::string output_name(const Job& job) {
   const std::string file = asset_file(job);
   return file.empty() ? (fs::path(out_folder(job)) / low_stem(job)).string() : file;
+}
+
+std::vector<std::string> known_outputs(const Job& job) {
+  std::vector<std::string> outputs = outputs_of(job);
+  if (!asset_file(job).empty()) return outputs;
+  for (const std::string& map : all_maps(settled(job))) {
+    outputs.push_back(
+        identity(fs::path(out_folder(job)) /
+                 (low_stem(job) + "_" + map + "." + std::string(extension_of(job.image.format)))));
+  }
+  return outputs;
 }
 
 double expected_seconds(const Job& job) {

@@ -44,6 +44,9 @@ Batch expand_job_file(const JobFile& file, const ExpandOptions& options);
 /// The output that names a job in messages and checks: its folder and stem, or its file.
 std::string output_name(const Job& job);
 
+/// Absolute paths of the files that a job writes, as far as they are known before: with the maps of one texture set.
+std::vector<std::string> known_outputs(const Job& job);
+
 /// Estimated seconds of a job, from sizes of files and maps. For order and lists.
 double expected_seconds(const Job& job);
 

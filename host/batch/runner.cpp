@@ -48,6 +48,26 @@ std::uint64_t expected_bytes(const Job& job) {
                            kOfMap * std::max<std::uint64_t>(1, maps));
 }
 
+/// Why the outputs of a job could not be placed: a folder or a file there that this process may not write to. Empty:
+/// nothing is known to be in the way. Looked for before any work, since a bake may take hours.
+std::string unwritable_output(const Job& job) {
+  for (const std::string& output : known_outputs(job)) {
+    const auto there = os::facts_of(fs::path(output));
+    if (there && there->is_regular && !os::may_write(output))
+      return "'" + output + "' cannot be written: the file there is write-protected.";
+    fs::path folder = fs::path(output).parent_path();
+    while (!os::facts_of(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
+      folder = folder.parent_path();
+    }
+    const auto found = os::facts_of(folder);
+    if (found && found->is_folder && !os::may_write_in(folder)) {
+      return "'" + output + "' cannot be written: the folder '" + folder.string() +
+             "' is write-protected. Change its permissions, or choose another place.";
+    }
+  }
+  return {};
+}
+
 class BatchRun {
  public:
   BatchRun(const std::vector<BatchAsset>& assets, const RunBatchOptions& options)
@@ -235,6 +255,11 @@ class BatchRun {
   void bake(std::size_t i, AssetResult& result) {
     using Clock = std::chrono::steady_clock;
     const BatchAsset& asset = assets_[i];
+    // Where nothing is left to bake, outputs may be read-only. That can be only where it was baked before.
+    const std::string unwritable = unwritable_output(asset.job);
+    const bool may_be_unchanged =
+        options_.cache != nullptr && !options_.rebake && !options_.cache->inputs_of(asset).empty();
+    if (!unwritable.empty() && !may_be_unchanged) throw Error(ErrorCode::output, unwritable);
     if (!asset.before.empty()) run_hook(asset, asset.before, "before", result);
     InputLog log([this](const fs::path& path) {
       return options_.cache == nullptr ? std::string() : BakeCache::identify(path);
@@ -245,7 +270,7 @@ class BatchRun {
       const InputLog& log;
       ~Discard() { discard_outputs(log); }
     } const discard{log};
-    if (options_.cache != nullptr && take_from_cache(asset, log, result)) return;
+    if (options_.cache != nullptr && take_from_cache(asset, log, unwritable, result)) return;
     const Clock::time_point start = Clock::now();
     bool late = false;
     const auto progress = [&](double share, std::string_view stage) {
@@ -298,8 +323,9 @@ class BatchRun {
     finish(asset, result);
   }
 
-  /// \returns true if nothing is left to bake
-  bool take_from_cache(const BatchAsset& asset, const InputLog& log, AssetResult& result) {
+  /// \param unwritable  why nothing can be written; empty: it can \returns true if nothing is left to bake
+  bool take_from_cache(const BatchAsset& asset, const InputLog& log, const std::string& unwritable,
+                       AssetResult& result) {
     device();  // keys have its class
     if (options_.rebake) {
       result.reason = "all were asked for";
@@ -307,6 +333,8 @@ class BatchRun {
     }
     CacheDecision decision = options_.cache->decide(asset);
     result.reason = decision.reason;
+    if (!unwritable.empty() && decision.kind != CacheDecision::Kind::unchanged)
+      throw Error(ErrorCode::output, unwritable);
     if (decision.kind == CacheDecision::Kind::bake) return false;
     if (decision.kind == CacheDecision::Kind::restored) {
       if (!options_.cache->restore(asset, decision)) return false;

@@ -33,15 +33,16 @@ BinaryCache::BinaryCache(fs::path folder, std::string driver, bool programs)
 
 BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_version,
                             const fs::path& folder) {
-  const auto forbids = [](const char* name) {
+  const auto is = [](const char* name, const char* wanted) {
     const char* value = std::getenv(name);
-    return value != nullptr && std::string_view(value) == "0";
+    return value != nullptr && std::string_view(value) == wanted;
   };
-  const bool kept = !forbids("POCL_KERNEL_CACHE") && !forbids("KILN_KEEP_BINARIES");
+  const bool kept = !is("POCL_KERNEL_CACHE", "0") && !is("KILN_KEEP_BINARIES", "0");
+  const bool programs = is("KILN_KEEP_BINARIES", "1");
   std::string driver = device.name + '\n' + device.driver + '\n' + device.opencl_version + '\n';
   driver += platform_version;
   return {kept ? folder : fs::path(), std::move(driver),
-          device.platform == "Portable Computing Language"};
+          programs && device.platform == "Portable Computing Language"};
 }
 
 std::string BinaryCache::key(std::string_view source, std::string_view options) const {

@@ -14,9 +14,9 @@ namespace kiln::ocl {
 
 /// Binaries of programs, one file each.
 ///
-/// PoCL caches what it compiles, but runs the preprocessor over each source to find it: 25 to 45 ms of a core for each
-/// of a bake's eight programs. From a binary it takes 1 to 5. Other drivers have effective caches of their own, so for
-/// them only the result of the self-test is stored.
+/// What is always stored is the result of the self-test. Programs are stored for PoCL if KILN_KEEP_BINARIES is 1: to make
+/// a binary, PoCL compiles each kernel of a program once more, for work-groups of any size, which doubles the time of a
+/// first bake. Other drivers have effective caches of their own.
 ///
 /// Files that are incomplete, from another driver, or writable by others are ignored. Files are replaced atomically, so
 /// any number of processes may share a folder. Above kMaxBinaries, the oldest files are removed.
@@ -28,7 +28,8 @@ class BinaryCache {
   /// \param driver  everything that binaries depend on, besides source and options
   /// \param programs  true: binaries of programs are stored, too
   BinaryCache(std::filesystem::path folder, std::string driver, bool programs = true);
-  /// Cache of a device. Disabled if POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0; stores programs for PoCL only.
+  /// Cache of a device. Disabled if POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0; stores programs for PoCL only, and
+  /// only if KILN_KEEP_BINARIES is 1.
   /// \param folder  KernelFolder::kiln
   static BinaryCache of(const DeviceInfo& device, std::string_view platform_version,
                         const std::filesystem::path& folder);

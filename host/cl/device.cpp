@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <mutex>
 
+#include "base/file.h"
 #include "base/lower_case.h"
 #include "base/memory.h"
 #include "base/option.h"
@@ -157,6 +158,10 @@ std::vector<Found> find_devices(std::string& reason) {
   constexpr std::uint64_t kDriverBytes = std::uint64_t{60} << 20;
   require_memory("Loading OpenCL drivers", kDriverBytes);
   cl::kernel_folder();  // set first, since PoCL reads the environment only once
+  // PoCL compiles a kernel for each size of work-groups and for small and large grids, so that a map of another size
+  // would find none of its kernels. Kernels that call one function per item (kernels/lib/call.clh) gain nothing by it.
+  constexpr const char* kSpecialize = "POCL_WORK_GROUP_SPECIALIZATION";
+  if (std::getenv(kSpecialize) == nullptr) os::set_variable(kSpecialize, "0");
   std::vector<Found> found;
   // An import library may load it at the first call, which would end the process where there is none.
   std::string missing;

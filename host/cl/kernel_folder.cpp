@@ -53,8 +53,48 @@ fs::path use_user_folder() {
                     "that is yours alone.",
                 "kernel-folder");
   }
+  if (!os::may_write_in(folder)) {
+    throw Error(ErrorCode::device,
+                "Compiled kernels need a folder that can be written, and '" + folder.string() +
+                    "' is none. Set POCL_CACHE_DIR or TMPDIR to one, or give the container one at "
+                    "/tmp (--tmpfs /tmp:exec).",
+                "kernel-folder");
+  }
   os::set_variable(kPocl, folder.string().c_str());
   return folder;
+}
+
+/// Copies the files of a folder that another lacks. What cannot be read or written is left out: it is compiled again.
+void copy_missing_files(const fs::path& from, const fs::path& to) {
+  const std::string suffix = "." + std::to_string(os::process_id());
+  std::error_code failed;
+  const auto skip = fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator at(from, skip, failed), end; !failed && at != end;
+       at.increment(failed)) {
+    std::error_code ignored;
+    const fs::path place = to / at->path().lexically_relative(from);
+    if (!at->is_regular_file(ignored) || fs::exists(place, ignored)) continue;
+    os::create_private_folders(place.parent_path());
+    // Renamed when complete, since other processes may read the folder meanwhile.
+    const fs::path temporary = place.string() + suffix;
+    if (!fs::copy_file(at->path(), temporary, ignored) || !os::replace(temporary, place)) {
+      os::remove_file(temporary.c_str());
+    }
+  }
+}
+
+/// For a folder of kernels that this process may not write to, such as one that an image of a container holds. PoCL
+/// writes to its cache even where it finds everything, and ends the process where it cannot. So the kernels are copied
+/// to the user's folder, which takes milliseconds.
+KernelFolder use_copy(const fs::path& given) {
+  const fs::path level = shared_level(given, given / "kiln"), folder = use_user_folder();
+  if (level.empty()) {
+    copy_missing_files(given, folder);
+    return {folder / "kiln"};
+  }
+  return {folder / "kiln",
+          {warning_of(level, "they are not used, but compiled again, in '" + folder.string() +
+                                 "'. Let root own that folder, and nobody else write to it.")}};
 }
 
 }  // namespace
@@ -68,6 +108,12 @@ KernelFolder kernel_folder() {
     const fs::path kiln = fs::path(given) / "kiln";
     if (given == chosen_folder) return {kiln, warnings_of_choice};
     os::create_private_folders(given);
+    if (!os::may_write_in(given)) {
+      KernelFolder copy = use_copy(given);
+      chosen_folder = copy.kiln.parent_path().string();
+      warnings_of_choice = copy.warnings;
+      return copy;
+    }
     const fs::path level = shared_level(given, kiln);
     if (level.empty()) return {kiln};
     return {kiln, {warning_of(level, "set POCL_CACHE_DIR to a folder that is yours alone.")}};

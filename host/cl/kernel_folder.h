@@ -20,7 +20,11 @@ struct KernelFolder {
 /// temporary files replaces it, for this user only; PoCL's own choice without HOME, /tmp/pocl/kcache, may belong to
 /// anyone. The choice is passed to PoCL by POCL_CACHE_DIR in this process's environment, so this must run before PoCL's
 /// first call.
-/// \throws Error(device), id `kernel-folder`, if `kiln-USER` belongs to another user
+///
+/// A POCL_CACHE_DIR that this process may not write to is never used itself, since PoCL writes to its cache even where it
+/// finds everything: its files are copied to `kiln-USER`, if only root or this user may have put them there. So an image
+/// of a container holds kernels that serve any user, on a file system that is read-only except for /tmp.
+/// \throws Error(device), id `kernel-folder`, if `kiln-USER` belongs to another user or cannot be written to
 KernelFolder kernel_folder();
 
 }  // namespace kiln::ocl

@@ -2,7 +2,9 @@
 #include "cl/program.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <system_error>
 #include <utility>
@@ -41,7 +43,50 @@ bool is_watched() { return ProgressGuard::active() || OwnMapRun::current() != nu
                                     option("own_map_seconds") + ".");
 }
 
+bool is_pocl(const DeviceInfo& info) { return info.platform == "Portable Computing Language"; }
+
+std::atomic<std::uint64_t> whole_headers{0};
+
+/// Result of a compiler; a program only if it succeeded.
+struct Compiled {
+  cl_program program = nullptr;
+  cl_int status = CL_SUCCESS;
+  std::string log;
+};
+
+Compiled compile(const Context& context, std::string_view source, const std::string& builds,
+                 const std::string& options) {
+  Compiled result;
+  const char* text = source.data();
+  const std::size_t length = source.size();
+  const cl_device_id device = context.device();
+  check(driver([&] {
+          result.program =
+              clCreateProgramWithSource(context.get(), 1, &text, &length, &result.status);
+          return result.status;
+        }),
+        "clCreateProgramWithSource for " + builds);
+  result.status = driver([&] {
+    return clBuildProgram(result.program, 1, &device, options.c_str(), nullptr, nullptr);
+  });
+  if (result.status == CL_SUCCESS) return result;
+  std::size_t size = 0;
+  const auto build_log = [&](std::size_t room, void* to, std::size_t* needed) {
+    driver([&] {
+      return clGetProgramBuildInfo(result.program, device, CL_PROGRAM_BUILD_LOG, room, to, needed);
+    });
+  };
+  build_log(0, nullptr, &size);
+  result.log.assign(size, '\0');
+  build_log(size, result.log.data(), nullptr);
+  release([&] { clReleaseProgram(result.program); });
+  result.program = nullptr;
+  return result;
+}
+
 }  // namespace
+
+std::uint64_t whole_header_builds() { return whole_headers; }
 
 double Context::build_seconds() const {
   const std::lock_guard lock(programs_mutex_);
@@ -105,30 +150,22 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
     require_memory("Compiling kernels, which is kept for later runs,", kCompilerBytes);
   }
   auto built = std::make_shared<Program>();
-  const char* text = source.data();
-  const std::size_t length = source.size();
-  cl_int status = CL_SUCCESS;
-  check(driver([&] {
-          built->program = clCreateProgramWithSource(context_, 1, &text, &length, &status);
-          return status;
-        }),
-        "clCreateProgramWithSource for " + builds);
-  status = driver([&] {
-    return clBuildProgram(built->program, 1, &device_, options.c_str(), nullptr, nullptr);
-  });
-  if (status == CL_SUCCESS) {
+  Compiled compiled;
+  // Users' sources may call any function, so they get the whole header. Where one program does not compile without it,
+  // none is tried again, since PoCL prints what fails.
+  const bool tries = code != ErrorCode::input && !info_.is_gpu && is_pocl(info_);
+  if (tries && whole_headers == 0) {
+    compiled = compile(*this, std::string(embedded_source("builtins")) + std::string(source),
+                       builds, options + " -D_OPENCL_H_=1");
+    if (compiled.status != CL_SUCCESS) ++whole_headers;
+  }
+  if (compiled.program == nullptr) compiled = compile(*this, source, builds, options);
+  built->program = compiled.program;
+  if (compiled.status == CL_SUCCESS) {
     if (own) keep(source, options, *built);
     return built;
   }
-  const auto build_log = [&](std::size_t room, void* to, std::size_t* size) {
-    driver([&] {
-      return clGetProgramBuildInfo(built->program, device_, CL_PROGRAM_BUILD_LOG, room, to, size);
-    });
-  };
-  std::size_t size = 0;
-  build_log(0, nullptr, &size);
-  std::string log(size, '\0');
-  build_log(size, log.data(), nullptr);
+  const std::string& log = compiled.log;
   if (code == ErrorCode::input) {  // an error in the user's source, not in the driver
     throw Error(code,
                 builds + " does not compile on " + info_.name + " (" + options + "):\n" + log);
@@ -136,7 +173,7 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   const std::string hint = cache_hint(info_);
   throw Error(code,
               "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
-                  status_name(status) + ". " + hint + "The build log:\n" + log,
+                  status_name(compiled.status) + ". " + hint + "The build log:\n" + log,
               hint.empty() ? nullptr : "kernel-cache");
 }
 

@@ -1,6 +1,7 @@
-// Programs that a context has built and caches. For cl/context.cpp and cl/program.cpp only.
+// Programs that a context has built and caches. For cl/context.cpp, cl/program.cpp and tests only.
 #pragma once
 
+#include <cstdint>
 #include <future>
 #include <map>
 #include <memory>
@@ -11,6 +12,10 @@
 #include "cl/driver.h"
 
 namespace kiln::ocl {
+
+/// Number of Kiln's programs that did not compile with the declarations of kernels/cl/builtins.cl, and so were compiled
+/// with the driver's whole header; for tests.
+std::uint64_t whole_header_builds();
 
 /// Name of an OpenCL status.
 std::string status_name(cl_int status);

@@ -24,6 +24,7 @@
 // longer than 2 or none, miss.
 #include "accel/closest_group.clh"
 #include "accel/closest_scalar.clh"
+#include "lib/call.clh"
 
 #ifdef KILN_CLOSEST_SCALAR
 
@@ -49,18 +50,13 @@ kernel void kiln_closest_scalar(
 
 #else
 
-kernel void kiln_closest_run(
-    const kiln_closest_params params,
-    global const kiln_bvh_node* restrict nodes,
-    global const kiln_bvh_block* restrict blocks,
-    global const float* restrict points,
-    global uint* restrict triangle,
-    global float* restrict barycentric,
-    global float* restrict distance,
-    global uchar* restrict status) {
-  const uint first = params.first + (uint)get_global_id(0) * KILN_CLOSEST_RUN;
-  if (first >= params.end) return;
-  const uint end = min(params.end, first + KILN_CLOSEST_RUN);
+/// Samples [first, end), one group after the other.
+static KILN_CALL void closest_run(const kiln_closest_params params,
+                                  global const kiln_bvh_node* nodes,
+                                  global const kiln_bvh_block* blocks,
+                                  global const float* points, uint first, uint end,
+                                  global uint* triangle, global float* barycentric,
+                                  global float* distance, global uchar* status) {
   closest_group group;
   group.seed = KILN_NO_TRIANGLE;
   for (uint at = first; at < end; at += KILN_CLOSEST_GROUP) {
@@ -85,6 +81,21 @@ kernel void kiln_closest_run(
       closest_store(at + i, params, &best, triangle, barycentric, distance, status);
     }
   }
+}
+
+kernel void kiln_closest_run(
+    const kiln_closest_params params,
+    global const kiln_bvh_node* restrict nodes,
+    global const kiln_bvh_block* restrict blocks,
+    global const float* restrict points,
+    global uint* restrict triangle,
+    global float* restrict barycentric,
+    global float* restrict distance,
+    global uchar* restrict status) {
+  const uint first = params.first + (uint)get_global_id(0) * KILN_CLOSEST_RUN;
+  if (first >= params.end) return;
+  const uint end = min(params.end, first + KILN_CLOSEST_RUN);
+  closest_run(params, nodes, blocks, points, first, end, triangle, barycentric, distance, status);
 }
 
 #endif

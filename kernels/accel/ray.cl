@@ -23,6 +23,7 @@
 // common are walked one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.
 #include "accel/beam.clh"
 #include "accel/traverse_scalar.clh"
+#include "lib/call.clh"
 
 /// Samples of a work-item: one beam of 64 rays or two of 32.
 #define KILN_ITEM_RAYS 64
@@ -53,12 +54,12 @@ kernel void kiln_ray_closest_scalar(
 #else
 
 /// The rays of one beam.
-static inline void ray_closest_beam(const kiln_ray_params params,
-                                    global const kiln_bvh_node* nodes,
-                                    global const kiln_bvh_block* blocks,
-                                    global const float* points, uint first, global uint* triangle,
-                                    global float* barycentric, global float* distance,
-                                    global uchar* status) {
+static KILN_CALL void ray_closest_beam(const kiln_ray_params params,
+                                       global const kiln_bvh_node* nodes,
+                                       global const kiln_bvh_block* blocks,
+                                       global const float* points, uint first,
+                                       global uint* triangle, global float* barycentric,
+                                       global float* distance, global uchar* status) {
   const int order = ray_order(params);
   beam_rays rays;
   beam_bounds bounds;

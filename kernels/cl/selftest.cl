@@ -38,8 +38,8 @@
 #define SELFTEST_KEEP(N, operation, word) \
   vstore##N(word, at, out + (operation)*KILN_SELFTEST_ITEMS)
 #define SELFTEST_DEFINE(N, W)                                                                      \
-  static void selftest_lanes_##N(global const kiln_selftest_input* in, uint at,                    \
-                                 global uint* out) {                                               \
+  static KILN_CALL void selftest_lanes_##N(global const kiln_selftest_input* in, uint at,          \
+                                           global uint* out) {                                     \
     _Pragma("OPENCL FP_CONTRACT OFF");                                                             \
     const float##W a = vload##N(at, in->a), b = vload##N(at, in->b), c = vload##N(at, in->c);      \
     const int##W p = vload##N(at, in->p), q = vload##N(at, in->q);                                 \

@@ -26,6 +26,7 @@
 // interpolation only.
 
 #include "detail/detail.clh"
+#include "lib/call.clh"
 
 /// Inputs of a group of samples: attributes of the low poly, and the high poly's normals at their
 /// points.
@@ -71,6 +72,22 @@ static inline void detail_store(lanes3 value, lanes_range at, size_t plane, glob
   }
 }
 
+static KILN_CALL void detail_normal(const lanes_range at, const kiln_detail_params params,
+                                    global const uint* restrict low_triangle,
+                                    global const float* restrict low_barycentric,
+                                    global const kiln_low_shading* restrict shading,
+                                    global const uint* restrict hit_triangle,
+                                    global const float* restrict hit_barycentric,
+                                    global const uint* restrict normal_indices,
+                                    global const float* restrict normals,
+                                    global float* restrict result) {
+  const lanes_uint hit = lanes_load_uint(hit_triangle, at);
+  const detail_group group =
+      detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
+                        normal_indices, normals);
+  detail_store(detail_to_map(params, group.low, group.normal), at, params.out_capacity, result);
+}
+
 kernel void kiln_detail_normal(const kiln_detail_params params,
                                global const uint* restrict low_triangle,
                                global const float* restrict low_barycentric,
@@ -82,31 +99,26 @@ kernel void kiln_detail_normal(const kiln_detail_params params,
                                global float* restrict result) {
   const lanes_range at = lanes_of_item(params.count);
   if (at.used == 0u) return;
-  const lanes_uint hit = lanes_load_uint(hit_triangle, at);
-  const detail_group group =
-      detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
-                        normal_indices, normals);
-  detail_store(detail_to_map(params, group.low, group.normal), at, params.out_capacity, result);
+  detail_normal(at, params, low_triangle, low_barycentric, shading, hit_triangle, hit_barycentric,
+                normal_indices, normals, result);
 }
 
 /// Blends the normals of two correspondences where the other one has a triangle.
 /// \param shares  weight of the first per sample
-kernel void kiln_detail_blend(const kiln_detail_params params,
-                              const uint other_capacity,
-                              global const uint* restrict low_triangle,
-                              global const float* restrict low_barycentric,
-                              global const kiln_low_shading* restrict shading,
-                              global const uint* restrict hit_triangle,
-                              global const float* restrict hit_barycentric,
-                              global const uint* restrict other_triangle,
-                              global const float* restrict other_barycentric,
-                              global const float* restrict shares,
-                              global const uint* restrict normal_indices,
-                              global const float* restrict normals,
-                              global float* restrict result) {
+static KILN_CALL void detail_blend(const lanes_range at, const kiln_detail_params params,
+                                   const uint other_capacity,
+                                   global const uint* restrict low_triangle,
+                                   global const float* restrict low_barycentric,
+                                   global const kiln_low_shading* restrict shading,
+                                   global const uint* restrict hit_triangle,
+                                   global const float* restrict hit_barycentric,
+                                   global const uint* restrict other_triangle,
+                                   global const float* restrict other_barycentric,
+                                   global const float* restrict shares,
+                                   global const uint* restrict normal_indices,
+                                   global const float* restrict normals,
+                                   global float* restrict result) {
 #pragma OPENCL FP_CONTRACT OFF
-  const lanes_range at = lanes_of_item(params.count);
-  if (at.used == 0u) return;
   const lanes_uint hit = lanes_load_uint(hit_triangle, at);
   const detail_group group =
       detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
@@ -130,22 +142,39 @@ kernel void kiln_detail_blend(const kiln_detail_params params,
   detail_store(detail_to_map(params, group.low, normal), at, params.out_capacity, result);
 }
 
-/// Normals and texels in one pass for one sample per texel: kiln_detail_normal and
-/// kiln_detail_resolve without the intermediate values.
-kernel void kiln_detail_texel(const kiln_detail_params params,
-                              const kiln_resolve_params resolve,
-                              global const uint* restrict texel_index,
+kernel void kiln_detail_blend(const kiln_detail_params params,
+                              const uint other_capacity,
                               global const uint* restrict low_triangle,
                               global const float* restrict low_barycentric,
                               global const kiln_low_shading* restrict shading,
                               global const uint* restrict hit_triangle,
                               global const float* restrict hit_barycentric,
+                              global const uint* restrict other_triangle,
+                              global const float* restrict other_barycentric,
+                              global const float* restrict shares,
                               global const uint* restrict normal_indices,
                               global const float* restrict normals,
-                              global float* restrict image,
-                              global uchar* restrict coverage) {
+                              global float* restrict result) {
   const lanes_range at = lanes_of_item(params.count);
   if (at.used == 0u) return;
+  detail_blend(at, params, other_capacity, low_triangle, low_barycentric, shading, hit_triangle,
+               hit_barycentric, other_triangle, other_barycentric, shares, normal_indices, normals,
+               result);
+}
+
+/// Normals and texels in one pass for one sample per texel: kiln_detail_normal and
+/// kiln_detail_resolve without the intermediate values.
+static KILN_CALL void detail_texel(const lanes_range at, const kiln_detail_params params,
+                                   const kiln_resolve_params resolve,
+                                   global const uint* restrict texel_index,
+                                   global const uint* restrict low_triangle,
+                                   global const float* restrict low_barycentric,
+                                   global const kiln_low_shading* restrict shading,
+                                   global const uint* restrict hit_triangle,
+                                   global const float* restrict hit_barycentric,
+                                   global const uint* restrict normal_indices,
+                                   global const float* restrict normals,
+                                   global float* restrict image, global uchar* restrict coverage) {
   const lanes_uint hit = lanes_load_uint(hit_triangle, at);
   const detail_group group =
       detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
@@ -170,6 +199,24 @@ kernel void kiln_detail_texel(const kiln_detail_params params,
     image[3u * (size_t)texel + 2u] = z[i];
     coverage[texel] = baked[i] != 0 ? 1 : 2;
   }
+}
+
+kernel void kiln_detail_texel(const kiln_detail_params params,
+                              const kiln_resolve_params resolve,
+                              global const uint* restrict texel_index,
+                              global const uint* restrict low_triangle,
+                              global const float* restrict low_barycentric,
+                              global const kiln_low_shading* restrict shading,
+                              global const uint* restrict hit_triangle,
+                              global const float* restrict hit_barycentric,
+                              global const uint* restrict normal_indices,
+                              global const float* restrict normals,
+                              global float* restrict image,
+                              global uchar* restrict coverage) {
+  const lanes_range at = lanes_of_item(params.count);
+  if (at.used == 0u) return;
+  detail_texel(at, params, resolve, texel_index, low_triangle, low_barycentric, shading,
+               hit_triangle, hit_barycentric, normal_indices, normals, image, coverage);
 }
 
 #if KILN_WIDTH == 1

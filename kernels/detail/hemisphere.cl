@@ -33,6 +33,7 @@
 #include "detail/detail.clh"
 #include "detail/hemisphere_ray.clh"
 #include "detail/hemisphere_turn.clh"
+#include "lib/call.clh"
 #include "lib/hash.clh"
 
 /// Rotation of each sample's rays, and below it the index of the set. It depends on the texel's place in
@@ -137,23 +138,21 @@ static inline void hemisphere_store(float3 value, size_t i, size_t plane, global
 
 /// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and
 /// padding of the last lanes, get zero normals.
-kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
-                                   global const uint* restrict low_triangle,
-                                   global const float* restrict low_barycentric,
-                                   global const float* restrict low_points,
-                                   global const kiln_low_shading* restrict shading,
-                                   global const uint* restrict hit_triangle,
-                                   global const float* restrict hit_barycentric,
-                                   global const float* restrict positions,
-                                   global const uint* restrict triangles,
-                                   global const uint* restrict normal_indices,
-                                   global const float* restrict normals,
-                                   global const uint* restrict picked,
-                                   global float* restrict points) {
+static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_params params,
+                                       global const uint* restrict low_triangle,
+                                       global const float* restrict low_barycentric,
+                                       global const float* restrict low_points,
+                                       global const kiln_low_shading* restrict shading,
+                                       global const uint* restrict hit_triangle,
+                                       global const float* restrict hit_barycentric,
+                                       global const float* restrict positions,
+                                       global const uint* restrict triangles,
+                                       global const uint* restrict normal_indices,
+                                       global const float* restrict normals,
+                                       global const uint* restrict picked,
+                                       global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
-  const size_t i = get_global_id(0);
   const size_t plane = params.plane;
-  if (i >= params.stride) return;
   const size_t s = params.by_list != 0u && i < params.count ? picked[i] : params.first + i;
   float3 position = (float3)(0.0f);
   float3 normal = (float3)(0.0f);
@@ -187,6 +186,25 @@ kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
   hemisphere_store(position, i, plane, points);
   hemisphere_store(normal, i, plane, points + 3 * plane);
   hemisphere_store(face * params.push, i, plane, points + 6 * plane);
+}
+
+kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
+                                   global const uint* restrict low_triangle,
+                                   global const float* restrict low_barycentric,
+                                   global const float* restrict low_points,
+                                   global const kiln_low_shading* restrict shading,
+                                   global const uint* restrict hit_triangle,
+                                   global const float* restrict hit_barycentric,
+                                   global const float* restrict positions,
+                                   global const uint* restrict triangles,
+                                   global const uint* restrict normal_indices,
+                                   global const float* restrict normals,
+                                   global const uint* restrict picked,
+                                   global float* restrict points) {
+  const size_t i = get_global_id(0);
+  if (i >= params.stride) return;
+  hemisphere_point(i, params, low_triangle, low_barycentric, low_points, shading, hit_triangle,
+                   hit_barycentric, positions, triangles, normal_indices, normals, picked, points);
 }
 
 /// Rays [first_ray, first_ray + rays) of samples [first, first + stride), one row per ray: position

@@ -89,7 +89,7 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
 
 /// Generates rays [first_row, first_row + rows) of one sample in their own order, since rings serve rows of many
 /// samples.
-static KILN_STREAM_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
+static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
                                                  global const float* point, uint code,
                                                  global const float* turn_table,
                                                  global const float* directions, uint first_row,

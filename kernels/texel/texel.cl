@@ -20,6 +20,7 @@
 //
 // Strengths: no atomics, no sorting on the device; eight lanes for any N. Limits: one work-item
 // processes a list, so thousands of triangles in one block are slow.
+#include "lib/call.clh"
 #include "shared/common.h"
 #include "shared/texel.h"
 
@@ -30,15 +31,12 @@
 #define TEXEL_PLANE_TEXEL 3u  // entry t: texel t of the block, row * width + column
 
 /// Finds the piece that covers each slot of a block, and counts samples, texels and overlaps.
-kernel void kiln_texel_cover(const kiln_texel_params params,
-                             global const kiln_texel_block* restrict blocks,
-                             global const uint* restrict lists,
-                             global const kiln_texel_piece* restrict pieces,
-                             global const int* restrict slots,
-                             global uint* restrict ids,
-                             global uint* restrict counts) {
-  const size_t index = get_global_id(0);
-  if (index >= params.block_count) return;
+static KILN_CALL void texel_cover(const size_t index, const kiln_texel_params params,
+                                  global const kiln_texel_block* restrict blocks,
+                                  global const uint* restrict lists,
+                                  global const kiln_texel_piece* restrict pieces,
+                                  global const int* restrict slots, global uint* restrict ids,
+                                  global uint* restrict counts) {
   const kiln_texel_block block = blocks[index];
   const uint groups = params.group_count;
   const size_t pitch = 8u * (size_t)groups;
@@ -93,6 +91,18 @@ kernel void kiln_texel_cover(const kiln_texel_params params,
   counts[index] = samples | (texels << 10) | (overlaps << 20);
 }
 
+kernel void kiln_texel_cover(const kiln_texel_params params,
+                             global const kiln_texel_block* restrict blocks,
+                             global const uint* restrict lists,
+                             global const kiln_texel_piece* restrict pieces,
+                             global const int* restrict slots,
+                             global uint* restrict ids,
+                             global uint* restrict counts) {
+  const size_t index = get_global_id(0);
+  if (index >= params.block_count) return;
+  texel_cover(index, params, blocks, lists, pieces, slots, ids, counts);
+}
+
 /// Barycentric weight of a corner: its edge function over the doubled area. Exact up to the last
 /// bits of a 31-bit fraction and one rounding each of conversion, reciprocal and product.
 float8 texel_weight(const long a, const long b, const long c, const int8 x, const int8 y,
@@ -129,23 +139,19 @@ float3 texel_face_normal(global const kiln_texel_corners* corners) {
 }
 
 /// Compacts the covered slots of a block into the band's arrays, with points and barycentrics.
-kernel void kiln_texel_fill(const kiln_texel_params params,
-                            global const kiln_texel_block* restrict blocks,
-                            global const uint* restrict first_samples,  // per block
-                            global const uint* restrict first_texels,
-                            global const kiln_texel_piece* restrict pieces,
-                            global const kiln_texel_corners* restrict corners,
-                            global const int* restrict slots,
-                            global const uint* restrict ids,
-                            global uint* restrict texel_index,
-                            global uint* restrict texel_first,
-                            global uint* restrict sample_slot,
-                            global uint* restrict triangle,
-                            global float* restrict barycentric,
-                            global float* restrict points) {
+static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params params,
+                                 global const kiln_texel_block* restrict blocks,
+                                 global const uint* restrict first_samples,
+                                 global const uint* restrict first_texels,
+                                 global const kiln_texel_piece* restrict pieces,
+                                 global const kiln_texel_corners* restrict corners,
+                                 global const int* restrict slots, global const uint* restrict ids,
+                                 global uint* restrict texel_index,
+                                 global uint* restrict texel_first,
+                                 global uint* restrict sample_slot, global uint* restrict triangle,
+                                 global float* restrict barycentric,
+                                 global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
-  const size_t index = get_global_id(0);
-  if (index >= params.block_count) return;
   const kiln_texel_block block = blocks[index];
   const size_t pitch = 8u * (size_t)params.group_count;
   const size_t plane = params.capacity;
@@ -282,6 +288,26 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
       ++sample;
     }
   }
+}
+
+kernel void kiln_texel_fill(const kiln_texel_params params,
+                            global const kiln_texel_block* restrict blocks,
+                            global const uint* restrict first_samples,  // per block
+                            global const uint* restrict first_texels,
+                            global const kiln_texel_piece* restrict pieces,
+                            global const kiln_texel_corners* restrict corners,
+                            global const int* restrict slots,
+                            global const uint* restrict ids,
+                            global uint* restrict texel_index,
+                            global uint* restrict texel_first,
+                            global uint* restrict sample_slot,
+                            global uint* restrict triangle,
+                            global float* restrict barycentric,
+                            global float* restrict points) {
+  const size_t index = get_global_id(0);
+  if (index >= params.block_count) return;
+  texel_fill(index, params, blocks, first_samples, first_texels, pieces, corners, slots, ids,
+             texel_index, texel_first, sample_slot, triangle, barycentric, points);
 }
 
 /// Gathers chosen samples' values; `to` is padded with zeros.

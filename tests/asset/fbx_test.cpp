@@ -875,7 +875,8 @@ TEST(Fbx, IndicesOutOfRange) {
     read_fbx({"a.fbx", bytes});
     ADD_FAILURE();
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("refers to a vertex that does not exist"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("refers to a vertex that does not exist"),
+              std::string::npos)
         << error.what();
   }
   FbxScene bare;

@@ -151,6 +151,74 @@ TEST(Durability, AFullDiskInTheMiddleStopsNothingElse) {
   }
 }
 
+/// A folder that is read-only, for root, too, while this lives.
+class ReadOnly {
+ public:
+  explicit ReadOnly(fs::path folder) : folder_(std::move(folder)) {
+    const char* const path = folder_.c_str();
+    mounted_ = mount(path, path, nullptr, MS_BIND, nullptr) == 0;
+    good_ =
+        mounted_ && mount(nullptr, path, nullptr, MS_BIND | MS_REMOUNT | MS_RDONLY, nullptr) == 0;
+  }
+  ~ReadOnly() {
+    if (mounted_) umount(folder_.c_str());
+  }
+  ReadOnly(const ReadOnly&) = delete;
+  ReadOnly& operator=(const ReadOnly&) = delete;
+  bool good() const { return good_; }
+
+ private:
+  fs::path folder_;
+  bool mounted_ = false, good_ = false;
+};
+
+TEST(Durability, ReadOnlyOutputsAreNamedBeforeADeviceIsOpened) {
+  const fs::path folder = make_studio({"a", "b"});
+  write(folder / "job.toml", kStudioJob);
+  fs::create_directories(folder / "out" / "b");
+  const std::vector<std::string> command = {"run", (folder / "job.toml").string(), "--json", "-"};
+  ProcessOptions without_device;
+  without_device.environment = {{"KILN_DEVICE", "no such device"}};
+  {
+    const ReadOnly out(folder / "out" / "b");
+    if (!out.good()) GTEST_SKIP() << "file systems cannot be mounted here";
+    const ProcessResult result = run_kiln(command, without_device);
+    EXPECT_EQ(result.exit_code, 1);
+    std::istringstream in(result.output);
+    for (std::string line; std::getline(in, line);) {
+      const json asset = json::parse(line);
+      const std::string message = asset["error"]["message"];
+      if (asset["asset"] == "b") {
+        EXPECT_EQ(asset["error"]["code"], 5) << message;
+        EXPECT_NE(message.find("'" + (folder / "out" / "b").string() + "' is write-protected"),
+                  std::string::npos)
+            << message;
+      } else {
+        EXPECT_NE(message.find("no such device"), std::string::npos)
+            << "it opened none: " << message;
+      }
+    }
+    // The other is baked.
+    EXPECT_EQ(states_of(run_kiln(command).output),
+              (std::map<std::string, std::string>{{"a", "baked"}, {"b", "failed"}}));
+  }
+  ASSERT_EQ(run_kiln(command).exit_code, 0);
+  const auto files = files_of(folder / "out");
+  // Where nothing is left to bake, nothing is written.
+  const ReadOnly out(folder / "out");
+  ASSERT_TRUE(out.good());
+  const ProcessResult unchanged = run_kiln(command);
+  EXPECT_EQ(unchanged.exit_code, 0) << unchanged.errors;
+  EXPECT_EQ(states_of(unchanged.output),
+            (std::map<std::string, std::string>{{"a", "unchanged"}, {"b", "unchanged"}}));
+  std::vector<std::string> again = command;
+  again.emplace_back("--rebake");
+  const ProcessResult refused = run_kiln(again, without_device);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_EQ(refused.output.find("no such device"), std::string::npos) << refused.output;
+  EXPECT_TRUE(files_of(folder / "out") == files);
+}
+
 TEST(Durability, TwoWritersOfOneCacheAreEqual) {
   const Reference reference = make_reference();
   const std::string cache = (scratch_folder() / "cache").string();

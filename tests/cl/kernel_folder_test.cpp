@@ -3,10 +3,15 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -183,7 +188,7 @@ TEST(KernelFolder, IsTheHomesWhereThatIsSafe) {
 
 TEST(KernelFolder, ThatTheUserNamesIsUsedWithAWarning) {
   const fs::path folder = make(test::scratch_folder(), 0755);
-  for (const mode_t mode : {0755, 0777, 0555}) {
+  for (const mode_t mode : {0755, 0777}) {
     make(folder, mode);
     const fs::path level = mode == 0777 ? folder : fs::path();
     {
@@ -193,7 +198,6 @@ TEST(KernelFolder, ThatTheUserNamesIsUsedWithAWarning) {
       EXPECT_EQ(pocl(), folder);
       expect_warned(found, level);
     }
-    if (mode == 0555) continue;
     const Variables set({{"XDG_CACHE_HOME", folder}, {"HOME", "/"}});
     const ocl::KernelFolder found = ocl::kernel_folder();
     EXPECT_EQ(found.kiln, folder / "kiln");
@@ -205,6 +209,93 @@ TEST(KernelFolder, ThatTheUserNamesIsUsedWithAWarning) {
   const Variables set({{"POCL_CACHE_DIR", made}});
   expect_warned(ocl::kernel_folder(), "");
   EXPECT_EQ(fs::status(made).permissions(), fs::perms::owner_all);
+}
+
+/// Runs checks as a user without rights, in a process of its own: root may write anywhere. True if all hold.
+bool holds_as_other_user(const std::function<bool()>& checks) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const bool other = geteuid() != 0 || (setgid(65534) == 0 && setuid(65534) == 0);
+    bool good = false;
+    try {
+      good = other && checks();
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "%s\n", error.what());
+    }
+    _exit(good ? 0 : 1);
+  }
+  int status = 1;
+  return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) &&
+         WEXITSTATUS(status) == 0;
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// An image's kernels serve any user, though nobody may write there.
+TEST(KernelFolder, ThatIsReadOnlyIsCopied) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root, whose folders others trust";
+  const fs::path image = make(test::scratch_folder() / "image", 0755);
+  const fs::path temporary = make(test::scratch_folder() / "tmp", 01777);
+  fs::permissions(image.parent_path().parent_path(), fs::perms(0755));
+  for (const fs::path& folder : {image.parent_path(), temporary.parent_path()})
+    fs::permissions(folder, fs::perms(0755));
+  make(image / "AB" / "program" / "kernel", 0755);
+  make(image / "kiln", 0755);
+  std::ofstream(image / "AB" / "program" / "program.bc") << "bitcode";
+  std::ofstream(image / "AB" / "program" / "kernel" / "kernel.so") << "code";
+  std::ofstream(image / "kiln" / "passed.bin") << "passed";
+  std::ofstream(image / "secret") << "of root alone";
+  fs::permissions(image / "secret", fs::perms(0600));
+  const fs::path user = temporary / "kiln-65534";
+  EXPECT_TRUE(holds_as_other_user([&] {
+    const Variables set({{"TMPDIR", temporary}, {"POCL_CACHE_DIR", image}});
+    bool good = true;
+    for (int device = 0; device < 2; ++device) {
+      const ocl::KernelFolder found = ocl::kernel_folder();
+      good = good && found.kiln == user / "kiln" && found.warnings.empty() && pocl() == user;
+    }
+    return good && text_of(user / "AB/program/program.bc") == "bitcode" &&
+           text_of(user / "AB/program/kernel/kernel.so") == "code" &&
+           text_of(user / "kiln/passed.bin") == "passed" && !fs::exists(user / "secret") &&
+           os::shared_level(user / "AB/program/kernel/kernel.so").empty();
+  }));
+  // What the user compiled since stays, and no half file is left.
+  std::ofstream(user / "AB" / "program" / "program.bc") << "newer";
+  std::size_t files = 0;
+  EXPECT_TRUE(holds_as_other_user([&] {
+    const Variables set({{"TMPDIR", temporary}, {"POCL_CACHE_DIR", image}});
+    ocl::kernel_folder();
+    return text_of(user / "AB/program/program.bc") == "newer";
+  }));
+  for (const auto& entry : fs::recursive_directory_iterator(user)) files += entry.is_regular_file();
+  EXPECT_EQ(files, 3U);
+  // Another user's folder is code of theirs.
+  fs::remove_all(user);
+  ASSERT_EQ(chown(image.c_str(), 54321, 54321), 0);
+  EXPECT_TRUE(holds_as_other_user([&] {
+    const Variables set({{"TMPDIR", temporary}, {"POCL_CACHE_DIR", image}});
+    const ocl::KernelFolder found = ocl::kernel_folder();
+    return found.kiln == user / "kiln" && found.warnings.size() == 1 &&
+           found.warnings[0].message.text().find(image.string()) != std::string::npos &&
+           !fs::exists(user / "AB");
+  }));
+  // And where nothing can be written, that is said, where PoCL would end the process.
+  ASSERT_EQ(chown(image.c_str(), 0, 0), 0);
+  make(temporary, 0555);
+  fs::remove_all(user);
+  EXPECT_TRUE(holds_as_other_user([&] {
+    const Variables set({{"TMPDIR", temporary}, {"POCL_CACHE_DIR", image}});
+    try {
+      ocl::kernel_folder();
+    } catch (const Error& error) {
+      return error.id() == std::string("kernel-folder") &&
+             std::string(error.what()).find("POCL_CACHE_DIR") != std::string::npos;
+    }
+    return false;
+  }));
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <memory>
 
+#include "cl/program.h"
+
 namespace kiln::test {
 namespace {
 
@@ -17,6 +19,10 @@ int scratch_counter = 0;
 class Environment : public testing::Environment {
  public:
   void TearDown() override {
+    if (shared_device && shared_device->info().platform == "Portable Computing Language") {
+      EXPECT_EQ(ocl::whole_header_builds(), 0U) << "a program needs what kernels/cl/builtins.cl "
+                                                   "does not declare: see the driver's output";
+    }
     shared_device.reset();
     std::error_code ignored;
     if (!scratch_root.empty()) std::filesystem::remove_all(scratch_root, ignored);

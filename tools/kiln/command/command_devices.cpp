@@ -1,9 +1,12 @@
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "arguments/command_options.h"
+#include "base/file.h"
 #include "base/stopwatch.h"
 #include "cl/driver_state.h"
 #include "cl/kernel_folder.h"
@@ -77,6 +80,23 @@ Mesh make_bumpy_grid(std::uint32_t squares, float height) {
   return mesh;
 }
 
+/// Lets all users read a folder's files: PoCL makes them this user's alone, but an image of a container serves any user.
+void let_all_read(const std::filesystem::path& folder) {
+  using std::filesystem::perms;
+  constexpr perms kFile = perms::owner_read | perms::group_read | perms::others_read;
+  constexpr perms kFolder = kFile | perms::owner_exec | perms::group_exec | perms::others_exec;
+  std::error_code ignored;
+  const auto add = [&](const std::filesystem::path& path, perms rights) {
+    std::filesystem::permissions(path, rights, std::filesystem::perm_options::add, ignored);
+  };
+  add(folder, kFolder);
+  for (std::filesystem::recursive_directory_iterator at(folder, ignored), end;
+       !ignored && at != end; at.increment(ignored)) {
+    std::error_code gone;
+    add(at->path(), at->is_directory(gone) ? kFolder : kFile);
+  }
+}
+
 /// Bakes a small sheet, so that the kernels of these maps are kept. \throws Error(usage) for what is no map
 int warm(const std::string& device, const std::vector<std::string>& maps) {
   constexpr std::uint32_t kTexels = 16, kSquares = 8;
@@ -88,11 +108,15 @@ int warm(const std::string& device, const std::vector<std::string>& maps) {
   job.in_memory = true;
   job.bake.width = job.bake.height = kTexels;
   if (!maps.empty()) set_option(job, "maps", maps);
+  // The folder that was named for this, if any. Others lie in homes, or are this user's alone for a purpose.
+  const char* const variable = std::getenv("POCL_CACHE_DIR");
+  const std::string named = variable != nullptr ? variable : "";
   const Stopwatch watch;
   const Device opened = Device::open(device);
   const JobResult result = run(opened, job);
   Console console(/*quiet=*/false);
   for (const Warning& warning : kernel_folder_warnings()) console.warning(warning.message);
+  if (!named.empty()) let_all_read(named);
   std::string made;
   for (const JobMap& map : result.maps) made += (made.empty() ? "" : ", ") + map.name;
   console.line(opened.info().name + ": kernels of " + made + " are in '" +

@@ -1,0 +1,131 @@
+// Declarations of the built-in functions that Kiln's kernels call: a stand-in for Clang's opencl-c.h.
+//
+// PoCL hands opencl-c.h, 18,000 lines, to its compiler before each program: to parse it takes 0.2 processor seconds a
+// program, and to preprocess it, which PoCL does on each run to look a program up in its cache, 0.04. So Kiln defines
+// that header's include guard, _OPENCL_H_, and puts this file before each source (host/cl/program.cpp). Types, as_type()
+// and limits are in opencl-c-base.h, which stays.
+//
+// A function that is missing here fails to compile, and a source that fails is compiled again with the whole header.
+// tests/cl/build_test.cpp checks that no program of Kiln's needs that, and the lint compiles this file together with
+// the whole header, so that no declaration contradicts it.
+//
+// No kernels. Defines: none. Limits: users' sources (own maps) may call any function, so they get the whole header.
+#define BUILTIN __attribute__((overloadable, const))
+#define BUILTIN_LOAD __attribute__((overloadable, pure))
+#define BUILTIN_STORE __attribute__((overloadable))
+
+// Of one number, and of each lane of N.
+#define BUILTIN_INTEGER(T, UNSIGNED, MASK)                                     \
+  T BUILTIN min(T, T);                                                         \
+  T BUILTIN max(T, T);                                                         \
+  T BUILTIN clamp(T, T, T);                                                    \
+  UNSIGNED BUILTIN abs(T);                                                     \
+  T BUILTIN clz(T);                                                            \
+  T BUILTIN popcount(T);                                                       \
+  T BUILTIN select(T, T, UNSIGNED);                                            \
+  T BUILTIN select(T, T, MASK);
+#define BUILTIN_FLOAT(T, UNSIGNED, MASK)                                       \
+  T BUILTIN min(T, T);                                                         \
+  T BUILTIN max(T, T);                                                         \
+  T BUILTIN clamp(T, T, T);                                                    \
+  T BUILTIN fabs(T);                                                           \
+  T BUILTIN floor(T);                                                          \
+  T BUILTIN rint(T);                                                           \
+  T BUILTIN round(T);                                                          \
+  T BUILTIN sqrt(T);                                                           \
+  T BUILTIN fma(T, T, T);                                                      \
+  T BUILTIN fmax(T, T);                                                        \
+  T BUILTIN copysign(T, T);                                                    \
+  T BUILTIN select(T, T, UNSIGNED);                                            \
+  T BUILTIN select(T, T, MASK);
+#define BUILTIN_CONVERT_TO(T, N)                                               \
+  T##N BUILTIN convert_##T##N(uchar##N);                                       \
+  T##N BUILTIN convert_##T##N(short##N);                                       \
+  T##N BUILTIN convert_##T##N(ushort##N);                                      \
+  T##N BUILTIN convert_##T##N(int##N);                                         \
+  T##N BUILTIN convert_##T##N(uint##N);                                        \
+  T##N BUILTIN convert_##T##N(long##N);                                        \
+  T##N BUILTIN convert_##T##N(ulong##N);                                       \
+  T##N BUILTIN convert_##T##N(float##N);
+#define BUILTINS(N)                                                            \
+  BUILTIN_INTEGER(int##N, uint##N, int##N)                                     \
+  BUILTIN_INTEGER(uint##N, uint##N, int##N)                                    \
+  BUILTIN_INTEGER(long##N, ulong##N, long##N)                                  \
+  BUILTIN_INTEGER(ulong##N, ulong##N, long##N)                                 \
+  BUILTIN_FLOAT(float##N, uint##N, int##N)                                     \
+  BUILTIN_CONVERT_TO(uchar, N)                                                 \
+  BUILTIN_CONVERT_TO(short, N)                                                 \
+  BUILTIN_CONVERT_TO(ushort, N)                                                \
+  BUILTIN_CONVERT_TO(int, N)                                                   \
+  BUILTIN_CONVERT_TO(uint, N)                                                  \
+  BUILTIN_CONVERT_TO(long, N)                                                  \
+  BUILTIN_CONVERT_TO(ulong, N)                                                 \
+  BUILTIN_CONVERT_TO(float, N)
+BUILTINS()
+BUILTINS(2)
+BUILTINS(3)
+BUILTINS(4)
+BUILTINS(8)
+BUILTINS(16)
+int BUILTIN convert_int_sat(float);
+int BUILTIN isfinite(float);
+
+// Of the lanes of a vector and one number, and of all lanes.
+#define BUILTIN_LANES_OF(T, N)                                                 \
+  T##N BUILTIN min(T##N, T);                                                   \
+  T##N BUILTIN max(T##N, T);                                                   \
+  T##N BUILTIN clamp(T##N, T, T);
+#define BUILTIN_LANES(N)                                                       \
+  BUILTIN_LANES_OF(int, N)                                                     \
+  BUILTIN_LANES_OF(uint, N)                                                    \
+  BUILTIN_LANES_OF(long, N)                                                    \
+  BUILTIN_LANES_OF(ulong, N)                                                   \
+  BUILTIN_LANES_OF(float, N)                                                   \
+  int BUILTIN any(int##N);                                                     \
+  int BUILTIN all(int##N);
+BUILTIN_LANES(2)
+BUILTIN_LANES(3)
+BUILTIN_LANES(4)
+BUILTIN_LANES(8)
+BUILTIN_LANES(16)
+
+// From and to memory.
+#define BUILTIN_MEMORY_OF(T, N)                                                \
+  T##N BUILTIN_LOAD vload##N(size_t, const constant T*);                       \
+  T##N BUILTIN_LOAD vload##N(size_t, const global T*);                         \
+  T##N BUILTIN_LOAD vload##N(size_t, const local T*);                          \
+  T##N BUILTIN_LOAD vload##N(size_t, const private T*);                        \
+  void BUILTIN_STORE vstore##N(T##N, size_t, global T*);                       \
+  void BUILTIN_STORE vstore##N(T##N, size_t, local T*);                        \
+  void BUILTIN_STORE vstore##N(T##N, size_t, private T*);
+#define BUILTIN_MEMORY(T)                                                      \
+  BUILTIN_MEMORY_OF(T, 2)                                                      \
+  BUILTIN_MEMORY_OF(T, 3)                                                      \
+  BUILTIN_MEMORY_OF(T, 4)                                                      \
+  BUILTIN_MEMORY_OF(T, 8)                                                      \
+  BUILTIN_MEMORY_OF(T, 16)
+BUILTIN_MEMORY(uchar)
+BUILTIN_MEMORY(short)
+BUILTIN_MEMORY(ushort)
+BUILTIN_MEMORY(int)
+BUILTIN_MEMORY(uint)
+BUILTIN_MEMORY(ulong)
+BUILTIN_MEMORY(float)
+
+// Atomic operations.
+#define BUILTIN_ATOMIC(T)                                                      \
+  T BUILTIN_STORE atomic_inc(volatile global T*);                              \
+  T BUILTIN_STORE atomic_min(volatile global T*, T);                           \
+  T BUILTIN_STORE atomic_max(volatile global T*, T);
+BUILTIN_ATOMIC(int)
+BUILTIN_ATOMIC(uint)
+#ifdef cl_khr_int64_extended_atomics
+#pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : enable
+ulong BUILTIN_STORE atom_min(volatile global ulong*, ulong);
+#pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : disable
+#endif
+
+// Of work-items.
+size_t BUILTIN get_global_id(uint);
+size_t BUILTIN get_local_id(uint);
+size_t BUILTIN get_group_id(uint);
