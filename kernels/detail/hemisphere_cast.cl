@@ -90,10 +90,10 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
 /// Generates rays [first_row, first_row + rows) of one sample in their own order, since rings serve rows of many
 /// samples.
 static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
-                                                 global const float* point, uint code,
-                                                 global const float* turn_table,
-                                                 global const float* directions, uint first_row,
-                                                 uint rows, global float* rays) {
+                                          global const float* point, uint code,
+                                          global const float* turn_table,
+                                          global const float* directions, uint first_row,
+                                          uint rows, global float* rays) {
   hemisphere_lanes lanes;
   hemisphere_load(params, point, true, (uint8)(code), turn_table, &lanes);
   const uint all = params.all_rays;
