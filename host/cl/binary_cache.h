@@ -14,7 +14,7 @@ namespace kiln::ocl {
 
 /// Binaries of programs, one file each.
 ///
-/// What is always stored is the result of the self-test. Programs are stored for PoCL if KILN_KEEP_BINARIES is 1: to make
+/// What is always stored is the result of the self-test, and a mark for each program that a CPU driver compiled. Programs are stored for PoCL if KILN_KEEP_BINARIES is 1: to make
 /// a binary, PoCL compiles each kernel of a program once more, for work-groups of any size, which doubles the time of a
 /// first bake. Other drivers have effective caches of their own.
 ///

@@ -144,9 +144,12 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   if (own) {
     if (std::shared_ptr<Program> loaded = load(source, options)) return loaded;
   }
-  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and keeps.
+  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and keeps. A program that an earlier run
+  // compiled comes from the cache of the driver: a mark of one byte stands for it.
   constexpr std::uint64_t kCompilerBytes = std::uint64_t{150} << 20;
-  if (!info_.is_gpu && !has_compiled_.exchange(true)) {
+  const std::string mark = "compiled " + options;
+  const bool is_known = own && !info_.is_gpu && binaries_->find(source, mark);
+  if (!info_.is_gpu && !is_known && !has_compiled_.exchange(true)) {
     require_memory("Compiling kernels, which is kept for later runs,", kCompilerBytes);
   }
   auto built = std::make_shared<Program>();
@@ -163,6 +166,7 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   built->program = compiled.program;
   if (compiled.status == CL_SUCCESS) {
     if (own) keep(source, options, *built);
+    if (own && !info_.is_gpu && !is_known) binaries_->keep(source, mark, {1});
     return built;
   }
   const std::string& log = compiled.log;

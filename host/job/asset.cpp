@@ -212,6 +212,12 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
   }
 }
 
+void start_asset_maps(Job& job) {
+  if (!asset_file(job).empty() && !job.given.contains("--maps")) {
+    job.bake.maps = {MapKind::normal, "ao"};
+  }
+}
+
 bool add_material_maps(Job& job, const LoadedHigh& high, RunLog& log) {
   if (asset_file(job).empty() || job.given.contains("--maps")) return false;
   const MaterialMaps found =

@@ -315,10 +315,4 @@ const std::string& low_source(const Job& job) {
   return job.low.given.empty() ? high_name(job) : low_name(job);
 }
 
-void start_asset_maps(Job& job) {
-  if (!asset_file(job).empty() && !job.given.contains("--maps")) {
-    job.bake.maps = {MapKind::normal, "ao"};
-  }
-}
-
 }  // namespace kiln

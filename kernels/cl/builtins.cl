@@ -39,6 +39,7 @@
   T BUILTIN select(T, T, UNSIGNED);                                            \
   T BUILTIN select(T, T, MASK);
 #define BUILTIN_CONVERT_TO(T, N)                                               \
+  T##N BUILTIN convert_##T##N(char##N);                                        \
   T##N BUILTIN convert_##T##N(uchar##N);                                       \
   T##N BUILTIN convert_##T##N(short##N);                                       \
   T##N BUILTIN convert_##T##N(ushort##N);                                      \
@@ -104,6 +105,7 @@ BUILTIN_LANES(16)
   BUILTIN_MEMORY_OF(T, 4)                                                      \
   BUILTIN_MEMORY_OF(T, 8)                                                      \
   BUILTIN_MEMORY_OF(T, 16)
+BUILTIN_MEMORY(char)
 BUILTIN_MEMORY(uchar)
 BUILTIN_MEMORY(short)
 BUILTIN_MEMORY(ushort)

@@ -73,14 +73,14 @@ static inline void detail_store(lanes3 value, lanes_range at, size_t plane, glob
 }
 
 static KILN_CALL void detail_normal(const lanes_range at, const kiln_detail_params params,
-                                    global const uint* restrict low_triangle,
-                                    global const float* restrict low_barycentric,
-                                    global const kiln_low_shading* restrict shading,
-                                    global const uint* restrict hit_triangle,
-                                    global const float* restrict hit_barycentric,
-                                    global const uint* restrict normal_indices,
-                                    global const float* restrict normals,
-                                    global float* restrict result) {
+                                    global const uint* KILN_CALL_RESTRICT low_triangle,
+                                    global const float* KILN_CALL_RESTRICT low_barycentric,
+                                    global const kiln_low_shading* KILN_CALL_RESTRICT shading,
+                                    global const uint* KILN_CALL_RESTRICT hit_triangle,
+                                    global const float* KILN_CALL_RESTRICT hit_barycentric,
+                                    global const uint* KILN_CALL_RESTRICT normal_indices,
+                                    global const float* KILN_CALL_RESTRICT normals,
+                                    global float* KILN_CALL_RESTRICT result) {
   const lanes_uint hit = lanes_load_uint(hit_triangle, at);
   const detail_group group =
       detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
@@ -107,17 +107,17 @@ kernel void kiln_detail_normal(const kiln_detail_params params,
 /// \param shares  weight of the first per sample
 static KILN_CALL void detail_blend(const lanes_range at, const kiln_detail_params params,
                                    const uint other_capacity,
-                                   global const uint* restrict low_triangle,
-                                   global const float* restrict low_barycentric,
-                                   global const kiln_low_shading* restrict shading,
-                                   global const uint* restrict hit_triangle,
-                                   global const float* restrict hit_barycentric,
-                                   global const uint* restrict other_triangle,
-                                   global const float* restrict other_barycentric,
-                                   global const float* restrict shares,
-                                   global const uint* restrict normal_indices,
-                                   global const float* restrict normals,
-                                   global float* restrict result) {
+                                   global const uint* KILN_CALL_RESTRICT low_triangle,
+                                   global const float* KILN_CALL_RESTRICT low_barycentric,
+                                   global const kiln_low_shading* KILN_CALL_RESTRICT shading,
+                                   global const uint* KILN_CALL_RESTRICT hit_triangle,
+                                   global const float* KILN_CALL_RESTRICT hit_barycentric,
+                                   global const uint* KILN_CALL_RESTRICT other_triangle,
+                                   global const float* KILN_CALL_RESTRICT other_barycentric,
+                                   global const float* KILN_CALL_RESTRICT shares,
+                                   global const uint* KILN_CALL_RESTRICT normal_indices,
+                                   global const float* KILN_CALL_RESTRICT normals,
+                                   global float* KILN_CALL_RESTRICT result) {
 #pragma OPENCL FP_CONTRACT OFF
   const lanes_uint hit = lanes_load_uint(hit_triangle, at);
   const detail_group group =
@@ -166,15 +166,15 @@ kernel void kiln_detail_blend(const kiln_detail_params params,
 /// kiln_detail_resolve without the intermediate values.
 static KILN_CALL void detail_texel(const lanes_range at, const kiln_detail_params params,
                                    const kiln_resolve_params resolve,
-                                   global const uint* restrict texel_index,
-                                   global const uint* restrict low_triangle,
-                                   global const float* restrict low_barycentric,
-                                   global const kiln_low_shading* restrict shading,
-                                   global const uint* restrict hit_triangle,
-                                   global const float* restrict hit_barycentric,
-                                   global const uint* restrict normal_indices,
-                                   global const float* restrict normals,
-                                   global float* restrict image, global uchar* restrict coverage) {
+                                   global const uint* KILN_CALL_RESTRICT texel_index,
+                                   global const uint* KILN_CALL_RESTRICT low_triangle,
+                                   global const float* KILN_CALL_RESTRICT low_barycentric,
+                                   global const kiln_low_shading* KILN_CALL_RESTRICT shading,
+                                   global const uint* KILN_CALL_RESTRICT hit_triangle,
+                                   global const float* KILN_CALL_RESTRICT hit_barycentric,
+                                   global const uint* KILN_CALL_RESTRICT normal_indices,
+                                   global const float* KILN_CALL_RESTRICT normals,
+                                   global float* KILN_CALL_RESTRICT image, global uchar* KILN_CALL_RESTRICT coverage) {
   const lanes_uint hit = lanes_load_uint(hit_triangle, at);
   const detail_group group =
       detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,

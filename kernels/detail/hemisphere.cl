@@ -139,18 +139,18 @@ static inline void hemisphere_store(float3 value, size_t i, size_t plane, global
 /// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and
 /// padding of the last lanes, get zero normals.
 static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_params params,
-                                       global const uint* restrict low_triangle,
-                                       global const float* restrict low_barycentric,
-                                       global const float* restrict low_points,
-                                       global const kiln_low_shading* restrict shading,
-                                       global const uint* restrict hit_triangle,
-                                       global const float* restrict hit_barycentric,
-                                       global const float* restrict positions,
-                                       global const uint* restrict triangles,
-                                       global const uint* restrict normal_indices,
-                                       global const float* restrict normals,
-                                       global const uint* restrict picked,
-                                       global float* restrict points) {
+                                       global const uint* KILN_CALL_RESTRICT low_triangle,
+                                       global const float* KILN_CALL_RESTRICT low_barycentric,
+                                       global const float* KILN_CALL_RESTRICT low_points,
+                                       global const kiln_low_shading* KILN_CALL_RESTRICT shading,
+                                       global const uint* KILN_CALL_RESTRICT hit_triangle,
+                                       global const float* KILN_CALL_RESTRICT hit_barycentric,
+                                       global const float* KILN_CALL_RESTRICT positions,
+                                       global const uint* KILN_CALL_RESTRICT triangles,
+                                       global const uint* KILN_CALL_RESTRICT normal_indices,
+                                       global const float* KILN_CALL_RESTRICT normals,
+                                       global const uint* KILN_CALL_RESTRICT picked,
+                                       global float* KILN_CALL_RESTRICT points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t plane = params.plane;
   const size_t s = params.by_list != 0u && i < params.count ? picked[i] : params.first + i;

@@ -32,11 +32,11 @@
 
 /// Finds the piece that covers each slot of a block, and counts samples, texels and overlaps.
 static KILN_CALL void texel_cover(const size_t index, const kiln_texel_params params,
-                                  global const kiln_texel_block* restrict blocks,
-                                  global const uint* restrict lists,
-                                  global const kiln_texel_piece* restrict pieces,
-                                  global const int* restrict slots, global uint* restrict ids,
-                                  global uint* restrict counts) {
+                                  global const kiln_texel_block* KILN_CALL_RESTRICT blocks,
+                                  global const uint* KILN_CALL_RESTRICT lists,
+                                  global const kiln_texel_piece* KILN_CALL_RESTRICT pieces,
+                                  global const int* KILN_CALL_RESTRICT slots, global uint* KILN_CALL_RESTRICT ids,
+                                  global uint* KILN_CALL_RESTRICT counts) {
   const kiln_texel_block block = blocks[index];
   const uint groups = params.group_count;
   const size_t pitch = 8u * (size_t)groups;
@@ -140,17 +140,17 @@ float3 texel_face_normal(global const kiln_texel_corners* corners) {
 
 /// Compacts the covered slots of a block into the band's arrays, with points and barycentrics.
 static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params params,
-                                 global const kiln_texel_block* restrict blocks,
-                                 global const uint* restrict first_samples,
-                                 global const uint* restrict first_texels,
-                                 global const kiln_texel_piece* restrict pieces,
-                                 global const kiln_texel_corners* restrict corners,
-                                 global const int* restrict slots, global const uint* restrict ids,
-                                 global uint* restrict texel_index,
-                                 global uint* restrict texel_first,
-                                 global uint* restrict sample_slot, global uint* restrict triangle,
-                                 global float* restrict barycentric,
-                                 global float* restrict points) {
+                                 global const kiln_texel_block* KILN_CALL_RESTRICT blocks,
+                                 global const uint* KILN_CALL_RESTRICT first_samples,
+                                 global const uint* KILN_CALL_RESTRICT first_texels,
+                                 global const kiln_texel_piece* KILN_CALL_RESTRICT pieces,
+                                 global const kiln_texel_corners* KILN_CALL_RESTRICT corners,
+                                 global const int* KILN_CALL_RESTRICT slots, global const uint* KILN_CALL_RESTRICT ids,
+                                 global uint* KILN_CALL_RESTRICT texel_index,
+                                 global uint* KILN_CALL_RESTRICT texel_first,
+                                 global uint* KILN_CALL_RESTRICT sample_slot, global uint* KILN_CALL_RESTRICT triangle,
+                                 global float* KILN_CALL_RESTRICT barycentric,
+                                 global float* KILN_CALL_RESTRICT points) {
 #pragma OPENCL FP_CONTRACT OFF
   const kiln_texel_block block = blocks[index];
   const size_t pitch = 8u * (size_t)params.group_count;

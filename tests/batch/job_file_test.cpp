@@ -88,7 +88,7 @@ TEST(JobFile, RefusesWhatIsWrongWithItsLine) {
       {kGood + "retries = -1\n", {"job.toml:3", "retries"}},
       {kGood + "timeout = 0\n", {"job.toml:3", "timeout"}},
       {kGood + "timeout = nan\n", {"job.toml:3", "timeout"}},
-      {kGood + "out = \"\"\n", {"job.toml:3", "out", "nothing"}},
+      {kGood + "out = \"\"\n", {"job.toml:3", "out", "empty"}},
       {kGood + "out = \"a\\u0000b\"\n", {"job.toml:3", "out"}},
       {kGood + "[defaults]\nhigh = \"a.obj\"\n", {"job.toml:4", "[[bake]]"}},
       {kGood + "[profile.ci]\nsiez = 3\n", {"job.toml:4", "size"}},

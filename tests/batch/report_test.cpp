@@ -148,10 +148,10 @@ TEST(Merge, JoinsAllPartsOnce) {
             std::string::npos);
   Json other = two;
   other["version"] = "2";
-  EXPECT_NE(message({one, other}).find("another version"), std::string::npos);
+  EXPECT_NE(message({one, other}).find("different version"), std::string::npos);
   other = two;
   other["profile"] = "ci";
-  EXPECT_NE(message({one, other}).find("another profile"), std::string::npos);
+  EXPECT_NE(message({one, other}).find("different profile"), std::string::npos);
 }
 
 TEST(Reports, OfPartsAreThoseOfTheWhole) {

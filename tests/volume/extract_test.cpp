@@ -329,7 +329,7 @@ TEST(Extract, SaysThatTheTopologyNeedsMoreRoom) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::input);
-    for (const char* word : {"keeps", "outer_gap", "min_part", "see `keep_topology`"}) {
+    for (const char* word : {"topology", "outer_gap", "min_part", "see `keep_topology`"}) {
       EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }
   }
