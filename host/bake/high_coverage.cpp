@@ -287,10 +287,9 @@ void HighCoverage::find_seen(const MatchRequest& request) {
     rays.clear();
     of.clear();
   };
-  const std::vector<std::uint32_t> along_curve = places_along_curve();
+  const std::vector<std::uint32_t> along_curve = near_places_along_curve();
   for (const Vec3& w : directions) {
     for (const std::uint32_t i : along_curve) {
-      if (!(radius_[i] > 0)) continue;
       const Vec3d normal = to_double(places_[i].normal);
       if (!(dot(normal, to_double(w)) > 0.05)) continue;
       rays.push_back(
@@ -302,7 +301,11 @@ void HighCoverage::find_seen(const MatchRequest& request) {
   cast();
 }
 
-std::vector<std::uint32_t> HighCoverage::places_along_curve() const {
+std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    if (radius_[i] > 0) order.push_back(i);
+  }
   constexpr std::uint32_t kBits = 10;             // per axis
   const auto spread_bits = [](std::uint64_t x) {  // two zeros after each bit
     std::uint64_t spread = 0;
@@ -310,8 +313,8 @@ std::vector<std::uint32_t> HighCoverage::places_along_curve() const {
     return spread;
   };
   Vec3d low = Vec3d{1, 1, 1} * double{INFINITY}, top = -low;
-  for (const Place& place : places_) {
-    const Vec3d p = to_double(place.position);
+  for (const std::uint32_t i : order) {
+    const Vec3d p = to_double(places_[i].position);
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
   }
@@ -319,7 +322,7 @@ std::vector<std::uint32_t> HighCoverage::places_along_curve() const {
   const double side = std::max({size.x, size.y, size.z});
   const double cells = side > 0 && std::isfinite(side) ? ((1U << kBits) - 1) / side : 0;
   std::vector<std::uint64_t> keys(places_.size());
-  for (std::size_t i = 0; i < places_.size(); ++i) {
+  for (const std::uint32_t i : order) {
     const Vec3d at = (to_double(places_[i].position) - low) * cells;
     std::uint64_t key = 0;
     for (const double x : {at.x, at.y, at.z}) {
@@ -327,8 +330,6 @@ std::vector<std::uint32_t> HighCoverage::places_along_curve() const {
     }
     keys[i] = key;
   }
-  std::vector<std::uint32_t> order(places_.size());
-  std::iota(order.begin(), order.end(), 0U);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
   return order;

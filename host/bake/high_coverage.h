@@ -51,8 +51,8 @@ class HighCoverage {
   static Places spread_places(const Source::Impl& high, std::uint32_t count);
   void find_near(const MatchRequest& request, CopyCheck* copies);
   void find_seen(const MatchRequest& request);
-  /// The places in the order of a Morton curve.
-  std::vector<std::uint32_t> places_along_curve() const;
+  /// The places near the low poly in the order of a Morton curve: of many texture sets, each has few.
+  std::vector<std::uint32_t> near_places_along_curve() const;
   void make_grid();
   /// Culls triangles for store(): on large maps, most samples lie on triangles that have no place in reach, or whose
   /// places are all covered. Conservative: works with bounding boxes.

@@ -283,4 +283,9 @@ std::string describe(const std::optional<MissedPatch>& patch) {
       patch->position[2]);
 }
 
+std::string missed_place(const BakeResult& result, const Mesh& low) {
+  const Image& map = result.maps.front().image;
+  return describe(largest_missed_patch(result.coverage, map.width, map.height, low));
+}
+
 }  // namespace kiln

@@ -55,4 +55,7 @@ std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> co
 /// One or two sentences with the patch's size and position.
 std::string describe(const std::optional<MissedPatch>& patch);
 
+/// The same for the largest patch of a bake that has maps.
+std::string missed_place(const BakeResult& result, const Mesh& low);
+
 }  // namespace kiln

@@ -47,10 +47,7 @@ void name_place_of_misses(const BakeScene& scene, BakeResult& result) {
     if (warning.code != "many-misses") continue;
     const Message what =
         made ? misses_of_made(result.report, scene.low.simplified->error) : warning.message;
-    const Image& map = result.maps.front().image;
-    const std::string place =
-        describe(largest_missed_patch(result.coverage, map.width, map.height, low));
-    warning.message = "'" + scene.low.path + "': " + what + " " + place +
+    warning.message = "'" + scene.low.path + "': " + what + " " + missed_place(result, low) +
                       (made ? "" : hint_of_boxes(scene.high.mesh(), low, most));
   }
 }

@@ -114,10 +114,7 @@ Message too_many_missed(const Job& job, const BakeResult& result, const LowMesh&
   Message message = "'" + low.path +
                     "': " + formatted("%.4g%% of the samples were missed, but ", missed) +
                     option("max_missed") + formatted(" is %.4g. ", job.max_missed_percent);
-  if (!result.maps.empty()) {
-    const Image& map = result.maps.front().image;
-    message += describe(largest_missed_patch(result.coverage, map.width, map.height, low.mesh));
-  }
+  if (!result.maps.empty()) message += missed_place(result, low.mesh);
   if (!job.load_match.empty()) {
     return message + " Save the match again with a longer " + option("max_distance") + ".";
   }
