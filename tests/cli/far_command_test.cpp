@@ -210,7 +210,7 @@ TEST(FarCommand, FormatsOfPositions) {
     std::array<double, 3> place{};
     for (std::size_t k = 0; k < 3; ++k) {
       place[k] = double{map.at(x, y)[k]};
-      if (baked.report["ranges"].contains("position")) {
+      if (baked.report.contains("ranges")) {
         const double low = baked.report["ranges"]["position"][k][0],
                      high = baked.report["ranges"]["position"][k][1];
         place[k] = low + place[k] * (high - low);
