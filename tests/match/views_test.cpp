@@ -168,14 +168,15 @@ TEST(Views, TakeTheNearerOfTwoSheetsThatPixelsShow) {
     for (const float side : {-1.0F, 1.0F}) {
       std::vector<Vec3> positions;
       std::vector<Triangle> triangles;
+      // Triangles stay within the views' disc: larger ones are not drawn.
       const auto add_upper = [&] {  // half of the picture, to one side of x = 0
         const auto first = static_cast<std::uint32_t>(positions.size());
-        positions.insert(
-            positions.end(),
-            {{0, -2 * side, 0.01F}, {4 * side, -2 * side, 0.01F}, {0, 4 * side, 0.01F}});
+        positions.insert(positions.end(), {{0, -0.9F * side, 0.01F},
+                                           {0.9F * side, -0.9F * side, 0.01F},
+                                           {0, 0.9F * side, 0.01F}});
         triangles.push_back({first, first + 1, first + 2});
       };
-      const auto add_lower = [&] { add_triangle(positions, triangles, {0, -1, 0}, 8); };
+      const auto add_lower = [&] { add_triangle(positions, triangles, {0, -0.05F, 0}, 0.9F); };
       const auto sheet_of = [&](bool upper) -> std::uint32_t {
         return upper == upper_first ? 0 : 1;
       };
