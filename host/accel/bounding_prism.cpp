@@ -217,7 +217,7 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   return prism;
 }
 
-/// Sets the slack by which prism_between widens the interval: see kernels/accel/prism.clh.
+/// Sets the slack by which prism_may_hit_between() widens the interval: see kernels/accel/prism.clh.
 void set_slack(const Corners& corners, const Shape& shape, Prism& prism) {
   const double edge = shape.longest;
   const double weight = (0x1p-21 * edge * edge + 4 * 0x1p-18 * edge) / shape.least;
