@@ -14,9 +14,9 @@ namespace {
 constexpr std::size_t kLocalSize = 64;
 // Bounds the duration of a launch: a few milliseconds on a GPU, tens on a CPU.
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
-// KILN_BEAM_RAYS of kernels/accel/beam.clh.
+// Rays of a work-item: KILN_ITEM_RAYS of kernels/accel/ray.cl.
 constexpr std::uint32_t kRaysPerBeam = 64;
-// Work-items, and thus blocks, per work-group.
+// Work-items per work-group; each casts one block of rays.
 constexpr std::size_t kOcclusionLocalSize = 4;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0);
 
