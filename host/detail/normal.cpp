@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-// Samples of a work-item on the path with explicit vectors.
+// Number of samples of a work-item on the path with explicit vectors.
 constexpr std::size_t kSamplesPerVector = 8;
 
 }  // namespace

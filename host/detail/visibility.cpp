@@ -13,7 +13,8 @@ MapRow row_of(std::string_view name, std::uint32_t channels, MapType type, std::
   MapRow row;
   row.info = {MapKind{name}, channels, type, holds, low, 1};
   row.info.options = "match.visibility";
-  // The map depends on the match alone, but texels that are read again for changed normals have no directions.
+  // The map depends on the match alone, but a session that re-bakes texels for changed normals does not know
+  // their directions.
   row.follows_positions = true;
   return row;
 }
