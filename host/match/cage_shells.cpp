@@ -10,22 +10,23 @@
 namespace kiln {
 namespace {
 
-constexpr double kExtraHeight = 0.25;  // extra height, as a share of the needed one
+constexpr double kExtraHeight = 0.25;  // extra height, as a share of the needed height
 constexpr double kMaxClearanceShare =
-    0.5;  // largest share of the clearance above the needed height that the extra height uses
+    0.5;  // maximum share of the clearance above the needed height that the extra height uses
 constexpr int kSmoothingPasses = 4;
 constexpr int kFittingPasses = 32;
-constexpr double kFreeClearanceShare =
-    0.05;  // share of the clearance that stays free at either end
+constexpr double kFreeClearanceShare = 0.05;  // share of the clearance that stays free at both ends
 constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
-constexpr double kMinShellCosine = 0.05;  // as in kernels/lib/shell.clh
+// the same as KILN_SHELL_LEAST_COSINE in kernels/lib/shell.clh
+constexpr double kMinShellCosine = 0.05;
 
-/// Linear form of a shell's height over a place: the sum of the corners' offsets times `weight`. The
-/// distance along the place's ray is that height / cosine.
+/// Linear form of a shell's height over a point: the sum of the corners' offsets times `weight`. The
+/// distance along the point's ray is this height divided by `cosine`.
 struct CagePart {
   std::array<std::uint32_t, 3> vertex{};
-  std::array<double, 3> weight{};  ///< Barycentric, times the cosine of the vertex's direction
-  double cosine = 1;               ///< Cosine between the ray and the triangle's normal
+  /// Barycentric weight times the cosine of the vertex's direction
+  std::array<double, 3> weight{};
+  double cosine = 1;  ///< Cosine between the ray and the triangle's normal
 };
 
 std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface,
@@ -49,7 +50,7 @@ std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface
   return parts;
 }
 
-/// One of the two shells.
+/// The outer or the inner shell.
 class Shell {
  public:
   Shell(const CageNeeds& needs, const std::vector<CagePart>& parts, const std::vector<float>& least,
@@ -78,7 +79,7 @@ class Shell {
 
   const std::vector<double>& off() const { return off_; }
 
-  /// True if the next face lies within the shell.
+  /// True if another face than the point's own lies within the shell.
   bool conflicts(std::size_t i) const {
     return needs_.counts[i] != 0 && at(i) > most_[i] + kConflictTolerance;
   }
@@ -86,7 +87,7 @@ class Shell {
  private:
   double clearance(std::size_t i) const { return std::max(0.0, double{most_[i]} - least_[i]); }
 
-  /// Distance of the shell along the place's ray.
+  /// Distance to the shell along the point's ray.
   double at(std::size_t i) const {
     const auto& [v, w, cosine] = parts_[i];
     return (w[0] * off_[v[0]] + w[1] * off_[v[1]] + w[2] * off_[v[2]]) / cosine;
@@ -108,7 +109,7 @@ class Shell {
     }
   }
 
-  /// Moves the shell over a place along its ray, with the least change of vertices, and never below the mesh.
+  /// Moves the shell along a point's ray, with the smallest change of vertices, and never below the mesh.
   void move(std::size_t i, double by) {
     const auto& [v, w, cosine] = parts_[i];
     const double squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];

@@ -1,5 +1,5 @@
-// Nearest point of faces that do not face away from the sample (Tarini, Cignoni, Scopigno, section
-// 3.1).
+// Nearest point among the faces that are not turned away from the sample (Tarini, Cignoni,
+// Scopigno, section 3.1).
 #include "accel/closest.h"
 
 #include "match/registry.h"

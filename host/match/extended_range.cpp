@@ -14,10 +14,10 @@ namespace {
 
 class ExtendedRange : public Matcher {
  public:
-  ExtendedRange(std::unique_ptr<Matcher> near, const MatchRequest& request)
+  ExtendedRange(std::unique_ptr<Matcher> near_matcher, const MatchRequest& request)
       : context_(context_of(request.source.device)),
         rays_(request.source.rays()),
-        near_(std::move(near)),
+        near_(std::move(near_matcher)),
         query_(ray_query(request, false)) {
     query_.t_max = static_cast<float>(request.sheet_reach);
     query_.t_min = -query_.t_max;
@@ -59,9 +59,9 @@ class ExtendedRange : public Matcher {
 
 }  // namespace
 
-std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near,
+std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near_matcher,
                                         const MatchRequest& request) {
-  return std::make_unique<ExtendedRange>(std::move(near), request);
+  return std::make_unique<ExtendedRange>(std::move(near_matcher), request);
 }
 
 }  // namespace kiln

@@ -8,12 +8,12 @@
 namespace kiln {
 namespace {
 
-/// Runs one method, then others in turn for the samples that are still undecided.
+/// Runs one method, then the fallbacks in turn for the samples that are still undecided.
 class FallbackMatcher : public Matcher {
  public:
   FallbackMatcher(cl::Context& context, std::unique_ptr<Matcher> first,
-                  std::vector<std::unique_ptr<Matcher>> rest)
-      : context_(context), first_(std::move(first)), fallbacks_(std::move(rest)) {}
+                  std::vector<std::unique_ptr<Matcher>> fallbacks)
+      : context_(context), first_(std::move(first)), fallbacks_(std::move(fallbacks)) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     deciders_.clear();
@@ -98,8 +98,8 @@ void Matcher::run_fallback(const TexelBand& /*band*/, std::span<const std::uint3
 }
 
 std::unique_ptr<Matcher> with_fallbacks(cl::Context& context, std::unique_ptr<Matcher> first,
-                                        std::vector<std::unique_ptr<Matcher>> rest) {
-  return std::make_unique<FallbackMatcher>(context, std::move(first), std::move(rest));
+                                        std::vector<std::unique_ptr<Matcher>> fallbacks) {
+  return std::make_unique<FallbackMatcher>(context, std::move(first), std::move(fallbacks));
 }
 
 }  // namespace kiln

@@ -1,5 +1,5 @@
-// The outermost face within reach: one traversal for all samples, and a second pass for those few whose
-// rays hit several faces outward.
+// The outermost face within the search distance: one traversal for all samples, and a second pass for
+// the few samples whose rays hit several faces outward.
 #include "match/outermost.h"
 
 #include <optional>
@@ -13,7 +13,8 @@
 namespace kiln {
 namespace {
 
-// Faces closer than this along a ray count as one, since hits are off by up to KILN_BVH_EPSILON either way.
+// Faces closer than this along a ray count as one, since the error of a hit is up to KILN_BVH_EPSILON in both
+// directions.
 constexpr float kMinFaceSpacing = 4 * KILN_BVH_EPSILON;
 class OutermostMatcher : public Matcher {
  public:

@@ -33,7 +33,7 @@ void check_lists(const MatchRequest& request, const Parts& parts) {
       "The parts are those of other meshes: both lists must have a part for each triangle.");
 }
 
-/// The surface of some of the triangles.
+/// Makes a surface of some of the triangles.
 LowSurface surface_of_triangles(const LowSurface& whole,
                                 const std::vector<std::uint32_t>& triangles) {
   LowSurface surface;
@@ -73,7 +73,7 @@ class PartMatcher : public Matcher {
       Part& part = parts_[p];
       if (part.triangles.empty() || low[p].empty()) continue;
       part.source = std::make_unique<Source::Impl>(request.source, part.triangles);
-      // The part has no usable triangle to search.
+      // Skip: the part has no usable triangle to search.
       if (part.source->stats().skipped_triangles == part.triangles.size()) continue;
       part.surface = surface_of_triangles(request.surface, low[p]);
       part.matcher = row.make(request.of(*part.source, part.surface), notes);
@@ -104,7 +104,7 @@ class PartMatcher : public Matcher {
       parts_[p].matcher->run(some, result);
       pick.put_back(result, match);
     }
-    // Converts indices in the part's triangles to indices in the whole.
+    // Converts indices within the part to indices of the high poly's triangles.
     std::vector<std::uint32_t> found(band.sample_count);
     match.triangle.read(context_, found);
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {

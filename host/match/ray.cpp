@@ -52,14 +52,14 @@ class ShellMatcher : public Matcher {
   cl::Array<float> inner_;
 };
 
-/// Rays by the requested rule.
+/// Makes the matcher of the requested RayRule.
 std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
   const bool cage = request.cage_mesh || request.cage.has_value();
   if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
   return std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
 }
 
-/// The same within near_distance first; at the full distance for misses.
+/// Makes a matcher that searches within near_distance first, and within the full distance for misses.
 std::unique_ptr<Matcher> near_rays_of(const MatchRequest& request) {
   MatchRequest near = request;
   near.distance = request.near;

@@ -75,7 +75,7 @@ MatchMethod::MatchMethod(std::string_view text) : name(kept_name(text)) {}
 
 const MatchInfo& find_match(std::string_view name) {
   MatchMethod method;
-  method.name = name;  // the caller's name is not kept, since its lifetime is unknown
+  method.name = name;  // the caller's string is not stored, since its lifetime is unknown
   return match_row(method).info;
 }
 

@@ -19,7 +19,7 @@ void check_uvs(const Source::Impl& source) {
                                     "poly's layout, or use another match, such as ray.");
 }
 
-/// Pieces of a run of triangles.
+/// Makes the pieces of a range of triangles.
 struct Builder {
   const Source::Impl& source;
   UvGrid grid;
@@ -133,7 +133,7 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
     run.clips = {};
   }
 
-  // Counting sort by runs of rows.
+  // The tasks are counting-sorted by runs of rows.
   const std::size_t row_runs = (sample_height + kLayoutTile - 1) / kLayoutTile;
   layout.first_task.assign(row_runs + 1, 0);
   const auto for_all = [&](const auto& add) {
