@@ -15,11 +15,11 @@
 namespace kiln {
 namespace {
 
-// Share of the way to a triangle's centre by which points move inward: points on the very border may miss a high poly
-// that ends there.
+// Share of the way to a triangle's centre by which points are moved inward: points exactly on the border may miss a
+// high poly that ends there.
 constexpr double kInset = 1.0 / 256;
 
-/// Number and first example of an imperfection.
+/// Number of triangles with an imperfection, and the first of them.
 struct Finding {
   std::uint64_t count = 0;
   std::size_t example = 0;
@@ -32,7 +32,7 @@ struct Finding {
   }
 };
 
-/// Builds the pieces of a run of triangles.
+/// Builds the pieces of a range of triangles.
 struct Builder {
   UvGrid grid;
   std::vector<kiln_texel_piece> pieces;
@@ -83,7 +83,7 @@ struct Builder {
     const std::int64_t half = std::int64_t{1} << (grid.shift - 1);
     kiln_texel_piece piece{};
     for (std::size_t k = 0; k < 3; ++k) {
-      // The edge opposite corner k, oriented such that E > 0 inside.
+      // The edge opposite corner k, oriented so that E > 0 inside.
       const std::size_t p = (k + 1) % 3;
       const std::size_t q = (k + 2) % 3;
       const std::int32_t dx = sign * (f.x[q] - f.x[p]);
@@ -91,8 +91,8 @@ struct Builder {
       piece.a[k] = -dy;
       piece.b[k] = dx;
       piece.c[k] = dx * (half - f.y[p]) - dy * (half - f.x[p]);
-      // Rows run downwards: inside lies to the right of an edge that runs up, and below one that runs right. These are
-      // the left edges and the top edges; samples on them belong to the triangle.
+      // Rows run downwards: the inside lies to the right of an edge that runs up, and below an edge that runs right.
+      // These are the left and the top edges; samples on them belong to the triangle.
       if (dy < 0 || (dy == 0 && dx > 0)) piece.closed |= 1U << k;
     }
     const auto magnitude = static_cast<std::uint64_t>(area < 0 ? -area : area);

@@ -28,8 +28,8 @@ struct TexelBand {
   cl::Array<std::uint32_t> sample_slot;  ///< [sample_count] index within the texel: sy * N + sx
   cl::Array<std::uint32_t> triangle;     ///< [sample_count] triangle of the low poly
   cl::Array<float> barycentric;          ///< 2 planes: weights of corner 1 and corner 2
-  cl::Array<float> points;               ///< 7 planes: position x y z, unit direction x y z, reach
-                                         ///< (length of the direction before normalizing)
+  /// 7 planes: position x y z, unit direction x y z, reach (length of the direction before normalizing)
+  cl::Array<float> points;
   /// Triangles whose samples lie beside the texels' centres (SmallCharts), ascending; null: none. Owned by the sampler.
   const std::vector<std::uint32_t>* small_triangles = nullptr;
 };
@@ -47,8 +47,8 @@ struct TexelReport {
   std::uint64_t texels = 0;  ///< Texels with at least one sample
   std::uint64_t samples = 0;
   std::uint64_t overlapping_samples = 0;  ///< Samples covered by more than one triangle
-  std::vector<Warning> warnings;  ///< "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing",
-                                  ///< "low-degenerate": count, rule and an example
+  /// "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing", "low-degenerate": count, rule and an example
+  std::vector<Warning> warnings;
 };
 
 /// Scan-converts the UV charts of a low poly, band by band.
