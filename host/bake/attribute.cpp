@@ -56,7 +56,7 @@ class Resolver {
         channels_(channels),
         unit_(unit_vectors && channels == 3) {}
 
-  /// \param to  out: the mean, if any sample found a point
+  /// \param to out: the mean; written only if a sample found a point
   TexelState texel(std::size_t x, std::size_t y, float* to) const {
     Value sum{};
     std::uint32_t found = 0;

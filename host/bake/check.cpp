@@ -49,7 +49,7 @@ void check_enums(const BakeOptions& options) {
   check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
 
-/// Runs a check of another room and rethrows its errors as errors of options.
+/// Runs a check of another room, and rethrows its errors as errors of options.
 template <typename Check>
 void in_range(const Check& check) {
   try {
@@ -59,7 +59,7 @@ void in_range(const Check& check) {
   }
 }
 
-/// The same for errors about unknown names.
+/// Runs a look-up of a name, and rethrows its errors as errors of options.
 template <typename Find>
 void named(const Find& find) {
   try {
@@ -166,7 +166,7 @@ void check_map(MapKind map, const BakeOptions& options) {
         kContradiction);
 }
 
-/// Rejects options that depth views cannot serve: a view contains only the nearest front faces.
+/// Rejects options that depth views do not support: a view contains only the nearest front faces.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
   const char* what = occlusion.distance                            ? "a distance"
@@ -232,7 +232,7 @@ void check_map_options(const BakeOptions& options) {
     check_length(option("curvature_radius"), *options.curvature_radius, false);
 }
 
-/// Rejects a variant's setting that its map ignores.
+/// Rejects settings of a variant that its map ignores.
 void check_variant(const MapVariant& map, const BakeOptions& options) {
   const MapInfo& info = map_row(map.kind).info;
   const auto check = [&](bool given, const char* setting) {

@@ -1,4 +1,5 @@
-// Points sorted into slabs of y and by x within each slab, so that a query of a small box visits few points.
+// Range queries of points, which are sorted into slabs of y, and by x within each slab, so that a query of a
+// small box visits few points.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +34,8 @@ class CoverageSlabs {
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
   }
 
-  /// Calls use(point) for all points whose x and y lie within a box, and for some others, until it returns false.
+  /// Calls use(point) for all points whose x and y lie within a box, and possibly for others, until it
+  /// returns false.
   template <typename Use>
   void around(const Vec3d& low, const Vec3d& top, const Use& use) const {
     if (order_.empty()) return;

@@ -14,7 +14,8 @@ namespace {
 constexpr double kLinkDistance = 2.5;  // lost places within this many spacings are connected
 constexpr double kMinLossToWarn = 0.01;
 
-/// Connected components of places, by a representative: places within `link` of each other are connected.
+/// Connected components of places, each given by a representative: places within `link` of each other are
+/// connected.
 std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double link) {
   std::vector<std::uint32_t> order(places.size()), part(places.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -101,7 +102,7 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
 
 void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
-  // Losses by shared texels may have been reported already.
+  // Losses by shared texels may be reported already.
   const bool is_reported =
       std::any_of(warnings.begin(), warnings.end(),
                   [](const Warning& warning) { return warning.code == CopyCheck::kWarning; });

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Checked options without maps.
+/// Checks the options, and removes their maps.
 BakeOptions match_alone(BakeOptions options) {
   check_options(options);
   ask_for(options, {});
