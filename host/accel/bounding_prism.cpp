@@ -123,13 +123,13 @@ std::array<Point2, kSideCandidates> sides_of(const Corners& corners, const Shape
 }
 
 /// Largest extent of the corners along each side's normal.
-std::array<float, kSideCandidates> supports(const Corners& corners,
-                                            const std::array<Vec3d, kSideCandidates>& ways) {
+std::array<float, kSideCandidates> supports(
+    const Corners& corners, const std::array<Vec3d, kSideCandidates>& axis_candidates) {
   constexpr std::size_t kGroups = kSideCandidates / 4;
   Float4 wx[kGroups], wy[kGroups], wz[kGroups], most[kGroups];
   for (std::size_t g = 0; g < kGroups; ++g) {
-    const Vec3 a = to_float(ways[4 * g]), b = to_float(ways[4 * g + 1]);
-    const Vec3 c = to_float(ways[4 * g + 2]), d = to_float(ways[4 * g + 3]);
+    const Vec3 a = to_float(axis_candidates[4 * g]), b = to_float(axis_candidates[4 * g + 1]);
+    const Vec3 c = to_float(axis_candidates[4 * g + 2]), d = to_float(axis_candidates[4 * g + 3]);
     wx[g] = Float4{a.x, b.x, c.x, d.x};
     wy[g] = Float4{a.y, b.y, c.y, d.y};
     wz[g] = Float4{a.z, b.z, c.z, d.z};
@@ -183,10 +183,11 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   e = e * (1 / length(e));
   const Vec3d f = cross(axis, e);
   const std::array<Point2, kSideCandidates> sides = sides_of(corners, shape, e, f);
-  std::array<Vec3d, kSideCandidates> ways{};
-  for (std::size_t k = 0; k < kSideCandidates; ++k) ways[k] = e * sides[k].x + f * sides[k].y;
+  std::array<Vec3d, kSideCandidates> axis_candidates{};
+  for (std::size_t k = 0; k < kSideCandidates; ++k)
+    axis_candidates[k] = e * sides[k].x + f * sides[k].y;
   std::array<double, kSideCandidates> ends{};
-  const std::array<float, kSideCandidates> reached = supports(corners, ways);
+  const std::array<float, kSideCandidates> reached = supports(corners, axis_candidates);
   for (std::size_t k = 0; k < kSideCandidates; ++k) ends[k] = double{reached[k]} + kPrismMargin;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::size_t i = 0; i < corners.x.size(); ++i) {
@@ -206,7 +207,7 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
     const double y = (sides[i].x * ends[j] - sides[j].x * ends[i]) / det;
     prism.corners[k] = e * x + f * y + axis * low;
     prism.corners[k + 3] = e * x + f * y + axis * high;
-    prism.normals[k] = ways[i];
+    prism.normals[k] = axis_candidates[i];
     prism.ends[k] = ends[i];
   }
   prism.normals[3] = -axis;

@@ -205,7 +205,7 @@ class Builder {
     }
     Primitive* const first = primitives_.get();
     left.end = right.begin =
-        range.begin + part({first + range.begin, first + range.end}, mapping, chosen);
+        range.begin + partition_bins({first + range.begin, first + range.end}, mapping, chosen);
     measure(left);
     measure(right);
   }
@@ -298,15 +298,15 @@ class Builder {
 
   std::uint32_t emit_block(const Range& range, Subtree& out) {
     kiln_bvh_block block;
-    std::uint32_t found[KILN_BVH_LEAF_TRIANGLES] = {};
+    std::uint32_t lane_triangles[KILN_BVH_LEAF_TRIANGLES] = {};
     const std::size_t count = duplicate_merger_.leaf(
-        &primitives_[range.begin], &primitives_[range.begin] + range.size(), found);
+        &primitives_[range.begin], &primitives_[range.begin] + range.size(), lane_triangles);
     if (count != range.size())
       // writes are avoided, since all threads share the counter
       duplicates_ += range.size() - count;
     for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
       const bool is_used = lane < count;
-      const std::uint32_t index = found[is_used ? lane : 0];
+      const std::uint32_t index = lane_triangles[is_used ? lane : 0];
       for (std::size_t corner = 0; corner < 3; ++corner) {
         const Vec3& p = positions_[triangles_[index][is_used ? corner : 0]];
         block.corner[corner][0][lane] = p.x;

@@ -140,7 +140,8 @@ inline Split best_split(const Bins& bins, const Mapping& mapping) {
 
 /// Moves primitives in bins before the split's to the front. Branch-free, since half of the
 /// branches would be mispredicted. \returns their number
-std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split);
+std::size_t partition_bins(std::span<Primitive> primitives, const Mapping& mapping,
+                           const Split& split);
 
 /// Overlap of a split's two sides along its axis, as a share of their total length: 0 if they are separate.
 float overlap(const Bins& bins, const Mapping& mapping, const Split& split);

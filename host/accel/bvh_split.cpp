@@ -5,7 +5,8 @@
 
 namespace kiln::bvh {
 
-std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split) {
+std::size_t partition_bins(std::span<Primitive> primitives, const Mapping& mapping,
+                           const Split& split) {
   // Along the split's axis the extent of the centres is finite, so no value overflows, and the conversion of
   // bins_of() is a rounding down.
   const int axis = split.axis;
@@ -30,9 +31,9 @@ float overlap(const Bins& bins, const Mapping& mapping, const Split& split) {
   }
   const float length = std::max(left.hi[split.axis], right.hi[split.axis]) -
                        std::min(left.lo[split.axis], right.lo[split.axis]);
-  const float both = std::min(left.hi[split.axis], right.hi[split.axis]) -
-                     std::max(left.lo[split.axis], right.lo[split.axis]);
-  return length > 0 ? std::max(both, 0.0F) / length : 0;
+  const float shared_length = std::min(left.hi[split.axis], right.hi[split.axis]) -
+                              std::max(left.lo[split.axis], right.lo[split.axis]);
+  return length > 0 ? std::max(shared_length, 0.0F) / length : 0;
 }
 
 Split least_overlap_split(const Bins& bins, const Mapping& mapping) {

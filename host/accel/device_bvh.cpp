@@ -20,11 +20,11 @@ constexpr std::string_view kPoclPlatform = "Portable Computing Language";
 
 }  // namespace
 
-Traversal choose_traversal(const cl::Context& context, Traversal wanted) {
+Traversal choose_traversal(const cl::Context& context, Traversal requested) {
   const DeviceInfo& info = context.info();
-  const Traversal kind = wanted != Traversal::automatic ? wanted
-                         : info.is_gpu                  ? Traversal::gpu
-                                                        : Traversal::cpu;
+  const Traversal kind = requested != Traversal::automatic ? requested
+                         : info.is_gpu                     ? Traversal::gpu
+                                                           : Traversal::cpu;
   return kind == Traversal::cpu && info.platform != kPoclPlatform ? Traversal::cpu_single : kind;
 }
 

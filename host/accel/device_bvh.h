@@ -22,7 +22,7 @@ enum class Traversal {
 };
 
 /// Resolves `automatic` and `cpu` for a device; never returns `automatic`.
-Traversal choose_traversal(const cl::Context& context, Traversal wanted);
+Traversal choose_traversal(const cl::Context& context, Traversal requested);
 
 /// A bounding volume hierarchy, built on the host and uploaded. Immutable except for refit().
 struct Tree {

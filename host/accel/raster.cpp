@@ -48,16 +48,16 @@ double squared_radius(std::span<const Vec3> positions, std::span<const Triangle>
   return *std::max_element(parts.begin(), parts.end());
 }
 
-RasterPath choose_path(const cl::Context& context, RasterPath wanted) {
+RasterPath choose_path(const cl::Context& context, RasterPath requested) {
   const DeviceInfo& info = context.info();
   // On Mesa's rusticl, tiles.cl draws incorrect pictures and is 160 times slower (40 KiB of private
   // memory per item); in the other paths its 64-bit arithmetic is incorrect for large triangles.
   const bool is_mesa = info.platform.find("rusticl") != std::string::npos;
-  if (wanted == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
-  if (wanted == RasterPath::automatic || wanted == RasterPath::atomics) {
+  if (requested == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
+  if (requested == RasterPath::automatic || requested == RasterPath::atomics) {
     return info.has_atomics_64 ? RasterPath::atomics : RasterPath::two_passes;
   }
-  return wanted;
+  return requested;
 }
 
 }  // namespace
@@ -144,7 +144,7 @@ void Rasterizer::draw(std::span<const kiln_view> views, const DepthKeys& keys) {
         view.first % KILN_RASTER_TILE_PIXELS != 0 ||
         view.first + DepthKeys::count(view.width, view.height) > keys.keys.size()) {
       throw Error(ErrorCode::internal,
-                  "A depth view has more pixels than its keys, or another size than the first.");
+                  "The array of keys is smaller than a depth view, or the views differ in size.");
     }
   }
   const std::lock_guard lock(drawing_);

@@ -236,12 +236,12 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
       // from it. The blur of further steps has less noise.
       const double doubt = 8 * around.noise[0] / std::sqrt(around.count);
       const double blur = std::max(0.0, around.blur - doubt);
-      double least = 0;
+      double min_blur = 0;
       for (std::size_t k = 0; k < kSteps.size(); ++k) {
         const double squared_error =
             std::max(around.error[k], around.noise[k]) + (k == 0 ? 0.0 : blur);
-        if (k != 0 && squared_error >= least) continue;
-        least = squared_error;
+        if (k != 0 && squared_error >= min_blur) continue;
+        min_blur = squared_error;
         choices[own] = {static_cast<std::int32_t>(k),
                         static_cast<float>(std::sqrt(squared_error / around.count))};
       }
@@ -323,9 +323,9 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   parallel_for(count_, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t a = 2 * i, b = a + 1;
-      const float apart = raw[a] - raw[b];
+      const float estimate_difference = raw[a] - raw[b];
       lost[a] = product(raw, a);
-      lost[b] = apart * apart / 2;
+      lost[b] = estimate_difference * estimate_difference / 2;
       further[a] = product(twice, a);
       // Where surfaces interpenetrate, shares fall to 0. Without noise their blur cannot be measured, so such texels
       // count as a border.

@@ -71,7 +71,7 @@ MapRow bent_normal_map() {
   row.info = {MapKind{"bent_normal"},
               3,
               MapType::unit_vector,
-              "bent normal: the mean direction that is open, in the space that is asked for",
+              "bent normal: the mean direction that is open, in the requested space",
               0,
               1};
   row.info.options =

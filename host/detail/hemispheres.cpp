@@ -29,14 +29,14 @@ float ray_length(const Length& length, const Frame& frame) {
 
 /// A ray length that reaches all of the high poly from its own points and from the low poly's. It is kept short,
 /// since boxes are widened by the rounding error of the ray's length: an infinite ray would intersect every box.
-float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> others) {
+float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> other_occluders) {
   double farthest = 1;  // the high poly's vertices stay within 1, also in sessions
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
       farthest = std::max(farthest, length(to_double(corner.position)));
     }
   }
-  for (const Mesh& other : others) {
+  for (const Mesh& other : other_occluders) {
     for (const Vec3& p : other.positions) {
       if (is_finite(p)) farthest = std::max(farthest, length(to_double(p)));
     }
@@ -257,9 +257,9 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
     context_.fill(sums.bent_sum, 0.0F);
   }
   if (parts_ != nullptr) {
-    const RayCounts counted = cast_parts(band, match, second, rays_out_, needs_bent_sum_);
-    sums.open.write(context_, std::span(counted.open));
-    if (needs_bent_sum_) sums.bent_sum.write(context_, std::span(counted.bent_sum));
+    const RayCounts ray_counts = cast_parts(band, match, second, rays_out_, needs_bent_sum_);
+    sums.open.write(context_, std::span(ray_counts.open));
+    if (needs_bent_sum_) sums.bent_sum.write(context_, std::span(ray_counts.bent_sum));
     sums.has_open = true;
     return;
   }
@@ -325,8 +325,8 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
   make_room(context_, lit_, plane_of(band));
   context_.fill(lit_, std::uint32_t{0});
   if (parts_ != nullptr) {
-    const RayCounts counted = cast_parts(band, match, second, rays_to_light_, false);
-    lit_.write(context_, std::span(counted.open));
+    const RayCounts ray_counts = cast_parts(band, match, second, rays_to_light_, false);
+    lit_.write(context_, std::span(ray_counts.open));
     return shares(band, lit_, rays_to_light_.count);
   }
   const RayCaster& caster = occluders();

@@ -158,9 +158,9 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
 void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
                            Estimates& of) {
   const auto count = static_cast<std::uint32_t>(of.rays.size());
-  const std::array<TurnsAndCounts, 2> all{TurnsAndCounts{&picked_turns_, &picked_open_},
-                                          TurnsAndCounts{&second_turns_, &second_open_}};
-  const std::span<const TurnsAndCounts> turned = std::span(all).first(open.size());
+  const std::array<TurnsAndCounts, 2> both_estimates{TurnsAndCounts{&picked_turns_, &picked_open_},
+                                                     TurnsAndCounts{&second_turns_, &second_open_}};
+  const std::span<const TurnsAndCounts> rotations = std::span(both_estimates).first(open.size());
   const std::array<cl::Array<std::uint32_t>*, 2> turns{&picked_turns_, &second_turns_};
   const std::array<cl::Array<std::uint32_t>*, 2> counts{&picked_open_, &second_open_};
   for (std::size_t i = 0; i < open.size(); ++i) {
@@ -168,7 +168,7 @@ void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32
     make_room(context_, *counts[i], round_up_to_lanes(count));
     context_.fill(*counts[i], std::uint32_t{0});
   }
-  cast_texels(count, outward_rays(rays), turned);
+  cast_texels(count, outward_rays(rays), rotations);
   for (std::size_t i = 0; i < open.size(); ++i) counts[i]->read(context_, *open[i]);
 }
 
@@ -182,12 +182,12 @@ void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texe
                    of.shared.samples.begin() + of.shared.first[t + 1]);
   }
   for (std::size_t i = 0; i < open.size(); ++i) rounds.push_back(of.turn++);
-  const std::vector<RayCounts> found =
+  const std::vector<RayCounts> ray_counts =
       cast_rounds(of.band, of.match, of.second, samples, rays, rounds);
   for (std::size_t i = 0; i < open.size(); ++i) {
     for (const std::uint32_t t : texels) {
       for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
-        (*open[i])[t] += found[i].open[of.shared.samples[s]];
+        (*open[i])[t] += ray_counts[i].open[of.shared.samples[s]];
       }
     }
   }
@@ -231,11 +231,11 @@ bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
       of.is_done[t] = 1;
     }
     if (of.is_done[t] != 0) continue;
-    const double more =
+    const double optimal_growth =
         error_roots / texel_count / target_error * last.errors[t] / std::sqrt(of.rays[t]);
-    if (more <= 1) continue;
+    if (optimal_growth <= 1) continue;
     std::uint32_t growth = 2;
-    while (growth < kMaxGrowth && growth * std::numbers::sqrt2 < more) growth *= 2;
+    while (growth < kMaxGrowth && growth * std::numbers::sqrt2 < optimal_growth) growth *= 2;
     while (growth > 1 && 2 * growth * of.rays[t] > kMaxAddedRays) growth /= 2;
     if (growth > 1) groups[{of.rays[t], growth}].push_back(t);
   }
@@ -333,9 +333,9 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
   if (smooths_alone) {
     cast_unsure(of, result);
   } else {
-    std::vector<float> before;
-    while (refine(of, result, before)) {
-      before = std::move(result.errors);
+    std::vector<float> previous_errors;
+    while (refine(of, result, previous_errors)) {
+      previous_errors = std::move(result.errors);
       result = denoise_estimates(of, 0);
     }
   }

@@ -47,9 +47,9 @@ const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
 std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
                                                     const DeviceCorrespondence& match, bool second,
                                                     std::span<const std::uint32_t> samples) {
-  const std::vector<std::uint32_t>& found = reads_->read(match.triangle, band.sample_count);
+  const std::vector<std::uint32_t>& hit_triangles = reads_->read(match.triangle, band.sample_count);
   const auto has_rays = [&](std::uint32_t sample) {
-    return found[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
+    return hit_triangles[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
   };
   if (parts_ == nullptr) {
     Group all_samples{&occluders(), {}};
@@ -78,9 +78,9 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
   const std::size_t plane = plane_of(band);
   // without rounds, the rotations are those of make_turns()
   const bool wants_bent_sum = !ray_counts[0].bent_sum.empty();
-  const std::array<TurnsAndCounts, 2> all{TurnsAndCounts{&picked_turns_, &picked_open_},
-                                          TurnsAndCounts{&second_turns_, &second_open_}};
-  const std::span<const TurnsAndCounts> turned = std::span(all).first(ray_counts.size());
+  const std::array<TurnsAndCounts, 2> both_rounds{TurnsAndCounts{&picked_turns_, &picked_open_},
+                                                  TurnsAndCounts{&second_turns_, &second_open_}};
+  const std::span<const TurnsAndCounts> rotations = std::span(both_rounds).first(ray_counts.size());
   const std::span<const std::uint32_t> samples = group.samples;
   for (std::size_t first = 0; first < samples.size(); first += kSamplesPerBatch) {
     const auto part = samples.subspan(first, std::min(kSamplesPerBatch, samples.size() - first));
@@ -106,12 +106,12 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
                                   picked_open_);
                 });
     } else {
-      count_open(picked_samples_, picked_match_, second, set, turned, *group.caster,
+      count_open(picked_samples_, picked_match_, second, set, rotations, *group.caster,
                  wants_bent_sum ? picked_bent_sum_ : no_bent_sum);
     }
     std::vector<std::uint32_t> part_counts(part.size());
-    for (std::size_t t = 0; t < turned.size(); ++t) {
-      turned[t].open->read(context_, std::span(part_counts));
+    for (std::size_t t = 0; t < rotations.size(); ++t) {
+      rotations[t].open->read(context_, std::span(part_counts));
       for (std::size_t i = 0; i < part.size(); ++i) ray_counts[t].open[part[i]] = part_counts[i];
     }
     if (!wants_bent_sum) continue;

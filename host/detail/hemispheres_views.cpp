@@ -52,12 +52,13 @@ std::uint32_t views_for(const MapRequest& request) {
 }
 
 Hemispheres::Occluding Hemispheres::all_occluding() const {
-  Occluding all;
+  Occluding occluders_of_all;
   const auto add = [&](std::span<const Vec3> points, std::span<const Triangle> faces) {
-    const auto first = static_cast<std::uint32_t>(all.positions.size());
-    all.positions.insert(all.positions.end(), points.begin(), points.end());
+    const auto first = static_cast<std::uint32_t>(occluders_of_all.positions.size());
+    occluders_of_all.positions.insert(occluders_of_all.positions.end(), points.begin(),
+                                      points.end());
     for (const Triangle& t : faces) {
-      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+      occluders_of_all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     }
   };
   if (by_high_) add(source_.positions, source_.triangles);
@@ -69,14 +70,15 @@ Hemispheres::Occluding Hemispheres::all_occluding() const {
     const std::array<Triangle, 1> face{Triangle{0, 1, 2}};
     add(points, face);
   }
-  return all;
+  return occluders_of_all;
 }
 
 const RayCaster& Hemispheres::occluders() {
   if (by_high_ && !by_low_ && others_.empty()) return source_.rays();
   if (all_occluders_) return *all_occluders_;
-  const Occluding all = all_occluding();
-  all_occluders_.emplace(context_, all.positions, all.triangles, source_.traversal);
+  const Occluding occluders_of_all = all_occluding();
+  all_occluders_.emplace(context_, occluders_of_all.positions, occluders_of_all.triangles,
+                         source_.traversal);
   return *all_occluders_;
 }
 
@@ -85,9 +87,9 @@ void Hemispheres::gather_views(const TexelBand& band, const DeviceCorrespondence
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_open) return;
   if (!views_) {
-    Occluding all = all_occluding();
-    views_.emplace(context_, std::move(all.positions), all.triangles, view_directions_,
-                   HemisphereViews::size_for(width_, height_), source_.traversal);
+    Occluding occluders_of_all = all_occluding();
+    views_.emplace(context_, std::move(occluders_of_all.positions), occluders_of_all.triangles,
+                   view_directions_, HemisphereViews::size_for(width_, height_), source_.traversal);
   }
   const std::uint32_t capacity = (band.sample_count + KILN_VISIBILITY_SAMPLES - 1) /
                                  KILN_VISIBILITY_SAMPLES * KILN_VISIBILITY_SAMPLES;

@@ -23,8 +23,8 @@ class MaskMap : public MapMaker {
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
         found_count += triangle[s] != KILN_NO_TRIANGLE ? 1 : 0;
       }
-      const auto all = static_cast<float>(first[t + 1] - first[t]);
-      out.values[index[t]] = static_cast<float>(found_count) / all;
+      const auto sample_count = static_cast<float>(first[t + 1] - first[t]);
+      out.values[index[t]] = static_cast<float>(found_count) / sample_count;
       out.coverage[index[t]] = found_count > 0 ? kCoverageBaked : kCoverageMissed;
     }
   }

@@ -64,14 +64,14 @@ class OwnMapMaker : public MapMaker {
                    const BandPixels& out) override {
     if (band.sample_count == 0) return;
     std::vector<float> values = values_of(band, match);
-    const std::vector<float> others = values_of(band, other);
+    const std::vector<float> other_values = values_of(band, other);
     const std::vector<std::uint32_t>& triangle = reads_->read(other.triangle, band.sample_count);
     const std::vector<float>& share = reads_->read(shares, band.sample_count);
     for (std::size_t s = 0; s < band.sample_count; ++s) {
       if (triangle[s] == KILN_NO_TRIANGLE) continue;
       for (std::size_t c = 0; c < 4; ++c) {
         float& value = values[s + c * band.capacity];
-        value = value * share[s] + others[s + c * band.capacity] * (1 - share[s]);
+        value = value * share[s] + other_values[s + c * band.capacity] * (1 - share[s]);
       }
     }
     average(band, match, values, out);

@@ -153,14 +153,14 @@ class PointMap : public MapMaker {
           if (other_match && other_match->triangle[s] != KILN_NO_TRIANGLE) {
             Value other_value{};
             value_at(samples, s, *other_match, correspondence, facet, point, other_value.data());
-            float own = share[s], other = 1 - share[s];
+            float first_weight = share[s], second_weight = 1 - share[s];
             if (has_weights) {
-              own *= value[kWeightChannel], other *= other_value[kWeightChannel];
-              value[kWeightChannel] = own + other;
-              own /= value[kWeightChannel], other /= value[kWeightChannel];
+              first_weight *= value[kWeightChannel], second_weight *= other_value[kWeightChannel];
+              value[kWeightChannel] = first_weight + second_weight;
+              first_weight /= value[kWeightChannel], second_weight /= value[kWeightChannel];
             }
             for (std::uint32_t c = 0; c < info_.channels; ++c) {
-              value[c] = value[c] * own + other_value[c] * other;
+              value[c] = value[c] * first_weight + other_value[c] * second_weight;
             }
           }
           average.add(value);
@@ -208,9 +208,9 @@ class PointMap : public MapMaker {
                   return a.second < b.second;
                 })->first;
       } else if (count_ != 0) {
-        const double all = has_weights_ ? weight_ : count_;
+        const double divisor = has_weights_ ? weight_ : count_;
         for (std::uint32_t c = 0; c < channels_; ++c) {
-          value[c] = static_cast<float>(sum_[c] / all);
+          value[c] = static_cast<float>(sum_[c] / divisor);
         }
       }
       for (std::uint32_t c = 0; c < channels_; ++c) to[c] = value[c];

@@ -22,9 +22,8 @@ struct HighPoint {
   bool found = true;
   std::uint32_t triangle = 0;  ///< Triangle of the high poly; KILN_NO_TRIANGLE for a miss
   float u = 0, v = 0;          ///< Weights of its corners 1 and 2
-  double distance =
-      /// Distance along the match's direction, world units, outward positive; 0 for a miss
-      0;
+  /// Distance along the match's direction, world units, outward positive; 0 for a miss
+  double distance = 0;
   Vec3d position{};                ///< Position in world units
   Vec3d normal{};                  ///< Interpolated unit normal
   std::uint8_t status = 0;         ///< kiln_sample_status: the method that found it, or a miss

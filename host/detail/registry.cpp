@@ -113,8 +113,8 @@ std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request
   for (std::uint32_t c = 0; c < row.info.channels; ++c) {
     ranges.push_back(row.range ? row.range(request, c) : ValueRange{row.info.low, row.info.high});
   }
-  for (const MapRange& given : request.options.encoding.ranges) {
-    if (given.kind == row.info.kind) ranges.assign(row.info.channels, given.range);
+  for (const MapRange& range_option : request.options.encoding.ranges) {
+    if (range_option.kind == row.info.kind) ranges.assign(row.info.channels, range_option.range);
   }
   return ranges;
 }

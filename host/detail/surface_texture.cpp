@@ -255,9 +255,9 @@ void SurfaceTexture::warn_about_missing_tiles() {
     if (set == Texture::kNone || tiles_[set].empty()) continue;
     const auto [u, v] = middle_of(t);
     const std::uint32_t tile = udim_of(u, v);
-    const bool there = std::any_of(tiles_[set].begin(), tiles_[set].end(),
-                                   [&](const auto& entry) { return entry.first == tile; });
-    if (!there) ++missing_tiles_[tile];
+    const bool has_tile = std::any_of(tiles_[set].begin(), tiles_[set].end(),
+                                      [&](const auto& entry) { return entry.first == tile; });
+    if (!has_tile) ++missing_tiles_[tile];
   }
 }
 
@@ -438,11 +438,11 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
       "normal-map-channels", [&](std::size_t i) { return normals_[i].doubtful; },
       normal_format_ == NormalTextureFormat::two_channel ||
               normal_format_ == NormalTextureFormat::two_channel_directx
-          ? "look as if x and y were elsewhere than where two-channel maps have them, but were "
+          ? "look as if x and y were in other channels than those of two-channel maps, but were "
             "read "
-            "as asked for: see " +
+            "as requested: see " +
                 option("high_normal_map") + "."
-          : "look as if they held x and y alone, but were read with z in blue, as asked for: "
+          : "look as if they held only x and y, but were read with z in blue, as requested: "
             "see " +
                 option("high_normal_map") + ".");
   warn(
@@ -466,8 +466,8 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
     }
     if (named_count > kMaxNamed)
       list += " and " + std::to_string(named_count - kMaxNamed) + " more";
-    const bool beyond = missing_tiles_.contains(0);
-    if (beyond) list += list.empty() ? "UVs beyond all tiles" : ", and UVs beyond all tiles";
+    const bool has_outside = missing_tiles_.contains(0);
+    if (has_outside) list += list.empty() ? "UVs beyond all tiles" : ", and UVs beyond all tiles";
     warnings.push_back({"tile-missing",
                         "The texture of the map " + map_ + " has no picture for " +
                             std::to_string(triangles) + " triangles of the high poly (" +

@@ -109,12 +109,12 @@ class NormalTransfer : public PointFunction {
         right += to_double(corners[k].tangent) * weights[k];
       }
       const Vec3d front = cross(up, right) * double{corners[0].sign};
-      const Vec3d turned =
+      const Vec3d scaled =
           right * double{pixel[0]} + front * double{pixel[1]} + up * double{pixel[2]};
-      const double size = length(turned);
+      const double size = length(scaled);
       // If the face is turned away, its normal is flipped to the side of the point's interpolated normal.
       const double side = dot(up, point.normal) < 0 ? -1 : 1;
-      if (size > 0) normal = turned * (side / size);
+      if (size > 0) normal = scaled * (side / size);
     }
     Vec3d local = frames_.in_space(point, normal);
     const double size = length(local);
@@ -152,7 +152,7 @@ MapRow row_of(const Transfer& transfer) {
   row.follows_positions = true;
   if (transfer.texture.kind == TextureKind::normal) {
     row.info.type = MapType::unit_vector;
-    row.info.holds = "normal map of the high poly, in the space that is asked for";
+    row.info.holds = "normal map of the high poly, in the requested space";
     row.reads_around = true;
     row.make = [info = row.info, &transfer](const MapRequest& request) {
       return make_point_map(request, info,

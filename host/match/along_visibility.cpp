@@ -21,8 +21,8 @@ class VisibilityMatcher : public Matcher {
         samples_(request.samples),
         hybrid_(hybrid),
         cluster_(request.cluster) {
-    std::shared_ptr<const VisibilityField> own;
-    std::shared_ptr<const VisibilityField>& field = request.field ? *request.field : own;
+    std::shared_ptr<const VisibilityField> local_field;
+    std::shared_ptr<const VisibilityField>& field = request.field ? *request.field : local_field;
     if (field == nullptr) {
       field = std::make_shared<const VisibilityField>(
           context_, request.surface, request.width, request.height, request.visibility,

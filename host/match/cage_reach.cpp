@@ -72,21 +72,21 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
   query.two_sided = true;
   DeviceCorrespondence met(context, count);
   rays_->intersect(points, count, capacity, query, met);
-  const HostCorrespondence found(context, met, count);
+  const HostCorrespondence correspondence(context, met, count);
   std::vector<float> planes(std::size_t{7} * capacity), hull_distances(count);
   points.read(context, planes);
   const std::size_t plane = capacity;
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3d d{planes[3 * plane + i], planes[4 * plane + i], planes[5 * plane + i]};
     bool leaves = false;
-    if (found.triangle[i] != KILN_NO_TRIANGLE) {
-      const Triangle& t = hull_->triangles[found.triangle[i]];
+    if (correspondence.triangle[i] != KILN_NO_TRIANGLE) {
+      const Triangle& t = hull_->triangles[correspondence.triangle[i]];
       const Vec3d a = to_double(hull_->positions[t[0]]);
       leaves =
           dot(cross(to_double(hull_->positions[t[1]]) - a, to_double(hull_->positions[t[2]]) - a),
               d) > 0;
     }
-    hull_distances[i] = std::max(0.0F, found.distance[i]);
+    hull_distances[i] = std::max(0.0F, correspondence.distance[i]);
     if (leaves) continue;
     const auto world = [&](std::size_t axis) {
       return double{planes[axis * plane + i]} / frame_.scale + frame_.center[axis];

@@ -134,12 +134,12 @@ class CageSearch {
 
   /// Finds the faces that the bake would match without a cage.
   void find_bake_faces() {
-    const HostCorrespondence found = match(request_);
+    const HostCorrespondence matched = match(request_);
     height_.resize(count_);
     needs_.found.resize(count_);
     for (std::size_t i = 0; i < count_; ++i) {
-      needs_.found[i] = needs_.counts[i] != 0 && found.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
-      height_[i] = needs_.found[i] != 0 ? found.distance[i] : 0;
+      needs_.found[i] = needs_.counts[i] != 0 && matched.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
+      height_[i] = needs_.found[i] != 0 ? matched.distance[i] : 0;
     }
   }
 
@@ -161,8 +161,9 @@ class CageSearch {
     const Hits first = cast(offsets_above_faces(), query);
     std::vector<float> from(count_, kNoHit), below(count_, kNoHit);
     for (std::size_t i = 0; i < count_; ++i) {
-      const float most = std::min(limit_[i], static_cast<float>(request_.distance));
-      if (first.is_exit[i] == 0 && first.at[i] <= most) from[i] = first.at[i] + kRayStartOffset;
+      const float max_height = std::min(limit_[i], static_cast<float>(request_.distance));
+      if (first.is_exit[i] == 0 && first.at[i] <= max_height)
+        from[i] = first.at[i] + kRayStartOffset;
       if (first.is_exit[i] != 0 && needs_.found[i] != 0) below[i] = height_[i] + kRayStartOffset;
     }
     query.two_sided = false;
@@ -171,29 +172,29 @@ class CageSearch {
     query.t_max = max_height_;
     query.two_sided = request_.two_sided;
     const Hits last = cast(from, query);
-    bool any = false;
+    bool has_changed = false;
     for (std::size_t i = 0; i < count_; ++i) {
       const Hits& top = entered.at[i] < kNoHit ? first : last;
       if (!(top.at[i] < std::min(limit_[i], max_height_))) continue;
       if (from[i] == kNoHit && !(entered.at[i] < kNoHit)) continue;
       height_[i] = top.at[i];
       needs_.found[i] = 1;
-      any = true;
+      has_changed = true;
     }
-    return any;
+    return has_changed;
   }
 
   /// Discards faces that are far nearer to another part of the low poly: the point's ray missed a raised
   /// detail, or passed the edge of another part, and hit what lies behind. Such points use the nearest
   /// face instead.
   void reassign_foreign_faces(const LowRays& low) {
-    const std::vector<std::uint8_t> foreign = foreign_faces(low);
-    if (std::find(foreign.begin(), foreign.end(), 1) == foreign.end()) return;
+    const std::vector<std::uint8_t> is_foreign = foreign_faces(low);
+    if (std::find(is_foreign.begin(), is_foreign.end(), 1) == is_foreign.end()) return;
     MatchRequest request = request_;
     request.ray.rule = RayRule::nearest;
     const HostCorrespondence nearest = match(request);
     for (std::size_t i = 0; i < count_; ++i) {
-      if (foreign[i] == 0) continue;
+      if (is_foreign[i] == 0) continue;
       needs_.found[i] = nearest.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
       height_[i] = needs_.found[i] != 0 ? nearest.distance[i] : 0;
     }
@@ -213,15 +214,15 @@ class CageSearch {
       }
     }
     const std::vector<float> off = low.distances(context_, faces, max_height_);
-    std::vector<std::uint8_t> foreign(count_);
+    std::vector<std::uint8_t> is_foreign(count_);
     for (std::size_t i = 0; i < count_; ++i) {
       const float height = std::abs(height_[i]);
-      foreign[i] =
+      is_foreign[i] =
           needs_.found[i] != 0 && height > max_own_height_ && off[i] < kMaxForeignRatio * height
               ? 1
               : 0;
     }
-    return foreign;
+    return is_foreign;
   }
 
   /// Searches inward for points without a face.

@@ -53,20 +53,25 @@ std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface
 /// The outer or the inner shell.
 class Shell {
  public:
-  Shell(const CageNeeds& needs, const std::vector<CagePart>& parts, const std::vector<float>& least,
-        const std::vector<float>& most, double margin)
-      : needs_(needs), parts_(parts), least_(least), most_(most), margin_(margin) {}
+  Shell(const CageNeeds& needs, const std::vector<CagePart>& parts,
+        const std::vector<float>& min_offset, const std::vector<float>& max_offset, double margin)
+      : needs_(needs),
+        parts_(parts),
+        min_offset_(min_offset),
+        max_offset_(max_offset),
+        margin_(margin) {}
 
   void fit(const std::vector<std::uint32_t>& vertex_of, std::size_t vertices) {
     off_.assign(vertices, margin_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double wanted = least_[i] + std::min(std::max(kExtraHeight * least_[i], margin_),
-                                                 kMaxClearanceShare * clearance(i));
+      const double target_offset =
+          min_offset_[i] + std::min(std::max(kExtraHeight * min_offset_[i], margin_),
+                                    kMaxClearanceShare * clearance(i));
       const CagePart& part = parts_[i];
       const double weights = part.weight[0] + part.weight[1] + part.weight[2];
       for (const std::uint32_t v : part.vertex) {
-        off_[v] = std::max(off_[v], wanted * part.cosine / weights);
+        off_[v] = std::max(off_[v], target_offset * part.cosine / weights);
       }
     }
     for (int round = 0; round < kSmoothingPasses; ++round) smooth(vertex_of);
@@ -81,11 +86,13 @@ class Shell {
 
   /// True if another face than the point's own lies within the shell.
   bool conflicts(std::size_t i) const {
-    return needs_.counts[i] != 0 && at(i) > most_[i] + kConflictTolerance;
+    return needs_.counts[i] != 0 && at(i) > max_offset_[i] + kConflictTolerance;
   }
 
  private:
-  double clearance(std::size_t i) const { return std::max(0.0, double{most_[i]} - least_[i]); }
+  double clearance(std::size_t i) const {
+    return std::max(0.0, double{max_offset_[i]} - min_offset_[i]);
+  }
 
   /// Distance to the shell along the point's ray.
   double at(std::size_t i) const {
@@ -119,33 +126,35 @@ class Shell {
   }
 
   bool lower() {
-    bool any = false;
+    bool has_moved = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (needs_.counts[i] == 0 || !(most_[i] < std::numeric_limits<float>::infinity())) continue;
-      const double highest = most_[i] - kFreeClearanceShare * clearance(i), now = at(i);
+      if (needs_.counts[i] == 0 || !(max_offset_[i] < std::numeric_limits<float>::infinity()))
+        continue;
+      const double highest = max_offset_[i] - kFreeClearanceShare * clearance(i), now = at(i);
       if (now <= highest + kConflictTolerance) continue;
       move(i, highest - now);
-      any = true;
+      has_moved = true;
     }
-    return any;
+    return has_moved;
   }
 
   bool raise() {
-    bool any = false;
+    bool has_moved = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double lowest = least_[i] + std::min(margin_, kMaxClearanceShare * clearance(i)) / 2,
+      const double lowest =
+                       min_offset_[i] + std::min(margin_, kMaxClearanceShare * clearance(i)) / 2,
                    now = at(i);
       if (now >= lowest - kConflictTolerance) continue;
       move(i, lowest - now);
-      any = true;
+      has_moved = true;
     }
-    return any;
+    return has_moved;
   }
 
   const CageNeeds& needs_;
   const std::vector<CagePart>& parts_;
-  const std::vector<float>&least_, &most_;
+  const std::vector<float>&min_offset_, &max_offset_;
   double margin_;
   std::vector<double> off_;
 };

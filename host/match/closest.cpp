@@ -27,7 +27,7 @@ class ClosestMatcher : public Matcher {
 MatchRow closest_match() {
   MatchRow row;
   row.info.method = MatchMethod::closest;
-  row.info.searches = "the nearest point of a face that does not look away";
+  row.info.searches = "the nearest point of a face that is not turned away";
   row.info.options = "match.max_distance match.parts report.recall";
   row.is_refittable = row.is_good_fallback = true;
   row.info.other_names = "nearest";

@@ -43,15 +43,15 @@ class OutermostMatcher : public Matcher {
               DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     const SamplePick pick(context_, samples);
-    const TexelBand some = pick.points_of(band);
+    const TexelBand picked_band = pick.points_of(band);
     if (!low_) low_.emplace(context_, surface_);
-    low_->limits(context_, some, outermost_.t_max, some.points, 6 * count);
+    low_->limits(context_, picked_band, outermost_.t_max, picked_band.points, 6 * count);
 
     DeviceCorrespondence result(context_, count), outer(context_, count);
-    rays_.intersect(some.points, count, count, nearest_, result);
+    rays_.intersect(picked_band.points, count, count, nearest_, result);
     RayQuery limited = outermost_;
     limited.limited = true;
-    rays_.intersect(some.points, count, count, limited, outer);
+    rays_.intersect(picked_band.points, count, count, limited, outer);
     context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count,
                     kMinFaceSpacing, outer.triangle, outer.barycentric, outer.distance,
                     result.triangle, result.barycentric, result.distance, result.status);

@@ -98,8 +98,8 @@ MatchRow ray_match() {
   row.plan_order = row.low_poly_order = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
-    const bool near = !cage && request.near > 0 && request.near < request.distance;
-    std::unique_ptr<Matcher> rays = near ? near_rays_of(request) : rays_of(request);
+    const bool has_near_search = !cage && request.near > 0 && request.near < request.distance;
+    std::unique_ptr<Matcher> rays = has_near_search ? near_rays_of(request) : rays_of(request);
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }

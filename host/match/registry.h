@@ -22,7 +22,7 @@ namespace kiln {
 /// Input of a match: the meshes, the search distance, the directions. Lengths are in the working
 /// frame.
 struct MatchRequest {
-  /// The same request for other meshes in the same frame.
+  /// Copies the request for other meshes in the same frame.
   MatchRequest of(const Source::Impl& other, const LowSurface& low) const {
     MatchRequest request{.source = other, .surface = low};
     request.width = width;
@@ -59,10 +59,9 @@ struct MatchRequest {
   VisibilityOptions visibility = {};
   UvOptions uv = {};
   RayOptions ray = {};
-  bool turned =
-      /// True: samples' directions were blended at hard edges, so misses may be retried along averaged
-      /// directions
-      false;
+  /// True: samples' directions were blended at hard edges, so misses may be retried along averaged
+  /// directions
+  bool turned = false;
   std::uint32_t cluster = 0;  ///< Index of the cluster of visibility directions
   /// Visibility field: created if null, and shared with the requests of further clusters.
   std::shared_ptr<const VisibilityField>* field = nullptr;

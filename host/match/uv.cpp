@@ -214,21 +214,21 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
                                         " to use "
                                         "the triangle with the lowest index.");
     }
-    warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
+    warn("uv-source-overlap", text + ": the triangle with the lowest index was used there.",
          found.overlapping);
   }
-  const double apart = found.p95_distance / frame_.diagonal;
-  if (apart > options.warn_distance || apart > options.max_distance) {
+  const double distance_share = found.p95_distance / frame_.diagonal;
+  if (distance_share > options.warn_distance || distance_share > options.max_distance) {
     const std::string text = "The two layouts may not agree: at the same UV the surfaces are " +
                              percent(found.mean_distance / frame_.diagonal) +
                              " of the diagonal apart on average, and "
                              "on 5% of the samples " +
-                             percent(apart) + " or more";
-    if (apart > options.max_distance) {
+                             percent(distance_share) + " or more";
+    if (distance_share > options.max_distance) {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
                                         ": the UV layouts do not correspond. Unwrap both "
                                         "meshes together, or use another match, such as ray. To "
-                                        "bake all the same, add " +
+                                        "bake anyway, add " +
                                         option("match.uv.max_distance") + ".");
     }
     warn("uv-disagreement", text + ".", 1);

@@ -111,9 +111,10 @@ UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs) {
         // Atomic minimum, so that the lowest triangle wins in any order; KILN_NO_TRIANGLE is
         // the largest value.
         const std::atomic_ref<std::uint32_t> lowest(found.triangle[i]);
-        std::uint32_t known = lowest.load(std::memory_order_relaxed);
-        while (t < known && !lowest.compare_exchange_weak(known, static_cast<std::uint32_t>(t),
-                                                          std::memory_order_relaxed)) {
+        std::uint32_t current_lowest = lowest.load(std::memory_order_relaxed);
+        while (t < current_lowest &&
+               !lowest.compare_exchange_weak(current_lowest, static_cast<std::uint32_t>(t),
+                                             std::memory_order_relaxed)) {
         }
       });
     }

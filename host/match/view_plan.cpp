@@ -91,8 +91,8 @@ ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Trian
     area_below += areas.sum[static_cast<std::size_t>(median)];
     if (area_below * 2 >= areas.total) break;
   }
-  const double wanted = 2 * radius * std::sqrt(kPixelsPerTriangle / Areas::area_at(median));
-  const double rounded = std::ceil(std::min(wanted, 65536.0) / 256) * 256;
+  const double target_size = 2 * radius * std::sqrt(kPixelsPerTriangle / Areas::area_at(median));
+  const double rounded = std::ceil(std::min(target_size, 65536.0) / 256) * 256;
   ViewSize result;
   result.size = std::min(limit, static_cast<std::uint32_t>(std::max(1024.0, rounded)));
   result.undersampled = areas.area_share_below(2 * radius / result.size);
@@ -122,8 +122,8 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
 }
 
 void widen(ViewArea& area, double dense_radius, std::uint32_t size) {
-  const double least = dense_radius * size / 60000;
-  area.radius = std::max(area.radius, least);
+  const double min_radius = dense_radius * size / 60000;
+  area.radius = std::max(area.radius, min_radius);
 }
 
 std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
@@ -162,22 +162,22 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     const auto& [a, b, c] = surface.triangles[i];
     const Vec3d face = cross(to_double(b.position) - to_double(a.position),
                              to_double(c.position) - to_double(a.position));
-    double least = dot(face, mean) / length(face);
+    double min_cosine = dot(face, mean) / length(face);
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      least = std::min(least, dot(to_double(corner.normal), mean));
+      min_cosine = std::min(min_cosine, dot(to_double(corner.normal), mean));
     }
-    if (!(least > 0)) return std::nullopt;
-    if (least < kMaxSteepCosine) steep += length(face);
+    if (!(min_cosine > 0)) return std::nullopt;
+    if (min_cosine < kMaxSteepCosine) steep += length(face);
     total_area += length(face);
   }
   return steep <= kMaxSteepAreaShare * total_area ? std::optional(mean) : std::nullopt;
 }
 
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
-                    std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,
-                    double least_gain, std::uint32_t limit) {
+                    std::uint32_t capacity, const ViewQuery& query,
+                    const std::vector<Vec3d>& given_views, double least_gain, std::uint32_t limit) {
   cl::Context& context = context_of(source.device);
-  std::vector<Vec3d> candidates = given;
+  std::vector<Vec3d> candidates = given_views;
   const std::vector<Vec3d> spread = spread_directions(kCandidateViews);
   candidates.insert(candidates.end(), spread.begin(), spread.end());
 
@@ -219,11 +219,11 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
     });
     // The caller's own views come first, regardless of their gain.
     const std::size_t next =
-        plan.directions.size() < given.size()
+        plan.directions.size() < given_views.size()
             ? plan.directions.size()
             : static_cast<std::size_t>(std::max_element(gains.begin(), gains.end()) -
                                        gains.begin());
-    if (plan.directions.size() >= given.size() && gains[next] < least_gain * ideal) break;
+    if (plan.directions.size() >= given_views.size() && gains[next] < least_gain * ideal) break;
     is_used[next] = true;
     plan.directions.push_back(candidates[next]);
     std::uint32_t seen = 0;

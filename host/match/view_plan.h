@@ -48,7 +48,7 @@ struct ViewPlan {
 /// `least_gain`, or at `limit` views.
 /// \param points  probed samples: 6 planes of `capacity`
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
-                    std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,
-                    double least_gain, std::uint32_t limit);
+                    std::uint32_t capacity, const ViewQuery& query,
+                    const std::vector<Vec3d>& given_views, double least_gain, std::uint32_t limit);
 
 }  // namespace kiln

@@ -61,7 +61,7 @@ void check_visibility(const VisibilityOptions& options) {
   }
   if (options.likelihood != ViewLikelihood::list) return;
   if (options.likelihoods.empty()) {
-    usage("A list of likely views was asked for, but it is empty: give at least one direction.");
+    usage("The list of likely views is empty: give at least one direction.");
   }
   for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
     const double size = length(to_double(entry.direction));
@@ -99,9 +99,9 @@ std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
   }
   if (result.empty()) {
     usage(
-        "No view is likely: the weights leave none of the probing directions. Each takes the "
-        "weight "
-        "of the listed direction that is nearest to it; give one of them more than 0.");
+        "All views have the weight 0. Each probing direction takes the weight of the nearest "
+        "listed "
+        "direction: give at least one of these a weight above 0.");
   }
   return result;
 }
@@ -128,16 +128,16 @@ struct VisibilityProbe::Impl {
   void poll(std::size_t next) const {
     if (!keep_on) return;
     context.finish();
-    const double done = static_cast<double>(next) / static_cast<double>(directions.size());
-    if (!keep_on(done)) throw Cancelled{};
+    const double completed = static_cast<double>(next) / static_cast<double>(directions.size());
+    if (!keep_on(completed)) throw Cancelled{};
   }
 
   Impl(cl::Context& opened, std::vector<ProbeDirection> probed, std::uint32_t size,
-       Traversal wanted)
+       Traversal requested)
       : context(opened),
         directions(std::move(probed)),
         view_size(size),
-        traversal(choose_traversal(opened, wanted)) {}
+        traversal(choose_traversal(opened, requested)) {}
 
   kiln_visibility_params params(const Places& places) const {
     kiln_visibility_params params{};

@@ -7,8 +7,8 @@ namespace kiln {
 namespace {
 
 constexpr int kClusterIterations = 16;
-/// Axis along which clusters are ordered. It is no axis or diagonal of the mesh, since two clusters are often
-/// symmetric about one.
+/// Axis along which clusters are ordered. It differs from axes and diagonals of meshes, since two clusters
+/// are often symmetric about one.
 const Vec3d kOrder{0.48, 0.29, 0.83};
 
 Vec3d normalized_or(const Vec3d& v, const Vec3d& other) {

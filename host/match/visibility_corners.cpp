@@ -57,7 +57,7 @@ std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface
     }
     VisibilityProbe::Places places = probe.places(positions, normals);
     probe.add_by_rays(places);
-    const std::vector<float> seen = places.sums.download(context);
+    const std::vector<float> corner_sums = places.sums.download(context);
     const std::size_t plane = places.capacity;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const std::size_t t = first + i / shares.size();
@@ -65,8 +65,9 @@ std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface
       const double area = length(area_normal(surface.triangles[t]));
       for (std::size_t k = 0; k < 3; ++k) {
         const double share = area * shares[i % shares.size()][k];
-        result[3 * t + k].add(Vec3d{seen[i], seen[i + plane], seen[i + 2 * plane]} * share,
-                              share * seen[i + 3 * plane]);
+        result[3 * t + k].add(
+            Vec3d{corner_sums[i], corner_sums[i + plane], corner_sums[i + 2 * plane]} * share,
+            share * corner_sums[i + 3 * plane]);
       }
     }
   }

@@ -30,7 +30,7 @@ void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBa
   const std::size_t plane = places.capacity;
   const std::vector<float> sums = places.sums.download(context);
   const std::vector<float> points = places.points.download(context);
-  const std::vector<std::int32_t> seen = places.seen.download(context);
+  const std::vector<std::int32_t> seen_bits = places.seen.download(context);
   std::vector<std::uint32_t> index(places.count);
   band.texel_index.read(context, index);
   std::vector<std::uint32_t> chosen;
@@ -47,7 +47,7 @@ void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBa
       const Vec3d normal{points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]};
       seeing.clear();
       for (std::size_t d = 0; d < directions.size(); ++d) {
-        const auto bits = static_cast<std::uint32_t>(seen[(d / 32) * plane + i]);
+        const auto bits = static_cast<std::uint32_t>(seen_bits[(d / 32) * plane + i]);
         if ((bits >> (d % 32) & 1U) == 0) continue;
         seeing.push_back(
             {directions[d].toward, directions[d].weight * dot(normal, directions[d].toward)});

@@ -45,7 +45,7 @@ void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint
   std::vector<std::pair<std::uint32_t, std::array<float, 4>>> ring;
   while (!unseen.empty()) {
     ring.clear();
-    std::vector<std::uint32_t> rest;
+    std::vector<std::uint32_t> remaining;
     for (const std::uint32_t place : unseen) {
       DirectionSum around;
       neighbours(place, [&](std::uint32_t other) {
@@ -55,12 +55,12 @@ void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint
       if (around.weight > 0) {
         ring.emplace_back(place, mean_of(around));
       } else {
-        rest.push_back(place);
+        remaining.push_back(place);
       }
     }
     if (ring.empty()) break;
     for (const auto& [place, mean] : ring) means[place] = mean;
-    unseen = std::move(rest);
+    unseen = std::move(remaining);
   }
   report.without = unseen.size();
 }

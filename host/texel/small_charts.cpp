@@ -35,14 +35,14 @@ SampleRange covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, 
   for (std::size_t k = 0; k < 3; ++k) {
     const std::int64_t open = ((piece.closed >> k) & 1U) != 0 ? 0 : 1;
     const std::int64_t step = std::int64_t{piece.a[k]} * (std::int64_t{1} << shift);
-    const std::int64_t rest =
+    const std::int64_t remainder =
         std::int64_t{piece.b[k]} * row * (std::int64_t{1} << shift) + piece.c[k] - open;
     if (step == 0) {
-      if (rest < 0) return {0, -1};
+      if (remainder < 0) return {0, -1};
     } else if (step > 0) {
-      columns.first = std::max(columns.first, -floor_div(rest, step));
+      columns.first = std::max(columns.first, -floor_div(remainder, step));
     } else {
-      columns.last = std::min(columns.last, floor_div(rest, -step));
+      columns.last = std::min(columns.last, floor_div(remainder, -step));
     }
   }
   return columns;
@@ -305,11 +305,11 @@ class Finder {
         best = std::min(best, Place{outline.squared_distance(column, row), row, column});
       });
       // Centres of texels that were not visited are more than `reach` + 1/2 texels away.
-      const double sure = static_cast<double>(reach) + 0.5;
-      if (best.squared_distance <= sure * sure) break;
+      const double certain_distance = static_cast<double>(reach) + 0.5;
+      if (best.squared_distance <= certain_distance * certain_distance) break;
     }
-    const double most = static_cast<double>(kMaxDistance);
-    return best.squared_distance <= most * most ? best : Place{};
+    const double max_distance = static_cast<double>(kMaxDistance);
+    return best.squared_distance <= max_distance * max_distance ? best : Place{};
   }
 
   void assign_texels() {

@@ -30,7 +30,8 @@ struct TexelBand {
   cl::Array<float> barycentric;          ///< 2 planes: weights of corner 1 and corner 2
   /// 7 planes: position x y z, unit direction x y z, reach (length of the direction before normalizing)
   cl::Array<float> points;
-  /// Triangles whose samples lie beside the texels' centres (SmallCharts), ascending; null: none. Owned by the sampler.
+  /// Triangles of small charts, whose samples are not at the texels' centres (SmallCharts), ascending; null
+  /// if there are none. Owned by the sampler.
   const std::vector<std::uint32_t>* small_triangles = nullptr;
 };
 
@@ -58,8 +59,8 @@ struct TexelReport {
 /// Parts outside the unit square have no texels, and are counted. Triangles without UV area cover nothing, and are
 /// counted. Winding does not matter (mirrored charts are baked).
 ///
-/// Charts between the centres of samples are then assigned texels that nothing covers: see SmallCharts. Such a texel
-/// has all of its samples on its triangle (TexelPieces::own).
+/// Charts between the centres of samples are then assigned uncovered texels: see SmallCharts. All samples of such a
+/// texel are on its triangle (TexelPieces::own).
 class TexelSampler {
  public:
   /// \throws Error(usage) for a size of 0 or above 16384, or samples of 0 or above 16
@@ -69,10 +70,10 @@ class TexelSampler {
 
   std::uint32_t band_count() const;
   /// Samples one band. Bands may be sampled in any order; repeated ones are counted once.
-  /// \param recycled  a band that is no longer needed; its arrays are reused where they are large enough (allocating
-  ///     takes a tenth of a second for 10 M samples on a CPU)
+  /// \param recycled a band that is no longer needed; arrays that are large enough are reused (allocating them takes
+  ///     a tenth of a second for 10 million samples on a CPU)
   TexelBand sample(std::uint32_t band, TexelBand recycled = {});
-  /// Complete once every band has been sampled.
+  /// The report; complete when every band has been sampled.
   const TexelReport& report() const;
   /// Charts that contain no sample's centre, and their texels. Empty without TexelOptions::small_charts.
   const SmallCharts& small_charts() const;

@@ -325,7 +325,7 @@ kernel void kiln_texel_pick(const uint count,
   }
 }
 
-/// The same for single bytes.
+/// Gathers the values of chosen samples, for single bytes.
 kernel void kiln_texel_pick_bytes(const uint count,
                                   const uint planes,
                                   const uint from_capacity,
