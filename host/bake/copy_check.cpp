@@ -65,13 +65,13 @@ struct UvFrame {
   }
 
   /// Transfers a vector from this triangle to another: keeps its components in u, v and normal.
-  Vec3d transfer(const Vec3d& way, const UvFrame& to) const {
+  Vec3d transfer(const Vec3d& vector, const UvFrame& to) const {
     const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
     const double determinant = uu * vv - uv * uv;
-    const double along_u = dot(way, u), along_v = dot(way, v);
+    const double along_u = dot(vector, u), along_v = dot(vector, v);
     return to.u * ((along_u * vv - along_v * uv) / determinant) +
            to.v * ((along_v * uu - along_u * uv) / determinant) +
-           to.normal * (dot(way, normal) * std::sqrt(to.size / size));
+           to.normal * (dot(vector, normal) * std::sqrt(to.size / size));
   }
 };
 
@@ -242,18 +242,18 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
     std::uint32_t copy = 0, baked = 0;
   };
   std::map<std::pair<std::string, std::string>, Pair> pairs;
-  std::uint64_t others = 0;
+  std::uint64_t other_count = 0;
   for (std::size_t i = 0; i < findings.size(); ++i) {
     if (findings[i].verdict != Verdict::other) continue;
-    ++others;
+    ++other_count;
     Pair& pair = pairs[{names_of(low, places[i].triangle), names_of(low, findings[i].baked)}];
     if (pair.count++ == 0) pair = {1, places[i].triangle, findings[i].baked};
   }
-  const double share = static_cast<double>(others) / static_cast<double>(findings.size());
+  const double share = static_cast<double>(other_count) / static_cast<double>(findings.size());
   if (share <= kMinShareToWarn) return share;
-  const auto most = std::max_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
-    return a.second.count < b.second.count;
-  });
+  const auto largest_part = std::max_element(
+      pairs.begin(), pairs.end(),
+      [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
   const std::string text = formatted("%.3g%%", 100 * share);
   warnings.push_back(
       {kWarning,
@@ -262,8 +262,8 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
            text +
            " of their surface the high poly is another one there, which is on no texel: for "
            "example " +
-           name_of(low, most->second.copy) + " on the texels of " +
-           name_of(low, most->second.baked) +
+           name_of(low, largest_part->second.copy) + " on the texels of " +
+           name_of(low, largest_part->second.baked) +
            (pairs.size() > 1 ? ", and " + std::to_string(pairs.size() - 1) + " more pairs of names"
                              : std::string()) +
            ". Give them places of their own in the layout (" + option("unwrap()") +

@@ -227,9 +227,9 @@ void warn_not_reached(const BakeOptions& options, BakeReport& report) {
 void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeReport& report) {
   const auto baked = static_cast<std::uint64_t>(
       std::count(scene.layers.coverage().begin(), scene.layers.coverage().end(), kCoverageBaked));
-  const bool all = scene.options.report.errors;
+  const bool compares_errors = scene.options.report.errors;
   BakeOptions same = finer_options(scene, [&](const MapInfo& map) {
-    return obeys(map, all ? "occlusion.rays" : "occlusion.max_error");
+    return obeys(map, compares_errors ? "occlusion.rays" : "occlusion.max_error");
   });
   if (!same.maps.empty() || !same.variants.empty()) {
     same.transfers.clear();
@@ -240,7 +240,7 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
     finer.add_to("4096 rays from the same points", report);
     warn_not_reached(scene.options, report);
   }
-  if (!all || scene.options.match.saved != nullptr) return;
+  if (!compares_errors || scene.options.match.saved != nullptr) return;
   BakeOptions spread = finer_options(scene, is_compared);
   if (map_count(spread) == 0) return;
   spread.samples = std::min(kMaxSamples, kFinerSamples * scene.options.samples);

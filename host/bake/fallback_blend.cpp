@@ -27,9 +27,10 @@ class Neighbours {
   std::array<std::uint32_t, 8> of(std::uint32_t texel) const {
     std::array<std::uint32_t, 8> result;
     if (links_.kind[texel] == KILN_VISIBILITY_INNER) {
-      const std::uint32_t above = texel - width_;
-      const std::uint32_t below = texel + width_;
-      return {texel - 1, texel + 1, above, below, above - 1, above + 1, below - 1, below + 1};
+      const std::uint32_t row_above = texel - width_;
+      const std::uint32_t row_below = texel + width_;
+      return {texel - 1,     texel + 1,     row_above,     row_below,
+              row_above - 1, row_above + 1, row_below - 1, row_below + 1};
     }
     // Links of border texels are sorted by texel, so a binary search finds them.
     std::size_t low = 0;
@@ -119,8 +120,8 @@ float FallbackBlend::share(std::size_t texel) const {
   const std::uint32_t cost = cost_[texel];
   if (cost == kFarFromBorder) return 1;
   if (cost == 0) return 0;
-  const double way = (static_cast<double>(cost) / kStraight - 0.5) / reach_;
-  return static_cast<float>(way * way * (3 - 2 * way));
+  const double relative_distance = (static_cast<double>(cost) / kStraight - 0.5) / reach_;
+  return static_cast<float>(relative_distance * relative_distance * (3 - 2 * relative_distance));
 }
 
 bool FallbackBlend::touches(const TexelBand& band) const {
@@ -140,11 +141,11 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   std::vector<std::uint32_t> chosen;
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    const float own = share(offset + index[t]);
-    if (own == 1) continue;
+    const float match_share = share(offset + index[t]);
+    if (match_share == 1) continue;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
       if (deciders[s] != Decider::method) continue;
-      shares[s] = own;
+      shares[s] = match_share;
       chosen.push_back(s);
     }
   }

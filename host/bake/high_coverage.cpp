@@ -140,11 +140,11 @@ HighCoverage::Places HighCoverage::spread_places(const Source::Impl& high, std::
   const double total_area = std::accumulate(area.begin(), area.end(), 0.0);
   Places places;
   places.spacing = std::sqrt(total_area / 2 / std::max(count, 1U));  // the sums hold doubled areas
-  double before = 0;
+  double area_before = 0;
   std::size_t t = 0;
   for (std::uint32_t i = 0; i < count && total_area > 0; ++i) {
-    const double wanted = total_area * (i + 0.5) / count;
-    while (t + 1 < area.size() && before + area[t] <= wanted) before += area[t++];
+    const double target_area = total_area * (i + 0.5) / count;
+    while (t + 1 < area.size() && area_before + area[t] <= target_area) area_before += area[t++];
     if (!(area[t] > 0)) continue;
     // Barycentric coordinates, distributed evenly over the triangle.
     double u = spread_share(i, 0.7548776662466927), v = spread_share(i, 0.5698402909980532);
@@ -196,8 +196,9 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
   const auto counting =
       std::count_if(visibility_.begin(), visibility_.end(), [](float of) { return of > 0; });
   const double share = static_cast<double>(counting) / static_cast<double>(places_.size());
-  const double least = std::max(kMinSamplesToCull * share, kMinSamplesPerTriangleToCull);
-  if (samples > least * triangles) find_triangles(request.source);
+  const double min_samples_to_cull =
+      std::max(kMinSamplesToCull * share, kMinSamplesPerTriangleToCull);
+  if (samples > min_samples_to_cull * triangles) find_triangles(request.source);
 }
 
 void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
@@ -385,15 +386,15 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   std::vector<std::uint32_t> seen;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
-  Vec3d least = Vec3d{1, 1, 1} * double{INFINITY},
-        box_max = -least;  // bounding box of the places that count
+  Vec3d box_min = Vec3d{1, 1, 1} * double{INFINITY},
+        box_max = -box_min;  // bounding box of the places that count
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
     if (!(visibility_[i] > 0)) continue;
     seen.push_back(i);
     farthest = std::max(farthest, double{radius_[i]} * kRadiusSlack);
     const Vec3d p = to_double(points[i]);
-    least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+    box_min = {std::min(box_min.x, p.x), std::min(box_min.y, p.y), std::min(box_min.z, p.z)};
     box_max = {std::max(box_max.x, p.x), std::max(box_max.y, p.y), std::max(box_max.z, p.z)};
   }
   const CoverageSlabs slabs(points, std::move(seen));
@@ -411,9 +412,9 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
       const auto box = box_of(high, high.triangles[t]);
       const Vec3d &low = box[0], &top = box[1];
       const double slack = kTriangleSlack * 4 * length(top - low);
-      const std::size_t before = places.size();
+      const std::size_t size_before = places.size();
       const Vec3d reach = Vec3d{1, 1, 1} * (slack + farthest);
-      const Vec3d under = top + reach - least, over = box_max + reach - low;
+      const Vec3d under = top + reach - box_min, over = box_max + reach - low;
       if (std::min({under.x, under.y, under.z, over.x, over.y, over.z}) < 0) continue;
       slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
         const Vec3d p = to_double(points[i]);
@@ -421,12 +422,12 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
         const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
                             p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
         if (within) places.push_back(i);
-        return places.size() <= before + kMaxListedPlaces;
+        return places.size() <= size_before + kMaxListedPlaces;
       });
-      if (places.size() == before) continue;
+      if (places.size() == size_before) continue;
       triangles.push_back(static_cast<std::uint32_t>(t));
       // Longer lists are discarded; the grid is searched instead.
-      if (places.size() > before + kMaxListedPlaces) places.resize(before);
+      if (places.size() > size_before + kMaxListedPlaces) places.resize(size_before);
       ends.push_back(static_cast<std::uint32_t>(places.size()));
     }
   });
@@ -466,12 +467,12 @@ void HighCoverage::mark(const Sample& sample) {
 }
 
 bool HighCoverage::mark_listed(std::uint32_t list_index, const Sample& sample) {
-  bool all = true;
+  bool all_covered = true;
   for (std::uint32_t k = list_first_[list_index]; k < list_first_[list_index + std::size_t{1}];
        ++k) {
-    if (!cover(lists_[k], sample)) all = false;
+    if (!cover(lists_[k], sample)) all_covered = false;
   }
-  return all;
+  return all_covered;
 }
 
 void HighCoverage::store(const Source::Impl& high, BandReads& reads,

@@ -60,7 +60,7 @@ void encode(const MapInfo& map, const BakeOptions& options,
   const std::array<float, 4> empty = map_background(map, options);
   const std::size_t channels = image.channels;
   const bool marks = options.encoding.miss == MissPolicy::mark;
-  const bool plain = map.type != MapType::unit_vector && !marks;
+  const bool copies_values = map.type != MapType::unit_vector && !marks;
   const bool halves = map.type == MapType::unit_vector && !marks && !options.encoding.raw &&
                       !options.encoding.two_component;
   parallel_for(coverage.size(), kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
@@ -68,7 +68,7 @@ void encode(const MapInfo& map, const BakeOptions& options,
       if (coverage[i] == kCoverageEmpty) {
         std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
       }
-      if (!plain && !halves) {
+      if (!copies_values && !halves) {
         encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
       }
     }
@@ -82,19 +82,19 @@ void encode(const MapInfo& map, const BakeOptions& options,
 /// Converts normals to the form that renderers read, independent of the encoding: three channels in [0, 1].
 Image as_drawn(const MapInfo& map, const BakeOptions& options,
                const std::vector<std::uint8_t>& coverage, Image image) {
-  BakeOptions plain;
-  plain.encoding.space = options.encoding.space;
-  plain.encoding.miss = options.encoding.miss;
-  encode(map, plain, coverage, image);
+  BakeOptions plain_options;
+  plain_options.encoding.space = options.encoding.space;
+  plain_options.encoding.miss = options.encoding.miss;
+  encode(map, plain_options, coverage, image);
   return image;
 }
 
 /// Memory in bytes that grows with the map: maps, temporary arrays of padding, mip levels, a band, and a stored
 /// match. It is checked before the bake, so that the bake does not fail halfway.
-std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> own) {
+std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> rows) {
   std::uint64_t channels = 1;  // channels of the maps; 1 for coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
-  for (const MapRow& row : own) channels += row.info.channels;
+  for (const MapRow& row : rows) channels += row.info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   const std::uint64_t samples = texels * options.samples * options.samples;

@@ -112,8 +112,8 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                           find_bevels(source, surface, hard, distance, options.match.parts)};
     };
     const bool all_alike = options.match.parts == nullptr && !source.will_move;
-    const auto known = all_alike ? surface.made->get<CachedBevels>(find) : nullptr;
-    bevels = known != nullptr && known->distance == distance ? known->bevels : find().bevels;
+    const auto cached = all_alike ? surface.made->get<CachedBevels>(find) : nullptr;
+    bevels = cached != nullptr && cached->distance == distance ? cached->bevels : find().bevels;
   }
   if (report != nullptr) *report = edge_report(bevels, 1 / source.frame.scale);
   return {context, surface, hard, bevels.widths};
@@ -203,11 +203,11 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     request.turned = false;
   }
   if (!options.match.fallback.empty()) {
-    std::vector<std::unique_ptr<Matcher>> rest;
+    std::vector<std::unique_ptr<Matcher>> fallbacks;
     for (const MatchMethod next : options.match.fallback) {
-      rest.push_back(matcher_of(match_row(next), request, options.match.parts, notes));
+      fallbacks.push_back(matcher_of(match_row(next), request, options.match.parts, notes));
     }
-    matcher = with_fallbacks(context_of(source.device), std::move(matcher), std::move(rest));
+    matcher = with_fallbacks(context_of(source.device), std::move(matcher), std::move(fallbacks));
   }
   add_notes(std::move(notes), report);
   warn_about_duplicates(source, options, report);

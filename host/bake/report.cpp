@@ -194,16 +194,17 @@ void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
     // Further triangles with the same names add no information.
     std::set<std::string> seen_names;
     seen_names.insert(names_of(low, small.triangles_without_texel.front()));
-    std::size_t more = 0;
+    std::size_t remaining_count = 0;
     for (const std::uint32_t t : small.triangles_without_texel) {
       if (!seen_names.insert(names_of(low, t)).second) continue;
       if (seen_names.size() <= kMaxNamed) {
         message += ", " + name_of(low, t);
       } else {
-        ++more;
+        ++remaining_count;
       }
     }
-    if (more > 0) message += ", and those of " + in_words(more) + " other names";
+    if (remaining_count > 0)
+      message += ", and those of " + in_words(remaining_count) + " other names";
     message += ". ";
   }
   message += "Give these charts more room, or the map more texels.";

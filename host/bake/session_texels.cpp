@@ -110,7 +110,7 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   if (texels.empty()) return;
   cl::Context& context = pipeline_.context();
   const Band& band = bands_[number];
-  const PipelineBand& all = pipeline_.bands()[number];
+  const PipelineBand& whole_band = pipeline_.bands()[number];
   const auto count = static_cast<std::uint32_t>(texels.size());
   std::vector<std::uint32_t> own(count), places(count), first(count + std::size_t{1});
   for (std::size_t i = 0; i < count; ++i) {
@@ -133,10 +133,11 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   match.barycentric = cl::Array<float>(context, std::size_t{2} * samples);
   const cl::Array<std::uint32_t> indices(context, std::span<const std::uint32_t>(own));
   context.launch(context.kernel("session", "kiln_session_gather"), count, kLocal, count,
-                 all.texels.capacity, all.match.capacity, samples, indices, part.texel_first,
-                 all.texels.texel_first, all.texels.triangle, all.texels.barycentric,
-                 all.match.triangle, all.match.barycentric, part.triangle, part.barycentric,
-                 match.triangle, match.barycentric);
+                 whole_band.texels.capacity, whole_band.match.capacity, samples, indices,
+                 part.texel_first, whole_band.texels.texel_first, whole_band.texels.triangle,
+                 whole_band.texels.barycentric, whole_band.match.triangle,
+                 whole_band.match.barycentric, part.triangle, part.barycentric, match.triangle,
+                 match.barycentric);
   pipeline_.layers().run_some(part, match, std::span(places_).last(count));
 }
 
