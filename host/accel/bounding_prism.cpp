@@ -10,20 +10,22 @@
 namespace kiln::bvh {
 namespace {
 
-// Candidate directions of sides: kEvenSides evenly spread ones, and the 3 edges of a triangle.
+// Number of candidate directions of sides: kEvenSides evenly spread ones, and those of the 3 edges of a
+// triangle.
 constexpr std::size_t kSideCandidates = 16, kEvenSides = 13;
-constexpr double kPrismMargin = KILN_BVH_PRISM_MARGIN + 1e-6;  // supports have single precision
+// extents are computed in single precision
+constexpr double kPrismMargin = KILN_BVH_PRISM_MARGIN + 1e-6;
 constexpr double kMaxSlabDistance = 2;
-constexpr double kMinSideSine = 1e-6;  // sine of the angle between two sides
+constexpr double kMinSideSine = 1e-6;  // minimum sine of the angle between two sides
 
-/// Measures of the corners from which candidate directions of the axis are derived.
+/// Statistics of the triangles, from which candidate directions of the axis are derived.
 struct Shape {
-  Matrix3 spread{};                                        ///< Covariance of the corners
-  Matrix3 normals{};                                       ///< Sum of outer products of normals,
-                                                           ///< weighted by area
-  std::size_t largest = 0;                                 ///< First corner of the largest triangle
-  double longest = 0;                                      ///< Longest edge
-  double least = std::numeric_limits<double>::infinity();  ///< Smallest doubled area
+  Matrix3 spread{};  ///< Covariance of the corners
+  /// Sum of outer products of normals, weighted by area
+  Matrix3 normals{};
+  std::size_t largest = 0;  ///< First corner of the largest triangle
+  double longest = 0;       ///< Longest edge
+  double min_doubled_area = std::numeric_limits<double>::infinity();  ///< Smallest doubled area
 };
 
 void add_square(Matrix3& m, const Vec3d& v, double weight) {
@@ -39,7 +41,7 @@ Shape shape_of(const Corners& corners) {
   const std::size_t count = corners.x.size();
   for (std::size_t i = 0; i < count; ++i) mean += corners.at(i);
   mean = mean * (1 / static_cast<double>(count));
-  double most = -1;
+  double max_area = -1;
   for (std::size_t i = 0; i < count; i += 3) {
     const Vec3d a = corners.at(i), b = corners.at(i + 1), c = corners.at(i + 2);
     for (const Vec3d& p : {a, b, c}) {
@@ -49,9 +51,9 @@ Shape shape_of(const Corners& corners) {
     const double area = length(normal);
     if (area > 0) add_square(shape.normals, normal, 1 / area);
     shape.longest = std::max({shape.longest, length(b - a), length(c - b), length(a - c)});
-    shape.least = std::min(shape.least, area);
-    if (area > most) {
-      most = area;
+    shape.min_doubled_area = std::min(shape.min_doubled_area, area);
+    if (area > max_area) {
+      max_area = area;
       shape.largest = i;
     }
   }
@@ -77,7 +79,8 @@ struct Point2 {
 double cross2(const Point2& a, const Point2& b) { return a.x * b.y - a.y * b.x; }
 
 /// Normals of the candidate sides, in the plane of e and f. kEvenSides of them are spaced evenly relative to the
-/// spread of the corners, so that slivers get as many as compact shapes; the others are those of the largest triangle.
+/// spread of the corners, so that slivers get as many as compact shapes; the others are parallel to the edges of the
+/// largest triangle.
 std::array<Point2, kSideCandidates> sides_of(const Corners& corners, const Shape& shape,
                                              const Vec3d& e, const Vec3d& f) {
   const auto spread = [&](const Vec3d& a, const Vec3d& b) {
@@ -88,7 +91,8 @@ std::array<Point2, kSideCandidates> sides_of(const Corners& corners, const Shape
     }
     return sum;
   };
-  // Cholesky: the spread is l lᵀ. A direction d of the round shape corresponds to l⁻ᵀ d.
+  // Cholesky decomposition of the spread: l lᵀ. A direction d of the shape scaled to equal spread corresponds
+  // to l⁻ᵀ d.
   constexpr double kMinSpread = kPrismMargin * kPrismMargin;
   const double l00 = std::sqrt(std::max(spread(e, e), 0.0) + kMinSpread);
   const double l10 = spread(e, f) / l00;
@@ -119,13 +123,13 @@ std::array<Point2, kSideCandidates> sides_of(const Corners& corners, const Shape
 }
 
 /// Largest extent of the corners along each side's normal.
-std::array<float, kSideCandidates> supports(const Corners& corners,
-                                            const std::array<Vec3d, kSideCandidates>& ways) {
+std::array<float, kSideCandidates> supports(
+    const Corners& corners, const std::array<Vec3d, kSideCandidates>& axis_candidates) {
   constexpr std::size_t kGroups = kSideCandidates / 4;
   Float4 wx[kGroups], wy[kGroups], wz[kGroups], most[kGroups];
   for (std::size_t g = 0; g < kGroups; ++g) {
-    const Vec3 a = to_float(ways[4 * g]), b = to_float(ways[4 * g + 1]);
-    const Vec3 c = to_float(ways[4 * g + 2]), d = to_float(ways[4 * g + 3]);
+    const Vec3 a = to_float(axis_candidates[4 * g]), b = to_float(axis_candidates[4 * g + 1]);
+    const Vec3 c = to_float(axis_candidates[4 * g + 2]), d = to_float(axis_candidates[4 * g + 3]);
     wx[g] = Float4{a.x, b.x, c.x, d.x};
     wy[g] = Float4{a.y, b.y, c.y, d.y};
     wz[g] = Float4{a.z, b.z, c.z, d.z};
@@ -143,7 +147,7 @@ std::array<float, kSideCandidates> supports(const Corners& corners,
   return result;
 }
 
-/// Three of the sides, which form a triangle around all corners.
+/// Three of the candidate sides, which form a triangle around all corners.
 struct Base {
   std::array<std::size_t, 3> side{};
   double half_area = std::numeric_limits<double>::infinity();
@@ -179,10 +183,11 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   e = e * (1 / length(e));
   const Vec3d f = cross(axis, e);
   const std::array<Point2, kSideCandidates> sides = sides_of(corners, shape, e, f);
-  std::array<Vec3d, kSideCandidates> ways{};
-  for (std::size_t k = 0; k < kSideCandidates; ++k) ways[k] = e * sides[k].x + f * sides[k].y;
+  std::array<Vec3d, kSideCandidates> axis_candidates{};
+  for (std::size_t k = 0; k < kSideCandidates; ++k)
+    axis_candidates[k] = e * sides[k].x + f * sides[k].y;
   std::array<double, kSideCandidates> ends{};
-  const std::array<float, kSideCandidates> reached = supports(corners, ways);
+  const std::array<float, kSideCandidates> reached = supports(corners, axis_candidates);
   for (std::size_t k = 0; k < kSideCandidates; ++k) ends[k] = double{reached[k]} + kPrismMargin;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::size_t i = 0; i < corners.x.size(); ++i) {
@@ -202,7 +207,7 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
     const double y = (sides[i].x * ends[j] - sides[j].x * ends[i]) / det;
     prism.corners[k] = e * x + f * y + axis * low;
     prism.corners[k + 3] = e * x + f * y + axis * high;
-    prism.normals[k] = ways[i];
+    prism.normals[k] = axis_candidates[i];
     prism.ends[k] = ends[i];
   }
   prism.normals[3] = -axis;
@@ -217,12 +222,12 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   return prism;
 }
 
-/// Sets the slack by which prism_between widens the interval: see kernels/accel/prism.clh.
+/// Sets the slack by which prism_may_hit_between() widens the interval: see kernels/accel/prism.clh.
 void set_slack(const Corners& corners, const Shape& shape, Prism& prism) {
   const double edge = shape.longest;
-  const double weight = (0x1p-21 * edge * edge + 4 * 0x1p-18 * edge) / shape.least;
+  const double weight = (0x1p-21 * edge * edge + 4 * 0x1p-18 * edge) / shape.min_doubled_area;
   prism.slack = 4 * 3 * edge * weight + 0x1p-15;
-  double least = 1;  // square of a cosine
+  double least = 1;  // smallest squared cosine between a triangle's normal and the axis
   for (std::size_t i = 0; i < corners.x.size(); i += 3) {
     const Vec3d a = corners.at(i);
     const Vec3d normal = cross(corners.at(i + 1) - a, corners.at(i + 2) - a);

@@ -23,7 +23,7 @@ struct Corners {
 };
 
 struct Prism {
-  std::array<Vec3d, 6> corners{};  ///< 3 of the bottom, then the ones above them
+  std::array<Vec3d, 6> corners{};  ///< 3 corners of the bottom, then those of the top
   std::array<Vec3d, 5> normals{};  ///< Outward unit normals: sides, bottom, top
   std::array<double, 5> ends{};    ///< Largest extent of the corners along each normal
   double slack = 0, tilt = 0;      ///< As in kiln_bvh_prism
@@ -32,7 +32,8 @@ struct Prism {
 };
 
 /// Fits a small prism around all corners, enlarged by KILN_BVH_PRISM_MARGIN: the best of three directions of
-/// its axis and of 16 of its sides. None if it would extend beyond 2 frame units.
+/// the axis and 16 directions of sides. `half_area` is infinite if the prism would extend beyond 2 frame
+/// units.
 Prism fit_prism(const Corners& corners);
 
 kiln_bvh_prism prism_of(const Prism& prism);

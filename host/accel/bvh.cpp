@@ -25,11 +25,11 @@ using namespace bvh;
 // Level from which ranges are split at the median instead of by the surface area heuristic. Each level then divides the
 // number of triangles by 8, so 2^31 triangles add at most 10 levels, and no tree is deeper than 26.
 constexpr std::uint32_t kSahLevels = 15;
-// Smallest number of triangles for which overlap is checked, and the share of the halves' total length
-// that may overlap.
+// Minimum number of triangles for which overlap is checked, and maximum share of the halves' total
+// length that may overlap.
 constexpr std::size_t kMinOverlapTriangles = 64;
 constexpr float kMaxOverlapShare = 0.9F;
-// Cost of a split, as a share of no split, above which overlap is checked.
+// Cost of a split, as a share of the unsplit range's cost, above which overlap is checked.
 constexpr float kMinCostRatio = 0.75F;
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
 
@@ -46,8 +46,9 @@ class Builder {
     const Range root = gather();
     bvh.triangles = root.size();
     bvh.skipped = triangles_.size() - root.size();
-    // Builds the top of the tree one node after the other, with parallel binning, then subtrees in
-    // parallel. The cut depends on the triangle count alone, so the tree does too.
+    // Builds the top of the tree one node after the other, with parallel binning, then the
+    // subtrees in parallel. The size at which subtrees begin depends on the triangle count alone,
+    // so the tree does not depend on the number of threads.
     const std::size_t cut = std::max<std::size_t>(4096, root.size() / 64);
     Subtree top;
     std::vector<Task> tasks;
@@ -64,18 +65,18 @@ class Builder {
         Subtree& subtree = subtrees[order[i]];
         subtree.nodes.reserve(task.range.size() / 12 + 8);
         subtree.blocks.reserve(task.range.size() / 2 + 8);
-        emit(task.range, task.level, subtree);
+        emit_nodes(task.range, task.level, subtree);
       }
     });
-    join(top, tasks, subtrees, bvh);
+    join_subtrees(top, tasks, subtrees, bvh);
     double leaf_area = top.leaf_area;
-    bool crowded = false;
+    bool has_crowded_leaves = false;
     for (const Subtree& subtree : subtrees) {
       leaf_area += subtree.leaf_area;
-      crowded = crowded || subtree.crowded;
+      has_crowded_leaves = has_crowded_leaves || subtree.has_crowded_leaves;
     }
     if (const double area{root.box.half_area()}; area > 0) bvh.leaves_per_line = leaf_area / area;
-    if (prisms_ && (crowded || bvh.leaves_per_line > kMinCrowdedLeaves)) add_prisms(bvh);
+    if (prisms_ && (has_crowded_leaves || bvh.leaves_per_line > kMinCrowdedLeaves)) add_prisms(bvh);
     bvh.duplicates = duplicates_;
     bvh.triangles -= duplicates_;
     return bvh;
@@ -84,25 +85,26 @@ class Builder {
  private:
   /// Fills primitives_ with the usable triangles, in order. \returns the range of all of them
   Range gather() {
-    constexpr std::size_t kGrain = 1 << 15;
+    constexpr std::size_t kTrianglesPerTask = 1 << 15;
     const std::size_t count = triangles_.size();
-    const std::size_t pieces = (count + kGrain - 1) / kGrain;
+    const std::size_t pieces = (count + kTrianglesPerTask - 1) / kTrianglesPerTask;
     primitives_ = std::make_unique_for_overwrite<Primitive[]>(count);
     std::vector<Range> filled(pieces);
     std::atomic<std::size_t> bad_index{count};
     parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t piece = first; piece < last; ++piece) {
         Range range;
-        range.begin = range.end = piece * kGrain;
-        for (std::size_t i = piece * kGrain; i < std::min(count, (piece + 1) * kGrain); ++i) {
+        range.begin = range.end = piece * kTrianglesPerTask;
+        for (std::size_t i = piece * kTrianglesPerTask;
+             i < std::min(count, (piece + 1) * kTrianglesPerTask); ++i) {
           const Triangle& triangle = triangles_[i];
           if (std::max({triangle[0], triangle[1], triangle[2]}) >= positions_.size()) {
-            std::size_t seen = bad_index;
-            while (i < seen && !bad_index.compare_exchange_weak(seen, i)) {
+            std::size_t first_bad = bad_index;
+            while (i < first_bad && !bad_index.compare_exchange_weak(first_bad, i)) {
             }
             continue;
           }
-          if (!usable(triangle)) continue;
+          if (!is_usable(triangle)) continue;
           Primitive primitive;
           for (std::uint32_t corner : triangle) {
             const Vec3& p = positions_[corner];
@@ -135,7 +137,7 @@ class Builder {
     return all;
   }
 
-  bool usable(const Triangle& triangle) const { return has_area(positions_, triangle); }
+  bool is_usable(const Triangle& triangle) const { return has_area(positions_, triangle); }
 
   void fill_bins(const Range& range, const Mapping& mapping, Bins& bins) const {
     for (std::size_t i = range.begin; i < range.end; ++i) {
@@ -150,14 +152,14 @@ class Builder {
   }
 
   void fill_bins_parallel(const Range& range, const Mapping& mapping, Bins& bins) const {
-    constexpr std::size_t kGrain = 1 << 14;
-    const std::size_t pieces = (range.size() + kGrain - 1) / kGrain;
+    constexpr std::size_t kTrianglesPerTask = 1 << 14;
+    const std::size_t pieces = (range.size() + kTrianglesPerTask - 1) / kTrianglesPerTask;
     std::vector<Bins> partial(pieces);
     parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t piece = first; piece < last; ++piece) {
         Range part = range;
-        part.begin = range.begin + piece * kGrain;
-        part.end = std::min(range.end, part.begin + kGrain);
+        part.begin = range.begin + piece * kTrianglesPerTask;
+        part.end = std::min(range.end, part.begin + kTrianglesPerTask);
         fill_bins(part, mapping, partial[piece]);
       }
     });
@@ -171,7 +173,7 @@ class Builder {
     }
   }
 
-  /// Splits a range in two, neither empty.
+  /// Splits a range in two that are not empty.
   void split(const Range& range, bool by_count, bool parallel, Range& left, Range& right) {
     left = right = Range{};
     left.begin = range.begin;
@@ -203,12 +205,12 @@ class Builder {
     }
     Primitive* const first = primitives_.get();
     left.end = right.begin =
-        range.begin + part({first + range.begin, first + range.end}, mapping, chosen);
+        range.begin + partition_bins({first + range.begin, first + range.end}, mapping, chosen);
     measure(left);
     measure(right);
   }
 
-  /// Replaces a split whose sides overlap much by one with less overlap. If all boxes lie within each other, the
+  /// Replaces a split whose sides overlap much by one with less overlap. If no split separates the boxes, the
   /// range is split at the middle of the corner coordinate with the largest variation. Triangles of similar shape,
   /// and duplicates, then stay together, and a bounding prism fits them tightly.
   /// \returns true if the range was split
@@ -216,7 +218,7 @@ class Builder {
                                                   const Bins& bins, Split& chosen, Range& left,
                                                   Range& right) {
     if (!(overlap(bins, mapping, chosen) > kMaxOverlapShare)) return false;
-    chosen = apart_split(bins, mapping);
+    chosen = least_overlap_split(bins, mapping);
     if (!(chosen.cost > kMaxOverlapShare)) return false;
     Primitive* const first = &primitives_[range.begin];
     Primitive* const last = first + range.size();
@@ -231,12 +233,12 @@ class Builder {
     return true;
   }
 
-  static bool one_centre(const Range& range) { return range.merged || is_flat(range); }
+  static bool has_one_centre(const Range& range) { return range.merged || is_flat(range); }
 
-  /// Sorts a range before it is halved by count, so that neighbours stay together. Ranges with one
-  /// centre are in order of their boxes' size already.
+  /// Sorts a range before it is halved by count, so that neighbours stay together. Ranges whose
+  /// triangles have one centre are sorted by box size already.
   void sort_by_position(const Range& range) {
-    if (one_centre(range)) return;
+    if (has_one_centre(range)) return;
     const Float4 extent = range.centers.hi - range.centers.lo;
     const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
                      : extent[1] >= extent[2]                         ? 1
@@ -265,26 +267,26 @@ class Builder {
     int count = 1;
     while (count < KILN_BVH_WIDTH) {
       int widest = -1;
-      float most = -1;
+      float max_measure = -1;
       for (int i = 0; i < count; ++i) {
         const Range& child = children[static_cast<std::size_t>(i)];
         if (child.is_leaf()) continue;
         const float measure = by_count ? static_cast<float>(child.size()) : child.box.half_area();
-        if (measure > most) {
-          most = measure;
+        if (measure > max_measure) {
+          max_measure = measure;
           widest = i;
         }
       }
       if (widest < 0) break;
       Range& parent_slot = children[static_cast<std::size_t>(widest)];
-      if (!parent_slot.merged && one_centre(parent_slot)) {
+      if (!parent_slot.merged && has_one_centre(parent_slot)) {
         Primitive* const first = &primitives_[parent_slot.begin];
         Primitive* const end = duplicate_merger_.merge(first, first + parent_slot.size());
         const auto left = static_cast<std::size_t>(end - first);
         duplicates_ += parent_slot.size() - left;
         parent_slot.end = parent_slot.begin + left;
         parent_slot.merged = true;
-        continue;  // it may have become a leaf
+        continue;  // skipped: the child may have become a leaf
       }
       const Range parent = parent_slot;
       split(parent, by_count, parent.size() > parallel_above,
@@ -296,28 +298,28 @@ class Builder {
 
   std::uint32_t emit_block(const Range& range, Subtree& out) {
     kiln_bvh_block block;
-    std::uint32_t found[KILN_BVH_LEAF_TRIANGLES] = {};
+    std::uint32_t lane_triangles[KILN_BVH_LEAF_TRIANGLES] = {};
     const std::size_t count = duplicate_merger_.leaf(
-        &primitives_[range.begin], &primitives_[range.begin] + range.size(), found);
+        &primitives_[range.begin], &primitives_[range.begin] + range.size(), lane_triangles);
     if (count != range.size())
-      duplicates_ += range.size() - count;  // avoid writes, since all
-                                            // threads share it
+      // writes are avoided, since all threads share the counter
+      duplicates_ += range.size() - count;
     for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
-      const bool used = lane < count;
-      const std::uint32_t index = found[used ? lane : 0];
+      const bool is_used = lane < count;
+      const std::uint32_t index = lane_triangles[is_used ? lane : 0];
       for (std::size_t corner = 0; corner < 3; ++corner) {
-        const Vec3& p = positions_[triangles_[index][used ? corner : 0]];
+        const Vec3& p = positions_[triangles_[index][is_used ? corner : 0]];
         block.corner[corner][0][lane] = p.x;
         block.corner[corner][1][lane] = p.y;
         block.corner[corner][2][lane] = p.z;
       }
-      block.triangle[lane] = used ? index : KILN_NO_TRIANGLE;
+      block.triangle[lane] = is_used ? index : KILN_NO_TRIANGLE;
     }
     out.blocks.push_back(block);
     return static_cast<std::uint32_t>(out.blocks.size() - 1);
   }
 
-  void emit(const Range& range, std::uint32_t level, Subtree& out) {
+  void emit_nodes(const Range& range, std::uint32_t level, Subtree& out) {
     std::array<Range, KILN_BVH_WIDTH> children;
     const int count = open(range, level, range.size(), children);
     const std::size_t self = out.nodes.size();
@@ -332,11 +334,11 @@ class Builder {
         out.leaf_area += double{child.box.half_area()};
       } else {
         out.nodes[self].child[i] = static_cast<std::uint32_t>(out.nodes.size());
-        emit(child, level + 1, out);
+        emit_nodes(child, level + 1, out);
       }
     }
     if (out.leaf_area - leaf_area > kMinCrowdedLeaves * double{range.box.half_area()})
-      out.crowded = true;
+      out.has_crowded_leaves = true;
   }
 
   void emit_top(const Range& root, std::size_t cut, Subtree& top, std::vector<Task>& tasks) {

@@ -19,14 +19,14 @@ struct Bvh {
   std::unique_ptr<kiln_bvh_block[]> block_data;
   std::size_t node_count = 0;
   std::size_t block_count = 0;
-  std::uint64_t triangles = 0;   ///< Triangles in the tree
-  std::uint64_t skipped = 0;     ///< Triangles with a non-finite corner, or without area: in no
-                                 ///< leaf
-  std::uint64_t duplicates = 0;  ///< Triangles equal to one of a lower index: in no leaf
+  std::uint64_t triangles = 0;  ///< Triangles in the tree
+  /// Triangles with a non-finite corner or without area; they are in no leaf
+  std::uint64_t skipped = 0;
+  std::uint64_t duplicates = 0;  ///< Triangles equal to one of a lower index; they are in no leaf
   std::uint32_t depth = 0;       ///< Levels of nodes, at most KILN_BVH_MAX_DEPTH
   /// Average number of leaves whose boxes a random line through the root's box crosses (MacDonald, Booth 1990,
-  /// "Heuristics for ray tracing using space subdivision", section 2): few for scans, a share of all for a fan of
-  /// needles. Not updated by refits.
+  /// "Heuristics for ray tracing using space subdivision", section 2): few for scans, a constant share of all
+  /// leaves for a fan of needles. Refits do not update it.
   double leaves_per_line = 0;
   std::uint64_t prisms = 0;  ///< Prisms among the nodes: see kiln_bvh_prism
 
@@ -43,8 +43,8 @@ struct Bvh {
 /// of their boxes; duplicates are merged first, since queries return the lowest index anyway.
 ///
 /// \param positions  in the working frame: about unit size
-/// \param triangles  any number, none included, below 2^31
-/// Nodes get bounding prisms if their boxes overlap much (stacked large triangles, fans).
+/// \param triangles any number below 2^31; may be empty. Nodes get bounding prisms if their
+/// boxes overlap much (stacked large triangles, fans).
 ///
 /// \param merge  false: keep duplicates and make no bounding prisms, for positions that will move
 /// \throws Error(input) if an index lies beyond the positions

@@ -33,7 +33,7 @@ Primitive* Merger::merge(Primitive* first, Primitive* last) const {
       return same_corners(a.triangle(), b.triangle());
     });
   }
-  // Boxes beyond single precision have no finite area, and come last.
+  // Boxes whose size exceeds single precision have no finite area, and are sorted to the end.
   const auto size = [](const Primitive& primitive) {
     const float area = primitive.box.half_area();
     return area < kInfinity ? area : kInfinity;
@@ -46,7 +46,7 @@ Primitive* Merger::merge(Primitive* first, Primitive* last) const {
 std::size_t Merger::leaf(const Primitive* first, const Primitive* last,
                          std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) const {
   std::size_t count = 0;
-  // Most triangles already differ in their boxes, which are contiguous.
+  // Boxes are compared first: most triangles already differ there, and boxes are contiguous in memory.
   float low[KILN_BVH_LEAF_TRIANGLES];
   for (; first != last; ++first) {
     const std::uint32_t index = first->triangle();

@@ -6,8 +6,8 @@
 
 namespace kiln::bvh {
 
-void join(Subtree& top, const std::vector<Task>& tasks, const std::vector<Subtree>& subtrees,
-          Bvh& bvh) {
+void join_subtrees(Subtree& top, const std::vector<Task>& tasks,
+                   const std::vector<Subtree>& subtrees, Bvh& bvh) {
   std::vector<std::size_t> first_node(tasks.size());
   std::vector<std::size_t> first_block(tasks.size());
   bvh.node_count = top.nodes.size();

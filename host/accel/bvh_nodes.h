@@ -17,15 +17,16 @@ struct Subtree {
   std::vector<kiln_bvh_node> nodes;
   std::vector<kiln_bvh_block> blocks;
   std::uint32_t depth = 0;
-  double leaf_area = 0;  ///< Sum of the half areas of its leaves
-  bool crowded = false;  ///< True if bounding prisms may be worthwhile in it
+  double leaf_area = 0;             ///< Sum of the half areas of its leaves
+  bool has_crowded_leaves = false;  ///< True if bounding prisms may be worthwhile in the subtree
 };
 
 /// A range whose subtree is still to be built.
 struct Task {
   Range range;
   std::uint32_t level = 0;
-  std::size_t node = 0;  ///< Its parent: node and child of the top
+  /// Parent of the subtree: a node of the top part of the tree (`child`: which of its children)
+  std::size_t node = 0;
   int child = 0;
 };
 
@@ -47,8 +48,8 @@ inline void set_box(kiln_bvh_node& node, int child, const Box& box) {
   }
 }
 
-/// Joins the top and the subtrees, in order; tasks give the parent of each subtree.
-void join(Subtree& top, const std::vector<Task>& tasks, const std::vector<Subtree>& subtrees,
-          Bvh& bvh);
+/// Appends the subtrees to the top part of the tree, in order; `tasks` holds the parent of each subtree.
+void join_subtrees(Subtree& top, const std::vector<Task>& tasks,
+                   const std::vector<Subtree>& subtrees, Bvh& bvh);
 
 }  // namespace kiln::bvh

@@ -16,18 +16,19 @@ namespace kiln::bvh {
 namespace {
 
 constexpr std::uint32_t kMinPrismTriangles =
-    16;  // tests; a bounding prism costs about as much as these
-// Largest shares of the surface, or of the thickness, of the box and of the prism above for a prism to be
-// worthwhile.
+    16;  // cost of a prism test, in triangle tests: smaller subtrees get no prism
+// A prism is worthwhile if its surface, or its thickness, is at most this share of the box's and of the
+// enclosing prism's.
 constexpr double kMaxAreaRatio = 0.75, kMaxThicknessRatio = 0.5;
-constexpr double kMaxThinTilt = 0.5;  // above which thin bounding prisms reject little
+// maximum tilt of thin prisms: with a larger tilt they reject few rays
+constexpr double kMaxThinTilt = 0.5;
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
 /// An inner child that may get a bounding prism.
 struct Candidate {
   std::uint32_t node = 0;  ///< Index of the child
   std::uint32_t triangles = 0;
-  double box = 0;              ///< Half area of its box
+  double box = 0;              ///< Half the surface area of the node's box
   std::array<double, 3> size;  ///< Size of its box
   Prism prism{};
 };
@@ -37,12 +38,12 @@ class PrismPlacer {
   explicit PrismPlacer(Bvh& bvh) : bvh_(bvh) {}
 
   void add() {
-    measure();
-    find();
+    sum_subtrees();
+    find_candidates();
     if (candidates_.empty()) return;
-    fit();
-    choose();
-    insert();
+    fit_prisms();
+    choose_prisms();
+    insert_prisms();
   }
 
  private:
@@ -65,9 +66,9 @@ class PrismPlacer {
     return half_area(size_of(node, c));
   }
 
-  /// Counts triangles and sums leaves' areas below each node. A child's index is larger than its
-  /// parent's.
-  void measure() {
+  /// Counts the triangles and sums the areas of leaves in each node's subtree. A child's index
+  /// is larger than its parent's.
+  void sum_subtrees() {
     triangles_.assign(bvh_.node_count, 0);
     leaf_area_.assign(bvh_.node_count, 0);
     for (std::size_t i = bvh_.node_count; i-- > 0;) {
@@ -89,9 +90,9 @@ class PrismPlacer {
     }
   }
 
-  /// Finds crowded nodes below the topmost ones. The root gets no prism, since it has no parent.
-  void find() {
-    std::vector<bool> crowded(bvh_.node_count, false);
+  /// Finds the crowded nodes. The root gets no prism, since it has no parent.
+  void find_candidates() {
+    std::vector<bool> has_crowded_leaves(bvh_.node_count, false);
     const kiln_bvh_node& top = bvh_.node_data[0];
     Box root;
     for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
@@ -100,7 +101,7 @@ class PrismPlacer {
       root.include(Float4{p[0][0][c], p[1][0][c], p[2][0][c], 0});
       root.include(Float4{p[0][1][c], p[1][1][c], p[2][1][c], 0});
     }
-    crowded[0] = leaf_area_[0] > kMinCrowdedLeaves * double{root.half_area()};
+    has_crowded_leaves[0] = leaf_area_[0] > kMinCrowdedLeaves * double{root.half_area()};
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
       const kiln_bvh_node& node = bvh_.node_data[i];
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
@@ -108,14 +109,15 @@ class PrismPlacer {
         if (!is_child_used(node, c) || is_leaf(child)) continue;
         const std::array<double, 3> size = size_of(node, c);
         const double box = half_area(size);
-        crowded[child] = crowded[i] || leaf_area_[child] > kMinCrowdedLeaves * box;
-        if (!crowded[child] || triangles_[child] < kMinPrismTriangles) continue;
+        has_crowded_leaves[child] =
+            has_crowded_leaves[i] || leaf_area_[child] > kMinCrowdedLeaves * box;
+        if (!has_crowded_leaves[child] || triangles_[child] < kMinPrismTriangles) continue;
         candidates_.push_back({child, triangles_[child], box, size, {}});
       }
     }
   }
 
-  Corners corners_below(std::uint32_t top, std::size_t triangles) const {
+  Corners corners_of_subtree(std::uint32_t top, std::size_t triangles) const {
     Corners corners;
     corners.x.reserve(3 * triangles);
     corners.y.reserve(3 * triangles);
@@ -140,7 +142,7 @@ class PrismPlacer {
     return corners;
   }
 
-  void fit() {
+  void fit_prisms() {
     std::vector<std::uint32_t> order(candidates_.size());
     for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -149,20 +151,20 @@ class PrismPlacer {
     parallel_for(order.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         Candidate& candidate = candidates_[order[i]];
-        candidate.prism = fit_prism(corners_below(candidate.node, candidate.triangles));
+        candidate.prism = fit_prism(corners_of_subtree(candidate.node, candidate.triangles));
       }
     });
   }
 
-  /// Chooses prisms top down: those much smaller than their box and than the bounding prism above.
-  void choose() {
+  /// Chooses prisms top down: those that are much smaller than the node's box and than the enclosing prism.
+  void choose_prisms() {
     std::vector<std::uint32_t> candidate_of(bvh_.node_count, kNone);
     for (std::uint32_t i = 0; i < candidates_.size(); ++i) candidate_of[candidates_[i].node] = i;
     struct EnclosingBounds {
       double half_area = std::numeric_limits<double>::infinity();
       double height = half_area;
     };
-    std::vector<EnclosingBounds> above(bvh_.node_count);
+    std::vector<EnclosingBounds> enclosing_bounds(bvh_.node_count);
     prism_of_node_.assign(bvh_.node_count, kNone);
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
       if (const std::uint32_t k = candidate_of[i]; k != kNone) {
@@ -173,29 +175,32 @@ class PrismPlacer {
                               std::abs(axis.y) * candidate.size[1] +
                               std::abs(axis.z) * candidate.size[2];
         const double height = prism.height() + 2 * prism.slack;
-        const bool small =
-            prism.half_area < kMaxAreaRatio * std::min(candidate.box, above[i].half_area);
-        const bool thin = prism.half_area < candidate.box && prism.tilt < kMaxThinTilt &&
-                          height < kMaxThicknessRatio * std::min(across, above[i].height);
+        const bool small = prism.half_area <
+                           kMaxAreaRatio * std::min(candidate.box, enclosing_bounds[i].half_area);
+        const bool thin =
+            prism.half_area < candidate.box && prism.tilt < kMaxThinTilt &&
+            height < kMaxThicknessRatio * std::min(across, enclosing_bounds[i].height);
         if (small || thin) {
           prism_of_node_[i] = k;
-          above[i] = {prism.half_area, prism.tilt < kMaxThinTilt ? height : above[i].height};
+          enclosing_bounds[i] = {prism.half_area,
+                                 prism.tilt < kMaxThinTilt ? height : enclosing_bounds[i].height};
         }
       }
       const kiln_bvh_node& node = bvh_.node_data[i];
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
-        if (is_child_used(node, c) && !is_leaf(node.child[c])) above[node.child[c]] = above[i];
+        if (is_child_used(node, c) && !is_leaf(node.child[c]))
+          enclosing_bounds[node.child[c]] = enclosing_bounds[i];
       }
     }
   }
 
-  /// Makes room among the nodes, and inserts each bounding prism right before its node.
-  void insert() {
-    std::vector<std::uint32_t> moved(bvh_.node_count);
+  /// Inserts each bounding prism right before its node, and updates the indices of children.
+  void insert_prisms() {
+    std::vector<std::uint32_t> new_index(bvh_.node_count);
     std::uint32_t prisms = 0;
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
       if (prism_of_node_[i] != kNone) ++prisms;
-      moved[i] = static_cast<std::uint32_t>(i) + prisms;
+      new_index[i] = static_cast<std::uint32_t>(i) + prisms;
     }
     const std::size_t count = bvh_.node_count + prisms;
     if (prisms == 0 || count >= KILN_BVH_PRISM) return;
@@ -204,13 +209,14 @@ class PrismPlacer {
       kiln_bvh_node node = bvh_.node_data[i];
       for (kiln_uint& child : node.child) {
         if (is_leaf(child)) continue;
-        child = prism_of_node_[child] == kNone ? moved[child] : KILN_BVH_PRISM | (moved[child] - 1);
+        child = prism_of_node_[child] == kNone ? new_index[child]
+                                               : KILN_BVH_PRISM | (new_index[child] - 1);
       }
-      nodes[moved[i]] = node;
+      nodes[new_index[i]] = node;
       if (prism_of_node_[i] == kNone) continue;
       const kiln_bvh_prism prism = prism_of(candidates_[prism_of_node_[i]].prism);
       static_assert(sizeof prism == sizeof node);
-      std::memcpy(&nodes[moved[i] - 1], &prism, sizeof prism);
+      std::memcpy(&nodes[new_index[i] - 1], &prism, sizeof prism);
     }
     bvh_.node_data = std::move(nodes);
     bvh_.node_count = count;

@@ -1,11 +1,11 @@
-// Prisms around nodes whose boxes overlap much.
+// Adds bounding prisms to nodes whose children's boxes overlap much.
 #pragma once
 
 #include "accel/bvh.h"
 
 namespace kiln::bvh {
 
-/// Average number of leaves that a line through a node's box crosses, above which bounding prisms may be
+/// Minimum average number of leaves that a line through a node's box crosses for bounding prisms to be
 /// worthwhile. Scans, grids and parts have 3 to 20.
 inline constexpr double kMinCrowdedLeaves = 64;
 

@@ -35,11 +35,12 @@ struct Box {
   }
 };
 
-/// A triangle during the build: its box, not widened, and its index in the unused lane of `lo`.
+/// A triangle during the build: its box, not widened, and its index, which is stored in the unused lane of
+/// `lo`.
 struct Primitive {
   Box box;
   std::uint32_t triangle() const { return std::bit_cast<std::uint32_t>(box.lo[3]); }
-  /// Twice the centre.
+  /// The doubled centre of the box.
   Float4 center() const {
     Float4 sum = box.lo + box.hi;
     sum[3] = 0;
@@ -52,19 +53,19 @@ struct Range {
   std::size_t end = 0;
   Box box;
   Box centers;
-  bool merged = false;  ///< True if it contains no duplicates
+  bool merged = false;  ///< True once duplicates were removed
   std::size_t size() const { return end - begin; }
   bool is_leaf() const { return size() <= KILN_BVH_LEAF_TRIANGLES; }
 };
 
-/// Extent below which a quotient by it could overflow: such an axis is not split.
-inline constexpr float kNoExtent = 1e-30f;
+/// Minimum extent of an axis that is split: division by a smaller one could overflow.
+inline constexpr float kMinExtent = 1e-30f;
 
-/// True if all centres coincide: the scale of Mapping is then 0 on every axis.
+/// True if all centres are equal: the scale of Mapping is then 0 on every axis.
 inline bool is_flat(const Range& range) {
   const Float4 extent = range.centers.hi - range.centers.lo;
   const auto is_split = [&](int axis) {
-    return extent[axis] > kNoExtent && extent[axis] < kInfinity;
+    return extent[axis] > kMinExtent && extent[axis] < kInfinity;
   };
   return !is_split(0) && !is_split(1) && !is_split(2);
 }
@@ -85,7 +86,7 @@ struct Mapping {
     count = static_cast<int>(std::min<std::size_t>(kMaxBins, 4 + range.size() / 8));
     const Float4 extent = range.centers.hi - range.centers.lo;
     for (int axis = 0; axis < 4; ++axis) {
-      const bool usable = axis < 3 && extent[axis] > kNoExtent;
+      const bool usable = axis < 3 && extent[axis] > kMinExtent;
       scale[axis] = usable ? 0.9999f * static_cast<float>(count) / extent[axis] : 0.0f;
     }
   }
@@ -137,44 +138,46 @@ inline Split best_split(const Bins& bins, const Mapping& mapping) {
   return best;
 }
 
-/// Moves primitives in bins before the split's to the front. \returns their number Branch-free,
-/// since half of the branches would be mispredicted.
-std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split);
+/// Moves primitives in bins before the split's to the front. Branch-free, since half of the
+/// branches would be mispredicted. \returns their number
+std::size_t partition_bins(std::span<Primitive> primitives, const Mapping& mapping,
+                           const Split& split);
 
-/// Share of the two sides' common length along the split's axis that both cover: 0 if they are separate.
+/// Overlap of a split's two sides along its axis, as a share of their total length: 0 if they are separate.
 float overlap(const Bins& bins, const Mapping& mapping, const Split& split);
 
 /// The split with the least overlap along its axis; among equal ones the one nearest to half of the
 /// triangles.
-Split apart_split(const Bins& bins, const Mapping& mapping);
+Split least_overlap_split(const Bins& bins, const Mapping& mapping);
 
-/// A coordinate of triangles: index of the corner, and axis.
+/// Selects one coordinate of a triangle: the index of a corner, and an axis.
 struct Corner {
   std::size_t corner = 0;
   int axis = 0;
-  float middle = 0;  ///< Split value: some triangles are at or below it, some above
+  float middle = 0;  ///< Split value: at least one triangle is at or below it, and one above
 };
 inline Float4 corner_of(std::span<const Vec3> positions, const Triangle& triangle,
                         std::size_t corner) {
   const Vec3& p = positions[triangle[corner]];
   return Float4{p.x, p.y, p.z, 0};
 }
-/// The coordinate with the largest variation, for triangles that are not all equal.
+/// Selects the coordinate with the largest variation; the triangles must not all be equal.
 Corner widest_corner(std::span<const Primitive> primitives, std::span<const Vec3> positions,
                      std::span<const Triangle> triangles);
 
-/// Merges triangles with one centre: drops duplicates of a lower index, and sorts the others by the
-/// size of their boxes. Only such ranges can contain duplicates.
+/// Processes ranges whose triangles all have the same centre, the only ranges that can contain
+/// duplicates: removes triangles equal to one of a lower index, and sorts the others by the size of
+/// their boxes.
 class Merger {
  public:
-  /// \param drop  false: only sort
+  /// \param drop true: remove duplicates; false: only sort
   Merger(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool drop)
       : positions_(positions), triangles_(triangles), drop_(drop) {}
 
   /// \returns the end of the remaining triangles
   Primitive* merge(Primitive* first, Primitive* last) const;
 
-  /// The triangles of a leaf without duplicates. \returns their number
+  /// Writes the triangles of a leaf without duplicates. \returns their number
   std::size_t leaf(const Primitive* first, const Primitive* last,
                    std::uint32_t (&found)[KILN_BVH_LEAF_TRIANGLES]) const;
 

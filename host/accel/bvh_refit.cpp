@@ -14,10 +14,10 @@ void refit_bvh(Bvh& bvh, std::span<const Vec3> positions, std::span<const Triang
     for (std::size_t i = begin; i < end; ++i) {
       kiln_bvh_block& block = bvh.block_data[i];
       for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
-        const bool used = block.triangle[lane] != KILN_NO_TRIANGLE;
-        const Triangle& triangle = triangles[block.triangle[used ? lane : 0]];
+        const bool is_used = block.triangle[lane] != KILN_NO_TRIANGLE;
+        const Triangle& triangle = triangles[block.triangle[is_used ? lane : 0]];
         for (std::size_t corner = 0; corner < 3; ++corner) {
-          const Vec3& p = positions[triangle[used ? corner : 0]];
+          const Vec3& p = positions[triangle[is_used ? corner : 0]];
           block.corner[corner][0][lane] = p.x;
           block.corner[corner][1][lane] = p.y;
           block.corner[corner][2][lane] = p.z;

@@ -5,16 +5,18 @@
 
 namespace kiln::bvh {
 
-std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split) {
-  // An axis that is split has a finite extent of centres, so none overflows, and bins_of only rounds down.
+std::size_t partition_bins(std::span<Primitive> primitives, const Mapping& mapping,
+                           const Split& split) {
+  // Along the split's axis the extent of the centres is finite, so no value overflows, and the conversion of
+  // bins_of() is a rounding down.
   const int axis = split.axis;
   const float origin = mapping.origin[axis], scale = mapping.scale[axis];
   const auto bin = static_cast<float>(split.bin);
   std::size_t end = 0;
-  for (Primitive& here : primitives) {
-    const Primitive primitive = here;
-    const float center = here.box.lo[axis] + here.box.hi[axis];
-    here = primitives[end];
+  for (Primitive& primitive_here : primitives) {
+    const Primitive primitive = primitive_here;
+    const float center = primitive_here.box.lo[axis] + primitive_here.box.hi[axis];
+    primitive_here = primitives[end];
     primitives[end] = primitive;
     end += (center - origin) * scale < bin ? 1 : 0;
   }
@@ -29,28 +31,28 @@ float overlap(const Bins& bins, const Mapping& mapping, const Split& split) {
   }
   const float length = std::max(left.hi[split.axis], right.hi[split.axis]) -
                        std::min(left.lo[split.axis], right.lo[split.axis]);
-  const float both = std::min(left.hi[split.axis], right.hi[split.axis]) -
-                     std::max(left.lo[split.axis], right.lo[split.axis]);
-  return length > 0 ? std::max(both, 0.0F) / length : 0;
+  const float shared_length = std::min(left.hi[split.axis], right.hi[split.axis]) -
+                              std::max(left.lo[split.axis], right.lo[split.axis]);
+  return length > 0 ? std::max(shared_length, 0.0F) / length : 0;
 }
 
-Split apart_split(const Bins& bins, const Mapping& mapping) {
+Split least_overlap_split(const Bins& bins, const Mapping& mapping) {
   Split best;
-  std::int64_t best_off = 0;
+  std::int64_t best_imbalance = 0;
   for (int axis = 0; axis < 3; ++axis) {
     if (mapping.scale[axis] == 0) continue;
-    std::int64_t all = 0, left = 0;
+    std::int64_t total = 0, left = 0;
     const auto a = static_cast<std::size_t>(axis);
-    for (int i = 0; i < mapping.count; ++i) all += bins[static_cast<std::size_t>(i)][a].count;
+    for (int i = 0; i < mapping.count; ++i) total += bins[static_cast<std::size_t>(i)][a].count;
     for (int i = 1; i < mapping.count; ++i) {
       left += bins[static_cast<std::size_t>(i - 1)][a].count;
-      if (left == 0 || left == all) continue;
+      if (left == 0 || left == total) continue;
       Split split{axis, i, 0};
       split.cost = overlap(bins, mapping, split);
-      const std::int64_t off = std::abs(all - 2 * left);
-      if (split.cost < best.cost || (split.cost == best.cost && off < best_off)) {
+      const std::int64_t off = std::abs(total - 2 * left);
+      if (split.cost < best.cost || (split.cost == best.cost && off < best_imbalance)) {
         best = split;
-        best_off = off;
+        best_imbalance = off;
       }
     }
   }
@@ -66,12 +68,12 @@ Corner widest_corner(std::span<const Primitive> primitives, std::span<const Vec3
     }
   }
   Corner widest;
-  float most = -1;
+  float max_variation = -1;
   for (std::size_t k = 0; k < 3; ++k) {
     for (int axis = 0; axis < 3; ++axis) {
       const float extent = corners[k].hi[axis] - corners[k].lo[axis];
-      if (!(extent > most)) continue;
-      most = extent;
+      if (!(extent > max_variation)) continue;
+      max_variation = extent;
       const float low = corners[k].lo[axis], middle = low + extent / 2;
       widest = {k, axis, middle < corners[k].hi[axis] ? middle : low};
     }

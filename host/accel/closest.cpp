@@ -13,7 +13,8 @@ namespace {
 constexpr std::uint32_t kSamplesPerLaunch = 1U << 20;
 static_assert(kSamplesPerLaunch % KILN_CLOSEST_RUN == 0 &&
               KILN_CLOSEST_RUN % KILN_CLOSEST_GROUP == 0);
-// A run is enough work for a work-item: small groups keep all threads busy on small maps.
+// Work-group size. One run is enough work for a work-item, so small work-groups keep all threads busy on
+// small maps.
 constexpr std::size_t kRunLocalSize = 16;
 constexpr std::size_t kScalarLocalSize = 64;
 
@@ -37,7 +38,7 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
     throw Error(ErrorCode::internal, "The number of samples exceeds the size of their arrays.");
   }
   result.count = count;
-  // CPU drivers other than PoCL take minutes to compile the wide kernel (Mesa's rusticl did).
+  // CPU drivers other than PoCL may take minutes to compile the wide kernel, as Mesa's rusticl did.
   const bool scalar = traversal_ != Traversal::cpu;
   const cl::Kernel kernel =
       context_->kernel("closest", scalar ? "kiln_closest_scalar" : "kiln_closest_run",
@@ -47,11 +48,11 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
   params.flags = query.two_sided ? KILN_CLOSEST_TWO_SIDED : 0;
   params.capacity = capacity;
   params.result_capacity = result.capacity;
-  const std::uint32_t per_item = scalar ? 1 : KILN_CLOSEST_RUN;
+  const std::uint32_t samples_per_item = scalar ? 1 : KILN_CLOSEST_RUN;
   for (std::uint32_t first = 0; first < count; first = params.end) {
     params.first = first;
     params.end = first + std::min(count - first, kSamplesPerLaunch);
-    const std::size_t items = (params.end - first + per_item - 1) / per_item;
+    const std::size_t items = (params.end - first + samples_per_item - 1) / samples_per_item;
     context_->launch(kernel, items, scalar ? kScalarLocalSize : kRunLocalSize, params, tree_->nodes,
                      tree_->blocks, points, result.triangle, result.barycentric, result.distance,
                      result.status);

@@ -15,7 +15,7 @@ namespace kiln {
 
 struct ClosestQuery {
   float max_distance = 1;  ///< Frame units, 0 to 2^20
-  bool two_sided = false;  ///< Include faces whose normal points away from the sample's direction
+  bool two_sided = false;  ///< Include faces turned away from the sample's direction
 };
 
 /// Finds the nearest point of the high poly (Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods
@@ -26,7 +26,7 @@ struct ClosestQuery {
 /// variant and threads.
 class ClosestFinder {
  public:
-  /// \param tree  may be shared
+  /// \param tree may be shared with other queries
   ClosestFinder(cl::Context& context, std::shared_ptr<const Tree> tree,
                 Traversal traversal = Traversal::automatic);
 
@@ -37,7 +37,7 @@ class ClosestFinder {
   void find(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
             const ClosestQuery& query, DeviceCorrespondence& result) const;
 
-  Traversal traversal() const { return traversal_; }  ///< Never automatic
+  Traversal traversal() const { return traversal_; }  ///< The resolved variant, never `automatic`
 
  private:
   cl::Context* context_;

@@ -8,7 +8,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kDepthViewsPerLaunch = 64;  // bits of the kernel's `left_out`
+// number of bits in the kernel's `excluded_views`
+constexpr std::uint32_t kDepthViewsPerLaunch = 64;
 // Largest share of the device's memory for the keys of one batch.
 constexpr double kMaxMemoryShare = 0.25;
 
@@ -45,9 +46,9 @@ std::uint32_t DepthViews::batch_size(const cl::Context& context, std::uint32_t s
   const double bytes = 8.0 * pixels;
   const double limit = std::min(static_cast<double>(context.info().largest_buffer_bytes),
                                 kMaxMemoryShare * static_cast<double>(context.info().memory_bytes));
-  // Pixels of a batch are counted in 32 bits.
-  const double most = std::min(limit / bytes, 4294967295.0 / pixels);
-  return static_cast<std::uint32_t>(std::clamp(most, 1.0, double{kDepthViewsPerLaunch}));
+  // The number of pixels of a batch must fit 32 bits.
+  const double max_views = std::min(limit / bytes, 4294967295.0 / pixels);
+  return static_cast<std::uint32_t>(std::clamp(max_views, 1.0, double{kDepthViewsPerLaunch}));
 }
 
 DepthViews::DepthViews(cl::Context& context, Rasterizer& rasterizer,

@@ -12,12 +12,12 @@
 
 namespace kiln {
 
-/// Directions spread evenly over the sphere. 12: the icosahedron's corners, the most even 12 there are,
-/// in opposite pairs. Other numbers: Fibonacci's spiral (Gonzalez 2010, "Measurement of areas on a sphere
-/// using Fibonacci and latitude-longitude lattices").
+/// Directions spread evenly over the sphere. With 12, they are the icosahedron's corners, the most even
+/// distribution of 12 directions, in opposite pairs. Other numbers: Fibonacci's spiral (Gonzalez 2010,
+/// "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices").
 std::vector<Vec3d> spread_directions(std::uint32_t count);
 
-/// Ball that views show: radius around a centre, frame units.
+/// The ball that views show: centre and radius, frame units.
 struct ViewArea {
   Vec3d center{};
   double radius = 1;
@@ -26,8 +26,9 @@ struct ViewArea {
 struct ViewQuery {
   ViewCriterion criterion = ViewCriterion::angle;
   float max_distance = 1;  ///< Frame units
-  float least_cosine = 0;  ///< Smallest cosine of a view's angle to the sample's direction
-  bool refine = true;      ///< Move to the point on the sample's own direction
+  float least_cosine = 0;  ///< Minimum cosine between a view and the sample's direction
+  /// Move the result to the point on the line along the sample's own direction
+  bool refine = true;
   bool two_sided = false;  ///< Also draw and match faces that are turned away
   ViewArea area;           ///< The area that the view shows
 };
@@ -39,18 +40,19 @@ class DepthViews {
   DepthViews(cl::Context& context, Rasterizer& rasterizer, const std::vector<Vec3d>& directions,
              std::uint32_t size, bool two_sided, const ViewArea& area);
 
-  /// Improves the correspondence of samples [0, count) of `points` if a view is better than their
-  /// `score` so far; among equally good views the first one stays.
+  /// Improves the correspondence of samples [0, count) of `points` where a view is better than a
+  /// sample's current `score`; ties keep the earlier view.
   void match(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
              const ViewQuery& query, const cl::Array<float>& score,
              DeviceCorrespondence& result) const;
 
-  /// Computes, per view and sample, the cosine between the view and the sample's direction, or 0 if it is not seen.
+  /// Computes, per view and sample, the cosine between the view and the sample's direction, or 0 if the view
+  /// does not see the sample.
   /// \param quality  [views * count]
   void probe(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
              const ViewQuery& query, const cl::Array<float>& quality) const;
 
-  /// Sets a band's samples to undecided.
+  /// Resets a band's samples to "no point found".
   static void reset(cl::Context& context, std::uint32_t count, const cl::Array<float>& score,
                     DeviceCorrespondence& result);
 

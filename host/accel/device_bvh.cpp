@@ -15,16 +15,16 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// PoCL runs work-items as plain functions on the CPU, for which streams are written.
+// Platform whose work-items run as plain functions on the CPU; the stream kernels are written for it.
 constexpr std::string_view kPoclPlatform = "Portable Computing Language";
 
 }  // namespace
 
-Traversal choose_traversal(const cl::Context& context, Traversal wanted) {
+Traversal choose_traversal(const cl::Context& context, Traversal requested) {
   const DeviceInfo& info = context.info();
-  const Traversal kind = wanted != Traversal::automatic ? wanted
-                         : info.is_gpu                  ? Traversal::gpu
-                                                        : Traversal::cpu;
+  const Traversal kind = requested != Traversal::automatic ? requested
+                         : info.is_gpu                     ? Traversal::gpu
+                                                           : Traversal::cpu;
   return kind == Traversal::cpu && info.platform != kPoclPlatform ? Traversal::cpu_single : kind;
 }
 
@@ -44,21 +44,21 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
   blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
   stats.upload_seconds = seconds_since(upload);
-  if (keep) kept_ = std::make_unique<Bvh>(std::move(bvh));
+  if (keep) refit_copy_ = std::make_unique<Bvh>(std::move(bvh));
 }
 
-std::string Tree::defines(const std::string& more) const {
-  if (has_prisms_) return more;
-  return more.empty() ? "-DKILN_BVH_PLAIN=1" : "-DKILN_BVH_PLAIN=1 " + more;
+std::string Tree::defines(const std::string& extra_defines) const {
+  if (has_prisms_) return extra_defines;
+  return extra_defines.empty() ? "-DKILN_BVH_PLAIN=1" : "-DKILN_BVH_PLAIN=1 " + extra_defines;
 }
 
 void Tree::refit(cl::Context& context, std::span<const Vec3> positions,
                  std::span<const Triangle> triangles) {
-  if (kept_ == nullptr)
+  if (refit_copy_ == nullptr)
     throw Error(ErrorCode::internal, "Internal error: refit of a BVH without refit data.");
-  refit_bvh(*kept_, positions, triangles);
-  nodes.write(context, kept_->nodes());
-  blocks.write(context, kept_->blocks());
+  refit_bvh(*refit_copy_, positions, triangles);
+  nodes.write(context, refit_copy_->nodes());
+  blocks.write(context, refit_copy_->blocks());
 }
 
 }  // namespace kiln

@@ -13,38 +13,40 @@
 
 namespace kiln {
 
-/// Variants of the traversal kernels. All give the same results to the bit.
+/// Variants of the traversal kernels. All give the same bits.
 enum class Traversal {
-  automatic,   ///< By the device's type
+  automatic,   ///< Chosen by the device's type
   cpu,         ///< Explicit vectors: beams of neighbouring rays, streams of any-hit rays (on PoCL)
-  cpu_single,  ///< The same, but single any-hit rays, 8 boxes a step: `cpu` on other drivers
+  cpu_single,  ///< `cpu` on other drivers: any-hit rays are traced one by one, 8 boxes a step
   gpu,         ///< Scalar, one ray per work-item
 };
 
-/// Resolves `automatic` and `cpu` for a device. Never automatic.
-Traversal choose_traversal(const cl::Context& context, Traversal wanted);
+/// Resolves `automatic` and `cpu` for a device; never returns `automatic`.
+Traversal choose_traversal(const cl::Context& context, Traversal requested);
 
 /// A bounding volume hierarchy, built on the host and uploaded. Immutable except for refit().
 struct Tree {
   /// \param positions  in the working frame: about unit size
   /// \throws Error(device) if the device has too little memory
-  /// \param keep  true: keep the data for refit() on the host, as many bytes as on the device
+  /// \param keep keep the data that refit() needs on the host: as many bytes as on the device
   Tree(cl::Context& context, std::span<const Vec3> positions, std::span<const Triangle> triangles,
        bool keep = false);
 
   /// Refits boxes and leaves to moved positions; the topology is kept. Searches give the same
-  /// results as with a new tree, but slow down as triangles of a leaf move apart. The same
-  /// triangles must have an area as before. Takes a tenth of the build time.
+  /// results as with a new tree, but slow down as triangles of a leaf move apart. Degenerate
+  /// triangles must stay degenerate, and all others must keep an area above 0. Takes a tenth of
+  /// the build time.
   void refit(cl::Context& context, std::span<const Vec3> positions,
              std::span<const Triangle> triangles);
 
-  /// The -D options of programs that traverse this tree only, followed by `more`.
-  std::string defines(const std::string& more = {}) const;
+  /// The -D options of programs that traverse this tree only, followed by `extra_defines`.
+  std::string defines(const std::string& extra_defines = {}) const;
 
   struct Stats {
     std::uint64_t triangles = 0;
-    std::uint64_t skipped = 0;     ///< Triangles that are non-finite or without area
-    std::uint64_t duplicates = 0;  ///< Triangles equal to another one, which represents them
+    std::uint64_t skipped = 0;  ///< Triangles that are non-finite or without area
+    /// Triangles equal to one of a lower index, which represents them
+    std::uint64_t duplicates = 0;
     std::uint64_t nodes = 0;
     std::uint64_t bytes = 0;     ///< Size on the device
     double leaves_per_line = 0;  ///< Copy of Bvh::leaves_per_line
@@ -57,7 +59,7 @@ struct Tree {
   cl::Array<kiln_bvh_block> blocks;
 
  private:
-  std::unique_ptr<Bvh> kept_;
+  std::unique_ptr<Bvh> refit_copy_;
   bool has_prisms_ = false;
 };
 

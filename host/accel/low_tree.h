@@ -15,7 +15,7 @@ namespace kiln {
 struct LowTree {
   std::vector<Vec3> positions;      ///< Three per triangle
   std::vector<Triangle> triangles;  ///< Indices into positions
-  std::vector<std::uint32_t> of;    ///< Index of each in the surface
+  std::vector<std::uint32_t> of;    ///< Index of each triangle in the surface
   std::vector<Vec3d> normals;       ///< Unit normals
   std::shared_ptr<const Tree> tree;
 

@@ -14,7 +14,7 @@ namespace {
 // Bounds the duration of a launch.
 constexpr std::uint32_t kItemsPerLaunch = 1U << 22;
 constexpr std::size_t kViewsPerLaunch = 16;
-// Memory of one launch's boxes: meshes of very many chunks use fewer views per launch.
+// Maximum memory of one launch's boxes: meshes with very many chunks use fewer views per launch.
 constexpr std::size_t kMaxBoxBytes = 32U << 20;
 
 /// Two unit vectors perpendicular to `toward`, the second one pointing up (+Y) if possible.
@@ -31,7 +31,7 @@ void store(const Vec3d& from, kiln_float to[3]) {
   to[2] = static_cast<float>(from.z);
 }
 
-/// Squared radius of the part of a mesh that views can show.
+/// Squared radius around the origin of the part of a mesh that views can show.
 double squared_radius(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
   std::vector<double> parts((triangles.size() >> 16) + 1, 0.0);
   parallel_for(triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
@@ -48,16 +48,16 @@ double squared_radius(std::span<const Vec3> positions, std::span<const Triangle>
   return *std::max_element(parts.begin(), parts.end());
 }
 
-RasterPath choose_path(const cl::Context& context, RasterPath wanted) {
+RasterPath choose_path(const cl::Context& context, RasterPath requested) {
   const DeviceInfo& info = context.info();
-  // Mesa's rusticl draws incorrect pictures with the tiles, in 160 times the time (40 KiB of private
-  // memory per item); with the other paths its 64-bit arithmetic is incorrect for large triangles.
+  // On Mesa's rusticl, tiles.cl draws incorrect pictures and is 160 times slower (40 KiB of private
+  // memory per item); in the other paths its 64-bit arithmetic is incorrect for large triangles.
   const bool is_mesa = info.platform.find("rusticl") != std::string::npos;
-  if (wanted == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
-  if (wanted == RasterPath::automatic || wanted == RasterPath::atomics) {
+  if (requested == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
+  if (requested == RasterPath::automatic || requested == RasterPath::atomics) {
     return info.has_atomics_64 ? RasterPath::atomics : RasterPath::two_passes;
   }
-  return wanted;
+  return requested;
 }
 
 }  // namespace
@@ -90,7 +90,7 @@ kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size, cons
   store(right, view.right);
   store(up, view.up);
   store(toward, view.toward);
-  // A margin of one pixel on each side, for snapping and for samples just outside the silhouette.
+  // A margin of one pixel on each side allows for snapping, and for samples just outside the silhouette.
   const double inner = size > 4 ? size - 2.0 : size;
   const double scale = inner / (2 * radius);
   view.scale = static_cast<float>(scale);
@@ -144,7 +144,7 @@ void Rasterizer::draw(std::span<const kiln_view> views, const DepthKeys& keys) {
         view.first % KILN_RASTER_TILE_PIXELS != 0 ||
         view.first + DepthKeys::count(view.width, view.height) > keys.keys.size()) {
       throw Error(ErrorCode::internal,
-                  "A depth view has more pixels than its keys, or another size than the first.");
+                  "The array of keys is smaller than a depth view, or the views differ in size.");
     }
   }
   const std::lock_guard lock(drawing_);
@@ -171,13 +171,13 @@ void Rasterizer::draw_tiles(std::span<const kiln_view> views, const DepthKeys& k
       DepthKeys::count(views.front().width, views.front().height) / KILN_RASTER_TILE_PIXELS);
   for (std::size_t first = 0; first < views.size(); first += batch) {
     const auto count = static_cast<std::uint32_t>(std::min(batch, views.size() - first));
-    const cl::Array<kiln_view> some(context_, views.subspan(first, count));
+    const cl::Array<kiln_view> batch_views(context_, views.subspan(first, count));
     context_.launch(context_.kernel("tiles", "kiln_tiles_bounds"), std::size_t{count} * padded,
-                    kLocal, count, groups, padded, some, bounds_, boxes_, group_boxes_);
+                    kLocal, count, groups, padded, batch_views, bounds_, boxes_, group_boxes_);
     context_.launch(context_.kernel("tiles", "kiln_tiles_draw"), std::size_t{count} * tiles, 1,
-                    count * tiles, groups, padded, some, boxes_, group_boxes_, chunks_, keys.keys,
-                    keys.drawn);
-    context_.finish();  // wait, since `some` is still in use
+                    count * tiles, groups, padded, batch_views, boxes_, group_boxes_, chunks_,
+                    keys.keys, keys.drawn);
+    context_.finish();  // the device still reads `batch_views`
   }
 }
 
@@ -194,9 +194,9 @@ void Rasterizer::draw_triangles(const kiln_view& view, const DepthKeys& keys) {
   // Without 64-bit atomics, one pass writes the nearest depths, a second one the lowest triangle index at each depth.
   for (std::uint32_t pass = 0; pass < (atomic64 ? 1U : 2U); ++pass) {
     for (std::uint32_t first = 0; first < triangle_count_; first += kItemsPerLaunch) {
-      const std::uint32_t some = std::min(kItemsPerLaunch, triangle_count_ - first);
-      context_.launch(kernel("kiln_raster_small"), some, kLocal, view, first, some, pass,
-                      triangles_, projected_, keys.keys, queue_size_, queue_);
+      const std::uint32_t batch_count = std::min(kItemsPerLaunch, triangle_count_ - first);
+      context_.launch(kernel("kiln_raster_small"), batch_count, kLocal, view, first, batch_count,
+                      pass, triangles_, projected_, keys.keys, queue_size_, queue_);
     }
     context_.launch(kernel("kiln_raster_large"), kLocal * KILN_RASTER_BANDS, kLocal, view, pass,
                     triangles_, projected_, keys.keys, queue_size_, queue_);

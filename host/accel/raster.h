@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// An orthographic view that shows everything within `radius` of a centre.
+/// Makes an orthographic view that shows everything within `radius` of a centre.
 /// \param toward  unit, from the mesh to the viewer
 /// \param size    pixels a side, 1 to KILN_RASTER_LARGEST
 kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size,
@@ -43,11 +43,11 @@ enum class RasterPath {
   automatic,   ///< The fastest for the device
   tiles,       ///< One work-item per tile: CPUs
   atomics,     ///< One work-item per triangle; 64-bit atomics, on devices with them
-  two_passes,  ///< The same on devices without
+  two_passes,  ///< One work-item per triangle and two passes, on devices without 64-bit atomics
 };
 
-/// Draws keys of depth and triangle (kernels/accel/raster.cl, tiles.cl). The triangle of a pixel is a function of mesh
-/// and view alone: the nearest; among equally near ones the lowest.
+/// Draws keys of depth and triangle (kernels/accel/raster.cl, tiles.cl). The triangle of a pixel depends on mesh and
+/// view alone: it is the nearest one, or among equally near ones the lowest.
 class Rasterizer {
  public:
   /// Uploads the mesh. Faces with a non-finite vertex are not drawn.
@@ -56,12 +56,12 @@ class Rasterizer {
              std::span<const Triangle> triangles, RasterPath path = RasterPath::automatic);
 
   /// Clears the views' pixels within `keys` and draws. Back faces are culled without
-  /// KILN_RASTER_TWO_SIDED. Threads may draw at the same time, into keys of their own.
+  /// KILN_RASTER_TWO_SIDED. Threads may draw at the same time, each into its own keys.
   /// \param views  all of one size, side by side within `keys`
   void draw(std::span<const kiln_view> views, const DepthKeys& keys);
 
   std::uint64_t triangle_count() const { return triangle_count_; }
-  /// Radius around the origin of all finite vertices that triangles use.
+  /// Radius around the origin that contains all finite vertices of triangles.
   double radius() const { return radius_; }
   const cl::Array<std::uint32_t>& triangles() const { return triangles_; }
   const cl::Array<float>& positions() const { return positions_; }
@@ -72,8 +72,7 @@ class Rasterizer {
   void draw_triangles(const kiln_view& view, const DepthKeys& keys);
 
   cl::Context& context_;
-  std::mutex
-      drawing_;  ///< Locked until all commands that use the mutable arrays below are enqueued
+  std::mutex drawing_;  ///< Held while commands that use the mutable arrays below are enqueued
   std::uint32_t vertex_count_ = 0;
   std::uint32_t triangle_count_ = 0;
   double radius_ = 0;

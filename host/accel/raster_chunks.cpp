@@ -12,17 +12,18 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kChunk = KILN_RASTER_CHUNK;
+constexpr std::uint32_t kTrianglesPerChunk = KILN_RASTER_CHUNK;
 constexpr std::uint32_t kLanes = KILN_RASTER_BOXES;
-// Triangles that one thread cuts into chunks: constant, so that chunks do not depend on the number
-// of threads.
+// Number of triangles that one task cuts into chunks. It is constant, so chunks do not depend on
+// the number of threads.
 constexpr std::size_t kTrianglesPerPiece = 1 << 14;
-// Coordinates are clamped to this, so that products stay finite: anything beyond is in no view.
+// Coordinates are clamped to this, so that products stay finite; views show nothing beyond it.
 constexpr double kMaxCoordinate = 1e18;
-// Frame units: chunks with a triangle of a smaller height are never culled as facing away.
+// Minimum height of a chunk's triangles, in frame units, for the chunk to be culled when it faces away.
 constexpr double kMinTriangleHeight = 1e-9;
-// Squared diagonals of the chunks' boxes over their area: 12 to 14 along a Morton curve, 16 for
-// strips, 1800 for a scan with unordered triangles. Up to this value the mesh's own order is used.
+// Maximum ratio of the chunks' squared box diagonals to their area for which the mesh's own order
+// is used. Along a Morton curve the ratio is 12 to 14, for strips 16, for a scan with unordered
+// triangles 1800.
 constexpr double kMaxDiagonalsPerArea = 32;
 
 /// Maps the vertices of one chunk from mesh indices to chunk indices: a hash table with open
@@ -32,14 +33,14 @@ class LocalVertices {
   LocalVertices() { clear(); }
   void clear() { vertices_.fill(kNone); }
   bool has(std::uint32_t vertex) const { return vertices_[slot_of(vertex)] == vertex; }
-  /// The vertex's index in the chunk; `next` is assigned to a new one.
+  /// Returns the vertex's index in the chunk; a new vertex gets the index `next`.
   std::uint32_t add(std::uint32_t vertex, std::uint32_t next) {
     const std::uint32_t slot = slot_of(vertex);
     if (vertices_[slot] != vertex) {
       vertices_[slot] = vertex;
-      numbers_[slot] = static_cast<std::uint8_t>(next);
+      chunk_indices_[slot] = static_cast<std::uint8_t>(next);
     }
-    return numbers_[slot];
+    return chunk_indices_[slot];
   }
 
  private:
@@ -48,10 +49,10 @@ class LocalVertices {
     while (vertices_[slot] != vertex && vertices_[slot] != kNone) slot = (slot + 1) & 127U;
     return slot;
   }
-  // No mesh has a vertex with this index, the 2^32nd.
+  // Marks an empty slot; no mesh has a vertex with this index.
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::array<std::uint32_t, 128> vertices_;
-  std::array<std::uint8_t, 128> numbers_;
+  std::array<std::uint8_t, 128> chunk_indices_;
 };
 
 kiln_raster_bounds empty_bounds() {
@@ -87,7 +88,7 @@ void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, 
     bounds.half_extent[axis][lane] = round_up(std::max(high - centre, centre - low));
     result.diagonals += (high - low) * (high - low);
   }
-  std::array<Vec3d, kChunk> normals{};
+  std::array<Vec3d, kTrianglesPerChunk> normals{};
   Vec3d sum{};
   double least_height = std::numeric_limits<double>::infinity();
   for (std::uint32_t t = 0; t < count; ++t) {
@@ -103,7 +104,7 @@ void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, 
     const double doubled_area = length(normal);
     const double longest = std::sqrt(std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)}));
     result.area += doubled_area / 2;
-    // NaN fails the comparison, too.
+    // NaN fails this comparison.
     least_height = doubled_area > kMinTriangleHeight * longest
                        ? std::min(least_height, doubled_area / longest)
                        : 0;
@@ -111,7 +112,7 @@ void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, 
     sum += normals[t];
   }
   const double sum_length = length(sum);
-  // Such a chunk is never culled.
+  // Chunks with slivers, or with normals that cancel out, are never culled.
   if (!(least_height >= kMinTriangleHeight && sum_length > 1e-3)) return;
   const Vec3 axis = to_float(sum * (1 / sum_length));
   double cosine = 1;
@@ -121,12 +122,12 @@ void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, 
   bounds.axis[0][lane] = axis.x;
   bounds.axis[1][lane] = axis.y;
   bounds.axis[2][lane] = axis.z;
-  // Rounded down by more than the error of single precision.
+  // The cosine is lowered by more than the rounding error of single precision.
   bounds.cosine[lane] = static_cast<float>(cosine - 1e-6);
   bounds.height[lane] = static_cast<float>(least_height * (1 - 1e-6));
 }
 
-/// Cuts triangles `order[begin, end)`, or those of the mesh without an order.
+/// Cuts triangles `order[begin, end)` into chunks; with an empty `order`, triangles [begin, end) of the mesh.
 RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const std::uint32_t> order, std::size_t begin, std::size_t end) {
   RasterChunks result;
@@ -153,7 +154,7 @@ RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle
     }
     std::uint32_t new_vertices = vertex_count;
     for (const std::uint32_t v : triangle) new_vertices += local.has(v) ? 0 : 1;
-    if (count == kChunk || new_vertices > kChunk) finish_chunk();
+    if (count == kTrianglesPerChunk || new_vertices > kTrianglesPerChunk) finish_chunk();
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t number = local.add(triangle[k], vertex_count);
       if (number == vertex_count) {
@@ -183,8 +184,8 @@ std::vector<RasterChunks> cut_in_parallel(std::span<const Vec3> positions,
   return pieces;
 }
 
-/// Spreads 10 bits to every third one.
-std::uint32_t spread(std::uint32_t x) {
+/// Moves each of 10 bits to three times its position.
+std::uint32_t spread_bits(std::uint32_t x) {
   x = (x | x << 16) & 0x030000FFU;
   x = (x | x << 8) & 0x0300F00FU;
   x = (x | x << 4) & 0x030C30C3U;
@@ -195,15 +196,15 @@ std::uint32_t spread(std::uint32_t x) {
 /// in two passes over fixed pieces: count, then move.
 void radix_sort(std::vector<std::uint64_t>& keys) {
   constexpr std::uint32_t kDigits = 1024;
-  constexpr std::size_t kGrain = 1 << 16;
-  const std::size_t pieces = (keys.size() + kGrain - 1) / kGrain;
-  std::vector<std::uint64_t> moved(keys.size());
+  constexpr std::size_t kKeysPerTask = 1 << 16;
+  const std::size_t pieces = (keys.size() + kKeysPerTask - 1) / kKeysPerTask;
+  std::vector<std::uint64_t> sorted_keys(keys.size());
   std::vector<std::size_t> places(pieces * kDigits);
   for (const std::uint32_t shift : {32U, 42U, 52U}) {
     const auto digit = [shift](std::uint64_t key) { return key >> shift & (kDigits - 1); };
     std::fill(places.begin(), places.end(), 0);
-    parallel_for(keys.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      std::size_t* const counts = &places[begin / kGrain * kDigits];
+    parallel_for(keys.size(), kKeysPerTask, [&](std::size_t begin, std::size_t end) {
+      std::size_t* const counts = &places[begin / kKeysPerTask * kDigits];
       for (std::size_t i = begin; i < end; ++i) ++counts[digit(keys[i])];
     });
     std::size_t place = 0;
@@ -212,31 +213,32 @@ void radix_sort(std::vector<std::uint64_t>& keys) {
         place += std::exchange(places[piece * kDigits + d], place);
       }
     }
-    parallel_for(keys.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      std::size_t* const next = &places[begin / kGrain * kDigits];
-      for (std::size_t i = begin; i < end; ++i) moved[next[digit(keys[i])]++] = keys[i];
+    parallel_for(keys.size(), kKeysPerTask, [&](std::size_t begin, std::size_t end) {
+      std::size_t* const next = &places[begin / kKeysPerTask * kDigits];
+      for (std::size_t i = begin; i < end; ++i) sorted_keys[next[digit(keys[i])]++] = keys[i];
     });
-    keys.swap(moved);
+    keys.swap(sorted_keys);
   }
 }
 
-/// Triangles along a Morton curve, 2^10 cells a side.
+/// Indices of the triangles along a Morton curve with 2^10 cells a side.
 std::vector<std::uint32_t> curve_order(std::span<const Vec3> positions,
                                        std::span<const Triangle> triangles) {
-  constexpr float kCells = 1024;
+  constexpr float kCellsPerAxis = 1024;
   std::vector<std::uint64_t> keys(triangles.size());
-  // Triangles beyond 0.5 of the origin, and non-finite ones, are clamped to the border.
+  // Cells of triangles outside of [-0.5, 0.5] on an axis, or non-finite, are clamped to the outermost cells.
   const auto cell = [](float a, float b, float c) {
-    const float at = ((a + b + c) / 3 + 0.5F) * kCells;
-    return static_cast<std::uint32_t>(at > 0 ? std::min(at, kCells - 1) : 0);
+    const float at = ((a + b + c) / 3 + 0.5F) * kCellsPerAxis;
+    return static_cast<std::uint32_t>(at > 0 ? std::min(at, kCellsPerAxis - 1) : 0);
   };
   parallel_for(triangles.size(), kTrianglesPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Vec3& a = positions[triangles[t][0]];
       const Vec3& b = positions[triangles[t][1]];
       const Vec3& c = positions[triangles[t][2]];
-      const std::uint64_t code = spread(cell(a.x, b.x, c.x)) | spread(cell(a.y, b.y, c.y)) << 1 |
-                                 spread(cell(a.z, b.z, c.z)) << 2;
+      const std::uint64_t code = spread_bits(cell(a.x, b.x, c.x)) |
+                                 spread_bits(cell(a.y, b.y, c.y)) << 1 |
+                                 spread_bits(cell(a.z, b.z, c.z)) << 2;
       keys[t] = code << 32 | t;
     }
   });
@@ -257,7 +259,7 @@ std::vector<RasterChunks> make_raster_chunks(std::span<const Vec3> positions,
     area += piece.area;
     diagonals += piece.diagonals;
   }
-  // NaN fails the comparison, too.
+  // NaN fails this comparison.
   if (!(diagonals <= kMaxDiagonalsPerArea * area)) {
     pieces = cut_in_parallel(positions, triangles, curve_order(positions, triangles));
   }

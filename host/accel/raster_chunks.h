@@ -19,9 +19,10 @@ inline bool is_in_views(const Vec3& p) {
          std::abs(p.z) <= kMaxCoordinate;
 }
 
-/// A part of a mesh's chunks; parts are concatenated.
+/// Some of a mesh's chunks, cut by one task; the results of all tasks are concatenated.
 struct RasterChunks {
-  std::vector<kiln_raster_chunk> chunks;  ///< 16 per element of `bounds`; padding chunks are empty
+  /// 16 per element of `bounds`; unused chunks at the end are empty
+  std::vector<kiln_raster_chunk> chunks;
   std::vector<kiln_raster_bounds> bounds;
   double area = 0;       ///< Sum of its triangles' areas
   double diagonals = 0;  ///< Sum of the squared diagonals of its chunks' boxes
@@ -31,7 +32,7 @@ struct RasterChunks {
 /// order if that keeps neighbours together, else along a Morton curve of the triangles' centroids
 /// (Morton 1966, "A computer oriented geodetic data base"). The same mesh gives the same chunks on any
 /// number of threads.
-/// \param positions  within 0.5 of the origin; triangles beyond are cut, too, but less compactly
+/// \param positions within 0.5 of the origin; triangles outside are cut, too, but into less compact chunks
 std::vector<RasterChunks> make_raster_chunks(std::span<const Vec3> positions,
                                              std::span<const Triangle> triangles);
 

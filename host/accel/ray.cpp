@@ -14,9 +14,9 @@ namespace {
 constexpr std::size_t kLocalSize = 64;
 // Bounds the duration of a launch: a few milliseconds on a GPU, tens on a CPU.
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
-// KILN_BEAM_RAYS of kernels/accel/beam.clh.
+// Rays of a work-item: KILN_ITEM_RAYS of kernels/accel/ray.cl.
 constexpr std::uint32_t kRaysPerBeam = 64;
-// Work-items, and thus blocks, per work-group.
+// Work-items per work-group; each casts one block of rays.
 constexpr std::size_t kOcclusionLocalSize = 4;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0);
 
@@ -27,7 +27,7 @@ void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capac
   }
   if (query.limited && (!query.outermost || query.use_reach)) {
     throw Error(ErrorCode::internal,
-                "Limits per ray require the outermost rule, and exclude offsets.");
+                "Limits per ray require the rule outermost, and no offsets of ray starts.");
   }
   if (count > capacity) {
     throw Error(ErrorCode::internal, "The number of rays exceeds the size of their arrays.");
@@ -42,8 +42,8 @@ struct RayCaster::Impl {
   std::string defines;
   std::shared_ptr<const Tree> tree;
 
-  void choose_variant(Traversal wanted) {
-    traversal = choose_traversal(*context, wanted);
+  void choose_variant(Traversal requested) {
+    traversal = choose_traversal(*context, requested);
     defines = tree->defines(traversal == Traversal::gpu          ? "-DKILN_RAY_SCALAR=1"
                             : traversal == Traversal::cpu_single ? "-DKILN_RAY_SINGLE=1"
                                                                  : "");

@@ -23,13 +23,14 @@ struct RayQuery {
   float offset = 0;
   bool use_reach = false;  ///< The offset is each sample's own `reach` (cage meshes)
   bool inward = false;
-  bool outward_first = false;  ///< t_min < 0: the nearest hit with t >= 0, else the nearest with t
-                               ///< < 0 (Tarini et al., section 3.2). Otherwise the smallest t.
-  bool two_sided = false;      ///< Keep hits whose face normal points against the direction
+  /// Find the nearest hit with t >= 0, else the nearest one with t < 0 (Tarini et al., section 3.2); requires
+  /// t_min < 0. Without it, the smallest t.
+  bool outward_first = false;
+  bool two_sided = false;  ///< Count faces turned away from the direction, too
   /// Find the largest t instead. KILN_RAY_SEVERAL is set in the status of rays with hits at two or
   /// more different t >= 0. Not with `inward` or `outward_first`.
   bool outermost = false;
-  bool limited = false;  ///< With `outermost`: no t above each sample's own `reach`
+  bool limited = false;  ///< With `outermost`, ignore hits with t above the sample's own `reach`
 };
 
 /// The traversal kernels of rays, and their BVH.
@@ -45,7 +46,7 @@ class RayCaster {
   /// \throws Error(device) if the device has too little memory
   RayCaster(cl::Context& context, std::span<const Vec3> positions,
             std::span<const Triangle> triangles, Traversal traversal = Traversal::automatic);
-  /// \param tree  may be shared
+  /// \param tree may be shared with other queries
   RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree,
             Traversal traversal = Traversal::automatic);
   ~RayCaster();
@@ -60,7 +61,7 @@ class RayCaster {
   void intersect(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                  const RayQuery& query, DeviceCorrespondence& result) const;
 
-  /// Any-hit: writes 1 to `hit` if there is a hit in [t_min, t_max].
+  /// Any-hit query: writes 1 to `hit` for rays with a hit in [t_min, t_max], else 0.
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                 const RayQuery& query, const cl::Array<std::uint8_t>& hit) const;
 
@@ -69,7 +70,7 @@ class RayCaster {
 
   using Stats = Tree::Stats;
   const Stats& stats() const;
-  Traversal traversal() const;  ///< Never automatic
+  Traversal traversal() const;  ///< The resolved variant, never `automatic`
 
  private:
   struct Impl;

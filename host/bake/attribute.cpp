@@ -56,10 +56,10 @@ class Resolver {
         channels_(channels),
         unit_(unit_vectors && channels == 3) {}
 
-  /// \param to  out: the mean, if any sample found a point
+  /// \param to out: the mean; written only if a sample found a point
   TexelState texel(std::size_t x, std::size_t y, float* to) const {
     Value sum{};
-    std::uint32_t found = 0;
+    std::uint32_t found_count = 0;
     bool covered = false;
     const std::size_t n = match_.samples;
     for (std::size_t s = 0; s < n * n; ++s) {
@@ -69,10 +69,10 @@ class Resolver {
       covered = true;
       if (status == SampleStatus::missed) continue;
       add(i, sum);
-      ++found;
+      ++found_count;
     }
-    if (found == 0) return covered ? TexelState::missed : TexelState::empty;
-    store(sum, found, to);
+    if (found_count == 0) return covered ? TexelState::missed : TexelState::empty;
+    store(sum, found_count, to);
     return TexelState::baked;
   }
 
@@ -87,8 +87,8 @@ class Resolver {
     }
   }
 
-  void store(const Value& sum, std::uint32_t found, float* to) const {
-    double divisor = found;
+  void store(const Value& sum, std::uint32_t found_count, float* to) const {
+    double divisor = found_count;
     if (unit_) {
       const double size = std::hypot(sum[0], sum[1], sum[2]);
       if (size > 0) divisor = size;

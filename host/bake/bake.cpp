@@ -17,8 +17,8 @@ void check_saved(const BakeOptions& options, const Source::Impl& high, const Mes
   check_meshes(*options.match.saved, hash_source(high.positions, high.triangles), hash_low(low));
 }
 
-/// Appends another cluster's maps to the first one's, and adds its seconds.
-void join(BakeResult& result, BakeResult baked) {
+/// Appends another cluster's maps to those of the first cluster, and adds its seconds.
+void append_cluster(BakeResult& result, BakeResult baked) {
   for (BakedMap& map : baked.maps) {
     if (map.info.type != MapType::coverage) result.maps.push_back(std::move(map));
   }
@@ -46,7 +46,7 @@ BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOp
     if (clusters.cluster == 0) {
       result = std::move(baked);
     } else {
-      join(result, std::move(baked));
+      append_cluster(result, std::move(baked));
     }
   }
   if (count > 1) result.clusters = clusters.field->clusters();

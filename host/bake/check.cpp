@@ -49,7 +49,7 @@ void check_enums(const BakeOptions& options) {
   check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
 
-/// Runs a check of another room and rethrows its errors as errors of options.
+/// Runs a check of another room, and rethrows its errors as errors of options.
 template <typename Check>
 void in_range(const Check& check) {
   try {
@@ -59,7 +59,7 @@ void in_range(const Check& check) {
   }
 }
 
-/// The same for errors about unknown names.
+/// Runs a look-up of a name, and rethrows its errors as errors of options.
 template <typename Find>
 void named(const Find& find) {
   try {
@@ -81,7 +81,7 @@ void check_views(const ViewOptions& views) {
     usage("More than " + std::to_string(kMaxViews) + " views were asked for: use fewer.");
   }
   if (views.count && *views.count == 0 && views.directions.empty()) {
-    usage("No view was asked for: use at least one.");
+    usage("No view is requested: use at least one.");
   }
   if (views.size > kLargestView) {
     usage("The depth views' size is " + std::to_string(views.size) + ": it must be 1 to " +
@@ -97,10 +97,11 @@ void check_fallback(const BakeOptions& options) {
   }
   if (options.match.fallback.empty()) {
     if (options.match.fallback_blend == 0) return;
-    usage("Blending with the fallback was asked for, but no fallback: choose one.", kContradiction);
+    usage("Blending with the fallback is requested, but there is no fallback: choose one.",
+          kContradiction);
   }
   if (options.match.saved != nullptr) {
-    usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.",
+    usage("A fallback is requested, but a saved match is used unchanged: omit one of them.",
           kContradiction);
   }
   std::vector<MatchMethod> asked = {options.match.method};
@@ -114,7 +115,7 @@ void check_fallback(const BakeOptions& options) {
     }
     if (std::find(asked.begin(), asked.end(), next) != asked.end()) {
       usage(quoted(next.name) +
-                " is asked twice, and leaves the same samples undecided: choose another fallback.",
+                " is listed twice, and leaves the same samples undecided: choose another fallback.",
             kContradiction);
     }
     asked.push_back(next);
@@ -166,7 +167,7 @@ void check_map(MapKind map, const BakeOptions& options) {
         kContradiction);
 }
 
-/// Rejects options that depth views cannot serve: a view contains only the nearest front faces.
+/// Rejects options that depth views do not support: a view contains only the nearest front faces.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
   const char* what = occlusion.distance                            ? "a distance"
@@ -175,7 +176,7 @@ void check_occlusion_views(const OcclusionOptions& occlusion) {
                      : occlusion.max_error > 0 ? "an error to be reached"
                                                : nullptr;
   if (what == nullptr) return;
-  usage(std::string("Occlusion by views was asked for with ") + what +
+  usage(std::string("Occlusion by views is requested with ") + what +
             ", which depth views cannot tell: gather it by rays, or leave that out.",
         kContradiction);
 }
@@ -232,11 +233,11 @@ void check_map_options(const BakeOptions& options) {
     check_length(option("curvature_radius"), *options.curvature_radius, false);
 }
 
-/// Rejects a variant's setting that its map ignores.
+/// Rejects settings of a variant that its map ignores.
 void check_variant(const MapVariant& map, const BakeOptions& options) {
   const MapInfo& info = map_row(map.kind).info;
-  const auto check = [&](bool given, const char* setting) {
-    if (!given || obeys(info, setting)) return;
+  const auto check = [&](bool is_set, const char* setting) {
+    if (!is_set || obeys(info, setting)) return;
     usage("The map " + map.name + " has a setting " + option(setting) + ", which " +
               std::string(map.kind.name) + " does not obey: leave it out.",
           kContradiction);
@@ -245,25 +246,25 @@ void check_variant(const MapVariant& map, const BakeOptions& options) {
   check(map.curvature_radius.has_value(), "curvature_radius");
   check(map.light.has_value(), "light");
   check(map.id_by.has_value(), "id_by");
-  const BakeOptions own = options_of(map, options);
-  check_enums(own);
-  check_map_options(own);
+  const BakeOptions variant_options = options_of(map, options);
+  check_enums(variant_options);
+  check_map_options(variant_options);
 }
 
 void check_ranges(const BakeOptions& options) {
-  std::vector<std::string_view> seen;
-  for (const MapRange& given : options.encoding.ranges) {
-    const MapKind kind = given.kind;
-    const ValueRange range = given.range;
+  std::vector<std::string_view> seen_kinds;
+  for (const MapRange& range_option : options.encoding.ranges) {
+    const MapKind kind = range_option.kind;
+    const ValueRange range = range_option.range;
     const std::string name(kind.name);
     if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high)) {
       usage("The range of " + name + " is " + decimal(range.low) + " to " + decimal(range.high) +
             ": it must be finite, and the first less than the second.");
     }
-    if (std::find(seen.begin(), seen.end(), kind.name) != seen.end()) {
+    if (std::find(seen_kinds.begin(), seen_kinds.end(), kind.name) != seen_kinds.end()) {
       usage("The map " + name + " has two ranges: give one.", kContradiction);
     }
-    seen.push_back(kind.name);
+    seen_kinds.push_back(kind.name);
     const auto is_called = [&](const auto& own) { return own.name == kind.name; };
     if (std::any_of(options.transfers.begin(), options.transfers.end(), is_called) ||
         std::any_of(options.own_maps.begin(), options.own_maps.end(), is_called)) {
@@ -323,7 +324,7 @@ void validate(const BakeOptions& options) {
     for (const MapKind map : kinds_of(options)) map_row(map);
   });
   if (map_count(options) == 0) {
-    usage("No map was asked for: give at least one, such as normal.");
+    usage("No map is requested: give at least one, such as normal.");
   }
   if (!(options.own_map_seconds >= 1 && options.own_map_seconds <= 86400)) {
     usage("own_map_seconds is " + decimal(options.own_map_seconds) + ": it must be 1 to 86400.");

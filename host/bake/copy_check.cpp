@@ -16,13 +16,14 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kPlacesOfCopies = 4096;
-constexpr double kMinShareToWarn = 0.05;  // share of the copies' area that differs
-// greatest distance of equal points, as a share of the diagonal; if no map holds lengths
+constexpr double kMinShareToWarn = 0.05;  // minimum share of the copies' area that differs
+// maximum distance of equal points, as a share of the diagonal, if no map holds lengths
 constexpr double kMaxPointDistance = 0.02;
-constexpr double kMaxLengthDistance = 0.001;   // the same bound if a map holds lengths
-constexpr double kMinNormalCosine = 0.9962;    // cosine between equal normals: 5 degrees
-constexpr double kMaxColorDifference = 32;     // greatest difference between equal colours, of 255
-constexpr std::uint32_t kSampleMultiple = 64;  // kernels read up to this multiple of samples
+constexpr double kMaxLengthDistance = 0.001;  // maximum distance if a map holds lengths
+constexpr double kMinNormalCosine = 0.9962;   // cosine between equal normals: 5 degrees
+constexpr double kMaxColorDifference = 32;    // maximum difference between equal colours, of 255
+// kernels read samples up to the next multiple of this
+constexpr std::uint32_t kSampleMultiple = 64;
 
 bool holds_lengths(const BakeOptions& options) {
   const std::vector<MapKind> kinds = kinds_of(options);
@@ -30,7 +31,7 @@ bool holds_lengths(const BakeOptions& options) {
                      [](MapKind map) { return map_row(map).unit == "world units"; });
 }
 
-/// The bake's matcher. Matchers that read their samples' places in the map are replaced by plain rays.
+/// Makes a matcher for the check if the bake's matcher reads its samples' positions in the map: plain rays.
 std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOptions& options) {
   if (!any_in_chain(options,
                     [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
@@ -47,7 +48,7 @@ std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOpti
 /// Derivatives of a triangle's surface by u and v, and its unit normal.
 struct UvFrame {
   Vec3d u{}, v{}, normal{};
-  double size = 0;  // surface area for a unit of UV area
+  double size = 0;  // surface area per unit of UV area
 
   explicit UvFrame(const std::array<LowSurface::Corner, 3>& corners) {
     const auto& [a, b, c] = corners;
@@ -64,13 +65,13 @@ struct UvFrame {
   }
 
   /// Transfers a vector from this triangle to another: keeps its components in u, v and normal.
-  Vec3d transfer(const Vec3d& way, const UvFrame& to) const {
+  Vec3d transfer(const Vec3d& vector, const UvFrame& to) const {
     const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
     const double determinant = uu * vv - uv * uv;
-    const double along_u = dot(way, u), along_v = dot(way, v);
+    const double along_u = dot(vector, u), along_v = dot(vector, v);
     return to.u * ((along_u * vv - along_v * uv) / determinant) +
            to.v * ((along_v * uu - along_u * uv) / determinant) +
-           to.normal * (dot(way, normal) * std::sqrt(to.size / size));
+           to.normal * (dot(vector, normal) * std::sqrt(to.size / size));
   }
 };
 
@@ -87,8 +88,8 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
                      std::function<void(TexelBand&)> prepare)
     : source_(request.source),
       surface_(request.surface),
-      own_(own_matcher(request, options)),
-      matcher_(own_ != nullptr ? *own_ : matcher),
+      own_matcher_(own_matcher(request, options)),
+      matcher_(own_matcher_ != nullptr ? *own_matcher_ : matcher),
       prepare_(std::move(prepare)),
       two_sided_(options.match.two_sided),
       max_distance_((holds_lengths(options) ? kMaxLengthDistance : kMaxPointDistance) *
@@ -104,7 +105,7 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
   normal_indices_ = source_.attributes.normal_indices.download(context);
 }
 
-/// The place of the same UV on the triangle that is baked for a copy.
+/// The point with the same UV on the triangle that is baked for a copy.
 std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
   UvPosition at = uv_of(surface_, place);
   for (std::size_t axis = 0; axis < 2; ++axis) at[axis] -= uv_places_[place.triangle].offset[axis];
@@ -172,36 +173,37 @@ bool CopyCheck::are_same(const Place& place, const Point& point, const Place& ba
   for (std::size_t c = 0; c < 4; ++c) {
     if (std::abs(point.color[c] - other.color[c]) > kMaxColorDifference) return false;
   }
-  // Normals as maps show them: on two-sided meshes, back faces are flipped towards the low poly.
-  const auto shown = [&](const Vec3d& normal, const UvFrame& low) {
+  // The normal that a map shows: on two-sided meshes, normals of back faces are flipped towards the low poly.
+  const auto shown_normal = [&](const Vec3d& normal, const UvFrame& low) {
     return two_sided_ && dot(normal, low.normal) < 0 ? normal * -1.0 : normal;
   };
-  Vec3d carried = from.transfer(shown(point.normal, from), to);
+  Vec3d carried = from.transfer(shown_normal(point.normal, from), to);
   const double size = length(carried);
   if (!(size > 0)) return true;
-  return dot(carried * (1 / size), shown(other.normal, to)) >= kMinNormalCosine;
+  return dot(carried * (1 / size), shown_normal(other.normal, to)) >= kMinNormalCosine;
 }
 
 std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
   std::vector<Finding> result(places.size());
-  std::vector<Place> both;  // pairs: on the copy, on the baked triangle
+  // alternately: a point on the copy, the same UV's point on the baked triangle
+  std::vector<Place> pairs;
   std::vector<std::size_t> of;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const std::optional<Place> baked = baked_at(places[i]);
     if (!baked) continue;
     result[i].baked = baked->triangle;
-    both.push_back(places[i]);
-    both.push_back(*baked);
+    pairs.push_back(places[i]);
+    pairs.push_back(*baked);
     of.push_back(i);
   }
-  if (both.empty()) return result;
-  const std::vector<Point> points = match(both);
+  if (pairs.empty()) return result;
+  const std::vector<Point> points = match(pairs);
   for (std::size_t k = 0; k < of.size(); ++k) {
     const Point &own = points[2 * k], &other = points[2 * k + 1];
     if (!own.found) continue;
     Finding& finding = result[of[k]];
     finding.found = own.at;
-    const bool same = other.found && are_same(both[2 * k], own, both[2 * k + 1], other);
+    const bool same = other.found && are_same(pairs[2 * k], own, pairs[2 * k + 1], other);
     finding.verdict = same ? Verdict::same : Verdict::other;
   }
   return result;
@@ -209,7 +211,7 @@ std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
 
 double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) {
   std::vector<std::uint32_t> copies;
-  std::vector<double> until;  // cumulative area up to each copy
+  std::vector<double> cumulative_area;  // cumulative area of the copies
   double area = 0;
   for (std::uint32_t t = 0; t < surface_.copy_of.size(); ++t) {
     if (!surface_.is_copy(t)) continue;
@@ -217,21 +219,21 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
     area += length(cross(to_double(b.position) - to_double(a.position),
                          to_double(c.position) - to_double(a.position)));
     copies.push_back(t);
-    until.push_back(area);
+    cumulative_area.push_back(area);
   }
   if (!(area > 0)) return 0;
   std::vector<Place> places;
   for (std::uint32_t i = 0; i < kPlacesOfCopies; ++i) {
-    const auto at =
-        std::upper_bound(until.begin(), until.end(), area * (i + 0.5) / kPlacesOfCopies);
+    const auto at = std::upper_bound(cumulative_area.begin(), cumulative_area.end(),
+                                     area * (i + 0.5) / kPlacesOfCopies);
     const auto spread = [&](double step) { return i * step - std::floor(i * step); };
     double u = spread(0.7548776662466927), v = spread(0.5698402909980532);
     if (u + v > 1) {
       u = 1 - u;
       v = 1 - v;
     }
-    const auto copy =
-        std::min<std::size_t>(static_cast<std::size_t>(at - until.begin()), copies.size() - 1);
+    const auto copy = std::min<std::size_t>(static_cast<std::size_t>(at - cumulative_area.begin()),
+                                            copies.size() - 1);
     places.push_back({copies[copy], static_cast<float>(u), static_cast<float>(v)});
   }
   const std::vector<Finding> findings = find(places);
@@ -240,18 +242,18 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
     std::uint32_t copy = 0, baked = 0;
   };
   std::map<std::pair<std::string, std::string>, Pair> pairs;
-  std::uint64_t others = 0;
+  std::uint64_t other_count = 0;
   for (std::size_t i = 0; i < findings.size(); ++i) {
     if (findings[i].verdict != Verdict::other) continue;
-    ++others;
+    ++other_count;
     Pair& pair = pairs[{names_of(low, places[i].triangle), names_of(low, findings[i].baked)}];
     if (pair.count++ == 0) pair = {1, places[i].triangle, findings[i].baked};
   }
-  const double share = static_cast<double>(others) / static_cast<double>(findings.size());
+  const double share = static_cast<double>(other_count) / static_cast<double>(findings.size());
   if (share <= kMinShareToWarn) return share;
-  const auto most = std::max_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
-    return a.second.count < b.second.count;
-  });
+  const auto largest_part = std::max_element(
+      pairs.begin(), pairs.end(),
+      [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
   const std::string text = formatted("%.3g%%", 100 * share);
   warnings.push_back(
       {kWarning,
@@ -260,8 +262,8 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
            text +
            " of their surface the high poly is another one there, which is on no texel: for "
            "example " +
-           name_of(low, most->second.copy) + " on the texels of " +
-           name_of(low, most->second.baked) +
+           name_of(low, largest_part->second.copy) + " on the texels of " +
+           name_of(low, largest_part->second.baked) +
            (pairs.size() > 1 ? ", and " + std::to_string(pairs.size() - 1) + " more pairs of names"
                              : std::string()) +
            ". Give them places of their own in the layout (" + option("unwrap()") +

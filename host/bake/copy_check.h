@@ -25,38 +25,40 @@ class CopyCheck {
 
   enum class Verdict : std::uint8_t {
     missed,  ///< The match finds no point for the copy
-    same,    ///< It finds the same as for the baked triangle
-    other,   ///< It finds another surface, which the map loses
+    same,    ///< The match finds the same point as for the baked triangle
+    other,   ///< The match finds another surface, which the map loses
   };
 
   struct Finding {
     Verdict verdict = Verdict::missed;
-    std::uint32_t baked = 0;  ///< Triangle that is baked in the copy's place
-    Vec3d found{};            ///< The copy's point, frame units; undefined if missed
+    std::uint32_t baked = 0;  ///< Triangle that is baked instead of the copy
+    Vec3d found{};            ///< The copy's matched point, frame units; undefined if missed
   };
 
   /// All arguments must outlive the check.
-  /// \param matcher  the bake's
-  /// \param prepare  sets the directions of samples, as the bake does
+  /// \param matcher the bake's matcher
+  /// \param prepare sets the directions of samples as the bake does
   CopyCheck(const MatchRequest& request, const BakeOptions& options, Matcher& matcher,
             std::function<void(TexelBand&)> prepare);
 
-  /// Matches points of equal UVs on the copy and on the baked triangle. The copy's point is moved by the similarity
-  /// between the triangles. Both are the same if they differ by at most 2% of the diagonal (0.1% if a map holds
-  /// lengths), 5 degrees between normals and 32 of 255 between vertex colours, and have the same material.
-  /// \param places  on copies
+  /// Matches points of equal UVs on the copy and on the baked triangle. The copy's point is mapped by the
+  /// similarity transform between the triangles. Both are the same if they differ by at most 2% of the diagonal
+  /// (0.1% if a map holds lengths), 5 degrees between normals and 32 of 255 between vertex colours, and have the
+  /// same material.
+  /// \param places points on copies
   std::vector<Finding> find(std::span<const Place> places);
 
-  /// Checks places all over the copies. \returns the share of their area that differs; above a twentieth, a warning
-  /// names the parts with most of it
+  /// Checks points all over the copies. \returns the share of their area that differs; if it exceeds 5%, a warning
+  /// names the parts with the largest differing area
   double check_copies(const Mesh& low, std::vector<Warning>& warnings);
 
  private:
-  /// The matched point of a place.
+  /// The matched point of a point on the low poly.
   struct Point {
     bool found = false;
-    std::uint32_t triangle = 0;      ///< Matched triangle of the high poly
-    Vec3d at{}, offset{}, normal{};  ///< Position; offset from the place; unit normal. Frame units
+    std::uint32_t triangle = 0;  ///< Matched triangle of the high poly
+    /// Position; offset from the low poly's point; unit normal. Frame units
+    Vec3d at{}, offset{}, normal{};
     std::array<double, 4> color{};
   };
 
@@ -67,7 +69,8 @@ class CopyCheck {
 
   const Source::Impl& source_;
   const LowSurface& surface_;
-  std::unique_ptr<Matcher> own_;  // replaces a bake's matcher that reads more of a band than points
+  // replaces the bake's matcher if that reads more of a band than points
+  std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   std::function<void(TexelBand&)> prepare_;
   bool two_sided_;

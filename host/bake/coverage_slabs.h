@@ -1,4 +1,5 @@
-// Points sorted into slabs of y and by x within each slab, so that a query of a small box visits few points.
+// Range queries of points, which are sorted into slabs of y, and by x within each slab, so that a query of a
+// small box visits few points.
 #pragma once
 
 #include <algorithm>
@@ -17,15 +18,15 @@ namespace kiln {
 /// Range queries over a subset of points.
 class CoverageSlabs {
  public:
-  /// \param points  all points; \param some  indices of the subset
-  CoverageSlabs(std::span<const Vec3> points, std::vector<std::uint32_t> some)
-      : points_(points), order_(std::move(some)) {
+  /// \param points  all points; \param subset  indices of the subset
+  CoverageSlabs(std::span<const Vec3> points, std::vector<std::uint32_t> subset)
+      : points_(points), order_(std::move(subset)) {
     if (order_.empty()) return;
     const auto [least, most] = std::minmax_element(
         order_.begin(), order_.end(),
         [&](std::uint32_t a, std::uint32_t b) { return points[a].y < points[b].y; });
-    least_ = points[*least].y;
-    size_ = points[*most].y - least_;
+    min_y_ = points[*least].y;
+    size_ = points[*most].y - min_y_;
     const auto key = [&](std::uint32_t i) { return std::pair(slab(points_[i].y), points_[i].x); };
     std::sort(order_.begin(), order_.end(),
               [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
@@ -33,7 +34,8 @@ class CoverageSlabs {
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
   }
 
-  /// Calls use(point) for all points whose x and y lie within a box, and for some others, until it returns false.
+  /// Calls use(point) for all points whose x and y lie within a box, and possibly for others, until it
+  /// returns false.
   template <typename Use>
   void around(const Vec3d& low, const Vec3d& top, const Use& use) const {
     if (order_.empty()) return;
@@ -52,13 +54,13 @@ class CoverageSlabs {
   static constexpr std::size_t kSlabs = 64;
 
   std::size_t slab(double y) const {
-    const double at = (y - least_) / size_ * kSlabs;
+    const double at = (y - min_y_) / size_ * kSlabs;
     return at > 0 ? static_cast<std::size_t>(std::min(at, kSlabs - 1.0)) : 0;  // NaN becomes 0
   }
 
   std::span<const Vec3> points_;
   std::vector<std::uint32_t> order_;
-  double least_ = 0, size_ = 0;
+  double min_y_ = 0, size_ = 0;
   std::array<std::size_t, kSlabs + 1> first_{};
 };
 

@@ -19,13 +19,14 @@ namespace {
 
 constexpr std::uint32_t kComparedTexels = 2000, kReferenceRays = 4096, kFinerSamples = 4,
                         kMaxSamples = 16;
-constexpr std::uint32_t kSampleGranularity = 64;  // kernels read up to this multiple of samples
+// kernels read samples up to the next multiple of this
+constexpr std::uint32_t kSampleGranularity = 64;
 
 bool is_compared(const MapInfo& map) {
   return map.type != MapType::id && map.type != MapType::coverage;
 }
 
-/// Copies some texels of a band, with all of their samples.
+/// Copies the given texels of a band, with all of their samples.
 TexelBand part_of(cl::Context& context, const TexelBand& band,
                   std::span<const std::uint32_t> places, std::span<const std::uint32_t> firsts,
                   const SamplePick& picker) {
@@ -56,10 +57,10 @@ class FinerEvaluation {
         layers_(scene.high, scene.surface, options_, false, 1, /*checks=*/true),
         sampler_(context_, scene.surface,
                  {options.width, options.height, options.samples, kBandSamples}),
-        own_(options.samples != scene.options.samples && scene.matcher.reads_sample_places()
-                 ? scene.make_matcher(options_)
-                 : nullptr),
-        matcher_(own_ != nullptr ? *own_ : scene.matcher) {}
+        own_matcher_(options.samples != scene.options.samples && scene.matcher.reads_sample_places()
+                         ? scene.make_matcher(options_)
+                         : nullptr),
+        matcher_(own_matcher_ != nullptr ? *own_matcher_ : scene.matcher) {}
 
   void run(const BakeProgress& progress, std::uint64_t baked) {
     const std::uint64_t step =
@@ -104,8 +105,8 @@ class FinerEvaluation {
     const std::size_t offset = std::size_t{band_.first_row} * options_.width;
     for (std::uint32_t t = 0; t < band_.texel_count; ++t) {
       if (scene_.layers.coverage()[offset + index[t]] != kCoverageBaked) continue;
-      if (passed_ == step / 2) chosen.push_back(t);
-      if (++passed_ == step) passed_ = 0;
+      if (texels_since_step_ == step / 2) chosen.push_back(t);
+      if (++texels_since_step_ == step) texels_since_step_ = 0;
     }
     return chosen;
   }
@@ -128,7 +129,8 @@ class FinerEvaluation {
     for (std::size_t l = 0; l < errors_.size(); ++l) compare(l, places);
   }
 
-  /// Evaluates texels of a band in all maps. Texels are complete, so a match needs no others of the band.
+  /// Evaluates texels of a band in all maps. The texels have all of their samples, so matchers can treat them
+  /// as a band.
   void make(const TexelBand& texels) {
     DeviceCorrespondence match(context_, texels.capacity, layers_.need_visibility());
     match.count = texels.sample_count;
@@ -177,17 +179,18 @@ class FinerEvaluation {
   cl::Context& context_;
   Layers layers_;
   TexelSampler sampler_;
-  // replaces a bake's matcher that works for its own number of samples only
-  std::unique_ptr<Matcher> own_;
+  // replaces the bake's matcher if that only works for the bake's number of samples
+  std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   TexelBand band_;
   std::vector<std::vector<float>> values_;  // per map, values of the band's texels
   std::vector<std::uint8_t> coverage_;
-  std::uint64_t passed_ = 0;                 // texels since the last multiple of the step
+  // number of texels since the last compared one
+  std::uint64_t texels_since_step_ = 0;
   std::vector<std::vector<double>> errors_;  // errors of each map
 };
 
-/// The bake's options, reduced to the maps that a finer evaluation compares.
+/// Returns the bake's options, reduced to the maps that a finer evaluation compares.
 template <typename Wanted>
 BakeOptions finer_options(const BakedScene& scene, const Wanted& wanted) {
   BakeOptions options = scene.options;
@@ -224,9 +227,9 @@ void warn_not_reached(const BakeOptions& options, BakeReport& report) {
 void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeReport& report) {
   const auto baked = static_cast<std::uint64_t>(
       std::count(scene.layers.coverage().begin(), scene.layers.coverage().end(), kCoverageBaked));
-  const bool all = scene.options.report.errors;
+  const bool compares_errors = scene.options.report.errors;
   BakeOptions same = finer_options(scene, [&](const MapInfo& map) {
-    return obeys(map, all ? "occlusion.rays" : "occlusion.max_error");
+    return obeys(map, compares_errors ? "occlusion.rays" : "occlusion.max_error");
   });
   if (!same.maps.empty() || !same.variants.empty()) {
     same.transfers.clear();
@@ -237,7 +240,7 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
     finer.add_to("4096 rays from the same points", report);
     warn_not_reached(scene.options, report);
   }
-  if (!all || scene.options.match.saved != nullptr) return;
+  if (!compares_errors || scene.options.match.saved != nullptr) return;
   BakeOptions spread = finer_options(scene, is_compared);
   if (map_count(spread) == 0) return;
   spread.samples = std::min(kMaxSamples, kFinerSamples * scene.options.samples);

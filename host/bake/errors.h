@@ -25,16 +25,16 @@ struct BakedScene {
   Matcher& matcher;
   /// Makes the bake's matcher for options with another number of samples.
   std::function<std::unique_ptr<Matcher>(const BakeOptions& options)> make_matcher;
-  FallbackBlend* blend;  ///< Planned; null: the match and its fallback are not blended
-  const Layers& layers;  ///< Maps before padding
+  FallbackBlend* blend;  ///< The planned blend; null: the match and its fallback are not blended
+  const Layers& layers;  ///< The bake's maps before padding
 };
 
-/// Fills BakeReport::errors. Up to 2,000 texels, spread evenly over the baked texels, are evaluated again in one of two
-/// ways. Maps of rays are cast from the same points with 4096 rays. Maps of averages are sampled with 4 x 4 times as
-/// many points a texel (16 x 16 at most), each of which is matched; this includes the error of sampling the texel's
-/// area, and whatever the match does between points. A saved match has no further points, so its maps of averages are
-/// not compared. Each evaluation prepares, matches and blends its samples as the bake does. If the match reads places
-/// within texels (Matcher::reads_sample_places()), a matcher is made for the finer samples.
+/// Fills BakeReport::errors. Up to 2,000 texels, spread evenly over the baked texels, are evaluated again by one of
+/// two methods. Maps of rays are cast from the same points with 4096 rays. Maps of averages are sampled with 4 x 4
+/// times as many points a texel (16 x 16 at most), each of which is matched; this includes the error of sampling the
+/// texel's area, and variations of the match between the bake's points. A saved match has no further points, so its
+/// maps of averages are not compared. Each evaluation prepares, matches and blends its samples as the bake does. If
+/// the match reads places within texels (Matcher::reads_sample_places()), a matcher is made for the finer samples.
 void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeReport& report);
 
 }  // namespace kiln

@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-/// Costs of a step along an axis, and of a diagonal step. Whole numbers make sums independent of their order.
+/// Costs of a step along an axis, and of a diagonal step. Sums of integers do not depend on their order.
 constexpr std::uint32_t kStraight = 1000;
 constexpr std::uint32_t kDiagonal = 1414;
 constexpr std::uint32_t kFarFromBorder = 0xFFFFFFFFU;
@@ -23,15 +23,16 @@ class Neighbours {
  public:
   Neighbours(const TexelLinks& links, std::uint32_t width) : links_(links), width_(width) {}
 
-  /// In the order of kiln_visibility_link; KILN_VISIBILITY_NO_LINK: no neighbour.
+  /// Neighbours in the order of kiln_visibility_link; KILN_VISIBILITY_NO_LINK where there is none.
   std::array<std::uint32_t, 8> of(std::uint32_t texel) const {
     std::array<std::uint32_t, 8> result;
     if (links_.kind[texel] == KILN_VISIBILITY_INNER) {
-      const std::uint32_t above = texel - width_;
-      const std::uint32_t below = texel + width_;
-      return {texel - 1, texel + 1, above, below, above - 1, above + 1, below - 1, below + 1};
+      const std::uint32_t row_above = texel - width_;
+      const std::uint32_t row_below = texel + width_;
+      return {texel - 1,     texel + 1,     row_above,     row_below,
+              row_above - 1, row_above + 1, row_below - 1, row_below + 1};
     }
-    // Links of border texels are sorted by texel: binary search.
+    // Links of border texels are sorted by texel, so a binary search finds them.
     std::size_t low = 0;
     std::size_t high = links_.links.size() / 9;
     while (low + 1 < high) {
@@ -65,7 +66,8 @@ void FallbackBlend::store(BandReads& reads, const TexelBand& band,
   const std::vector<std::uint32_t>& triangle = reads.read(band.triangle, band.sample_count);
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    Decider decider = Decider::nothing;  // deciding method; values are sorted by precedence
+    // deciding method; enumerators are in ascending order of precedence
+    Decider decider = Decider::nothing;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
       decider = std::max(decider, deciders[s]);
     }
@@ -83,9 +85,9 @@ void FallbackBlend::plan(const LowSurface& surface) {
            decider_[texel] == static_cast<std::uint8_t>(decider);
   };
   cost_.assign(decider_.size(), kFarFromBorder);
-  // The border runs half a texel on the fallback's side of the nearest texel's centre.
+  // The border is half a texel from the centre of the fallback's nearest texel.
   const std::uint32_t farthest = reach_ * kStraight + kStraight / 2;
-  // cost of a path, and the texel that it leads to
+  // cost of a path, and its last texel
   using Step = std::pair<std::uint32_t, std::uint32_t>;
   std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
   const auto reach = [&](std::uint32_t texel, std::uint32_t cost) {
@@ -93,7 +95,7 @@ void FallbackBlend::plan(const LowSurface& surface) {
     cost_[texel] = cost;
     steps.emplace(cost, texel);
   };
-  // Dijkstra's step: to a neighbour that the method decided.
+  // Relaxes an edge of Dijkstra's algorithm, to a neighbour that the method decided.
   const auto spread = [&](std::uint32_t texel, std::uint32_t cost) {
     const std::array<std::uint32_t, 8> around = neighbours.of(texel);
     for (std::size_t k = 0; k < 8; ++k) {
@@ -118,8 +120,8 @@ float FallbackBlend::share(std::size_t texel) const {
   const std::uint32_t cost = cost_[texel];
   if (cost == kFarFromBorder) return 1;
   if (cost == 0) return 0;
-  const double way = (static_cast<double>(cost) / kStraight - 0.5) / reach_;
-  return static_cast<float>(way * way * (3 - 2 * way));
+  const double relative_distance = (static_cast<double>(cost) / kStraight - 0.5) / reach_;
+  return static_cast<float>(relative_distance * relative_distance * (3 - 2 * relative_distance));
 }
 
 bool FallbackBlend::touches(const TexelBand& band) const {
@@ -139,11 +141,11 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   std::vector<std::uint32_t> chosen;
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    const float own = share(offset + index[t]);
-    if (own == 1) continue;
+    const float match_share = share(offset + index[t]);
+    if (match_share == 1) continue;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
       if (deciders[s] != Decider::method) continue;
-      shares[s] = own;
+      shares[s] = match_share;
       chosen.push_back(s);
     }
   }

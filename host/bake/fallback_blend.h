@@ -1,7 +1,7 @@
-// Blends a match into its fallback, so that the map has no step where one ends.
+// Blends a match into its fallback, so that the map has no step at the border between them.
 //
 // A fallback decides samples that the method leaves undecided. So only samples of the method have both values: at the
-// border they take the fallback's, and with distance they change to the method's, by smoothstep.
+// border they have the fallback's value, and with growing distance the method's value, blended by smoothstep.
 #pragma once
 
 #include <cstdint>
@@ -18,14 +18,15 @@
 
 namespace kiln {
 
-/// Collects the deciding method of each texel, band by band, then bakes texels near the border again with both methods.
+/// Collects the deciding method of each texel, band by band, then re-bakes texels near the border with both
+/// methods.
 ///
 /// A texel belongs to the fallback if any of its samples does. Distances are lengths of paths over texels that the
 /// method decided, with steps to the eight neighbours on the surface, also across seams. They exceed straight distances
 /// by up to 8%.
 class FallbackBlend {
  public:
-  /// \param reach  texels, above 0
+  /// \param reach width of the blend in texels, above 0
   FallbackBlend(std::uint32_t width, std::uint32_t height, std::uint32_t reach);
 
   void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
@@ -33,27 +34,28 @@ class FallbackBlend {
   /// Computes the distance of every texel from the border, after all bands.
   void plan(const LowSurface& surface);
 
-  /// Weight of the method's normal in a texel: 0 at the border, 1 from the reach on, and 1 in texels that the method
-  /// did not decide.
+  /// Weight of the method's value in a texel: 0 at the border, 1 at a distance of `reach` or more, and 1 in texels
+  /// that the method did not decide.
   float share(std::size_t texel) const;
 
-  /// True if a band has texels to be blended.
+  /// True if a band has texels that are blended.
   bool touches(const TexelBand& band) const;
 
-  /// Makes a band's texels again, blended, from the fallback's correspondence and the match's weight in each sample.
+  /// Recomputes a band's texels as blends, from the fallback's correspondence and the match's weight in each
+  /// sample.
   using Make =
       std::function<void(const DeviceCorrespondence& other, const cl::Array<float>& shares)>;
 
-  /// Bakes a band again, blended. Texels for which the fallback finds no point stay unchanged.
-  /// \param matcher  has run on this band last
+  /// Recomputes a band's blended texels. Texels for which the fallback finds no point stay unchanged.
+  /// \param matcher must have matched this band last
   /// \param make     called once, or not at all if no texel is blended
-  /// \returns number of texels with a share of the fallback
+  /// \returns number of texels that the fallback contributes to
   std::uint64_t run(cl::Context& context, const TexelBand& band, Matcher& matcher,
                     const Make& make);
 
  private:
   std::uint32_t width_, height_, reach_;
-  std::vector<std::uint32_t> triangle_;  // of the low poly, per texel; freed by plan()
+  std::vector<std::uint32_t> triangle_;  // triangle of the low poly per texel; freed by plan()
   std::vector<std::uint8_t> decider_;    // deciding method of each texel
   // distance of each texel from the border, in 1 / kStraight texels
   std::vector<std::uint32_t> cost_;

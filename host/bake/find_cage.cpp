@@ -19,9 +19,9 @@ namespace {
 // Shares of the high poly's diagonal.
 constexpr double kDefaultSearchDistance = 0.04;  // default search distance
 constexpr double kShellMargin =
-    0.0025;  // distance of shells from the mesh and its faces, if space permits
+    0.0025;  // distance of the shells from the mesh and from the enclosed faces, if space permits
 
-/// Direction of rays at each vertex; zero if its faces' normals cancel out.
+/// Direction of rays at each vertex; zero if the normals of its faces cancel out.
 std::vector<Vec3> directions_of(const Mesh& low, const std::vector<Vec3>& positions) {
   return continuous_directions(positions, low.triangles, corner_normals(low, positions));
 }
@@ -30,7 +30,7 @@ Vec3 moved(const Vec3& p, const Vec3& direction, double by) {
   return to_float(to_double(p) + to_double(direction) * by);
 }
 
-/// A mesh of both shells, from each vertex's offsets in the frame.
+/// Makes a mesh of both shells from each vertex's offsets, in frame units.
 Mesh mesh_of(const Mesh& low, const std::vector<Vec3>& directions, const CageShells& shells,
              const std::vector<std::uint32_t>& vertex, double unit) {
   Mesh mesh;
@@ -81,7 +81,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   BakeOptions options;
   options.match.ray.direction = given.match.ray.direction;
   options.match.ray.edge_width = given.match.ray.edge_width;
-  // If rays are only a fallback of the match, they do not turn.
+  // If rays are only a fallback of the match, their directions are not blended at edges.
   if (!obeys(match_row(given.match.method).info, "match.ray.direction"))
     options.match.ray.direction = RayDirection::averaged;
   options.match.two_sided = given.match.two_sided;
@@ -89,7 +89,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   options.match.max_distance = given.match.max_distance;
   check_options(options);
   const LowSurface surface = LowSurface::of(low, high.frame);
-  // The width over which rays turn at edges does not depend on the search distance.
+  // The width over which directions are blended at edges does not depend on the search distance.
   options.match.max_distance.reset();
   const EdgeTurn turn = edge_turn(options, high, surface);
   MatchRequest request = match_request(options, high, surface);

@@ -20,31 +20,33 @@
 namespace kiln {
 namespace {
 
-// Directions per place, and the least number. Rays that visit more than kMaxMeanLeaves leaves on average, as in fans of
-// needles, get fewer directions, so that the cost stays bounded.
+// Number of directions per place, and its minimum. If rays visit more than kMaxMeanLeaves leaves on average, as in
+// fans of needles, fewer directions are used, so that the cost is bounded.
 constexpr std::uint32_t kDirections = 64, kMinDirections = 8;
 constexpr double kMaxMeanLeaves = 1000;
-constexpr double kMinFaceCosine = 0.5;  // least cosine between a ray and the low poly's face
+constexpr double kMinFaceCosine = 0.5;  // minimum cosine between a ray and the low poly's face
 // a sample covers places within this many sample spacings
 constexpr double kRadiusInSamples = 1.5;
-// ray origins are moved by this share towards the triangle's centre
+// share of the way to the triangle's centre by which ray origins are moved
 constexpr double kOriginInset = 1.0 / 256;
-// radius in frame units around the point found for a copy
+// radius in frame units around the point that the match finds for a copy
 constexpr double kCopyRadius = 0.01;
-constexpr float kOriginOffset = 1e-5F;  // offset of ray origins from their face
+constexpr float kOriginOffset = 1e-5F;  // offset of ray origins from their face, frame units
 constexpr float kRayLength = 4;         // ray length in frame units: beyond the high poly
 constexpr std::size_t kPlacesPerTask = 1 << 14;
 constexpr std::size_t kFilterBits = 1 << 20;
-constexpr std::size_t kRaysPerLaunch = 1 << 20;  // rays of one launch
-constexpr double kRadiusSlack = 1.0001;          // widens radii by more than rounding errors
-// Culling by triangles first is faster above so many samples per triangle with places, and per triangle: the cost of its
-// pass over all triangles, also where a texture set sees few of them.
+constexpr std::size_t kRaysPerLaunch = 1 << 20;  // maximum number of rays of one launch
+// factor that widens radii by more than rounding errors
+constexpr double kRadiusSlack = 1.0001;
+// Minimum number of samples, per triangle with places and per triangle of the mesh, for culling by triangles to be
+// worthwhile. Its cost is a pass over all triangles, even if a texture set uses few of them.
 constexpr double kMinSamplesToCull = 16, kMinSamplesPerTriangleToCull = 0.125;
-// tolerance of a point outside of its triangle, as a share of the triangle's sides
+// tolerance for points slightly outside of their triangle, as a share of the triangle's sides
 constexpr float kTriangleSlack = 1e-3F;
-// above this, a triangle's places are searched in the grid
+// maximum length of a triangle's list of places; with more places the grid is searched
 constexpr std::size_t kMaxListedPlaces = 16;
-// State of a triangle: no uncovered place in reach; search the grid; from kFirstList on: index of a list of places.
+// States of a triangle: kNoPlaces: no uncovered place within reach; kSearchGrid: places are found by the
+// grid; from kFirstList on: index of a list of places.
 constexpr std::uint32_t kNoPlaces = 0, kSearchGrid = 1, kFirstList = 2;
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
@@ -62,13 +64,13 @@ std::array<Vec3d, 2> box_of(const Source::Impl& high, const Triangle& t) {
   return {low, top};
 }
 
-/// The i-th number of a low-discrepancy sequence in [0, 1).
+/// The i-th number of a low-discrepancy sequence on [0, 1).
 double spread_share(std::uint64_t i, double step) {
   const double x = static_cast<double>(i) * step;
   return x - std::floor(x);
 }
 
-/// Device array of samples with the members that searches need: position and direction.
+/// Makes a device array of samples with the planes that searches read: position and direction.
 cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage::Place>& rays) {
   const std::size_t count = rays.size();
   std::vector<float> planes(7 * count);
@@ -82,7 +84,7 @@ cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage:
 
 /// A face of the low poly.
 struct LowFace {
-  Vec3d corner{}, ab{}, ac{};  ///< First corner, and edges to the others
+  Vec3d corner{}, ab{}, ac{};  ///< First corner, and the edges to the other corners
   double step = 0;             ///< Distance between samples, frame units; 0 without UVs
 
   LowFace(const std::array<LowSurface::Corner, 3>& corners, double columns, double rows)
@@ -93,26 +95,26 @@ struct LowFace {
     const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
     const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
     const double area = bu * cv - bv * cu;
-    // Lengths of a sample's steps on the surface along u and along v.
+    // Distances on the surface between neighbouring samples along u and along v.
     const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
     const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
     step = std::isfinite(mean) ? mean : 0;
   }
 };
 
-/// For each place, the nearest triangle of the low poly; cached for all of its texture sets.
+/// The nearest triangle of the low poly for each place; cached for all texture sets.
 struct NearestLow {
-  std::uint64_t of = 0;  ///< Hash of the places and of the search distance
+  std::uint64_t of = 0;  ///< Hash of the places and the search distance
   std::vector<std::uint32_t> triangle;
 };
 
-/// HighCoverage::spread() of some number of places; cached for all texture sets.
+/// Result of HighCoverage::spread() for a number of places; cached for all texture sets.
 struct SpreadPlaces {
   std::uint32_t count = 0;
   HighCoverage::Places places;
 };
 
-/// Greatest distance from the low poly at which samples can find points.
+/// Maximum distance from the low poly at which samples can find points.
 double search_distance(const MatchRequest& request) {
   if (request.cage) return std::max(*request.cage, request.distance - *request.cage);
   return request.cage_mesh ? request.distance / 2 : request.distance;
@@ -135,16 +137,16 @@ HighCoverage::Places HighCoverage::spread_places(const Source::Impl& high, std::
       area[t] = std::isfinite(size) ? size : 0;
     }
   });
-  const double whole = std::accumulate(area.begin(), area.end(), 0.0);
+  const double total_area = std::accumulate(area.begin(), area.end(), 0.0);
   Places places;
-  places.spacing = std::sqrt(whole / 2 / std::max(count, 1U));  // sums hold doubled areas
-  double before = 0;
+  places.spacing = std::sqrt(total_area / 2 / std::max(count, 1U));  // the sums hold doubled areas
+  double area_before = 0;
   std::size_t t = 0;
-  for (std::uint32_t i = 0; i < count && whole > 0; ++i) {
-    const double wanted = whole * (i + 0.5) / count;
-    while (t + 1 < area.size() && before + area[t] <= wanted) before += area[t++];
+  for (std::uint32_t i = 0; i < count && total_area > 0; ++i) {
+    const double target_area = total_area * (i + 0.5) / count;
+    while (t + 1 < area.size() && area_before + area[t] <= target_area) area_before += area[t++];
     if (!(area[t] > 0)) continue;
-    // Barycentric coordinates, evenly distributed over the triangle.
+    // Barycentric coordinates, distributed evenly over the triangle.
     double u = spread_share(i, 0.7548776662466927), v = spread_share(i, 0.5698402909980532);
     if (u + v > 1) {
       u = 1 - u;
@@ -194,8 +196,9 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
   const auto counting =
       std::count_if(visibility_.begin(), visibility_.end(), [](float of) { return of > 0; });
   const double share = static_cast<double>(counting) / static_cast<double>(places_.size());
-  const double least = std::max(kMinSamplesToCull * share, kMinSamplesPerTriangleToCull);
-  if (samples > least * triangles) find_triangles(request.source);
+  const double min_samples_to_cull =
+      std::max(kMinSamplesToCull * share, kMinSamplesPerTriangleToCull);
+  if (samples > min_samples_to_cull * triangles) find_triangles(request.source);
 }
 
 void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
@@ -223,7 +226,8 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
     const auto& corners = surface.triangles[triangle[i]];
-    if (std::isnan(corners[0].uv.x)) continue;  // without UVs: mostly of another texture set
+    // triangles without UVs mostly belong to another texture set
+    if (std::isnan(corners[0].uv.x)) continue;
     const double cosine = dot(low->normals[face_of_tree], to_double(places_[i].normal));
     if (!(cosine > kMinFaceCosine)) continue;
     const LowFace face(corners, columns, rows);
@@ -236,12 +240,12 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     if (!(radius_[i] > 0) || !surface.is_copy(triangle[i])) continue;
     const LowFace face(surface.triangles[triangle[i]], columns, rows);
     const Vec3d &ab = face.ab, &ac = face.ac, up = cross(ab, ac);
-    const Vec3d way = to_double(places_[i].position) - face.corner;
+    const Vec3d direction = to_double(places_[i].position) - face.corner;
     const double area = dot(up, up);
-    // The nearest point on the low poly is below the place, or on the triangle's border. From the border, a ray may
-    // miss the high poly.
-    double u = std::clamp(dot(cross(way, ac), up) / area, 0.0, 1.0);
-    double v = std::clamp(dot(cross(ab, way), up) / area, 0.0, 1 - u);
+    // The low poly's nearest point is below the place, or on the triangle's border. A ray that starts on the border
+    // may miss the high poly.
+    double u = std::clamp(dot(cross(direction, ac), up) / area, 0.0, 1.0);
+    double v = std::clamp(dot(cross(ab, direction), up) / area, 0.0, 1 - u);
     u += (1.0 / 3 - u) * kOriginInset;
     v += (1.0 / 3 - v) * kOriginInset;
     places.push_back({triangle[i], static_cast<float>(u), static_cast<float>(v)});
@@ -252,7 +256,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     const std::uint32_t i = of[k];
     by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
     if (findings[k].verdict != CopyCheck::Verdict::same) continue;
-    // The map covers the place if the match finds this place, rather than a layer above it.
+    // The map covers the place if the match finds this place and not a layer above it.
     const Vec3d away = findings[k].found - to_double(places_[i].position);
     const double near = std::max(double{radius_[i]}, kCopyRadius);
     covered_[i] = dot(away, away) <= near * near ? 1 : 0;
@@ -268,8 +272,8 @@ void HighCoverage::find_seen(const MatchRequest& request) {
            std::max(static_cast<std::uint32_t>(kDirections / fewer), kMinDirections))) {
     directions.push_back(to_float(direction));
   }
-  // By the kernel that bakes' own rays use, so that no other has to be compiled. It is quick for neighbouring rays of one
-  // direction: so places are visited along a curve, direction by direction.
+  // The rays use the same kernel as bakes, so that no other one has to be compiled. It is fast for neighbouring rays
+  // of one direction, so places are visited along a Morton curve, direction by direction.
   std::vector<Place> rays;
   std::vector<std::uint32_t> of;
   const auto cast = [&] {
@@ -306,8 +310,8 @@ std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (radius_[i] > 0) order.push_back(i);
   }
-  constexpr std::uint32_t kBits = 10;             // per axis
-  const auto spread_bits = [](std::uint64_t x) {  // two zeros after each bit
+  constexpr std::uint32_t kBits = 10;             // bits of a coordinate
+  const auto spread_bits = [](std::uint64_t x) {  // inserts two zeros after each bit
     std::uint64_t spread = 0;
     for (std::uint32_t bit = 0; bit < kBits; ++bit) spread |= (x >> bit & 1U) << (3 * bit);
     return spread;
@@ -343,23 +347,23 @@ std::uint64_t HighCoverage::cell(const std::array<std::int64_t, 3>& at) {
 }
 
 std::int64_t HighCoverage::cell_coordinate(double x) const {
-  // Rounds down without calling floor(), since this runs three times a sample.
+  // Rounds down without calling floor(), since this code runs three times a sample.
   const double side = x * cells_per_unit_;
   const auto near = static_cast<std::int64_t>(side);
   return near - (side < static_cast<double>(near) ? 1 : 0);
 }
 
-/// Inserts each place into all cells within its radius, so that a sample looks up one cell.
+/// Inserts each place into all cells within its radius, so that a sample reads only one cell.
 void HighCoverage::make_grid() {
   occupied_.assign(kFilterBits / 64, 0);
-  // least radius in frame units; keeps cell numbers far below 2^63
+  // minimum radius in frame units, which keeps cell numbers far below 2^63
   constexpr float kMinRadius = 0x1p-22F;
   float farthest = 0;
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (visibility_[i] > 0) farthest = std::max(farthest, radius_[i]);
   }
   if (!(farthest > 0)) return;
-  // so that few places extend over more than eight cells
+  // a place then rarely extends over more than eight cells
   cells_per_unit_ = 0.5 / std::max(farthest, kMinRadius);
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!(visibility_[i] > 0)) continue;
@@ -382,16 +386,16 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   std::vector<std::uint32_t> seen;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
-  Vec3d least = Vec3d{1, 1, 1} * double{INFINITY},
-        most = -least;  // bounds of the places that count
+  Vec3d box_min = Vec3d{1, 1, 1} * double{INFINITY},
+        box_max = -box_min;  // bounding box of the places that count
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
     if (!(visibility_[i] > 0)) continue;
     seen.push_back(i);
     farthest = std::max(farthest, double{radius_[i]} * kRadiusSlack);
     const Vec3d p = to_double(points[i]);
-    least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
-    most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
+    box_min = {std::min(box_min.x, p.x), std::min(box_min.y, p.y), std::min(box_min.z, p.z)};
+    box_max = {std::max(box_max.x, p.x), std::max(box_max.y, p.y), std::max(box_max.z, p.z)};
   }
   const CoverageSlabs slabs(points, std::move(seen));
   struct Found {
@@ -400,7 +404,7 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   const std::size_t count = high.triangles.size();
   std::vector<Found> found((count + kPlacesPerTask - 1) / kPlacesPerTask);
   parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
-    // Named references, since the lambda inside captures them.
+    // References with names, since the lambda inside captures them.
     std::vector<std::uint32_t>& triangles = found[begin / kPlacesPerTask].triangles;
     std::vector<std::uint32_t>& ends = found[begin / kPlacesPerTask].ends;
     std::vector<std::uint32_t>& places = found[begin / kPlacesPerTask].places;
@@ -408,9 +412,9 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
       const auto box = box_of(high, high.triangles[t]);
       const Vec3d &low = box[0], &top = box[1];
       const double slack = kTriangleSlack * 4 * length(top - low);
-      const std::size_t before = places.size();
+      const std::size_t size_before = places.size();
       const Vec3d reach = Vec3d{1, 1, 1} * (slack + farthest);
-      const Vec3d under = top + reach - least, over = most + reach - low;
+      const Vec3d under = top + reach - box_min, over = box_max + reach - low;
       if (std::min({under.x, under.y, under.z, over.x, over.y, over.z}) < 0) continue;
       slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
         const Vec3d p = to_double(points[i]);
@@ -418,12 +422,12 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
         const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
                             p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
         if (within) places.push_back(i);
-        return places.size() <= before + kMaxListedPlaces;
+        return places.size() <= size_before + kMaxListedPlaces;
       });
-      if (places.size() == before) continue;
+      if (places.size() == size_before) continue;
       triangles.push_back(static_cast<std::uint32_t>(t));
-      // Longer lists are left to the grid.
-      if (places.size() > before + kMaxListedPlaces) places.resize(before);
+      // Longer lists are discarded; the grid is searched instead.
+      if (places.size() > size_before + kMaxListedPlaces) places.resize(size_before);
       ends.push_back(static_cast<std::uint32_t>(places.size()));
     }
   });
@@ -441,12 +445,12 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   }
 }
 
-/// Marks a place that this sample covers. \returns whether it is covered, by this or an earlier sample
+/// Marks a place if this sample covers it. \returns whether this or an earlier sample covers it
 bool HighCoverage::cover(std::uint32_t i, const Sample& sample) {
   std::atomic_ref<std::uint8_t> held(covered_[i]);
   if (held.load(std::memory_order_relaxed) != 0) return true;
-  const Vec3d way = to_double(places_[i].position) - sample.point;
-  if (dot(way, way) > double{radius_[i]} * radius_[i]) return false;
+  const Vec3d direction = to_double(places_[i].position) - sample.point;
+  if (dot(direction, direction) > double{radius_[i]} * radius_[i]) return false;
   if (!(dot(cross(sample.ab, sample.ac), to_double(places_[i].normal)) > 0)) return false;
   held.store(1, std::memory_order_relaxed);
   return true;
@@ -462,12 +466,13 @@ void HighCoverage::mark(const Sample& sample) {
   for (const std::uint32_t i : found->second) cover(i, sample);
 }
 
-bool HighCoverage::mark_listed(std::uint32_t few, const Sample& sample) {
-  bool all = true;
-  for (std::uint32_t k = list_first_[few]; k < list_first_[few + std::size_t{1}]; ++k) {
-    if (!cover(lists_[k], sample)) all = false;
+bool HighCoverage::mark_listed(std::uint32_t list_index, const Sample& sample) {
+  bool all_covered = true;
+  for (std::uint32_t k = list_first_[list_index]; k < list_first_[list_index + std::size_t{1}];
+       ++k) {
+    if (!cover(lists_[k], sample)) all_covered = false;
   }
-  return all;
+  return all_covered;
 }
 
 void HighCoverage::store(const Source::Impl& high, BandReads& reads,
@@ -495,7 +500,7 @@ void HighCoverage::store(const Source::Impl& high, BandReads& reads,
       if (near == kSearchGrid) {
         mark(sample);
       } else if (mark_listed(near - kFirstList, sample)) {
-        // All places of this triangle are covered, so its samples are skipped from now on.
+        // All places of this triangle are covered, so its further samples are skipped.
         std::atomic_ref<std::uint32_t>(triangle_state_[of])
             .store(kNoPlaces, std::memory_order_relaxed);
       }

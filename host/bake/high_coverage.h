@@ -16,33 +16,33 @@
 
 namespace kiln {
 
-/// Places on the high poly, and whether samples of the map represent them; fed band by band.
+/// Records, band by band, which places on the high poly the samples of the map represent.
 class HighCoverage {
  public:
-  /// A place of the high poly, frame units.
+  /// A point of the high poly, frame units.
   struct Place {
     Vec3 position, normal;  ///< Unit normal of the face
   };
 
   struct Places {
     std::vector<Place> list;
-    double spacing = 0;  ///< Side of the square with the area that each place represents
+    double spacing = 0;  ///< Square root of the area that each place represents
   };
 
-  /// Distributes places evenly over the area; deterministic. Cached by the source.
+  /// Distributes places evenly over the surface. The result is deterministic, and cached by the source.
   static Places spread(const Source::Impl& high, std::uint32_t count);
-  /// The vertices, with the mean normals of their faces.
+  /// Uses the vertices as places, with the mean normals of their faces.
   static Places vertices(const Source::Impl& high);
 
-  /// Determines which places count: those that views show near the low poly. \param request  holds the map's size and
+  /// Determines which places count: those that views show near the low poly. \param request gives the map's size and
   /// the search distance
-  /// \param copies  compares triangles that share texels; null: none do
+  /// \param copies compares triangles that share texels; null if there are none
   HighCoverage(const MatchRequest& request, Places places, CopyCheck* copies);
 
-  /// Marks the places that a band's samples represent.
+  /// Marks the places that a band's samples represent as covered.
   void store(const Source::Impl& high, BandReads& reads, const DeviceCorrespondence& match);
 
-  /// Sums up the lost detail, and locates its largest part.
+  /// Computes the share of detail that is lost, and locates the largest lost part.
   HighCoverageReport report(const Frame& frame) const;
   /// For each place: whether a sample represents it.
   std::vector<VertexCoverage> marks() const;
@@ -51,41 +51,43 @@ class HighCoverage {
   static Places spread_places(const Source::Impl& high, std::uint32_t count);
   void find_near(const MatchRequest& request, CopyCheck* copies);
   void find_seen(const MatchRequest& request);
-  /// The places near the low poly in the order of a Morton curve: of many texture sets, each has few.
+  /// Indices of the places near the low poly, in the order of a Morton curve. With many texture sets, each
+  /// has few places.
   std::vector<std::uint32_t> near_places_along_curve() const;
   void make_grid();
-  /// Culls triangles for store(): on large maps, most samples lie on triangles that have no place in reach, or whose
-  /// places are all covered. Conservative: works with bounding boxes.
+  /// Culls triangles for store(): on large maps, most samples lie on triangles that have no place within reach, or
+  /// whose places are all covered. The test is conservative, since it uses bounding boxes.
   void find_triangles(const Source::Impl& high);
   static std::uint64_t cell(const std::array<std::int64_t, 3>& at);
   std::int64_t cell_coordinate(double x) const;
-  /// A sample's point and two edges of its triangle, which serve only for the normal's direction.
+  /// A sample's point, and two edges of its triangle, from which the normal's direction is computed.
   struct Sample {
     Vec3d point{}, ab{}, ac{};
   };
   bool cover(std::uint32_t place, const Sample& sample);
-  /// Marks all places that a sample represents, using the grid.
+  /// Marks all places that a sample represents, found by the grid.
   void mark(const Sample& sample);
-  /// The same among the few places in reach of its triangle. \returns whether all of these are covered
-  bool mark_listed(std::uint32_t few, const Sample& sample);
+  /// Marks the places that a sample represents among those listed for its triangle. \returns whether all
+  /// listed places are covered
+  bool mark_listed(std::uint32_t list_index, const Sample& sample);
 
   std::vector<Place> places_;
   double spacing_ = 0;
-  /// Within this distance a sample represents the place; 0: it does not count
+  /// Distance within which a sample represents the place; 0: the place does not count
   std::vector<float> radius_;
-  std::vector<float> visibility_;  ///< Sum of cosines over the directions that see it
+  std::vector<float> visibility_;  ///< Sum of cosines over the directions that see the place
   std::vector<std::uint8_t> covered_;
   std::vector<std::uint8_t> by_copies_;  ///< 1: the place is lost because charts share texels
-  /// Per triangle: places that may be in reach, see find_triangles(); empty: unknown.
+  /// State of each triangle (find_triangles()); empty: not computed.
   std::vector<std::uint32_t> triangle_state_;
-  /// Places of triangles with few of them, and where each list begins
+  /// Lists of the places of triangles, and the index at which each list begins
   std::vector<std::uint32_t> lists_, list_first_;
   double cells_per_unit_ = 0;            ///< Cells per frame unit
   std::vector<std::uint64_t> occupied_;  ///< Bloom filter of occupied cells
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
-/// Adds a warning if more than a hundredth is lost. \param options  the bake's
+/// Adds a warning if more than 1% is lost. \param options the bake's options
 void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings);
 

@@ -14,7 +14,8 @@ namespace {
 constexpr double kLinkDistance = 2.5;  // lost places within this many spacings are connected
 constexpr double kMinLossToWarn = 0.01;
 
-/// Connected components of places, by a representative: places within `link` of each other are connected.
+/// Connected components of places, each given by a representative: places within `link` of each other are
+/// connected.
 std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double link) {
   std::vector<std::uint32_t> order(places.size()), part(places.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -58,39 +59,39 @@ Message advice(const BakeOptions& options) {
 
 HighCoverageReport HighCoverage::report(const Frame& frame) const {
   HighCoverageReport result;
-  double all = 0, lost = 0, by_copies = 0;
+  double total = 0, lost = 0, by_copies = 0;
   std::vector<Vec3d> places;
   std::vector<double> weight;
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (!(visibility_[i] > 0)) continue;
     ++result.places;
-    all += double{visibility_[i]};
+    total += double{visibility_[i]};
     if (covered_[i] != 0) continue;
     lost += double{visibility_[i]};
     if (by_copies_[i] != 0) by_copies += double{visibility_[i]};
     places.push_back(to_double(places_[i].position));
     weight.push_back(double{visibility_[i]});
   }
-  result.weight = all;
+  result.weight = total;
   if (places.empty()) return result;
-  result.lost = lost / all;
-  result.by_copies = by_copies / all;
+  result.lost = lost / total;
+  result.by_copies = by_copies / total;
   const std::vector<std::uint32_t> part = parts_of(places, kLinkDistance * spacing_);
   std::vector<double> size(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) size[part[i]] += weight[i];
-  const auto most =
+  const auto largest_part =
       static_cast<std::uint32_t>(std::max_element(size.begin(), size.end()) - size.begin());
-  result.largest = size[most] / all;
+  result.largest = size[largest_part] / total;
   Vec3d middle{};
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (part[i] == most) middle = middle + places[i] * (weight[i] / size[most]);
+    if (part[i] == largest_part) middle = middle + places[i] * (weight[i] / size[largest_part]);
   }
-  double least = INFINITY;
+  double min_distance = INFINITY;
   Vec3d nearest{};
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Vec3d way = places[i] - middle;
-    if (part[i] != most || !(dot(way, way) < least)) continue;
-    least = dot(way, way);
+    if (part[i] != largest_part || !(dot(way, way) < min_distance)) continue;
+    min_distance = dot(way, way);
     nearest = places[i];
   }
   result.where = {frame.center[0] + nearest.x / frame.scale,
@@ -101,7 +102,7 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
 
 void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
-  // Losses by shared texels may have been reported already.
+  // Losses by shared texels may be reported already.
   const bool is_reported =
       std::any_of(warnings.begin(), warnings.end(),
                   [](const Warning& warning) { return warning.code == CopyCheck::kWarning; });

@@ -21,12 +21,12 @@ GutterOptions gutter_of(const MapInfo& map, const BakeOptions& options, std::int
   return {texels, fill, map.type == MapType::unit_vector};
 }
 
-/// Fills empty texels around charts. \returns number of texels that became padding
+/// Fills empty texels around charts. \returns number of padding texels
 std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& options,
                   std::int32_t texels, Image& image, std::vector<std::uint8_t>& coverage) {
   GutterOptions gutter = gutter_of(map, options, texels);
   if (map.type != MapType::id) return fill_gutter(context, image, coverage, gutter);
-  // Ids cannot be averaged by push-pull, so they copy the nearest one, also into missed texels.
+  // Ids cannot be averaged by push-pull, so the nearest id is copied, also into missed texels.
   if (texels < 0) gutter.texels = kUnlimitedPadding;
   gutter.fill_missed = false;
   std::vector<std::uint8_t> named = coverage;
@@ -41,9 +41,10 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
   return count;
 }
 
-/// Weights of colours: transparent texels get the least weight, so they count only where no others do.
+/// Adds weights for colours: transparent texels get the lowest weight, so they count only where all texels
+/// are transparent.
 ChartMap weighted_by(const Image& opacity, ChartMap charts) {
-  constexpr float kMaxWeight = 255;  // times 256 samples: fits 16 bits
+  constexpr float kMaxWeight = 255;  // sums of 256 weights fit 16 bits
   if (charts.weight.empty()) charts.weight.assign(charts.chart.size(), 1);
   for (std::size_t i = 0; i < charts.weight.size(); ++i) {
     const float share = std::clamp(opacity.pixels[i], 0.0F, 1.0F);
@@ -59,7 +60,7 @@ void encode(const MapInfo& map, const BakeOptions& options,
   const std::array<float, 4> empty = map_background(map, options);
   const std::size_t channels = image.channels;
   const bool marks = options.encoding.miss == MissPolicy::mark;
-  const bool plain = map.type != MapType::unit_vector && !marks;
+  const bool copies_values = map.type != MapType::unit_vector && !marks;
   const bool halves = map.type == MapType::unit_vector && !marks && !options.encoding.raw &&
                       !options.encoding.two_component;
   parallel_for(coverage.size(), kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
@@ -67,7 +68,7 @@ void encode(const MapInfo& map, const BakeOptions& options,
       if (coverage[i] == kCoverageEmpty) {
         std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
       }
-      if (!plain && !halves) {
+      if (!copies_values && !halves) {
         encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
       }
     }
@@ -78,28 +79,29 @@ void encode(const MapInfo& map, const BakeOptions& options,
   });
 }
 
-/// Normals as renderers read them, whatever the encoding: three channels in [0, 1].
+/// Converts normals to the form that renderers read, independent of the encoding: three channels in [0, 1].
 Image as_drawn(const MapInfo& map, const BakeOptions& options,
                const std::vector<std::uint8_t>& coverage, Image image) {
-  BakeOptions plain;
-  plain.encoding.space = options.encoding.space;
-  plain.encoding.miss = options.encoding.miss;
-  encode(map, plain, coverage, image);
+  BakeOptions plain_options;
+  plain_options.encoding.space = options.encoding.space;
+  plain_options.encoding.miss = options.encoding.miss;
+  encode(map, plain_options, coverage, image);
   return image;
 }
 
-/// Memory that grows with the map: maps, temporary arrays of padding, mip levels, a band, and a stored match. Checked
-/// before the bake, so that it does not fail halfway.
-std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> own) {
-  std::uint64_t channels = 1;  // channels of coverage and charts
+/// Memory in bytes that grows with the map: maps, temporary arrays of padding, mip levels, a band, and a stored
+/// match. It is checked before the bake, so that the bake does not fail halfway.
+std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> rows) {
+  std::uint64_t channels = 1;  // channels of the maps; 1 for coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
-  for (const MapRow& row : own) channels += row.info.channels;
+  for (const MapRow& row : rows) channels += row.info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   const std::uint64_t samples = texels * options.samples * options.samples;
   constexpr std::uint64_t kBytesPerBandSample = 64;  // 80 measured, with the arrays above
   constexpr std::uint64_t kBytesPerKeptSample = 4 * sizeof(float) + 1;
-  // Mip levels: a third of the maps, as much again of the largest one while it is made, and each texel's chart.
+  // Mip levels take a third of the maps, as much again for the largest map while its levels are made, and
+  // each texel's chart.
   return level + (options.encoding.mips ? level / 3 + texels * 2 * sizeof(float) : 0) +
          kBytesPerBandSample * std::min<std::uint64_t>(samples, kBandSamples) +
          (options.report.keep_match ? kBytesPerKeptSample * samples : 0);
@@ -126,7 +128,7 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
   };
   for (const MapKind kind : options.maps) add(map_row(kind));
   for (const MapRow& row : own_rows_) add(row);
-  // The operating system clears pages at their first use; several threads share this.
+  // The operating system clears pages at their first use; several threads share this work.
   parallel_for(layers_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Image& image = layers_[i].image;
@@ -161,7 +163,7 @@ void Layers::run_some(const TexelBand& part, const DeviceCorrespondence& match,
   std::vector<float> values;
   std::vector<std::uint8_t> coverage(places.size());
   for (Layer& layer : layers_) {
-    if (layer.row->follows_positions) continue;  // maps of positions cannot be updated partially
+    if (layer.row->follows_positions) continue;  // maps of positions change in all texels
     const std::size_t channels = layer.image.channels;
     values.resize(channels * places.size());
     layer.maker->run(part, match, {values, coverage});
@@ -189,10 +191,10 @@ bool Layers::read_around() const {
 }
 
 bool Layers::obey_max_error(const BakeOptions& options) const {
-  const auto obeys = [&](MapKind kind, const BakeOptions& with) {
-    // No map differs by more than 1 from the truth.
-    const double wanted = with.occlusion.max_error;
-    return wanted > 0 && wanted < 1 && kiln::obeys(map_row(kind).info, "occlusion.max_error");
+  const auto obeys = [&](MapKind kind, const BakeOptions& variant_options) {
+    // Errors are at most 1, so a maximum error of 1 or more is always met.
+    const double max_error = variant_options.occlusion.max_error;
+    return max_error > 0 && max_error < 1 && kiln::obeys(map_row(kind).info, "occlusion.max_error");
   };
   return std::any_of(options.maps.begin(), options.maps.end(),
                      [&](MapKind kind) { return obeys(kind, options); }) ||
@@ -240,14 +242,14 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
   return all;
 }
 
-/// Pads a map, and all others with the same charts and rules. \returns their indices
+/// Pads a map, and all other maps with the same charts and rules. \returns the indices of these maps
 std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOptions& options,
                                           std::size_t first, std::vector<Image>& images,
                                           std::vector<std::uint8_t>& coverage,
                                           std::uint64_t& padded) const {
   const bool missed =
       std::find(coverage_.begin(), coverage_.end(), kCoverageMissed) != coverage_.end();
-  // Maps of ids need rules of their own if texels were missed, or if padding is unlimited.
+  // Maps of ids need their own padding rules if texels were missed, or if padding is unlimited.
   const auto needs_own_rules = [&](const MapInfo& map) {
     return map.type == MapType::id && (missed || options.encoding.gutter < 0);
   };
@@ -262,11 +264,11 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
   std::vector<GutterImage> together;
   for (std::size_t l = first; l < images.size(); ++l) {
     const MapInfo& other = layers_[l].row->info;
-    const GutterOptions wanted = gutter_of(other, options, options.encoding.gutter);
+    const GutterOptions max_error = gutter_of(other, options, options.encoding.gutter);
     if (other.type == MapType::coverage || needs_own_rules(other)) continue;
-    if (missed && wanted.fill_missed != gutter.fill_missed) continue;
+    if (missed && max_error.fill_missed != gutter.fill_missed) continue;
     numbers.push_back(l);
-    together.push_back({&images[l], wanted.unit_vectors});
+    together.push_back({&images[l], max_error.unit_vectors});
   }
   padded = fill_gutters(context, together, coverage, gutter);
   return numbers;
@@ -300,7 +302,7 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
     if (coverage.empty()) coverage = std::move(own);
   }
   if (coverage.empty()) {
-    // The coverage reports where padding would reach, even without a map to pad.
+    // The coverage includes padding, even if there is no map to pad.
     coverage = coverage_;
     Image none{options.width, options.height, 1, std::vector<float>(coverage.size())};
     padded =

@@ -1,4 +1,5 @@
-// The maps of one bake: computed together, band by band, from one correspondence; then finished one by one.
+// The maps of one bake, which are computed together, band by band, from one correspondence, and then finished
+// one by one.
 #pragma once
 
 #include <memory>
@@ -22,23 +23,23 @@ struct Layer {
 class Layers {
  public:
   /// Creates a layer for each requested map.
-  /// \param with_images  false: only makers, for callers that store texels themselves
+  /// \param with_images false: no images are allocated, for callers that store texels themselves
   /// \param finer, checks  see MapRequest
   Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
          bool with_images = true, std::uint32_t finer = 1, bool checks = false);
 
-  /// Invalidates what is cached of the last band or match.
+  /// Invalidates cached results of the last band or match.
   void next_band() { shared_.next_band(); }
-  /// Invalidates what is cached of the high poly.
+  /// Invalidates cached results of the high poly.
   void next_source() { shared_.next_source(); }
   /// Computes a band's texels in all maps and sets their coverage.
   void run(const TexelBand& band, const DeviceCorrespondence& match);
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                    const DeviceCorrespondence& other, const cl::Array<float>& shares);
 
-  /// Computes some texels again, in maps that do not depend on positions.
-  /// \param part    a band of these texels only, with `match` of its samples
-  /// \param places  indices of its texels in the map
+  /// Recomputes some texels of the maps that do not depend on positions.
+  /// \param part a band of these texels only; `match` is the correspondence of its samples
+  /// \param places indices of these texels in the map
   void run_some(const TexelBand& part, const DeviceCorrespondence& match,
                 std::span<const std::size_t> places);
 
@@ -46,7 +47,7 @@ class Layers {
   const std::vector<Layer>& all() const { return layers_; }
   /// Host copies of the band's arrays, shared by all readers.
   BandReads& reads() { return *reads_; }
-  /// The first map of unit vectors; null: none.
+  /// The first map of unit vectors; null if there is none.
   const Image* unit_vectors() const;
   /// True if any map has MapRow::follows_positions.
   bool follow_positions() const;
@@ -56,7 +57,7 @@ class Layers {
   bool need_visibility() const;
   /// True if any map is computed to a given error.
   bool obey_max_error(const BakeOptions& options) const;
-  /// True if any map fills missed texels whatever MissPolicy says.
+  /// True if any map fills missed texels regardless of MissPolicy.
   bool fill_misses() const;
   /// Per texel: empty, baked or missed (image/gutter.h).
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }
@@ -65,17 +66,18 @@ class Layers {
   std::vector<std::vector<Image>> mips(cl::Context& context, const BakeOptions& options,
                                        const ChartMap& charts) const;
 
-  /// Fills background and padding, and encodes. \param keep  true: leaves the layers unchanged, to bake again
+  /// Fills background and padding, and encodes. \param keep leaves the layers unchanged, for a further bake
   /// \param coverage  out: includes padding
-  /// \param padded    out: number of texels that became padding
-  /// \param drawn     out: the normals as renderers read them, whatever the encoding; null: not computed
+  /// \param padded out: number of padding texels
+  /// \param drawn out: the normals as renderers read them, independent of the encoding; null: not computed
   std::vector<Image> finish(cl::Context& context, const BakeOptions& options, bool keep,
                             std::vector<std::uint8_t>& coverage, std::uint64_t& padded,
                             Image* drawn = nullptr);
 
-  /// For each texel, the padding that copies it; for finite padding that fills no missed texels.
+  /// For each texel: the padding texels that copy it. Requires finite padding that fills no missed texels.
   Adjacency padding_of(cl::Context& context, std::int32_t texels) const;
-  /// As finish(), for some texels and the padding that copies them, in maps that are finished otherwise.
+  /// Does the work of finish() for some texels and the padding that copies them; the other texels must be
+  /// finished.
   void finish_some(const BakeOptions& options, std::span<const std::size_t> places,
                    const Adjacency& padding, std::vector<BakedMap>& maps) const;
 
@@ -88,7 +90,7 @@ class Layers {
 
   SharedWorks shared_;  // results shared by the maps
   std::shared_ptr<BandReads> reads_;
-  std::vector<MapRow> own_rows_;  // of transfers, variants and custom maps
+  std::vector<MapRow> own_rows_;  // rows of transfers, variants and custom maps
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;
 };

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// CIELAB coordinates of linear sRGB (D65 white; IEC 61966-2-1, CIE 15).
+/// CIELAB coordinates of a linear sRGB colour (D65 white; IEC 61966-2-1, CIE 15).
 Vec3d lab(const float* rgb) {
   const double r = rgb[0], g = rgb[1], b = rgb[2];
   const std::array<double, 3> xyz{(0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505,

@@ -1,4 +1,4 @@
-// The stages of a bake up to the match.
+// Matches only: the stages of a bake up to the match.
 #include <utility>
 
 #include "bake/pipeline.h"

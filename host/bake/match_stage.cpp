@@ -14,9 +14,9 @@
 namespace kiln {
 namespace {
 
-/// Frame units; for the default see MatchOptions::max_distance.
+/// The search distance in frame units; its default is described at MatchOptions::max_distance.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
-  // Longer distances would change nothing.
+  // Larger distances have no effect.
   constexpr double kMaxSearchDistance = 1048576;
   if (options.match.max_distance)
     return std::min(to_frame(*options.match.max_distance, frame), kMaxSearchDistance);
@@ -26,7 +26,7 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
   return distance > 0 ? distance : to_frame(Length::share(kSearchDistance), frame);
 }
 
-/// Warns about a length as large as the high poly: likely a wrong unit or a missing % sign.
+/// Warns about a length as large as the high poly, which is likely a wrong unit or a missing % sign.
 void warn_about_length(const Message& name, const std::optional<Length>& length, const Frame& frame,
                        std::vector<Warning>& warnings) {
   if (!length) return;
@@ -39,12 +39,12 @@ void warn_about_length(const Message& name, const std::optional<Length>& length,
   warnings.push_back({"far-rays", name + text, 1});
 }
 
-/// True if rays follow the offsets of a cage mesh.
+/// True if rays run along the offsets to a cage mesh.
 bool has_offsets(const LowSurface& surface) {
   return surface.has_cage_mesh && surface.cage_kind == CageKind::offsets;
 }
 
-/// Cached bevels of a high poly that does not change.
+/// Bevels, cached for a high poly that does not change.
 struct CachedBevels {
   double distance = 0;  ///< Greatest search distance
   Bevels bevels;
@@ -57,7 +57,7 @@ EdgeReport edge_report(const Bevels& bevels, double unit) {
           double{widths[widths.size() / 2]} * unit, double{widths.back()} * unit};
 }
 
-/// A matcher of the whole mesh, or one for each part.
+/// Makes one matcher for the whole mesh, or one for each part.
 std::unique_ptr<Matcher> matcher_of(const MatchRow& row, const MatchRequest& request,
                                     const Parts* parts, MatchNotes& notes) {
   return parts != nullptr ? part_matcher(row, request, *parts, notes) : row.make(request, notes);
@@ -112,8 +112,8 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                           find_bevels(source, surface, hard, distance, options.match.parts)};
     };
     const bool all_alike = options.match.parts == nullptr && !source.will_move;
-    const auto known = all_alike ? surface.made->get<CachedBevels>(find) : nullptr;
-    bevels = known != nullptr && known->distance == distance ? known->bevels : find().bevels;
+    const auto cached = all_alike ? surface.made->get<CachedBevels>(find) : nullptr;
+    bevels = cached != nullptr && cached->distance == distance ? cached->bevels : find().bevels;
   }
   if (report != nullptr) *report = edge_report(bevels, 1 / source.frame.scale);
   return {context, surface, hard, bevels.widths};
@@ -139,7 +139,8 @@ void add_notes(MatchNotes notes, BakeReport& report) {
   report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
 }
 
-// Depends on the options alone, not on structures that another bake of the same source has built.
+// Whether the warning is added depends on the options alone, not on structures that another bake of the same
+// source has built.
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
   const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.is_refittable; }) &&
@@ -164,7 +165,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   request.field = &clusters.field;
   request.sheet_reach = double{sheet_reach(options, surface).farthest()};
   if (progress) {
-    request.prepares = [preparing = progress.part(0, kPreparingShare)](double done,
+    request.progress = [preparing = progress.part(0, kPreparingShare)](double done,
                                                                        std::string_view doing) {
       return preparing.report(done, doing);
     };
@@ -202,11 +203,11 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     request.turned = false;
   }
   if (!options.match.fallback.empty()) {
-    std::vector<std::unique_ptr<Matcher>> rest;
+    std::vector<std::unique_ptr<Matcher>> fallbacks;
     for (const MatchMethod next : options.match.fallback) {
-      rest.push_back(matcher_of(match_row(next), request, options.match.parts, notes));
+      fallbacks.push_back(matcher_of(match_row(next), request, options.match.parts, notes));
     }
-    matcher = with_fallbacks(context_of(source.device), std::move(matcher), std::move(rest));
+    matcher = with_fallbacks(context_of(source.device), std::move(matcher), std::move(fallbacks));
   }
   add_notes(std::move(notes), report);
   warn_about_duplicates(source, options, report);

@@ -15,10 +15,10 @@ namespace kiln {
 /// Collects the deciding method of each texel, band by band.
 class MatchTransitions {
  public:
-  /// \param low  with UVs
+  /// \param low the low poly, with UVs
   MatchTransitions(const Mesh& low, std::uint32_t width, std::uint32_t height);
 
-  /// A texel has the method of its first sample. \param deciders  of the band's samples
+  /// Records the method of each texel's first sample. \param deciders of the band's samples
   void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
 
   /// Compares the map's unit vectors between neighbouring texels of one chart. Neighbours of different charts, and

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-// Progress at which stages begin, as shares of the whole.
+// Progress at which stages begin, as shares of the bake.
 constexpr double kBlendProgress = 0.97, kMipsProgress = 0.97, kPaddingProgress = 0.98;
 
 /// Cached advice about the low poly's coordinates, see coarse_steps().
@@ -49,7 +49,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       static_cast<std::size_t>(
           std::count(surface_.copy_of.begin(), surface_.copy_of.end(), LowSurface::kNoCopy));
   result_.report.small_triangles = sampler_.small_charts().triangles.size();
-  result_.report.small_without_texel = sampler_.small_charts().without.size();
+  result_.report.small_without_texel = sampler_.small_charts().triangles_without_texel.size();
   result_.report.seconds_texels = watch_.lap() - result_.report.seconds_build;
   if (options.encoding.mips) {
     chart_of_triangle_ = uv_charts(scene_.low);
@@ -59,7 +59,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
   result_.report.seconds_mips = watch_.lap();
 }
 
-/// Determines the turn of directions, which may build the high poly's BVH.
+/// Determines how directions are blended at hard edges, which may build the high poly's BVH.
 EdgeTurn Pipeline::find_turn() {
   const BakeOptions& options = scene_.options;
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
@@ -104,7 +104,7 @@ PipelineBand& Pipeline::sample_band(std::uint32_t number) {
   return band;
 }
 
-/// A stored band, or a newly sampled one whose texels' charts are recorded.
+/// Returns a stored band, or samples it and records its texels' charts.
 PipelineBand& Pipeline::load_band(std::uint32_t number) {
   if (sampled_) return bands_[number];
   PipelineBand& band = sample_band(number);
@@ -139,8 +139,8 @@ void Pipeline::prepare_match(Clusters& clusters) {
   report.seconds_match += watch_.lap() - (report.seconds_build - built);
 }
 
-/// Prepares the check of triangles that share texels. Matches by UVs find the same for both, and saved matches have no
-/// other points.
+/// Prepares the check of triangles that share texels. It is skipped for matches by UVs, which find the same point for
+/// both triangles, and for saved matches, which have no other points.
 void Pipeline::prepare_copies() {
   const BakeOptions& options = scene_.options;
   copies_.reset();
@@ -164,7 +164,7 @@ void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   sample();
 }
 
-/// Creates the collectors of measurements that accompany the bands.
+/// Creates the objects that collect measurements band by band.
 void Pipeline::make_collectors() {
   const BakeOptions& options = scene_.options;
   if (!options.match.fallback.empty() && layers_.unit_vectors() != nullptr) {
@@ -173,7 +173,7 @@ void Pipeline::make_collectors() {
   if (options.match.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
-  // Skipped for matches that need no BVH: building one would take longer than the bake.
+  // Skipped for matches that need no BVH, since building one would take longer than the bake.
   if (options.match.saved != nullptr ||
       !obeys(match_row(options.match.method).info, "report.recall"))
     return;
@@ -187,7 +187,7 @@ void Pipeline::make_collectors() {
   result_.report.seconds_recall += watch_.lap();
 }
 
-/// A match without samples yet, but with the hashes of its meshes.
+/// Makes a match without samples, with the hashes of its meshes.
 Match Pipeline::empty_match() {
   const BakeOptions& options = scene_.options;
   Match match =
@@ -209,11 +209,11 @@ void Pipeline::over_bands(const Pass& pass) {
     result_.match = empty_match();
   }
   report.seconds_image += watch_.lap();
-  // Matches with a long preparation have reported it as progress.
-  const double prepared = report.visibility ? kPreparingShare : 0;
+  // Matches with a long preparation have reported their own progress.
+  const double preparing_share = report.visibility ? kPreparingShare : 0;
   const std::uint32_t count = sampler_.band_count();
   for (std::uint32_t b = 0; b < count; ++b) {
-    progress_.at(prepared + (kBlendProgress - prepared) * b / count, "baking");
+    progress_.at(preparing_share + (kBlendProgress - preparing_share) * b / count, "baking");
     PipelineBand& band = load_band(b);
     find(band, pass);
     if (pass.read) layers_.run(band.texels, band.match);
@@ -286,7 +286,7 @@ void Pipeline::finish_match(bool first_time) {
   warn_about_pixels();
 }
 
-/// Warns if the high poly is so much larger than the low poly that views barely resolve the latter.
+/// Warns if the high poly is so much larger than the low poly that views hardly resolve the low poly.
 void Pipeline::warn_about_pixels() {
   BakeReport& report = result_.report;
   if (!report.views) return;
@@ -307,7 +307,7 @@ void Pipeline::warn_about_pixels() {
 void Pipeline::report_coverage() {
   BakeReport& report = result_.report;
   if (coverage_) report.recall = coverage_->report(scene_.high.frame);
-  // If almost everything was missed, the warnings about misses suffice.
+  // If nearly all samples missed, the warnings about misses suffice.
   if (report.recall && report.missed * 50 <= report.samples) {
     warn_about_loss(*report.recall, scene_.options, report.warnings);
   }
@@ -369,8 +369,8 @@ void Pipeline::measure_errors(Clusters& clusters) {
   BakeReport& report = result_.report;
   report.seconds_image += watch_.lap();
   const auto make = [&](const BakeOptions& options) {
-    BakeReport aside;  // discarded: it would repeat the bake's own notes
-    return make_matcher(scene_.high, surface_, options, aside, clusters, BakeProgress(),
+    BakeReport discarded_report;  // its notes repeat those of the bake
+    return make_matcher(scene_.high, surface_, options, discarded_report, clusters, BakeProgress(),
                         turn_.turns());
   };
   kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, sheets_, cage_, *matcher_,
@@ -379,7 +379,7 @@ void Pipeline::measure_errors(Clusters& clusters) {
   report.seconds_errors += watch_.lap();
 }
 
-/// Greatest distance of points from the low poly, world units.
+/// Maximum distance of points from the low poly, world units.
 double Pipeline::reach() const {
   const BakeOptions& options = scene_.options;
   const bool looks =
@@ -391,7 +391,7 @@ double Pipeline::reach() const {
   const double cage =
       std::max(request.cage.value_or(0) * unit_,
                result_.report.cage_mesh ? result_.report.cage_mesh->outward_most : 0);
-  // Rays that start on a cage pass the low poly on their way.
+  // Rays that start on a cage pass through the low poly.
   return std::max(cage, request.distance * unit_ - (request.cage ? cage : 0));
 }
 

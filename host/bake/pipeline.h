@@ -25,10 +25,11 @@ struct PipelineBand {
   DeviceCorrespondence match;
 };
 
-/// pass: each band reuses the memory of the last one. stay: all bands stay on the device, to bake again.
+/// Whether each band reuses the memory of the last one (pass), or all bands stay on the device for further
+/// bakes (stay).
 enum class Bands { pass, stay };
 
-/// Steps of a pass over the bands.
+/// Which steps a pass over the bands runs.
 struct Pass {
   bool match = true;     ///< Match the samples again
   bool measure = false;  ///< Keep the points, but update their distances
@@ -51,11 +52,11 @@ class Pipeline {
   /// \param drawn  see Layers::finish(); null: not computed
   BakeResult run(Clusters& clusters, Image* drawn = nullptr);
 
-  // Single stages, for callers that bake again:
+  // Single stages, for callers that bake repeatedly:
 
   /// Samples all bands; for Bands::stay.
   void sample();
-  /// Makes the matcher, unless the present one follows the high poly's changes.
+  /// Makes the matcher, unless the existing one follows the high poly's changes.
   void prepare_match(Clusters& clusters);
   /// True if points stay valid as the high poly moves, and only distances change.
   bool points_stay() const { return matcher_ != nullptr && matcher_->points_stay(); }
@@ -63,7 +64,8 @@ class Pipeline {
   void move(std::uint32_t first, std::span<const Vec3> positions);
   /// Runs a pass over all bands.
   void over_bands(const Pass& pass);
-  /// Sums up the match of a pass. \param first_time  the match may check its conditions, and throw
+  /// Completes the report about the match of a pass. \param first_time true: the match checks its conditions,
+  /// and may throw
   void finish_match(bool first_time);
   /// Runs mip chain, padding and encoding of all maps.
   void finish_maps(Image* drawn = nullptr);
@@ -80,7 +82,7 @@ class Pipeline {
   std::vector<PipelineBand>& bands() { return bands_; }
   const std::vector<PipelineBand>& bands() const { return bands_; }
   BakeResult& result() { return result_; }
-  /// Correspondence of all stored bands, as host arrays.
+  /// Correspondence of all stored bands, in host memory.
   Match whole_match();
 
  private:
@@ -113,10 +115,10 @@ class Pipeline {
   EdgeTurn turn_;
   SheetReach sheets_;
   Layers layers_;
-  std::vector<PipelineBand> bands_;  // one band; or all, for Bands::stay
+  std::vector<PipelineBand> bands_;  // the current band, or all bands for Bands::stay
   bool sampled_ = false;             // all bands are sampled and stored
   std::unique_ptr<Matcher> matcher_;
-  std::optional<CopyCheck> copies_;     // set if triangles share texels
+  std::optional<CopyCheck> copies_;     // created if triangles share texels
   std::vector<Warning> made_warnings_;  // warnings from making the matcher
   std::vector<std::uint32_t> chart_of_triangle_;
   ChartMap charts_;
@@ -129,7 +131,7 @@ class Pipeline {
 };
 
 /// bake() of one cluster, whose normals are to be rendered. \throws Cancelled
-/// \param drawn  out: the normals as renderers read them, whatever the encoding; null: not computed
+/// \param drawn out: the normals as renderers read them, independent of the encoding; null: not computed
 BakeResult bake_drawn(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
                       Image* drawn);
 

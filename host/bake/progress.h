@@ -9,19 +9,19 @@
 
 namespace kiln {
 
-/// Reports a part of a bake to the caller's callback.
+/// Reports the progress of a part of a bake to the caller's callback.
 class BakeProgress {
  public:
   explicit BakeProgress(Progress callback = {}, double from = 0, double to = 1)
       : callback_(std::move(callback)), from_(from), to_(to) {}
 
-  /// Progress of a part of this part's work.
+  /// Progress of a part of this part.
   BakeProgress part(double from, double to) const {
     return BakeProgress(callback_, whole(from), whole(to));
   }
 
   explicit operator bool() const { return static_cast<bool>(callback_); }
-  /// \param done  share of this part, [0, 1]. \returns false to cancel
+  /// \param done completed share of this part, [0, 1]. \returns false to cancel
   bool report(double done, std::string_view stage) const {
     return !callback_ || callback_(whole(done), stage);
   }
@@ -37,7 +37,7 @@ class BakeProgress {
   double from_, to_;
 };
 
-/// Result of `work`; if it was cancelled, an empty result marked by `mark`.
+/// Returns the result of `work`; if it was cancelled, an empty result that `mark` marks as cancelled.
 template <typename Result, typename Work, typename Mark>
 Result unless_cancelled(const Work& work, const Mark& mark) {
   try {

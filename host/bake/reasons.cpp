@@ -16,7 +16,7 @@
 namespace kiln {
 namespace {
 
-constexpr float kMaxRayLength = 4;  // ray length in frame units: beyond any mesh
+constexpr float kMaxRayLength = 4;  // ray length in frame units; longer than any mesh
 
 class Explainer {
  public:
@@ -108,7 +108,7 @@ class Explainer {
     return HostCorrespondence(context_, found, count);
   }
 
-  /// True if a rejected hit lies beyond an inner shell, rather than on another part.
+  /// True if a hit was rejected because it lies beyond an inner shell, not because it is on another part.
   bool ends_at_shell() const {
     return surface_.has_cage_mesh && surface_.cage_kind == CageKind::shells &&
            options_.match.parts == nullptr;

@@ -22,7 +22,7 @@ std::string finders() {
   return match_names([](const MatchRow& row) { return row.is_good_fallback; });
 }
 
-/// Advice about missed samples.
+/// Advice for the warning about missed samples.
 Message miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
@@ -63,7 +63,7 @@ void count_samples(BandReads& reads, const DeviceCorrespondence& match, double u
   constexpr std::size_t kSamplesPerBlock = 1 << 16;
   std::vector<Sums> blocks((match.count + kSamplesPerBlock - 1) / kSamplesPerBlock);
   parallel_for(match.count, kSamplesPerBlock, [&](std::size_t begin, std::size_t end) {
-    // Independent sums hide the latency of additions; they are added in a fixed order.
+    // Several independent sums hide the latency of additions; they are combined in a fixed order.
     constexpr std::size_t kParallelSums = 4;
     std::array<Sums, kParallelSums> lanes;
     const auto add = [&](std::size_t i, Sums& sums) {
@@ -107,7 +107,7 @@ void flatten_below_surface(std::string_view map, Image& image,
     const float size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1]);
     normal[0] = size > 0 ? normal[0] / size : 1;
     normal[1] = size > 0 ? normal[1] / size : 0;
-    normal[2] = -0.0F;  // the sign marks the texel as pulled up
+    normal[2] = -0.0F;  // -0 marks the texel as changed
   }
   if (below == 0) return;
   const std::string share =
@@ -122,7 +122,7 @@ void flatten_below_surface(std::string_view map, Image& image,
 }
 
 void warn_about_coverage(std::uint64_t size, BakeReport& report) {
-  constexpr std::uint64_t kCoverageDivisor = 100;  // 1 / share: 1%
+  constexpr std::uint64_t kCoverageDivisor = 100;  // minimum coverage is 1 / this: 1%
   if (report.texels == 0 || report.texels * kCoverageDivisor >= size) return;
   report.warnings.push_back(
       {"little-coverage",
@@ -155,11 +155,12 @@ std::string names_of(const Mesh& mesh, std::uint32_t triangle) {
   std::string names;
   const auto add = [&](const char* what, const std::vector<std::uint32_t>& of,
                        const std::vector<std::string>& list) {
-    // Meshes from files without names have the file's name as object and group.
+    // Names are omitted if they repeat: meshes from files without names have the file's name as object and
+    // group.
     if (of.empty() || names.find("'" + list[of[triangle]] + "'") != std::string::npos) return;
     names += (names.empty() ? "" : ", ") + std::string(what) + " '" + list[of[triangle]] + "'";
     std::replace(names.begin(), names.end(), '\n',
-                 ' ');  // glTF names may hold line breaks, which would break up the message
+                 ' ');  // glTF names may contain line breaks, which would split the message
   };
   add("object", mesh.objects, mesh.object_names);
   add("group", mesh.groups, mesh.group_names);
@@ -180,27 +181,30 @@ void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
                         " triangles of the low poly are in charts that hold no texel's centre. ";
   if (!small.texels.empty()) {
     const OwnedTexel& texel = small.texels.front();
-    message += "Of these, " + in_words(small.triangles.size() - small.without.size()) +
+    message += "Of these, " +
+               in_words(small.triangles.size() - small.triangles_without_texel.size()) +
                " took free texels nearby (" + in_words(small.texels.size()) + "), for example " +
                name_of(low, texel.triangle) + " that of column " + in_words(texel.column) +
                ", row " + in_words(texel.row) + ". ";
   }
-  if (!small.without.empty()) {
-    message += in_words(small.without.size()) + " found none within 8 texels and are not baked: " +
-               name_of(low, small.without.front());
+  if (!small.triangles_without_texel.empty()) {
+    message += in_words(small.triangles_without_texel.size()) +
+               " found none within 8 texels and are not baked: " +
+               name_of(low, small.triangles_without_texel.front());
     // Further triangles with the same names add no information.
-    std::set<std::string> seen;
-    seen.insert(names_of(low, small.without.front()));
-    std::size_t more = 0;
-    for (const std::uint32_t t : small.without) {
-      if (!seen.insert(names_of(low, t)).second) continue;
-      if (seen.size() <= kMaxNamed) {
+    std::set<std::string> seen_names;
+    seen_names.insert(names_of(low, small.triangles_without_texel.front()));
+    std::size_t remaining_count = 0;
+    for (const std::uint32_t t : small.triangles_without_texel) {
+      if (!seen_names.insert(names_of(low, t)).second) continue;
+      if (seen_names.size() <= kMaxNamed) {
         message += ", " + name_of(low, t);
       } else {
-        ++more;
+        ++remaining_count;
       }
     }
-    if (more > 0) message += ", and those of " + in_words(more) + " other names";
+    if (remaining_count > 0)
+      message += ", and those of " + in_words(remaining_count) + " other names";
     message += ". ";
   }
   message += "Give these charts more room, or the map more texels.";

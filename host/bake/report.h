@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-/// Greatest number of samples in a band: limits device memory.
+/// Maximum number of samples in a band: limits device memory.
 constexpr std::uint32_t kBandSamples = 1U << 20;
 
 /// Resets counts of samples to 0.
@@ -26,15 +26,15 @@ void clear_counts(BakeReport& report);
 void count_samples(BandReads& reads, const DeviceCorrespondence& match, double unit,
                    BakeReport& report, double& distance_sum);
 
-/// Pulls normals below the surface up to the horizon, and warns about them: encodings without the third component lose
-/// its sign. Decided by the texel's mean normal, not by its samples. A texel that was pulled up before, and not baked
-/// again, counts again.
+/// Raises normals below the surface to the horizon, and warns about them, since encodings without the third component
+/// lose its sign. The texel's mean normal decides, not its samples. A texel that was raised in an earlier bake and
+/// not baked again is counted again.
 /// \param image  unit vectors before encoding; coverage as in Layers
 void flatten_below_surface(std::string_view map, Image& image,
                            std::span<const std::uint8_t> coverage, BakeReport& report);
 
-/// Warns if a layout covers almost nothing of a map, as UVs in a wrong scale do.
-/// \param size  texels of the map
+/// Warns if a layout covers nearly nothing of a map, as UVs in a wrong scale do.
+/// \param size number of texels of the map
 void warn_about_coverage(std::uint64_t size, BakeReport& report);
 
 /// Warns if no texel is covered, or if many samples were missed.

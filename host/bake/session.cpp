@@ -67,7 +67,7 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
       moved(high.positions.size()),
       set(high.normals.size()) {}
 
-/// True if each padding texel is always a copy of the same baked texel.
+/// True if padding texels are copies of baked texels, so that a partial update can copy them again.
 bool BakeSession::Impl::padding_is_copied() {
   return options.encoding.gutter >= 0 && !options.encoding.mips &&
          ((options.encoding.miss == MissPolicy::keep && !pipeline.layers().fill_misses()) ||
@@ -85,16 +85,18 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool an
               (any_moved && layers.follow_positions());
   if (pass.match) {
     pipeline.prepare_match(visibility);
-    texels.forget();
+    texels.invalidate();
   }
   update.matched = pass.match;
   pass.read = pass.read || !texels.choose(normals, change);
   if (pass.match || pass.measure || pass.read) pipeline.over_bands(pass);
-  if (pass.match) pipeline.finish_match(!baked);  // conditions are checked at the first bake only
+  // the match checks its conditions at the first bake only
+  if (pass.match) pipeline.finish_match(!baked);
   if (!pass.read) texels.read();
   update.texels = pass.read ? texels.count() : texels.chosen();
   update.seconds_detail = pipeline.lap();
-  // Only finish_maps() warns about normals below the surface, which two_component needs.
+  // With two_component, finish_maps() is required, since only it raises normals below the surface and warns
+  // about them.
   const bool quick = padding_is_copied() && !options.encoding.two_component;
   if (pass.read && baked && quick && texels.coverage_stays()) {
     texels.finish_all(options);

@@ -1,4 +1,5 @@
-// Parts of a session: a pipeline whose bands stay, and the changes since its last bake.
+// The implementation of a session: a pipeline whose bands stay on the device, and the changes since its last
+// bake.
 #pragma once
 
 #include <algorithm>
@@ -40,28 +41,29 @@ class SessionTexels {
   /// \param pipeline  with all bands sampled; must outlive this
   SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width);
 
-  /// Invalidates everything computed from points.
-  void forget();
-  /// Precomputes everything a partial update needs, so that the first one is not slower than the following.
-  /// \param copied  padding is copied from texels
+  /// Invalidates all data that was computed from points.
+  void invalidate();
+  /// Precomputes all data that partial updates need, so that the first one is as fast as later ones.
+  /// \param copied true: padding texels are copies of baked texels
   void prepare(const BakeOptions& options, bool copied);
   /// Selects the texels whose triangles have a changed normal. \returns false if they are more than half of all
   bool choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change);
   /// Computes the selected texels of all maps that do not depend on positions.
   void read();
-  /// Writes them into the finished maps. \returns bounds of these texels and of the padding that copies them
+  /// Writes the selected texels into the finished maps. \returns bounds of these texels and of the padding
+  /// that copies them
   Rectangle finish(const BakeOptions& options);
-  /// True if the coverage is the one that the padding was computed for.
+  /// True if the coverage is the same as when the padding was computed.
   bool coverage_stays() const;
-  /// If coverage_stays(): finishes all texels of all maps with the known padding, which is cheaper than computing
-  /// padding again.
+  /// Finishes all texels of all maps with the stored padding, which is cheaper than computing padding again;
+  /// requires coverage_stays().
   void finish_all(const BakeOptions& options);
 
   std::size_t count() const { return count_; }
   std::size_t chosen() const { return chosen_.items().size(); }
 
  private:
-  /// A band's texels on the host.
+  /// A band's texels in host memory.
   struct Band {
     std::vector<std::uint32_t> index, first;  // arrays as in TexelBand
     std::uint32_t first_texel = 0;
@@ -79,8 +81,8 @@ class SessionTexels {
   std::uint32_t width_;
   std::vector<Band> bands_;
   std::size_t count_ = 0;
-  Adjacency texels_of_;  // texels of each triangle of the high poly; empty: out of date
-  Adjacency padding_;    // padding texels that copy each texel; empty: unknown
+  Adjacency texels_of_triangle_;  // texels of each triangle of the high poly; empty: out of date
+  Adjacency padding_;             // padding texels that copy each texel; empty: unknown
   std::vector<std::uint8_t> padded_coverage_;  // coverage for which padding_ was computed
   IndexSet chosen_;
   std::vector<std::size_t> places_;  // indices of the chosen texels in the map
@@ -104,10 +106,10 @@ struct KILN_HIDDEN BakeSession::Impl {
   Pipeline pipeline;
   SessionTexels texels;
   Clusters visibility;  // clusters of the low poly, which does not change
-  Adjacency users;      // corners that use each vertex
+  Adjacency users;      // corners of triangles that use each vertex
   IndexSet moved, set;  // vertices moved and normals set since the last bake
   bool baked = false;
-  bool failed = false;  // the last bake threw, so the state of its data is unknown
+  bool failed = false;  // the last bake threw, so the session's data is invalid
   Update update;
 
  private:

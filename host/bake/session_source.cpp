@@ -3,7 +3,8 @@
 
 namespace kiln {
 
-/// Applies new positions and recomputes normals that depend on them. \param triangles  out: those with moved corners
+/// Applies new positions and recomputes normals that depend on them. \param triangles out: triangles with
+/// moved corners
 void BakeSession::Impl::move_vertices(IndexSet& triangles, HighPolyNormals::Change& change) {
   if (moved.items().empty()) return;
   moved.sort();
@@ -21,7 +22,7 @@ void BakeSession::Impl::move_vertices(IndexSet& triangles, HighPolyNormals::Chan
   change = normals.move(high, source.positions, triangles.items());
 }
 
-/// Uploads changed normals. \param triangles  in and out: those that changed
+/// Uploads changed normals. \param triangles in/out: triangles whose normals changed
 void BakeSession::Impl::upload_normals(IndexSet& triangles, const HighPolyNormals::Change& change) {
   cl::Context& context = pipeline.context();
   const CornerNormals& corners = normals.corners();

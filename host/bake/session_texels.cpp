@@ -21,16 +21,16 @@ SessionTexels::SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uin
   chosen_ = IndexSet(count_);
 }
 
-void SessionTexels::forget() { texels_of_ = {}; }
+void SessionTexels::invalidate() { texels_of_triangle_ = {}; }
 
 void SessionTexels::prepare(const BakeOptions& options, bool copied) {
-  if (texels_of_.first.empty()) index();
+  if (texels_of_triangle_.first.empty()) index();
   if (copied) find_padding(options);
   warm_up();
 }
 
-/// Computes some texels again without a change, to have kernels compiled before the first update: drivers compile at a
-/// kernel's first launch, PoCL once for grids below 2^16 and once for others.
+/// Recomputes some texels without a change, so that kernels are compiled before the first update: drivers compile a
+/// kernel at its first launch, PoCL once for grids below 2^16 and once for larger ones.
 void SessionTexels::warm_up() {
   if (pipeline_.layers().read_around()) return;
   for (const std::size_t some : {std::size_t{1}, std::size_t{1} << 16}) {
@@ -43,7 +43,7 @@ void SessionTexels::warm_up() {
   places_.clear();
 }
 
-/// Padding stays valid while the coverage does.
+/// Padding stays valid while the coverage does not change.
 void SessionTexels::find_padding(const BakeOptions& options) {
   const Layers& layers = pipeline_.layers();
   if (coverage_stays()) return;
@@ -68,19 +68,19 @@ void SessionTexels::index() {
       }
     }
   }
-  texels_of_ =
+  texels_of_triangle_ =
       Adjacency::make(triangles_, pairs.size(), [&](std::size_t i) { return pairs[i].first; });
-  for (std::uint32_t& item : texels_of_.items) item = pairs[item].second;
+  for (std::uint32_t& item : texels_of_triangle_.items) item = pairs[item].second;
 }
 
 bool SessionTexels::choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change) {
   chosen_.clear();
-  // If most normals changed, so did most texels: the lookup is skipped.
+  // If most normals changed, most texels changed, too, and the lookup is skipped.
   if (change.entries.size() > normals.corners().normals.size() / 2) return false;
-  if (texels_of_.first.empty()) index();
+  if (texels_of_triangle_.first.empty()) index();
   for (const std::uint32_t entry : change.entries) {
     for (const std::uint32_t corner : normals.corners_of(entry)) {
-      for (const std::uint32_t texel : texels_of_.of(corner / 3)) chosen_.add(texel);
+      for (const std::uint32_t texel : texels_of_triangle_.of(corner / 3)) chosen_.add(texel);
     }
     if (chosen_.items().size() > count_ / 2) return false;
   }
@@ -110,7 +110,7 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   if (texels.empty()) return;
   cl::Context& context = pipeline_.context();
   const Band& band = bands_[number];
-  const PipelineBand& all = pipeline_.bands()[number];
+  const PipelineBand& whole_band = pipeline_.bands()[number];
   const auto count = static_cast<std::uint32_t>(texels.size());
   std::vector<std::uint32_t> own(count), places(count), first(count + std::size_t{1});
   for (std::size_t i = 0; i < count; ++i) {
@@ -133,14 +133,15 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   match.barycentric = cl::Array<float>(context, std::size_t{2} * samples);
   const cl::Array<std::uint32_t> indices(context, std::span<const std::uint32_t>(own));
   context.launch(context.kernel("session", "kiln_session_gather"), count, kLocal, count,
-                 all.texels.capacity, all.match.capacity, samples, indices, part.texel_first,
-                 all.texels.texel_first, all.texels.triangle, all.texels.barycentric,
-                 all.match.triangle, all.match.barycentric, part.triangle, part.barycentric,
-                 match.triangle, match.barycentric);
+                 whole_band.texels.capacity, whole_band.match.capacity, samples, indices,
+                 part.texel_first, whole_band.texels.texel_first, whole_band.texels.triangle,
+                 whole_band.texels.barycentric, whole_band.match.triangle,
+                 whole_band.match.barycentric, part.triangle, part.barycentric, match.triangle,
+                 match.barycentric);
   pipeline_.layers().run_some(part, match, std::span(places_).last(count));
 }
 
-/// Bounds of places in the map and of the padding that copies them.
+/// Bounds of the chosen texels and of the padding that copies them.
 Rectangle SessionTexels::box() const {
   std::size_t left = width_, right = 0, top = ~std::size_t{0}, bottom = 0;
   const auto add = [&](std::size_t place) {

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Checked options without maps.
+/// Checks the options, and removes their maps.
 BakeOptions match_alone(BakeOptions options) {
   check_options(options);
   ask_for(options, {});
@@ -77,13 +77,13 @@ ViewSession::Step ViewSession::add(const Vec3& toward) {
     PipelineBand& band = impl.pipeline.bands()[b];
     const std::uint32_t count = band.texels.sample_count;
     if (count == 0) continue;
-    const std::vector<float> before = impl.scores[b].download(context);
+    const std::vector<float> old_scores = impl.scores[b].download(context);
     view.match(band.texels.points, count, band.texels.capacity, impl.query, impl.scores[b],
                band.match);
-    const std::vector<float> after = impl.scores[b].download(context);
+    const std::vector<float> new_scores = impl.scores[b].download(context);
     for (std::uint32_t i = 0; i < count; ++i) {
-      step.changed += after[i] < before[i] ? 1 : 0;
-      step.decided += after[i] < std::numeric_limits<float>::infinity() ? 1 : 0;
+      step.changed += new_scores[i] < old_scores[i] ? 1 : 0;
+      step.decided += new_scores[i] < std::numeric_limits<float>::infinity() ? 1 : 0;
     }
   }
   return step;

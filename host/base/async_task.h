@@ -13,8 +13,8 @@
 
 namespace kiln {
 
-/// Starts work immediately if there is more than one thread; otherwise get() runs it. Everything the work uses must
-/// outlive this, and must not be changed by others meanwhile. The destructor waits for the work.
+/// Starts work immediately if there is more than one thread; otherwise get() runs it. Data that the work uses must
+/// outlive the task, and must not change while it runs. The destructor waits for the work.
 template <typename Result>
 class AsyncTask {
  public:
@@ -26,8 +26,8 @@ class AsyncTask {
                              return work();
                            })) {}
 
-  /// Waits for the result; call once. Polls progress while waiting. \throws what the work threw; as
-  /// ProgressGuard::poll()
+  /// Waits for the result, polling progress; must be called once. \throws the work's exception, or
+  /// as ProgressGuard::poll()
   Result get() {
     constexpr std::chrono::milliseconds kPollInterval(20);
     while (result_.wait_for(kPollInterval) == std::future_status::timeout) ProgressGuard::poll();

@@ -33,7 +33,7 @@ class ByteHash {
     hash_.add(bytes.size());
     for (const std::uint64_t block : blocks) hash_.add(block);
   }
-  /// Never 0, which callers use for "unknown".
+  /// The hash; never 0, which callers use for "unknown".
   std::uint64_t value() const { return hash_.value != 0 ? hash_.value : 1; }
 
  private:
@@ -48,20 +48,21 @@ std::uint64_t hash_bytes(const Arrays&... arrays) {
   return hash.value();
 }
 
-/// Hash of several arrays for caches that are looked up often: up to five times as fast as hash_bytes(), whose values
-/// stand in files. Never 0.
+/// Hash of several arrays for caches with frequent look-ups: up to five times as fast as hash_bytes(), whose values
+/// are stored in files. Never 0.
 template <typename... Arrays>
 std::uint64_t fast_hash(const Arrays&... arrays) {
   constexpr std::size_t kLanes = 4, kWord = sizeof(std::uint64_t), kStep = kLanes * kWord;
   Fnv1a all;
   const auto add = [&](std::span<const std::byte> bytes) {
-    Fnv1a lanes[kLanes];  // independent chains, so that multiplications overlap
+    Fnv1a lanes[kLanes];  // independent hashes, so that their multiplications overlap
     std::size_t i = 0;
     for (; i + kStep <= bytes.size(); i += kStep) {
       std::uint64_t words[kLanes];
       std::memcpy(words, &bytes[i], kStep);
       for (std::size_t k = 0; k < kLanes; ++k) {
-        // A product's low bits depend on the low bits of its factors alone: the rotation spreads the high ones.
+        // The low bits of a product depend on the low bits of its factors alone; the rotation moves high bits
+        // down.
         lanes[k].add(words[k]);
         lanes[k].value = std::rotl(lanes[k].value, 29);
       }

@@ -8,10 +8,10 @@
 namespace kiln {
 
 enum class ChildEnd {
-  none,     ///< Nothing was run: no child could be created, or the system has none
-  done,     ///< Ended normally
-  slow,     ///< Exceeded its time limit
-  crashed,  ///< Ended by a signal or std::terminate()
+  none,     ///< The work did not run: no child could be created, or the system does not support it
+  done,     ///< The child ended normally
+  slow,     ///< The child exceeded its time limit
+  crashed,  ///< The child ended by a signal or std::terminate()
 };
 
 struct ChildLimits {
@@ -19,8 +19,8 @@ struct ChildLimits {
   std::uint64_t bytes = 0;    ///< Limit of address space, in addition to this process's
 };
 
-/// Forks, calls `work` in the child within limits, and waits for its end. Only the returned text is passed back; an
-/// exception becomes the text "it takes too much memory". Polls progress meanwhile, which may throw.
+/// Forks, calls `work` in the child within limits, and waits until the child ends. Only the returned text is passed
+/// back; an exception becomes the text "it takes too much memory". Polls progress while waiting, which may throw.
 ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string()>& work,
                       std::string& returned);
 

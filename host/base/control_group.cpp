@@ -28,19 +28,21 @@ std::uint64_t bytes_left(std::uint64_t limit, std::uint64_t used) {
 
 namespace {
 
-/// Names of one version: files of limit and use, keys of cached files, and of those of them that tmpfs holds.
+/// Names in one version of control groups: the files of limit and usage, and the keys of cached files and of
+/// cached files that tmpfs holds.
 struct GroupNames {
   const char *limit, *used, *cached, *shared;
 };
 constexpr GroupNames kVersion2 = {"memory.max", "memory.current", "file", "shmem"};
 constexpr GroupNames kVersion1 = {"memory.limit_in_bytes", "memory.usage_in_bytes", "total_cache",
                                   "total_shmem"};
-/// Version 1 has no word for "no limit", but whole pages below 2^63.
+/// Larger limits count as "no limit", for which version 1 reports a multiple of the page size just below
+/// 2^63.
 constexpr std::uint64_t kLargestLimit = std::uint64_t{1} << 62;
 
 std::uint64_t left_in_group(const std::string& folder, const GroupNames& names) {
   const std::string stat = folder + "/memory.stat";
-  // Version 1 says in memory.stat what the groups around it allow.
+  // Version 1 reports the limits of enclosing groups in memory.stat.
   const std::uint64_t limit = std::min(first_number_in(folder + "/" + names.limit),
                                        number_in(stat, "hierarchical_memory_limit"));
   if (limit >= kLargestLimit) return kNoNumber;
@@ -54,25 +56,27 @@ std::uint64_t left_in_group(const std::string& folder, const GroupNames& names) 
 
 }  // namespace
 
-std::uint64_t free_in_control_groups(const std::string& root, const std::string& own) {
-  // A container sees its group as the root. Elsewhere it is named: "0::/a/b", of version 1 "9:memory:/a/b".
-  std::uint64_t least =
+std::uint64_t free_in_control_groups(const std::string& root, const std::string& group_file) {
+  // In a container, the group is the root. Elsewhere, its path is given: "0::/a/b", in version 1
+  // "9:memory:/a/b".
+  std::uint64_t available =
       std::min(left_in_group(root, kVersion2), left_in_group(root + "/memory", kVersion1));
-  std::ifstream groups(own);
+  std::ifstream groups(group_file);
   for (std::string line; std::getline(groups, line);) {
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
     if (first == std::string::npos || second == std::string::npos) continue;
     const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
     const bool is_version_2 = controllers == ",,";
     if (!is_version_2 && controllers.find(",memory,") == std::string::npos) continue;
-    // Each group bounds those in it.
+    // A group's limit applies to the groups within it, too.
     for (std::string path = line.substr(second + 1); path.size() > 1 && path[0] == '/';
          path.resize(path.find_last_of('/'))) {
-      least = std::min(least, is_version_2 ? left_in_group(root + path, kVersion2)
+      available =
+          std::min(available, is_version_2 ? left_in_group(root + path, kVersion2)
                                            : left_in_group(root + "/memory" + path, kVersion1));
     }
   }
-  return least;
+  return available;
 }
 
 }  // namespace kiln

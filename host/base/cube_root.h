@@ -1,15 +1,17 @@
-// A cube root that is the same double with every C library.
+// A cube root with the same result for every C library.
 #pragma once
 
 #include <cmath>
 
 namespace kiln {
 
-/// The cube root of a finite number above 0, rounded to nearest but for one in some thousands, which is off by one unit in
-/// the last place. std::cbrt() of glibc, MinGW-w64 and msvcrt differ in half of all arguments, by up to 3 units. One step
-/// of Newton's method, whose residual is exact to twice the precision, takes away what std::pow() is off by.
+/// The cube root of a finite number above 0. It is rounded to nearest, except for one in thousands of arguments,
+/// whose error is one unit in the last place. The results of std::cbrt() of glibc, MinGW-w64 and msvcrt differ for
+/// half of all arguments, by up to 3 units. One step of Newton's method, whose residual is computed in twice the
+/// precision, corrects the error of std::pow().
 inline double cube_root(double x) {
-  // a * b - product exactly, by halves of 26 bits (Dekker 1971). fma() of MinGW-w64 rounds twice.
+  // Computes a * b - product exactly, from halves of 26 bits (Dekker 1971), since fma() of MinGW-w64 rounds
+  // twice.
   const auto product_error = [](double a, double b, double product) {
     constexpr double kSplitter = (1 << 27) + 1;
     const double a_scaled = kSplitter * a, b_scaled = kSplitter * b;

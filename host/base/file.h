@@ -1,5 +1,5 @@
-// File operations beyond std::filesystem. Implemented in posix/ and windows/. On Windows, files have names while they are
-// written, and who else may write to a folder is not looked into.
+// File operations beyond std::filesystem. Implemented in posix/ and windows/. On Windows, files have names while they
+// are written, and the access rights of folders are not checked.
 //
 // Functions that fail return -1, false or an empty value, and set errno.
 #pragma once
@@ -33,26 +33,26 @@ struct FileFacts {
 };
 
 std::optional<FileFacts> facts_of(const std::filesystem::path& path) noexcept;
-/// Facts of a symbolic link itself.
+/// Facts of a symbolic link itself, not of its target.
 std::optional<FileFacts> facts_of_link(const std::filesystem::path& path) noexcept;
 std::optional<FileFacts> facts_of(int file) noexcept;
 
 // Opens files; descriptors are not inherited by child programs.
 int open_to_read(
-    const std::filesystem::path& path) noexcept;  ///< Does not wait for the writer of a pipe
+    const std::filesystem::path& path) noexcept;  ///< Does not block until a pipe has a writer
 int open_to_write(
     const std::filesystem::path& path) noexcept;  ///< Opens an existing file, such as a pipe
 /// Creates a file; fails if it exists.
 int create_file(const std::filesystem::path& path, unsigned permissions) noexcept;
-/// Creates a file without a name; name_file() can give it one.
+/// Creates a file without a name; name_file() can assign one.
 int create_unnamed(const std::filesystem::path& folder) noexcept;
-/// Opens a folder and locks it against other processes. Waits at most this long, then returns -1 with EWOULDBLOCK. On
-/// file systems without locks, succeeds without one.
+/// Opens a folder and locks it against other processes. Waits for at most `seconds`, then returns -1 with
+/// EWOULDBLOCK. On file systems without locks, it succeeds without a lock.
 int lock_folder(const std::filesystem::path& folder, double seconds) noexcept;
 int duplicate(int file) noexcept;
 void close(int file) noexcept;
 
-/// Gives a file of create_unnamed() a name, which must not exist.
+/// Assigns a name, which must not exist, to a file of create_unnamed().
 bool name_file(int file, const std::filesystem::path& name) noexcept;
 /// A path by which other processes can read an open file.
 std::string name_of_open(int file);
@@ -71,7 +71,7 @@ bool set_permissions(int file, unsigned permissions) noexcept;
 bool may_write(const std::filesystem::path& path) noexcept;
 /// True if the process may create files in the folder.
 bool may_write_in(const std::filesystem::path& folder) noexcept;
-/// Replaces a file by another, atomically.
+/// Moves a file to another name atomically, replacing a file that has it.
 bool replace(const std::filesystem::path& from, const std::filesystem::path& to) noexcept;
 bool add_name(const std::filesystem::path& of,
               const std::filesystem::path& name) noexcept;  ///< Adds a hard link
@@ -81,29 +81,29 @@ bool remove_file(const std::filesystem::path::value_type* path) noexcept;
 /// Removes an empty folder.
 bool remove_folder(const std::filesystem::path::value_type* path) noexcept;
 
-// Folders that no other user can put files into.
+// Functions for folders that other users cannot put files into.
 
-/// The first level of a path, up to its end, at which another user could replace what the path leads to: a folder or
-/// link on the way that belongs to another user, or that others may write to. Root's folders are trusted. So are
-/// folders writable by all in which users may remove their own files only (sticky, as /tmp), if the next level exists
-/// and belongs to this user. Empty: none.
+/// The first level of a path at which another user could replace a part of the path: a folder or link that belongs to
+/// another user, or that others may write to. Root's folders are trusted. So are folders that are writable by all but
+/// sticky, such as /tmp, if the next level exists and belongs to this user. Empty if there is no such level.
 std::filesystem::path shared_level(const std::filesystem::path& path);
 /// Creates a folder and its missing parents, accessible by this user only.
 void create_private_folders(const std::filesystem::path& path) noexcept;
-/// The folder for temporary files: TMPDIR, otherwise the system's.
+/// The folder for temporary files: TMPDIR, or the system's default.
 std::filesystem::path temporary_folder();
-/// Creates a folder with a new name in it, accessible by this user only. \returns its path; empty: it failed
+/// Creates a folder with a new name in temporary_folder(), accessible by this user only. \returns its path;
+/// empty on failure
 std::filesystem::path create_temporary_folder(const std::string& start_of_name);
-/// This user's permanent folder in it: `kiln-USER`.
+/// This user's permanent folder in temporary_folder(): `kiln-USER`.
 std::filesystem::path user_folder();
 /// Sets an environment variable; null: unsets it.
 void set_variable(const char* name, const char* value) noexcept;
 
 long process_id() noexcept;
-/// Identifies this boot of this machine and its process numbering (containers have their own). Files with another mark
-/// may belong to processes that are invisible here. 16 hexadecimal digits.
+/// Identifies this boot of this machine and its process numbering (containers have their own). Files with another
+/// mark may belong to processes that this one cannot see. 16 hexadecimal digits.
 const std::string& process_mark();
-/// True if a process with this process's mark no longer exists.
+/// True if no process with this number exists any more; for processes with the same process_mark().
 bool is_gone(long process) noexcept;
 
 }  // namespace kiln::os

@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// 64-bit FNV-1a (Fowler, Noll, Vo) over words of any type; the published hash for bytes.
+/// 64-bit FNV-1a (Fowler, Noll, Vo) over words of any type; for bytes, the published hash.
 struct Fnv1a {
   std::uint64_t value = 0xCBF29CE484222325U;
 

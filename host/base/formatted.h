@@ -9,7 +9,8 @@
 
 namespace kiln {
 
-/// As vprintf(), of any length, with decimal points in any locale (on Windows, the locale's).
+/// Formats like vprintf(), to any length, with decimal points in any locale (on Windows, with the locale's
+/// separator).
 [[gnu::format(printf, 1, 0)]] inline std::string formatted_list(const char* format,
                                                                 std::va_list values) {
 #ifndef _WIN32
@@ -27,7 +28,7 @@ namespace kiln {
   return text;
 }
 
-/// As printf(), of any length, with decimal points in any locale.
+/// Formats like printf(), to any length, with decimal points in any locale.
 [[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
   std::va_list values;
   va_start(values, format);

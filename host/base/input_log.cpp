@@ -58,7 +58,7 @@ void InputLog::add(const fs::path& path) {
     const std::lock_guard lock(mutex_);
     if (inputs_.files.count(whole) != 0) return;
   }
-  // Identified before the caller reads: if the file changes later, its identity differs.
+  // The identity is determined before the caller reads: if the file changes later, its identity differs.
   std::string identity = identify_(whole);
   const std::lock_guard lock(mutex_);
   inputs_.files.try_emplace(whole, std::move(identity));

@@ -1,4 +1,4 @@
-// Records what a run reads from the file system: the dependencies of its results.
+// Records the files and folders that a run reads: the dependencies of its results.
 #pragma once
 
 #include <filesystem>
@@ -23,7 +23,7 @@ class InputLog {
   struct Inputs {
     std::map<std::string, std::string> files;  ///< Absolute path to identity
     std::set<std::string> absent;              ///< Absolute paths
-    /// Absolute path and query, to the answer. Queries: "tiles" of a name, "named crate.png" of a folder
+    /// Answers by absolute path and query. Queries: "tiles" of a name, "named crate.png" of a folder
     std::map<std::pair<std::string, std::string>, std::string> answers;
   };
   Inputs inputs() const;
@@ -53,12 +53,12 @@ class InputLogScope {
  private:
   InputLog* before_;
 };
-/// The calling thread's log; null: none.
+/// The calling thread's log; null if there is none.
 InputLog* current_input_log() noexcept;
 
 /// Records a file that is about to be read, or that was found. Does nothing without a log.
 void note_input(const std::filesystem::path& path);
-/// Records a file that was looked for and is missing.
+/// Records that a file is missing.
 void note_absent(const std::filesystem::path& path);
 /// Records a query about a folder or names in it, with its answer.
 void note_answer(const std::filesystem::path& path, const std::string& question,

@@ -6,12 +6,12 @@
 
 namespace kiln {
 
-/// Greatest nesting of JSON that Kiln reads and writes. JSON values are destroyed, copied and written recursively, so
-/// deeper nesting would overflow the stack. Exporters write at most some tens of levels.
+/// Maximum nesting depth of JSON that Kiln reads and writes. JSON values are destroyed, copied and written
+/// recursively, so deeper nesting would overflow the stack. Exporters write at most tens of levels.
 inline constexpr std::size_t kMaxJsonDepth = 200;
 
 /// True if a JSON text nests lists and objects deeper than kMaxJsonDepth. For invalid JSON, true only if a parser
-/// would reach that depth before it fails. One pass, no memory.
+/// would reach that depth before it fails. Runs in one pass without allocations.
 inline bool is_nested_too_deep(std::string_view json) {
   std::size_t depth = 0;
   bool in_text = false;

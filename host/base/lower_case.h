@@ -7,7 +7,7 @@
 
 namespace kiln {
 
-/// Converts ASCII letters to lower case; all other bytes stay.
+/// Converts ASCII letters to lower case; all other bytes are unchanged.
 inline std::string lower_case(std::string_view text) {
   std::string result(text);
   for (char& c : result) {

@@ -8,10 +8,11 @@
 
 namespace kiln {
 
-/// At most one value of each type. Thread-safe.
+/// Holds at most one value of each type, created at its first use. Thread-safe.
 class MadeOnce {
  public:
-  /// The value of a type, created by `make()` at the first call. If that throws, the next call tries again.
+  /// Returns the value of a type, created by `make()` at the first call. If `make()` throws, the next call
+  /// tries again.
   template <typename Value, typename Make>
   std::shared_ptr<const Value> get(const Make& make) {
     const std::lock_guard lock(mutex_);

@@ -42,12 +42,12 @@ std::uint64_t free_memory() {
 std::uint64_t memory_limit() {
   const std::uint64_t set = explicit_limit;
   if (set != 0) return set;
-  // Not a static with a dynamic initializer: its allocations would query the limit recursively.
+  // The variable has no dynamic initializer, since its allocations would query the limit recursively.
   static std::atomic<std::uint64_t> unset{0};
   std::uint64_t first = unset;
   if (first != 0) return first;
-  const std::uint64_t made = default_limit();
-  return unset.compare_exchange_strong(first, made) ? made : first;
+  const std::uint64_t limit = default_limit();
+  return unset.compare_exchange_strong(first, limit) ? limit : first;
 }
 
 void set_memory_limit(std::uint64_t bytes) noexcept { explicit_limit = bytes; }
@@ -97,8 +97,8 @@ void fail_for_stage(const std::string& problem) {
 void require_memory(const std::string& what, std::uint64_t bytes, const MemoryFailure& fail) {
   if (bytes <= kMaxUncheckedBytes) return;
   if (memory_fits(bytes)) return;
-  const std::uint64_t left = memory_left();
-  fail(what + " would take " + mebibytes(bytes) + " of memory, but only " + mebibytes(left) +
+  const std::uint64_t available = memory_left();
+  fail(what + " would take " + mebibytes(bytes) + " of memory, but only " + mebibytes(available) +
        " are left of the memory limit");
 }
 

@@ -22,11 +22,12 @@ std::string mebibytes(std::uint64_t bytes);
 /// Peak resident memory of the process in bytes; 0: unknown.
 std::uint64_t peak_resident_bytes() noexcept;
 
-/// Counts memory that is allocated but not written yet, which the system does not count as resident; it is deducted
-/// from memory_left(). \param bytes  negative once it is written or freed
+/// Counts memory that is allocated but not yet written, which the system does not count as resident; it is
+/// subtracted from memory_left(). \param bytes negative when the memory is written or freed
 void count_untouched(std::int64_t bytes) noexcept;
 
-/// Reserves memory for later work while it lives, so that the work fails at its start rather than late.
+/// Reserves memory for later work during its lifetime, so that a lack of memory is found at the start of the
+/// work.
 class ReservedMemory {
  public:
   explicit ReservedMemory(std::uint64_t bytes) noexcept : bytes_(static_cast<std::int64_t>(bytes)) {
@@ -44,11 +45,11 @@ class ReservedMemory {
 /// again.
 bool memory_fits(std::uint64_t bytes);
 
-/// From now on, allocations of the calling thread are checked by may_take(). For threads that are not a driver's.
+/// Makes may_take() check the calling thread's allocations from now on. For threads of Kiln, not of drivers.
 void obey_memory_limit() noexcept;
 
 /// For a program's operator new: false if the calling thread is checked and a block of this size exceeds the budget.
-/// Queries the system once a MiB, which takes some microseconds.
+/// Queries the system once per MiB, which takes microseconds.
 bool may_take(std::size_t bytes);
 
 /// Reports a lack of memory; must throw. \param problem  such as "The maps would take 3 MiB of memory, but only 2 MiB
@@ -58,7 +59,7 @@ using MemoryFailure = std::function<void(const std::string& problem)>;
 /// A MemoryFailure for stages. \throws Error(internal)
 [[noreturn]] void fail_for_stage(const std::string& problem);
 
-/// Checks the budget before a large allocation; calls `fail` if it does not fit. Takes some tens of microseconds;
+/// Checks the budget before a large allocation; calls `fail` if it does not fit. Takes tens of microseconds;
 /// skipped up to kMaxUncheckedBytes.
 /// \param what  subject of the message, such as "The maps"
 void require_memory(const std::string& what, std::uint64_t bytes,

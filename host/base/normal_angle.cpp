@@ -18,7 +18,7 @@ Vector decode(const float* texel) {
   return n;
 }
 
-// A zero vector: 0 is stored in 8 bits as 128/255, which decodes to 0.0039 a channel.
+// True for a zero vector: 0 is stored in 8 bits as 128/255, which decodes to 0.0039 per channel.
 bool is_zero(const Vector& n) { return n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < 1e-4; }
 bool is_finite(const Vector& n) {
   return std::isfinite(n[0]) && std::isfinite(n[1]) && std::isfinite(n[2]);

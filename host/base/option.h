@@ -1,4 +1,4 @@
-// Options in messages.
+// Formats options for messages.
 #pragma once
 
 #include <string_view>
@@ -7,7 +7,7 @@
 
 namespace kiln {
 
-/// An option in a message: see Message::option().
+/// Makes the part of a message that names an option: see Message::option().
 inline Message option(std::string_view name, std::string_view value = {}) {
   return Message::option(name, value);
 }

@@ -6,7 +6,8 @@
 
 namespace kiln {
 
-/// Number of threads: set_thread_limit(), otherwise the KILN_THREADS environment variable, otherwise hardware threads.
+/// Number of threads: that of set_thread_limit(), else of the environment variable KILN_THREADS, else the
+/// number of hardware threads.
 int thread_count();
 
 /// Type-erased parallel_for(), so that the threading code is compiled once instead of once for each body.
@@ -15,7 +16,7 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
                      int thread_limit);
 
 /// Calls body(begin, end) over [0, count) in pieces of `grain`, on `thread_limit` threads (0: thread_count()). The
-/// assignment of pieces to threads is undefined, so bodies must write to disjoint places. The first exception is
+/// assignment of pieces to threads is undefined, so bodies must write to disjoint memory. The first exception is
 /// rethrown after all threads have stopped. The calling thread takes part, and polls progress (base/progress_guard.h)
 /// with each of its pieces.
 template <typename Body>

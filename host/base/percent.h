@@ -1,4 +1,4 @@
-// Percentages in messages.
+// Formats percentages for messages.
 #pragma once
 
 #include <cmath>
@@ -15,8 +15,8 @@ inline std::string percent(double share, int digits = 3) {
   const double value = 100 * share;
   if (!(value < kMaxPercent)) return "over 1000000%";
   int decimals = 0;
-  const double enough = std::pow(10.0, digits - 1);
-  for (double v = value; v > 0 && v < enough && decimals < kMaxDecimals; v *= 10) ++decimals;
+  const double min_scaled = std::pow(10.0, digits - 1);
+  for (double v = value; v > 0 && v < min_scaled && decimals < kMaxDecimals; v *= 10) ++decimals;
   std::string number = formatted("%.*f", decimals, value);
   if (decimals > 0) number.erase(number.find_last_not_of('0') + 1);
   if (number.back() == '.') number.pop_back();

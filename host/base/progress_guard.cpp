@@ -4,8 +4,9 @@
 
 namespace kiln {
 
-/// Least time between two calls. Tests that count polls declare it and set it to 0.
-std::chrono::milliseconds pause_of_progress{50};
+/// Minimum time between two calls of the callback. Tests that count polls declare this variable and set it to
+/// 0.
+std::chrono::milliseconds min_progress_interval{50};
 
 namespace {
 
@@ -53,7 +54,7 @@ bool ProgressGuard::active() { return of_thread != nullptr; }
 void ProgressGuard::poll() {
   ProgressGuard* const guard = of_thread;
   if (guard == nullptr || guard->calling_) return;
-  if (std::chrono::steady_clock::now() - guard->last_ < pause_of_progress) return;
+  if (std::chrono::steady_clock::now() - guard->last_ < min_progress_interval) return;
   if (!guard->report(guard->done_, guard->stage_)) throw Cancelled();
 }
 

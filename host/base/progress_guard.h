@@ -17,11 +17,11 @@ struct Cancelled : Error {
   Cancelled() : Error(ErrorCode::cancelled, "Stopped: the progress callback said so.") {}
 };
 
-/// Installs a progress callback on the calling thread; parallel loops and waits for the device poll it while this
-/// lives. The innermost guard with a callback counts.
+/// Installs a progress callback on the calling thread during its lifetime; parallel loops and waits for the
+/// device poll it. The innermost guard with a callback is used.
 class ProgressGuard {
  public:
-  /// \param callback  may be empty: then this has no effect
+  /// \param callback may be empty; the guard then has no effect
   explicit ProgressGuard(Progress callback);
   ~ProgressGuard();
   ProgressGuard(const ProgressGuard&) = delete;
@@ -29,11 +29,12 @@ class ProgressGuard {
 
   /// Calls the callback now. \returns false to cancel
   bool report(double done, std::string_view stage);
-  /// report() as a callback, for work that knows its progress; empty if this one's is. Valid while this lives.
+  /// report() as a callback, for work that knows its progress; empty if the guard's callback is. Valid during
+  /// the guard's lifetime.
   Progress progress();
 
-  /// Repeats the last progress to the calling thread's callback, if more than 50 ms have passed. Costs the reading of a
-  /// clock. \throws Cancelled if the callback returns false
+  /// Repeats the last progress to the calling thread's callback, if more than 50 ms have passed. Otherwise the cost
+  /// is one reading of a clock. \throws Cancelled if the callback returns false
   static void poll();
   /// Calls the calling thread's callback now. \throws Cancelled if the callback returns false
   static void poll_at(double done, std::string_view stage);
@@ -46,10 +47,11 @@ class ProgressGuard {
   double done_ = 0;
   std::string stage_ = "preparing";
   std::chrono::steady_clock::time_point last_;
-  bool calling_ = false;  // suppresses progress of Kiln's functions that the callback itself calls
+  // true during a callback: Kiln's functions that the callback calls report no progress
+  bool calling_ = false;
 };
 
-/// Locks a mutex; polls progress while another thread holds it. \throws as ProgressGuard::poll()
+/// Locks a mutex, polling progress while another thread holds it. \throws as ProgressGuard::poll()
 template <typename Mutex>
 std::unique_lock<Mutex> lock_polling(Mutex& mutex) {
   std::unique_lock lock(mutex, std::try_to_lock);

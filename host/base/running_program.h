@@ -1,4 +1,4 @@
-// A program that works beside this one.
+// A child program that runs in parallel with this one.
 #pragma once
 
 #include <filesystem>
@@ -12,36 +12,37 @@
 namespace kiln {
 
 struct ProgramResult {
-  int exit_code = 0;   ///< 128 + signal where one ended it
+  int exit_code = 0;   ///< 128 + signal if a signal ended it
   std::string output;  ///< Standard output, any bytes
   std::string errors;  ///< Standard error
 };
 
-/// A program that works beside this one, until it is given its standard input. It is killed with this object.
+/// A child program that is started early, so that it can initialise while this program prepares its standard
+/// input. The destructor kills it.
 class RunningProgram {
  public:
-  /// False where the system starts none (Windows).
+  /// False if the system is not supported (Windows).
   static bool supported() noexcept;
-  /// \param command  name and arguments; the name is looked for in PATH
-  /// \param folder  where it starts
-  /// \returns nothing where there is no such program, or where none is supported
-  /// \throws Error(internal) where it cannot be started for another reason
+  /// \param command name and arguments; the name is searched in PATH
+  /// \param folder its working folder
+  /// \returns nullopt if there is no such program, or if the system is not supported
+  /// \throws Error(internal) if it cannot be started for another reason
   static std::optional<RunningProgram> start(std::vector<std::string> command,
                                              const std::filesystem::path& folder);
   RunningProgram(RunningProgram&&) noexcept;
   RunningProgram& operator=(RunningProgram&&) noexcept;
   ~RunningProgram();
 
-  /// Gives it all of its standard input, and returns while it works on. To be called once.
-  /// \param input  what it does not read is left
-  /// \param limit_seconds  from now on; it is killed then
-  /// \param interrupted  polled on another thread; the program is killed once it is true
+  /// Starts writing its standard input, and returns while it runs. Must be called once.
+  /// \param input its standard input; it need not read all of it
+  /// \param limit_seconds time limit from now on, after which it is killed
+  /// \param interrupted polled on another thread; the program is killed when it returns true
   void begin(std::string input, double limit_seconds, std::function<bool()> interrupted);
-  /// True if begin() was called, and with this.
+  /// True if begin() was called; the second overload: with this input.
   bool began() const;
   bool began_with(std::string_view input) const;
 
-  /// After begin(): waits for its end. To be called once.
+  /// Waits until the program ends. Must be called once, after begin().
   ProgramResult finish();
 
  private:

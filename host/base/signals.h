@@ -1,32 +1,32 @@
-// Requests to end, and crashes. Implemented in posix/ and windows/.
+// Handles requests to end, and crashes. Implemented in posix/ and windows/.
 #pragma once
 
 #include <cstdint>
 
 namespace kiln::os {
 
-/// From now on, a request to end (Ctrl-C; SIGINT, SIGTERM, SIGHUP; a closed console) is noted, for interrupted(). A third
-/// of a second later, or at a second request, `on_deadline` is called: in a handler of a signal, or on another thread.
-/// Writing to a closed pipe and beyond a limit of file sizes are errors from now on, and end no process.
+/// From now on, a request to end (Ctrl-C; SIGINT, SIGTERM, SIGHUP; a closed console) is recorded for interrupted(). A
+/// third of a second later, or at a second request, `on_deadline` is called, in a signal handler or on another
+/// thread. Writing to a closed pipe, or beyond the file size limit, becomes an error that does not end the process.
 void catch_interrupts(void (*on_deadline)()) noexcept;
-/// True once a request came.
+/// True after a request to end.
 bool interrupted() noexcept;
 
-/// From now on, `on_crash` is called where the program crashes or aborts, on the thread that did, in a handler of a signal.
-/// Handlers that others have set stay.
+/// From now on, `on_crash` is called if the program crashes or aborts, in a signal handler on the faulting thread.
+/// Existing handlers are kept.
 void catch_crashes(void (*on_crash)(int number)) noexcept;
-/// True of a signal whose handler is that of catch_crashes().
+/// True if the handler of catch_crashes() is installed for a signal.
 bool handles_crash(int number) noexcept;
-/// True of the number that `on_crash` is called with where the program aborted itself.
+/// True for the number with which `on_crash` is called after an abort().
 bool is_abort(int number) noexcept;
-/// Lets the crash that `on_crash` was called for end the process, as without a handler.
+/// Ends the process by the crash for which `on_crash` was called, as without a handler.
 void crash_unhandled(int number) noexcept;
-/// Stops this thread for good: another one ends the process.
+/// Blocks this thread forever, while another one ends the process.
 [[noreturn]] void stop_thread() noexcept;
 
-/// A number of this thread that no other has now; above 0. Async-signal-safe.
+/// A number above 0 that identifies this thread among the running ones. Async-signal-safe.
 std::int64_t thread_number() noexcept;
-/// True on the thread that main() runs on. Async-signal-safe.
+/// True on the main thread. Async-signal-safe.
 bool on_main_thread() noexcept;
 
 }  // namespace kiln::os

@@ -17,7 +17,7 @@ double encoded(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
-/// The curve sampled at evenly spaced fourth roots, between which it is nearly linear.
+/// The curve, sampled at evenly spaced fourth roots of its argument, between which it is nearly linear.
 const std::vector<float>& curve() {
   static const std::vector<float> values = [] {
     std::vector<float> list(kTableSteps + 2);
@@ -32,7 +32,7 @@ const std::vector<float>& curve() {
 
 float on_curve(const float* values, float linear) {
   if (!(linear > 0)) return 0;
-  // The linear segment, where the fourth root is steep.
+  // The linear segment of the curve; the fourth root is too steep there.
   if (linear <= 0.0031308F) return 12.92F * linear;
   const float place =
       std::sqrt(std::sqrt(std::min(linear, 1.0F))) * static_cast<float>(kTableSteps);

@@ -8,7 +8,7 @@ namespace kiln {
 /// \param value  0 to 1; the curve is extrapolated beyond
 double from_srgb(double value);
 
-/// Clamped to [0, 1]; NaN becomes 0. Within 2e-7 of the formula.
+/// The result is clamped to [0, 1]; NaN becomes 0. The error is at most 2e-7.
 float to_srgb(float linear);
 
 /// Linear values of the 256 sRGB bytes.

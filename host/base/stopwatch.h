@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-/// Starts on construction.
+/// A stopwatch that starts at its construction.
 class Stopwatch {
  public:
   /// Seconds since the last lap, or since the start.

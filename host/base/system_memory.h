@@ -1,22 +1,22 @@
-// What the system says of memory. Implemented in posix/ and windows/.
+// Queries the system's memory. Implemented in posix/ and windows/.
 #pragma once
 
 #include <cstdint>
 
 namespace kiln::os {
 
-/// Bytes that the process holds in memory; 0: unknown. Allocates nothing.
+/// Resident memory of the process in bytes; 0 if unknown. Does not allocate.
 std::uint64_t resident_memory() noexcept;
-/// The most that it has held so far; 0: unknown.
+/// Peak resident memory of the process in bytes; 0 if unknown.
 std::uint64_t peak_resident_memory() noexcept;
-/// Bytes of memory and swap that nobody uses; kNoNumber (base/control_group.h): unknown.
+/// Free memory and swap in bytes; kNoNumber (base/control_group.h) if unknown.
 std::uint64_t free_in_machine();
-/// Bytes of addresses that the process may still take; kNoNumber: no limit.
+/// Bytes of address space that the process may still allocate; kNoNumber if there is no limit.
 std::uint64_t free_addresses();
-/// Gives the allocator's free memory back to the system.
+/// Returns the allocator's free memory to the system.
 void return_free_blocks() noexcept;
-/// From now on, the allocator keeps memory that is freed: a quarter of the page faults of a bake were of pages that it had
-/// had before. For programs, not for libraries.
+/// Makes the allocator keep freed memory from now on: a quarter of the page faults of a bake were for pages that the
+/// process had freed before. For programs, not for libraries.
 void keep_free_blocks() noexcept;
 
 }  // namespace kiln::os

@@ -1,4 +1,4 @@
-// The standard streams, and the terminal that they may be. Implemented in posix/ and windows/.
+// The standard streams and the terminal. Implemented in posix/ and windows/.
 #pragma once
 
 #include <cstddef>
@@ -6,22 +6,23 @@
 
 namespace kiln::os {
 
-/// Makes the standard streams those of a program of UTF-8: bytes as they are, and on a terminal Unicode and control
-/// sequences. Needed on Windows; elsewhere they are.
+/// Prepares the standard streams for UTF-8: bytes are written unchanged, and terminals show Unicode and obey
+/// control sequences. Only Windows needs it.
 void prepare_streams() noexcept;
 
-/// Opens the standard streams that the program was started without, such that their use fails as before: else a file that
-/// it opens takes their place, and what is printed goes into that file. \returns false where that cannot be
+/// Opens the standard streams that the program was started without, so that their use still fails. Otherwise a file
+/// that the program opens would get a stream's descriptor, and printed text would be written to that file. \returns
+/// false on failure
 bool reserve_streams() noexcept;
 
 /// True if the stream is a terminal that obeys control sequences.
 bool is_terminal(std::FILE* stream) noexcept;
-/// Columns of the terminal that standard error is; 80 where it does not say.
+/// Number of columns of the terminal of standard error; 80 if unknown.
 std::size_t terminal_columns() noexcept;
 
 /// After a write that failed: true if the stream is a pipe or socket without a reader.
 bool reader_left(std::FILE* stream) noexcept;
-/// True if nothing can be written to the stream, since it is closed or is open for reading alone.
+/// True if the stream cannot be written, since it is closed or open for reading only.
 bool is_closed(std::FILE* stream) noexcept;
 
 /// Writes to standard error. Async-signal-safe.

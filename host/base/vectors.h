@@ -21,7 +21,7 @@ T select(Mask mask, T yes, T no) {
   return mask ? yes : no;
 }
 inline Float4 to_float4(Int4 value) { return __builtin_convertvector(value, Float4); }
-/// Rounds towards 0.
+/// Rounds toward 0.
 inline Int4 to_int4(Float4 value) { return __builtin_convertvector(value, Int4); }
 
 /// Prefetches memory into the cache.
@@ -87,7 +87,7 @@ inline Float4 to_float4(const Int4& value) {
   return Float4::each<Float4>([&](std::size_t i) { return static_cast<float>(value[i]); });
 }
 inline Int4 to_int4(const Float4& value) {
-  // Values outside of the integer range become the least integer, as in SSE2.
+  // Values outside of the integer range become the smallest integer, as in SSE2.
   return Float4::each<Int4>([&](std::size_t i) {
     const bool fits = value[i] >= -2147483648.0F && value[i] < 2147483648.0F;
     return fits ? static_cast<std::int32_t>(value[i]) : INT32_MIN;
@@ -111,8 +111,8 @@ inline Float4 load_float4(const float* from) {
 
 /// Rounds down, for numbers within +-2^31.
 inline Int4 floor_int4(Float4 value) {
-  const Int4 whole = to_int4(value);
-  return whole + (to_float4(whole) > value);  // a true lane is -1
+  const Int4 truncated = to_int4(value);
+  return truncated + (to_float4(truncated) > value);  // a true lane is -1
 }
 
 }  // namespace kiln

@@ -17,7 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "kiln binary 1\n";
-constexpr std::uint64_t kMaxFileBytes = std::uint64_t{64} << 20U;  // largest file in bytes
+// maximum size of a file in bytes
+constexpr std::uint64_t kMaxFileBytes = std::uint64_t{64} << 20U;
 constexpr const char* kEnding = ".bin";
 
 std::string hex(std::uint64_t number) {
@@ -37,11 +38,11 @@ BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_
     const char* value = std::getenv(name);
     return value != nullptr && std::string_view(value) == wanted;
   };
-  const bool kept = !is("POCL_KERNEL_CACHE", "0") && !is("KILN_KEEP_BINARIES", "0");
+  const bool is_enabled = !is("POCL_KERNEL_CACHE", "0") && !is("KILN_KEEP_BINARIES", "0");
   const bool programs = is("KILN_KEEP_BINARIES", "1");
   std::string driver = device.name + '\n' + device.driver + '\n' + device.opencl_version + '\n';
   driver += platform_version;
-  return {kept ? folder : fs::path(), std::move(driver),
+  return {is_enabled ? folder : fs::path(), std::move(driver),
           programs && device.platform == "Portable Computing Language"};
 }
 
@@ -58,19 +59,19 @@ fs::path BinaryCache::file(const std::string& key) const {
 std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view source,
                                                             std::string_view options) const {
   if (folder_.empty()) return std::nullopt;
-  const std::string wanted = key(source, options);
+  const std::string file_key = key(source, options);
   std::error_code failed;
-  const fs::path path = file(wanted);
+  const fs::path path = file(file_key);
   const std::uintmax_t size = fs::file_size(path, failed);  // fails for folders, pipes and the like
-  const std::size_t head = kMagic.size() + wanted.size() + 17;
+  const std::size_t head = kMagic.size() + file_key.size() + 17;
   if (failed || size <= head || size > kMaxFileBytes) return std::nullopt;
-  // Skips files that others may replace. For the folder itself, kernel_folder() has warned.
+  // Skips files that other users may replace. kernel_folder() has warned about the folder itself.
   if (os::shared_level(path).filename() == path.filename()) return std::nullopt;
   std::string text(size, '\0');
   std::ifstream in(path, std::ios::binary);
   if (!in.read(text.data(), static_cast<std::streamsize>(size))) return std::nullopt;
   const std::string_view all = text, binary = all.substr(head);
-  const std::string expected = std::string(kMagic) + wanted + hex(fnv1a(binary)) + '\n';
+  const std::string expected = std::string(kMagic) + file_key + hex(fnv1a(binary)) + '\n';
   if (all.substr(0, head) != expected) return std::nullopt;
   return std::vector<unsigned char>(binary.begin(), binary.end());
 }
@@ -80,23 +81,24 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
   if (folder_.empty() || binary.empty() || binary.size() > kMaxFileBytes / 2) return;
   try {
     static std::atomic<unsigned> count{0};
-    const std::string wanted = key(source, options);
-    const fs::path path = file(wanted);
+    const std::string file_key = key(source, options);
+    const fs::path path = file(file_key);
     std::error_code failed;
     os::create_private_folders(folder_);
     const fs::path temporary =
         path.string() + "." + std::to_string(os::process_id()) + "." + std::to_string(count++);
     std::string text(kMagic);
     const std::string_view bytes(reinterpret_cast<const char*>(binary.data()), binary.size());
-    text += wanted + hex(fnv1a(bytes)) + '\n';
+    text += file_key + hex(fnv1a(bytes)) + '\n';
     text += bytes;
     const int file = os::create_file(temporary, 0600);
-    const bool written = file >= 0 && os::write_some(file, text.data(), text.size()) ==
-                                          static_cast<std::ptrdiff_t>(text.size());
+    const bool is_written = file >= 0 && os::write_some(file, text.data(), text.size()) ==
+                                             static_cast<std::ptrdiff_t>(text.size());
     if (file >= 0) os::close(file);
-    if (!written || !os::replace(temporary, path)) os::remove_file(temporary.c_str());
+    if (!is_written || !os::replace(temporary, path)) os::remove_file(temporary.c_str());
     remove_oldest();
-  } catch (const std::exception&) {  // not cached: the next run builds it again
+  } catch (const std::exception&) {
+    // without a cached binary, the next run builds the program again
   }
 }
 

@@ -44,7 +44,8 @@ constexpr StatusName kStatusNames[] = {
     {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
 };
 
-/// Platform and version; for PoCL, this includes its compiler's. Empty if the driver does not provide them.
+/// Name and version of the platform, which for PoCL include the compiler's version. Empty if the driver does
+/// not provide them.
 std::string platform_version(cl_device_id device) {
   cl_platform_id platform = nullptr;
   std::size_t size = 0;
@@ -179,7 +180,7 @@ Context::Context(cl_context context, cl_device_id device, cl_command_queue queue
 }
 
 Context::~Context() {
-  // No thread can wait for these programs any more, but their compilers use this context.
+  // Threads that still compile programs use this context, so they are joined.
   for (const auto& [key, build] : programs_) {
     if (build->thread.joinable()) build->thread.join();
   }
@@ -226,12 +227,12 @@ void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local
         "Launching " + kernel.name() + " on " + info_.name);
 }
 
-/// Waits for all commands; with a progress callback, polls meanwhile.
+/// Waits for all commands, and polls the progress callback if there is one.
 void Context::wait() {
   if (ProgressGuard::active()) wait_within(std::chrono::steady_clock::duration::max());
 }
 
-bool Context::wait_within(std::chrono::steady_clock::duration most) {
+bool Context::wait_within(std::chrono::steady_clock::duration timeout) {
   struct Event {
     cl_event event = nullptr;
     ~Event() {
@@ -253,7 +254,7 @@ bool Context::wait_within(std::chrono::steady_clock::duration most) {
           what);
     if (status <= CL_COMPLETE) return true;
     const auto waited = std::chrono::steady_clock::now() - start;
-    if (waited > most) return false;
+    if (waited > timeout) return false;
     std::this_thread::sleep_for(std::clamp<std::chrono::nanoseconds>(
         waited / 16, std::chrono::microseconds{10}, std::chrono::microseconds{4000}));
     if (ProgressGuard::active()) ProgressGuard::poll();
@@ -288,7 +289,7 @@ void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t va
 
 namespace {
 
-/// Calls copy(offset, bytes) for the whole range; with a progress callback, in pieces that poll.
+/// Calls copy(offset, bytes) for the whole range; with a progress callback, in pieces, polling before each.
 template <typename Copy>
 void in_pieces(std::size_t bytes, const Copy& copy) {
   constexpr std::size_t kBytesPerPiece = std::size_t{1} << 26;

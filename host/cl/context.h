@@ -34,7 +34,7 @@ inline constexpr std::size_t kLocal = 64;
 
 namespace kiln::ocl {
 
-/// Throws Error(device) for an OpenCL status other than CL_SUCCESS. The only conversion of statuses.
+/// Throws Error(device) for an OpenCL status other than CL_SUCCESS. All statuses are converted here.
 void check(cl_int status, std::string_view what);
 
 class BinaryCache;
@@ -43,7 +43,7 @@ class BinaryCache;
 class Buffer {
  public:
   Buffer() = default;
-  /// \param data  initial contents, or null; copied immediately, without a command that would wait for others
+  /// \param data initial contents, or null; copied immediately, without a command in the queue
   Buffer(Context& context, std::size_t bytes, const void* data = nullptr);
   Buffer(Buffer&& other) noexcept { swap(other); }
   Buffer& operator=(Buffer&& other) noexcept {
@@ -57,7 +57,7 @@ class Buffer {
 
   cl_mem get() const { return memory_; }
   std::size_t bytes() const { return bytes_; }
-  /// Marks the memory as written to, which ends its count by count_untouched().
+  /// Marks the memory as written, so that it no longer counts as untouched (count_untouched()).
   void touch() const noexcept;
 
  private:
@@ -93,8 +93,8 @@ class Array {
   /// Blocking copies; offset in elements.
   void write(Context& context, std::span<const T> data, std::size_t offset = 0);
   void read(Context& context, std::span<T> data, std::size_t offset = 0) const;
-  /// Lets `make` write elements [0, count) to a span, all of them: in place if the device shares the host's memory.
-  /// Previous contents are discarded, even if this throws.
+  /// Calls `make` with a span of elements [0, count), all of which it must write; in place if the device shares the
+  /// host's memory. Previous contents are discarded, even if this throws.
   template <typename Make>
   void write_by(Context& context, std::size_t count, const Make& make);
   std::vector<T> download(Context& context) const {
@@ -108,8 +108,8 @@ class Array {
   std::size_t size_ = 0;
 };
 
-/// A kernel of a built program. Context::launch sets arguments in order. All threads share the driver's kernel object,
-/// which holds the arguments, so a launch locks.
+/// A kernel of a built program. Context::launch sets arguments in order. All threads share the driver's kernel
+/// object, which holds the arguments, so a launch holds a lock.
 class Kernel {
  public:
   Kernel() = default;
@@ -125,8 +125,8 @@ class Kernel {
 /// Context, in-order queue, built programs and memory account of one device.
 ///
 /// Thread-safe. A thread's own commands run in its order, interleaved with those of other threads; waiting includes
-/// commands that others enqueued before. Arrays and buffers are not guarded: a thread that writes one must own it, or
-/// hold a lock until the last command that needs the data is enqueued.
+/// commands that others enqueued before. Access to arrays and buffers is not synchronised: a thread that writes one
+/// must be its only user, or hold a lock until the last command that needs the data is enqueued.
 class KILN_HIDDEN Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
@@ -141,13 +141,13 @@ class KILN_HIDDEN Context {
   cl_command_queue queue() const { return queue_; }
   cl_device_id device() const { return device_; }
 
-  /// A kernel by program family ("ray" for kernels/accel/ray.cl) and full kernel name. The program is built at its
-  /// first use and cached. `defines` holds -D options that change the code's shape.
+  /// Returns a kernel, given its program family ("ray" for kernels/accel/ray.cl) and full name. The program is
+  /// built at its first use and cached. `defines` holds -D options that change the code's shape.
   /// \throws Error(device) with the whole build log
   Kernel kernel(const std::string& family, const std::string& name,
                 const std::string& defines = {});
 
-  /// A kernel of a family whose program ends in a source of the user's.
+  /// Returns a kernel of a family to whose program a user's source is appended.
   /// \param more       the user's source; compiler messages name it `more_name` and count its lines from 1
   /// \throws Error(input) with the whole build log if it does not compile
   Kernel kernel_with(const std::string& family, const std::string& name, const std::string& more,
@@ -173,11 +173,11 @@ class KILN_HIDDEN Context {
 
   /// Waits for all commands.
   void finish();
-  /// Waits at most this long. \returns false if commands are still running; then no driver is called any more
+  /// Waits at most this long. \returns false if commands are still running; no driver is called after that
   bool finish_within(double seconds);
 
-  /// Rejects a device that computes wrongly (host/cl/selftest.h). Tested once for a device and driver version; a pass
-  /// is stored in the binary cache. \throws Error(device), id `self-test`
+  /// Rejects a device that computes wrong results (host/cl/selftest.h). Each device and driver version is tested
+  /// once; a pass is stored in the binary cache. \throws Error(device), id `self-test`
   void require_sound();
 
   /// Seconds spent so far in clBuildProgram and in loading from caches.
@@ -187,21 +187,21 @@ class KILN_HIDDEN Context {
   std::uint64_t peak_device_bytes() const { return peak_device_bytes_; }
   /// Number of commands enqueued so far; used by tests of complexity.
   std::uint64_t commands() const { return commands_; }
-  /// Device memory that this thread has allocated less what it has freed: the balance of a piece of work, independent
-  /// of other threads.
+  /// Device memory that this thread has allocated minus the memory that it has freed, to measure a piece of work
+  /// independent of other threads.
   static std::int64_t bytes_of_thread();
 
  private:
   struct Program;
   /// A program that is built or being built.
   struct Build;
-  /// Builds a source. \param builds  its name in messages  \param code  error code of compiler errors
+  /// Builds a source. \param builds the source's name in messages \param code error code of compiler errors
   std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
   std::shared_ptr<Program> load(std::string_view source, const std::string& options);
   void keep(std::string_view source, const std::string& options, const Program& built);
-  /// Kernel of a program, which is built if the key is new. Waiting threads poll progress; if that cancels the wait,
-  /// the build continues for the next caller.
+  /// Returns a kernel of a program, which is built if the key is new. Waiting threads poll progress; if that cancels
+  /// the wait, the build continues for the next caller.
   Kernel kernel_by(const std::string& key, const std::string& name,
                    std::function<std::shared_ptr<Program>()> build);
   std::shared_ptr<Build> build_by(const std::string& key,
@@ -228,8 +228,8 @@ class KILN_HIDDEN Context {
   void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
   void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
   void wait();
-  /// \param most  timeout \returns false if it expired
-  bool wait_within(std::chrono::steady_clock::duration most);
+  /// \returns false if it expired
+  bool wait_within(std::chrono::steady_clock::duration timeout);
   void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);

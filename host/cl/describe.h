@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-/// All properties but the index, which only listed devices have.
+/// Returns all properties except the index, which only listed devices have.
 DeviceInfo describe_device(cl_platform_id platform, cl_device_id device);
 
 /// Checks and wraps a context. \throws Error(device) as Context::require_sound()

@@ -90,8 +90,9 @@ DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
 // Type of clGetPlatformIDs and clIcdGetPlatformIDsKHR; the loader calls the latter in each driver.
 using PlatformsCall = cl_int(CL_API_CALL*)(cl_uint, cl_platform_id*, cl_uint*);
 
-/// The function that lists the platforms of the driver named by KILN_OPENCL_DRIVER, which no loader lists. Null: none.
-/// \param reason  why it failed; empty if the variable is not set
+/// Returns the function that lists the platforms of the driver named by KILN_OPENCL_DRIVER, which loaders do
+/// not list; null if there is none.
+/// \param reason out: why the driver cannot be used; empty if the variable is not set
 PlatformsCall own_driver(std::string& reason) {
   const char* path = std::getenv("KILN_OPENCL_DRIVER");
   if (path == nullptr || *path == '\0') return nullptr;
@@ -158,18 +159,21 @@ std::vector<Found> find_devices(std::string& reason) {
   constexpr std::uint64_t kDriverBytes = std::uint64_t{60} << 20;
   require_memory("Loading OpenCL drivers", kDriverBytes);
   cl::kernel_folder();  // set first, since PoCL reads the environment only once
-  // PoCL compiles a kernel for each size of work-groups and for small and large grids, so that a map of another size
-  // would find none of its kernels. Kernels that call one function per item (kernels/lib/call.clh) gain nothing by it.
+  // PoCL compiles a kernel anew for each work-group size and for small and large grids, so maps of another size would
+  // not find their kernels in its cache. Kernels that call one function per item (kernels/lib/call.clh) do not
+  // benefit from that.
   constexpr const char* kSpecialize = "POCL_WORK_GROUP_SPECIALIZATION";
   if (std::getenv(kSpecialize) == nullptr) os::set_variable(kSpecialize, "0");
   std::vector<Found> found;
-  // An import library may load it at the first call, which would end the process where there is none.
+  // With delayed loading, the first call loads the OpenCL library, and would end the process if there is
+  // none.
   std::string missing;
   const bool has_loader =
       !kLoaderIsLoadedLate || os::load_library("OpenCL.dll", missing) != nullptr;
   cl::driver([&] {
     if (has_loader) found = query_devices(clGetPlatformIDs);
-    // Repeated, since a driver whose start failed, such as PoCL without a writable folder, may succeed now.
+    // The query is repeated, since a driver whose start failed, such as PoCL without a writable folder, may
+    // succeed now.
     if (has_loader && found.empty()) found = query_devices(clGetPlatformIDs);
     if (found.empty()) found = query_devices(own_driver(reason));
     return CL_SUCCESS;
@@ -189,10 +193,10 @@ const Found* select(const std::vector<Found>& found, std::string_view selector) 
         selector.size() < 6 ? std::stoul(std::string(selector)) : found.size();
     return index < found.size() ? &found[index] : nullptr;
   }
-  const std::string wanted = lower_case(selector);
+  const std::string wanted_name = lower_case(selector);
   for (const Found& candidate : found) {
     const std::string text = lower_case(candidate.info.name + " " + candidate.info.platform);
-    if (text.find(wanted) != std::string::npos) return &candidate;
+    if (text.find(wanted_name) != std::string::npos) return &candidate;
   }
   return nullptr;
 }
@@ -207,7 +211,8 @@ Device sound_device(std::shared_ptr<cl::Context> context) {
   try {
     context->require_sound();
   } catch (const Error&) {
-    // Never freed: PoCL 3.0, which computes wrongly, aborts when a context is released, which would hide the message.
+    // Never freed: PoCL 3.0, which computes wrong results, aborts when a context is released, which would
+    // hide the message.
     static auto* const refused = new std::vector<std::shared_ptr<cl::Context>>();
     static std::mutex mutex;
     const std::lock_guard lock(mutex);
@@ -267,8 +272,8 @@ Device Device::open(std::string_view selector) {
 
 std::string describe_device_choice() {
   if (std::getenv("KILN_DEVICE") != nullptr) return {};
-  std::string none;
-  const std::vector<Found> found = find_devices(none);
+  std::string reason;
+  const std::vector<Found> found = find_devices(reason);
   const Found* const chosen = select(found, {});
   if (found.size() < 2 || chosen != found.data()) return {};
   std::vector<DeviceRank> ranks;

@@ -16,11 +16,12 @@ namespace {
 std::atomic<bool> failed{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 thread_local volatile int depth = 0;
-// Number of driver calls by all threads that have begun, and that have ended.
+// Numbers of driver calls, of all threads, that have begun and that have ended.
 std::atomic<std::uint64_t> begun{0}, ended{0};
 std::atomic<int> own_maps{0};
-std::array<char, 512> own_map_name{};  // name of the first one; read by signal handlers
-std::atomic<long> opened_by{0};        // process that opened the last device
+// name of the first running user's map; read by signal handlers
+std::array<char, 512> own_map_name{};
+std::atomic<long> opened_by{0};  // process that opened the last device
 
 }  // namespace
 

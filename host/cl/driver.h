@@ -17,7 +17,7 @@ class DriverCall {
   DriverCall(const DriverCall&) = delete;
 };
 
-/// A number that changes with every call that begins or ends on any thread; 0: no call is in progress.
+/// A number that changes whenever a call begins or ends on any thread; 0 if no call is in progress.
 std::uint64_t call_under_way() noexcept;
 
 /// Called in handlers of exceptions from a driver: disables all further calls.
@@ -33,7 +33,7 @@ class OwnMapRun {
   OwnMapRun(const OwnMapRun&) = delete;
   OwnMapRun& operator=(const OwnMapRun&) = delete;
 
-  /// The innermost scope of the calling thread; null: none.
+  /// The innermost scope of the calling thread; null if there is none.
   static const OwnMapRun* current() noexcept;
   const std::string& label() const { return label_; }
   double seconds() const { return seconds_; }
@@ -83,7 +83,8 @@ void release(const Call& call) noexcept {
   }
 }
 
-/// For messages about failed builds: a likely cause besides the kernel. Empty for drivers other than PoCL.
+/// Text for messages about failed builds: a likely cause other than the kernel. Empty for drivers other than
+/// PoCL.
 std::string cache_hint(const DeviceInfo& info);
 
 }  // namespace kiln::ocl

@@ -13,12 +13,12 @@ namespace KILN_PUBLIC kiln {
 /// Error(device). The process should end by _exit(), since drivers register exit handlers. \see in_driver()
 bool driver_failed() noexcept;
 
-/// True if this thread is within a call of an OpenCL driver; for handlers of signals that drivers die by.
-/// Async-signal-safe.
+/// True if this thread is within a call of an OpenCL driver; for handlers of signals that faulty drivers
+/// raise. Async-signal-safe.
 bool in_driver() noexcept;
 
-/// Name of the user's map that is being compiled or run, the first of several, printable; null: none.
-/// Async-signal-safe.
+/// Name of the user's map that is being compiled or run (the first of several), in printable
+/// characters; null if there is none. Async-signal-safe.
 const char* running_own_map() noexcept;
 
 /// Warnings about the folder of compiled kernels (`kernel-folder`), which each Source repeats.

@@ -5,7 +5,7 @@
 
 namespace kiln::ocl {
 
-/// The flattened source of kernels/<family>.cl, with #line directives; empty: no such family.
+/// The flattened source of kernels/<family>.cl, with #line directives; empty if there is no such family.
 std::string_view embedded_source(std::string_view family);
 
 }  // namespace kiln::ocl

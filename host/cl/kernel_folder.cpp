@@ -23,7 +23,7 @@ fs::path shared_level(const fs::path& a, const fs::path& b) {
   return level.empty() ? os::shared_level(b) : level;
 }
 
-/// \param then  the action taken
+/// \param then the action that follows
 Warning warning_of(const fs::path& level, const std::string& then) {
   return {"kernel-folder",
           "Compiled kernels are code, and another user owns '" + level.string() +
@@ -64,28 +64,29 @@ fs::path use_user_folder() {
   return folder;
 }
 
-/// Copies the files of a folder that another lacks. What cannot be read or written is left out: it is compiled again.
+/// Copies the files of a folder that the other one lacks. Files that cannot be read or written are skipped:
+/// their kernels are compiled again.
 void copy_missing_files(const fs::path& from, const fs::path& to) {
   const std::string suffix = "." + std::to_string(os::process_id());
   std::error_code failed;
   const auto skip = fs::directory_options::skip_permission_denied;
   for (fs::recursive_directory_iterator at(from, skip, failed), end; !failed && at != end;
        at.increment(failed)) {
-    std::error_code ignored;
+    std::error_code ignored_error;
     const fs::path place = to / at->path().lexically_relative(from);
-    if (!at->is_regular_file(ignored) || fs::exists(place, ignored)) continue;
+    if (!at->is_regular_file(ignored_error) || fs::exists(place, ignored_error)) continue;
     os::create_private_folders(place.parent_path());
-    // Renamed when complete, since other processes may read the folder meanwhile.
+    // A file gets its name when it is complete, since other processes may read the folder meanwhile.
     const fs::path temporary = place.string() + suffix;
-    if (!fs::copy_file(at->path(), temporary, ignored) || !os::replace(temporary, place)) {
+    if (!fs::copy_file(at->path(), temporary, ignored_error) || !os::replace(temporary, place)) {
       os::remove_file(temporary.c_str());
     }
   }
 }
 
-/// For a folder of kernels that this process may not write to, such as one that an image of a container holds. PoCL
-/// writes to its cache even where it finds everything, and ends the process where it cannot. So the kernels are copied
-/// to the user's folder, which takes milliseconds.
+/// Handles a folder of kernels that this process may not write to, such as one in a container image. PoCL writes to
+/// its cache even if it contains all kernels, and ends the process if writing fails. So the kernels are copied to the
+/// user's folder, which takes milliseconds.
 KernelFolder use_copy(const fs::path& given) {
   const fs::path level = shared_level(given, given / "kiln"), folder = use_user_folder();
   if (level.empty()) {

@@ -74,7 +74,7 @@ cl_image_format image_format(PixelFormat format) {
 }
 
 struct Pixels {
-  std::vector<std::byte> bytes;  // of the whole image, without row padding
+  std::vector<std::byte> bytes;  // pixels of the whole image, without row padding
   std::size_t size;              // bytes of a pixel
   std::size_t row;               // bytes of a row
 };

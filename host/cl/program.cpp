@@ -1,4 +1,4 @@
-// Builds programs, each once; on a separate thread if the caller polls progress meanwhile.
+// Builds each program once; on a separate thread if the caller polls progress.
 #include "cl/program.h"
 
 #include <algorithm>
@@ -20,8 +20,8 @@
 namespace kiln::ocl {
 namespace {
 
-/// Prepended to the caller's sources: turns a missing return value into an error where the compiler detects it, and
-/// rejects printing, since drivers write that to standard output.
+/// Prepended to the caller's sources: makes a missing return value an error, if the compiler detects it, and
+/// rejects printing, since drivers write to standard output.
 constexpr const char* kSourcePrefix =
     "\n#ifdef __clang__\n#pragma clang diagnostic error \"-Wreturn-type\"\n#endif\n"
     "#define printf this_must_not_print\n";
@@ -102,13 +102,13 @@ std::shared_ptr<Context::Program> Context::load(std::string_view source,
   auto loaded = std::make_shared<Program>();
   const unsigned char* bytes = binary->data();
   const std::size_t length = binary->size();
-  cl_int taken = CL_SUCCESS, status = CL_SUCCESS;
+  cl_int binary_status = CL_SUCCESS, status = CL_SUCCESS;
   driver([&] {
     loaded->program =
-        clCreateProgramWithBinary(context_, 1, &device_, &length, &bytes, &taken, &status);
+        clCreateProgramWithBinary(context_, 1, &device_, &length, &bytes, &binary_status, &status);
     return status;
   });
-  if (status == CL_SUCCESS && taken == CL_SUCCESS) {
+  if (status == CL_SUCCESS && binary_status == CL_SUCCESS) {
     status = driver([&] {
       return clBuildProgram(loaded->program, 1, &device_, options.c_str(), nullptr, nullptr);
     });
@@ -139,23 +139,24 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (info_.is_gpu) options += " -DKILN_GPU=1";
   if (!defines.empty()) options += " " + defines;
-  // Not cached: sources of the user may include files that change, and the self-test runs once.
-  const bool own = code != ErrorCode::input && source != embedded_source("selftest");
-  if (own) {
+  // Users' sources are not cached, since they may include files that change; nor is the self-test, which runs
+  // once.
+  const bool is_kept = code != ErrorCode::input && source != embedded_source("selftest");
+  if (is_kept) {
     if (std::shared_ptr<Program> loaded = load(source, options)) return loaded;
   }
-  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and keeps. A program that an earlier run
-  // compiled comes from the cache of the driver: a mark of one byte stands for it.
+  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and keeps. A program that an earlier
+  // run compiled is in the driver's cache, for which a mark of one byte is stored.
   constexpr std::uint64_t kCompilerBytes = std::uint64_t{150} << 20;
   const std::string mark = "compiled " + options;
-  const bool is_known = own && !info_.is_gpu && binaries_->find(source, mark);
+  const bool is_known = is_kept && !info_.is_gpu && binaries_->find(source, mark);
   if (!info_.is_gpu && !is_known && !has_compiled_.exchange(true)) {
     require_memory("Compiling kernels, which is kept for later runs,", kCompilerBytes);
   }
   auto built = std::make_shared<Program>();
   Compiled compiled;
-  // Users' sources may call any function, so they get the whole header. Where one program does not compile without it,
-  // none is tried again, since PoCL prints what fails.
+  // Users' sources may call any function, so they are compiled with the whole header. If one of Kiln's programs fails
+  // without it, further programs are compiled with it, since PoCL prints errors.
   const bool tries = code != ErrorCode::input && !info_.is_gpu && is_pocl(info_);
   if (tries && whole_headers == 0) {
     compiled = compile(*this, std::string(embedded_source("builtins")) + std::string(source),
@@ -165,8 +166,8 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   if (compiled.program == nullptr) compiled = compile(*this, source, builds, options);
   built->program = compiled.program;
   if (compiled.status == CL_SUCCESS) {
-    if (own) keep(source, options, *built);
-    if (own && !info_.is_gpu && !is_known) binaries_->keep(source, mark, {1});
+    if (is_kept) keep(source, options, *built);
+    if (is_kept && !info_.is_gpu && !is_known) binaries_->keep(source, mark, {1});
     return built;
   }
   const std::string& log = compiled.log;
@@ -209,39 +210,40 @@ std::shared_ptr<Context::Build> Context::build_by(
         build_seconds_ += seconds_since(start);
         return program;
       });
-  auto made = std::make_shared<Build>();
-  made->program = task->get_future().share();
-  programs_.emplace(key, made);
+  auto new_build = std::make_shared<Build>();
+  new_build->program = task->get_future().share();
+  programs_.emplace(key, new_build);
   if (is_watched()) {
     try {
-      made->thread = std::jthread([task] { (*task)(); });
-      return made;
-    } catch (const std::system_error&) {  // no thread available: builds without polling
+      new_build->thread = std::jthread([task] { (*task)(); });
+      return new_build;
+    } catch (const std::system_error&) {
+      // no thread is available: the program is built without polling
     }
   }
   lock.unlock();
   (*task)();
-  return made;
+  return new_build;
 }
 
 Kernel Context::kernel_by(const std::string& key, const std::string& name,
                           std::function<std::shared_ptr<Program>()> build) {
   const auto start = std::chrono::steady_clock::now();
-  const std::shared_ptr<Build> made = build_by(key, std::move(build));
-  if (!is_watched()) made->program.wait();
-  while (made->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
+  const std::shared_ptr<Build> new_build = build_by(key, std::move(build));
+  if (!is_watched()) new_build->program.wait();
+  while (new_build->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
     if (ProgressGuard::active()) ProgressGuard::poll();
     const OwnMapRun* const own = OwnMapRun::current();
     if (own != nullptr && seconds_since(start) > own->seconds()) abandon_build(*own);
   }
   const std::lock_guard lock(programs_mutex_);
-  if (made->thread.joinable()) made->thread.join();
+  if (new_build->thread.joinable()) new_build->thread.join();
   const auto program = [&] {
     try {
-      return made->program.get();
+      return new_build->program.get();
     } catch (...) {  // the next caller tries again
       const auto there = programs_.find(key);
-      if (there != programs_.end() && there->second == made) programs_.erase(there);
+      if (there != programs_.end() && there->second == new_build) programs_.erase(there);
       throw;
     }
   }();
@@ -261,8 +263,8 @@ Kernel Context::kernel(const std::string& family, const std::string& name,
 
 namespace {
 
-/// NVIDIA's compiler ignores #line and counts the lines of the whole text: `<kernel>:1365:13`. Converts these to lines
-/// of the user's file.
+/// NVIDIA's compiler ignores #line and counts the lines of the whole text: `<kernel>:1365:13`. Converts such numbers
+/// to lines of the user's file.
 std::string remap_lines(const std::string& file, const std::string& before, std::string log) {
   const auto lines = std::count(before.begin(), before.end(), '\n');
   const std::string mark = "<kernel>:";

@@ -13,8 +13,8 @@
 
 namespace kiln::ocl {
 
-/// Number of Kiln's programs that did not compile with the declarations of kernels/cl/builtins.cl, and so were compiled
-/// with the driver's whole header; for tests.
+/// Number of Kiln's programs that were compiled with the driver's whole header, since they failed with the
+/// declarations of kernels/cl/builtins.cl; for tests.
 std::uint64_t whole_header_builds();
 
 /// Name of an OpenCL status.

@@ -42,7 +42,7 @@ kiln_selftest_input make_input() {
   return in;
 }
 
-/// Results of the operations on input i, as in the kernel.
+/// Computes the results of the operations on an input, as the kernel does.
 std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const kiln_selftest_input& in,
                                                             std::uint32_t i) {
   const std::int32_t p = in.p[i], q = in.q[i];
@@ -74,7 +74,7 @@ std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const kiln_selftest_
 }
 
 /// Test scene: squares over [k/8, (k+1)/8] x [0, 1] at eight heights, and as many below them. Each square is two
-/// triangles; squares above each other are a leaf. The second four leaves have an inner node of their own. All
+/// triangles; squares above each other form a leaf. The last four leaves have an inner node of their own. All
 /// coordinates and intermediate results of a ray have few bits, so results are exact in any order of operations.
 struct Scene {
   static float height(int k, int level) {
@@ -157,7 +157,7 @@ Words expected_results(bool atomics_64) {
   const auto at = [&](std::uint32_t result, std::uint32_t item) -> std::uint32_t& {
     return all[result * kItems + item];
   };
-  const auto less = [&](std::uint32_t first, std::uint32_t count) {
+  const auto is_less = [&](std::uint32_t first, std::uint32_t count) {
     std::uint32_t bits = 0;
     for (std::uint32_t k = 0; k < count; ++k)
       bits |= in.a[first + k] < in.b[first + k] ? 1U << k : 0U;
@@ -168,9 +168,9 @@ Words expected_results(bool atomics_64) {
   for (std::uint32_t i = 0; i < kItems; ++i) {
     const auto words = operate(in, i);
     for (std::uint32_t r = 0; r < KILN_SELFTEST_MASKS; ++r) at(r, i) = words[r % words.size()];
-    const std::uint32_t half = less(i / 8 * 8, 8);
+    const std::uint32_t half = is_less(i / 8 * 8, 8);
     at(KILN_SELFTEST_MASKS, i) =
-        less(i / 16 * 16, 16) | half << 16U | (half & 15U) << 24U | (half != 0 ? 1U << 31U : 0U);
+        is_less(i / 16 * 16, 16) | half << 16U | (half & 15U) << 24U | (half != 0 ? 1U << 31U : 0U);
     const auto hit = Scene::hit_of(i);
     for (std::uint32_t k = 0; k < hit.size(); ++k) at(KILN_SELFTEST_RAY + k, i) = hit[k];
     const auto value = static_cast<std::uint32_t>(in.p[i]);
@@ -213,7 +213,7 @@ bool needs_division(std::uint32_t result) {
   return result > KILN_SELFTEST_RAY && result < KILN_SELFTEST_ATOMICS;
 }
 
-/// Names of the results in [first, end) that differ.
+/// Names of those results in [first, end) that differ from the expected ones.
 std::string differing(const DeviceInfo& info, const Words& expected, const Words& results,
                       std::uint32_t first, std::uint32_t end) {
   std::string text, last;
@@ -230,11 +230,11 @@ std::string differing(const DeviceInfo& info, const Words& expected, const Words
 
 }  // namespace
 
-std::string selftest_fault(Context& context, const std::string& more) {
+std::string selftest_fault(Context& context, const std::string& extra_options) {
   const DeviceInfo& info = context.info();
   std::string options = "-DKILN_BVH_PLAIN=1";
   if (info.has_atomics_64) options += " -DKILN_SELFTEST_ATOMIC64=1";
-  if (!more.empty()) options += " " + more;
+  if (!extra_options.empty()) options += " " + extra_options;
   const auto kernel = [&](const char* name) { return context.kernel("selftest", name, options); };
   const Words expected = expected_results(info.has_atomics_64);
   const kiln_selftest_input in = make_input();
@@ -274,7 +274,7 @@ std::string selftest_fault(Context& context, const std::string& more) {
 void Context::require_sound() {
   static std::mutex mutex;
   static std::map<std::string, std::string>
-      faults;  // per process: the same driver may fail otherwise the next time
+      faults;  // stored per process, since a faulty driver may give other results the next time
   constexpr std::string_view kPassed = "self-test passed";
   const std::string_view source = embedded_source("selftest");
   const std::string version =

@@ -13,47 +13,50 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 14;
+constexpr std::size_t kTexelsPerSmoothingTask = 1 << 14;
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 double square(double value) { return value * value; }
 
-/// Bounds beyond which a texel is cast with plain rays instead of being smoothed. Smoothing blurs in several ways, each
-/// with a bound of its own. Let r be the smoothed shares and a, b the two estimates, whose noise is independent. Then
-/// the product (a - r_a) (b - r_b) is the squared blur plus noise of mean 0. That noise averages out: over n texels its
-/// deviation is the variance of one estimate over sqrt(n).
+/// Bounds beyond which a texel is cast with plain rays instead of being smoothed. Smoothing blurs in several ways,
+/// each with a bound of its own. Let a and b be the two estimates, whose noise is independent, and r_a and r_b their
+/// smoothed versions. Then the product (a - r_a) (b - r_b) is the squared blur plus noise of mean 0. Averaged over n
+/// texels, the standard deviation of that noise is the variance of one estimate divided by sqrt(n).
 struct Guard {
-  /// Highest squared error of the best level in a tile, as a share of the squared error of plain rays. 0: nothing is
-  /// smoothed.
+  /// Maximum squared error of the best level in a tile, as a share of the squared error of plain rays. At 0 nothing
+  /// is smoothed.
   static constexpr double kMaxErrorShare = 0.8;
-  /// Tiles to each side that are summed to judge a tile: 5 x 5 tiles, 80 x 80 texels. With 1 instead of 2, the noise of
-  /// the measured blur is as large as plain rays' error in every second flat tile.
+  /// Number of tiles to each side whose sums decide about a tile: 5 x 5 tiles, 80 x 80 texels. With 1 instead of 2,
+  /// the noise of the measured blur exceeds the error of plain rays in half of the flat tiles.
   static constexpr std::int64_t kTileReach = 2;
-  /// Deviations that are added to a tile's measured blur. 0: where few texels are averaged, half of the flat tiles
-  /// would pass by chance.
+  /// Number of standard deviations that are added to a tile's measured blur. With 0, half of the flat tiles would
+  /// pass by chance where few texels are averaged.
   static constexpr double kBlurDeviations = 0.5;
-  /// Bounds on the measured blur of one texel, of the 17 texels within 2 steps and of the 67 within 8 steps: in
-  /// variances of an estimate (one texel), and in deviations of the mean. Higher: thin lines are smoothed away. Lower:
-  /// noise is mistaken for blur, and plain rays are cast in vain.
+  /// Bounds on the measured blur of one texel, in variances of an estimate; and of the 17 texels within 2 steps and
+  /// the 67 within 8 steps, in standard deviations of their mean. With higher bounds thin lines are smoothed away.
+  /// With lower ones noise is mistaken for blur, and plain rays are cast needlessly.
   static constexpr double kMaxBlurAtTexel = 3, kMaxBlurNear = 2, kMaxBlurFar = 2;
-  static constexpr double kRootNear = 4, kRootFar = 8;
-  /// Bound on the blur beyond two steps, which has little noise: in squared errors of plain rays.
+  static constexpr double kSqrtTexelsNear = 4, kSqrtTexelsFar = 8;
+  /// Bound on the blur of the steps beyond two, which is measured with little noise: in squared errors of
+  /// plain rays.
   static constexpr double kMaxBlurBeyondTwoSteps = 3;
-  /// Squared distance in texels from a texel to the centre of its smoothing weights, averaged over 8 steps. At charts'
-  /// open borders and at creases all neighbours lie on one side, so the mean is off by the slope of the shares. A
-  /// straight border has 0.25, or 0.09 when averaged. Lower bounds: flat surfaces are cast anew.
+  /// Squared distance in texels from a texel to the centre of its smoothing weights, averaged over 8 steps. At
+  /// charts' open borders and at creases all neighbours lie on one side, so the slope of the shares shifts the mean.
+  /// A straight border has 0.25, or 0.09 when averaged. With a lower bound flat surfaces are cast with plain rays,
+  /// too.
   static constexpr double kMaxLean = 0.01;
-  /// Squared errors below this do not show in 8 bits.
+  /// Squared errors below this are not visible in 8 bits.
   static constexpr double kRounding = 1.0 / 255 / 255;
-  /// Differences between plain rays and the smoothed share, in deviations of plain rays, from which texels one and two
-  /// steps away are cast too. Higher: gaps of a thin line are not closed. Lower: chance spreads over whole charts; here
-  /// each texel marks 0.16 others by chance, on average.
-  static constexpr double kBlurBeside = 2.5, kBlurAround = 3;
-  /// Least variance of plain rays, whose estimate is 0 where both estimates agree by chance.
+  /// Differences between plain rays and the smoothed share, in standard deviations of plain rays, from which texels
+  /// one and two steps away are cast, too. With higher values, gaps in a thin line are not closed. With lower ones,
+  /// texels marked by chance spread over whole charts; with these values each texel marks 0.16 others by chance on
+  /// average.
+  static constexpr double kBlurOneStepAway = 2.5, kBlurTwoStepsAway = 3;
+  /// Minimum variance of plain rays: the estimate of the variance is 0 where both estimates agree by chance.
   static constexpr double kMinPlainVariance = 4 * kRounding;
 };
 
-/// Squared differences of each smoothed estimate from the other, unsmoothed one; summed.
+/// Sum of the squared differences of each smoothed estimate from the other, unsmoothed one.
 double cross_error(std::span<const float> raw, std::span<const float> level, std::size_t a) {
   const std::size_t b = a + 1;
   return square(static_cast<double>(raw[a]) - level[b]) +
@@ -89,11 +92,11 @@ void AoDenoiser::prepare(const Texels& texels) {
   const std::size_t pixels = std::size_t{texels.row_count} * width_;
   const auto number = std::make_unique_for_overwrite<std::uint32_t[]>(pixels);
   const auto triangle = std::make_unique_for_overwrite<std::uint32_t[]>(pixels);
-  parallel_for(pixels, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(pixels, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
     std::fill(&number[begin], &number[end], kNone);
     std::fill(&triangle[begin], &triangle[end], KILN_NO_TRIANGLE);
   });
-  parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count_, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       number[place_[i]] = static_cast<std::uint32_t>(i);
       triangle[place_[i]] = texels.triangle[i];
@@ -108,29 +111,30 @@ void AoDenoiser::prepare(const Texels& texels) {
   };
   make_room(context_, neighbours_, neighbour_count);
   neighbours_.write_by(context_, neighbour_count, [&](std::span<std::uint32_t> neighbours) {
-    parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(count_, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto own = static_cast<std::uint32_t>(i);
         const std::uint32_t at = place_[i], w = width_;
         const bool inner = links.kind[at] == KILN_VISIBILITY_INNER;
-        const std::array<std::uint32_t, KILN_SHARE_NEIGHBOURS> beside{
+        const std::array<std::uint32_t, KILN_SHARE_NEIGHBOURS> neighbour{
             at - 1, at + 1, at - w, at + w, at - w - 1, at - w + 1, at + w - 1, at + w + 1};
-        for (std::size_t k = 0; k < beside.size(); ++k) {
-          neighbours[i * beside.size() + k] = inner ? neighbour_or_self(own, beside[k]) : own;
+        for (std::size_t k = 0; k < neighbour.size(); ++k) {
+          neighbours[i * neighbour.size() + k] = inner ? neighbour_or_self(own, neighbour[k]) : own;
         }
       }
     });
-    constexpr std::size_t kLink = KILN_SHARE_NEIGHBOURS + 1;
-    parallel_for(links.links.size() / kLink, kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t b = begin; b < end; ++b) {
-        const std::uint32_t* link = &links.links[b * kLink];
-        const std::uint32_t own = number[link[0]];
-        for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-          neighbours[std::size_t{KILN_SHARE_NEIGHBOURS} * own + k] =
-              neighbour_or_self(own, link[k + 1]);
-        }
-      }
-    });
+    constexpr std::size_t kLinkStride = KILN_SHARE_NEIGHBOURS + 1;
+    parallel_for(links.links.size() / kLinkStride, kTexelsPerSmoothingTask,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t b = begin; b < end; ++b) {
+                     const std::uint32_t* link = &links.links[b * kLinkStride];
+                     const std::uint32_t own = number[link[0]];
+                     for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
+                       neighbours[std::size_t{KILN_SHARE_NEIGHBOURS} * own + k] =
+                           neighbour_or_self(own, link[k + 1]);
+                     }
+                   }
+                 });
   });
   const kiln_share_params params{count_, texels.points_plane};
   make_room(context_, from_, std::size_t{2} * count_);
@@ -228,29 +232,30 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
         return sum;
       };
       const Tile around = sum_within(1);
-      // The blur of the first step is measured from noisy single texels, so two standard deviations are deducted from
-      // it. The blur of further steps has less noise.
+      // The blur of the first step is measured from noisy single texels, so two standard deviations are subtracted
+      // from it. The blur of further steps has less noise.
       const double doubt = 8 * around.noise[0] / std::sqrt(around.count);
       const double blur = std::max(0.0, around.blur - doubt);
-      double least = 0;
+      double min_blur = 0;
       for (std::size_t k = 0; k < kSteps.size(); ++k) {
-        const double squares = std::max(around.error[k], around.noise[k]) + (k == 0 ? 0.0 : blur);
-        if (k != 0 && squares >= least) continue;
-        least = squares;
+        const double squared_error =
+            std::max(around.error[k], around.noise[k]) + (k == 0 ? 0.0 : blur);
+        if (k != 0 && squared_error >= min_blur) continue;
+        min_blur = squared_error;
         choices[own] = {static_cast<std::int32_t>(k),
-                        static_cast<float>(std::sqrt(squares / around.count))};
+                        static_cast<float>(std::sqrt(squared_error / around.count))};
       }
       if (plain_variance == 0) continue;
       // Levels below two steps leave more noise than plain rays. Against so little noise, blur has to be averaged over
       // more texels.
       const Tile wide = sum_within(Guard::kTileReach);
-      const double lost = std::max(
+      const double lost_blur = std::max(
           0.0, wide.blur + Guard::kBlurDeviations * 2 * wide.noise[0] / std::sqrt(wide.count));
       double best = HUGE_VAL;
       for (std::size_t k = 2; k < kSteps.size(); ++k) {
-        const double squares = std::max(wide.error[k], wide.noise[k]) + lost;
-        if (squares >= best) continue;
-        best = squares;
+        const double squared_error = std::max(wide.error[k], wide.noise[k]) + lost_blur;
+        if (squared_error >= best) continue;
+        best = squared_error;
         choices[own].level = static_cast<std::int32_t>(k);
       }
       choices[own].error = static_cast<float>(std::sqrt(best / wide.count));
@@ -265,7 +270,7 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
 /// A tile becomes unsure if most of its neighbours are. Where smoothing fails around a tile, smoothing the tile alone
 /// gains little, and its texels are the map's worst.
 void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
-  const std::vector<Choice> before = choices;
+  const std::vector<Choice> previous = choices;
   const auto across = static_cast<std::int64_t>(tiles_across_);
   const auto down = static_cast<std::int64_t>(tiles_down_);
   for (std::int64_t t = 0; t < across * down; ++t) {
@@ -273,7 +278,7 @@ void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
     for (std::int64_t n = 0; n < 9; ++n) {
       const std::int64_t x = t % across + n % 3 - 1, y = t / across + n / 3 - 1;
       if (n == 4 || x < 0 || y < 0 || x >= across || y >= down) continue;
-      const Choice& other = before[static_cast<std::size_t>(y * across + x)];
+      const Choice& other = previous[static_cast<std::size_t>(y * across + x)];
       if (other.level < 0) continue;
       ++neighbours;
       unsure += other.is_unsure ? 1 : 0;
@@ -283,21 +288,22 @@ void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
   }
 }
 
-/// The tiles before and after each place along a side, and the interpolation weight between their centres.
+/// For each texel along a side of the map: the tiles before and after it, and the interpolation weight
+/// between their centres.
 std::vector<AoDenoiser::TileInterpolation> AoDenoiser::interpolate_tiles(std::uint32_t places,
                                                                          std::uint32_t tiles) {
   std::vector<TileInterpolation> result(places);
   for (std::uint32_t at = 0; at < places; ++at) {
-    const double middle = (at + 0.5) / kTile - 0.5, before = std::floor(middle);
+    const double middle = (at + 0.5) / kTile - 0.5, previous = std::floor(middle);
     const auto tile = [&](double number) {
       return static_cast<std::uint32_t>(std::clamp(number, 0.0, tiles - 1.0));
     };
-    result[at] = {tile(before), tile(before + 1), middle - before};
+    result[at] = {tile(previous), tile(previous + 1), middle - previous};
   }
   return result;
 }
 
-/// Marks texels whose surroundings exceed the bounds of Guard.
+/// Marks texels where the blur around them exceeds the bounds of Guard.
 void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smoothed,
                              double plain_variance, Result& result) {
   std::vector<std::uint8_t>& unsure = result.unsure;
@@ -309,24 +315,25 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   const kiln_share_params params{count_, 0};
   context_.launch(context_.kernel("ao_denoiser", "kiln_share_lean"), count_, kLocal, params,
                   neighbours_, from_);
-  from_.read(context_, further);  // lean of the weights, two numbers a texel
+  // the lean of each texel's weights (kMaxLean), stored twice a texel
+  from_.read(context_, further);
   const auto product = [&](std::span<const float> of, std::size_t a) {
     return (of[a] - smoothed[a]) * (of[a + 1] - smoothed[a + 1]);
   };
-  parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count_, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t a = 2 * i, b = a + 1;
-      const float apart = raw[a] - raw[b];
+      const float estimate_difference = raw[a] - raw[b];
       lost[a] = product(raw, a);
-      lost[b] = apart * apart / 2;
+      lost[b] = estimate_difference * estimate_difference / 2;
       further[a] = product(twice, a);
-      // Where surfaces interpenetrate, shares end at 0. They have no noise there to measure blur by, so they count as a
-      // border.
+      // Where surfaces interpenetrate, shares fall to 0. Without noise their blur cannot be measured, so such texels
+      // count as a border.
       if (raw[a] == 0 && raw[b] == 0) further[b] = 1;
     }
   });
   const auto visit = [&](const auto& is_unsure) {
-    parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(count_, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         if (is_unsure(2 * i)) unsure[i] = 1;
       }
@@ -337,47 +344,49 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   visit([&](std::size_t a) {
     const double variance = lost[a + 1];
     return product(raw, a) > Guard::kMaxBlurAtTexel * variance + Guard::kRounding ||
-           lost[a] > Guard::kMaxBlurNear / Guard::kRootNear * variance + Guard::kRounding ||
+           lost[a] > Guard::kMaxBlurNear / Guard::kSqrtTexelsNear * variance + Guard::kRounding ||
            further[a] >
                Guard::kMaxBlurBeyondTwoSteps * plain_variance * variance / 2 + Guard::kRounding / 4;
   });
-  // Half of it is the variance of both estimates' mean.
+  // Half of the measured variance is that of the mean of both estimates.
   for (std::size_t i = 0; i < count_; ++i) {
     result.plain_variance[i] = static_cast<float>(plain_variance * lost[2 * i + 1] / 2);
   }
   smooth(kSteps[4] - kSteps[2], lost);
   smooth(kSteps[4] - kSteps[2], further);
   visit([&](std::size_t a) {
-    return lost[a] > Guard::kMaxBlurFar / Guard::kRootFar * lost[a + 1] + Guard::kRounding ||
+    return lost[a] > Guard::kMaxBlurFar / Guard::kSqrtTexelsFar * lost[a + 1] + Guard::kRounding ||
            (further[a + 1] > Guard::kMaxLean && smoothed[a] + smoothed[a + 1] > 0);
   });
 }
 
 std::uint32_t AoDenoiser::blur_reach(double plain, double smoothed, double plain_variance) {
-  const double squares =
+  const double squared_deviations =
       square(plain - smoothed) / std::max(plain_variance, Guard::kMinPlainVariance);
-  if (squares > square(Guard::kBlurAround)) return 2;
-  return squares > square(Guard::kBlurBeside) ? 1 : 0;
+  if (squared_deviations > square(Guard::kBlurTwoStepsAway)) return 2;
+  return squared_deviations > square(Guard::kBlurOneStepAway) ? 1 : 0;
 }
 
-std::vector<std::uint32_t> AoDenoiser::spread(std::span<const std::uint32_t> from,
+std::vector<std::uint32_t> AoDenoiser::spread(std::span<const std::uint32_t> texels,
                                               std::uint32_t reach,
                                               std::vector<std::uint8_t>& unsure) {
-  constexpr std::uint32_t kIndex = 0xFFFFFFU;  // packed below the weight, see kiln_share_weights
-  if (!from.empty() && host_neighbours_.empty()) {
+  // the index is packed below the weight, see kiln_share_weights
+  constexpr std::uint32_t kIndexMask = 0xFFFFFFU;
+  if (!texels.empty() && host_neighbours_.empty()) {
     host_neighbours_.resize(std::size_t{KILN_SHARE_NEIGHBOURS} * count_);
     neighbours_.read(context_, std::span(host_neighbours_));
   }
-  std::vector<std::uint32_t> added, border(from.begin(), from.end());
-  // The border passes texels that are marked already, so the second step starts from all neighbours of the first.
+  std::vector<std::uint32_t> added, border(texels.begin(), texels.end());
+  // Texels that were marked before stay in the border, so the second step starts from all neighbours of the
+  // first step.
   for (std::uint32_t step = 0; step < reach; ++step) {
     std::vector<std::uint32_t> next;
     for (const std::uint32_t i : border) {
       for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-        const std::uint32_t beside =
-            host_neighbours_[std::size_t{KILN_SHARE_NEIGHBOURS} * i + k] & kIndex;
-        next.push_back(beside);
-        if (std::exchange(unsure[beside], std::uint8_t{1}) == 0) added.push_back(beside);
+        const std::uint32_t neighbour =
+            host_neighbours_[std::size_t{KILN_SHARE_NEIGHBOURS} * i + k] & kIndexMask;
+        next.push_back(neighbour);
+        if (std::exchange(unsure[neighbour], std::uint8_t{1}) == 0) added.push_back(neighbour);
       }
     }
     border = std::move(next);
@@ -392,45 +401,45 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plai
   const Levels levels = smoothed(estimates);
   const std::vector<Choice> choices = choose(levels, plain_variance);
   Result result{std::vector<float>(count_), std::vector<float>(count_), {}, {}};
-  std::vector<float> halves;  // the result, once for each estimate
+  std::vector<float> half_results;  // the smoothed shares of estimates a and b, interleaved
   if (plain_variance > 0) {
-    halves.resize(std::size_t{2} * count_);
+    half_results.resize(std::size_t{2} * count_);
     result.unsure.resize(count_);
     result.plain_variance.resize(count_);
   }
   const std::vector<TileInterpolation> columns = interpolate_tiles(width_, tiles_across_);
   const std::vector<TileInterpolation> rows = interpolate_tiles(tiles_down_ * kTile, tiles_down_);
-  parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count_, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t x = place_[i] % width_, y = place_[i] / width_;
       const auto [x0, x1, right] = columns[x];
       const auto [y0, y1, below] = rows[y];
       double sum = 0, weights = 0, sum_a = 0, sum_b = 0;
       bool is_unsure = false;
-      const auto add = [&](std::uint32_t across, std::uint32_t down, double weight) {
+      const auto add_tile = [&](std::uint32_t across, std::uint32_t down, double weight) {
         const Choice& choice = choices[std::size_t{down} * tiles_across_ + across];
         if (choice.level < 0) return;
         const std::span<const float> level = levels.of[static_cast<std::size_t>(choice.level)];
         sum += weight * (static_cast<double>(level[2 * i]) + level[2 * i + 1]) / 2;
         weights += weight;
-        if (halves.empty()) return;
+        if (half_results.empty()) return;
         sum_a += weight * level[2 * i];
         sum_b += weight * level[2 * i + 1];
         is_unsure = is_unsure || choice.is_unsure;
       };
-      add(x0, y0, (1 - right) * (1 - below));
-      add(x1, y0, right * (1 - below));
-      add(x0, y1, (1 - right) * below);
-      add(x1, y1, right * below);
+      add_tile(x0, y0, (1 - right) * (1 - below));
+      add_tile(x1, y0, right * (1 - below));
+      add_tile(x0, y1, (1 - right) * below);
+      add_tile(x1, y1, right * below);
       result.shares[i] = static_cast<float>(sum / weights);
       result.errors[i] = choices[std::size_t{y / kTile} * tiles_across_ + x / kTile].error;
-      if (halves.empty()) continue;
-      halves[2 * i] = static_cast<float>(sum_a / weights);
-      halves[2 * i + 1] = static_cast<float>(sum_b / weights);
+      if (half_results.empty()) continue;
+      half_results[2 * i] = static_cast<float>(sum_a / weights);
+      half_results[2 * i + 1] = static_cast<float>(sum_b / weights);
       result.unsure[i] = is_unsure ? 1 : 0;
     }
   });
-  if (plain_variance > 0) mark_unsure(levels, halves, plain_variance, result);
+  if (plain_variance > 0) mark_unsure(levels, half_results, plain_variance, result);
   return result;
 }
 

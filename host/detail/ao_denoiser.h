@@ -15,11 +15,11 @@ namespace kiln {
 
 /// Chooses for each texel how often to smooth, from two estimates of it by independent rays.
 ///
-/// Each smoothed estimate is compared with the other, unsmoothed one. The mean square of their difference has three
-/// parts: the unsmoothed estimate's noise, the detail that smoothing lost, and the noise that smoothing left. The first
-/// part is the same for all levels, so the lost detail can be measured over some texels (after the choice among a bank
-/// of filters in Rousselle, Knaus and Zwicker, "Adaptive Rendering with Non-Local Means Filtering", 2012). The result
-/// has the same bytes on every device and number of threads.
+/// Each smoothed estimate is compared with the other, unsmoothed one. The mean squared difference of the two has
+/// three parts: the unsmoothed estimate's noise, the detail that smoothing lost, and the noise that smoothing left.
+/// The first part is the same for all levels, so the lost detail can be measured over some texels (as Rousselle,
+/// Knaus and Zwicker choose among a bank of filters, "Adaptive Rendering with Non-Local Means Filtering", 2012).
+/// The result has the same bytes on every device and number of threads.
 class AoDenoiser {
  public:
   AoDenoiser(cl::Context& context, const LowSurface& surface, std::uint32_t width,
@@ -34,54 +34,56 @@ class AoDenoiser {
     std::uint32_t points_plane = 0;
   };
   void prepare(const Texels& texels);
-  /// Host memory of run() in bytes a texel, with its result.
+  /// Host memory of run() and its result, in bytes a texel.
   static constexpr std::uint64_t kBytesPerTexel = (4 * 2 + 2) * sizeof(float);
-  /// Additional bytes a texel where run() looks for unsure texels, and of spread().
+  /// Additional memory, in bytes a texel, of spread() and of run() with a search for unsure texels.
   static constexpr std::uint64_t kBytesPerTexelToFindUnsure =
       (3 * 2 + 1) * sizeof(float) + 1 + 8 * sizeof(std::uint32_t);
 
   struct Result {
     std::vector<float> shares;  ///< Smoothed share of each texel
-    /// Expected root mean square error around the texel, over some 2,000 texels
+    /// Expected root mean square error around the texel, over about 2,000 texels
     std::vector<float> errors;
-    /// Per texel: 1 where plain rays may have less error; see run()
+    /// Per texel: 1 if plain rays may have a smaller error; see run()
     std::vector<std::uint8_t> unsure;
-    /// Per texel: variance of the share that plain rays find, from the texels within two steps; see run()
+    /// Per texel: variance of plain rays' shares, measured over the texels within two steps; see run()
     std::vector<float> plain_variance;
   };
-  /// \param estimates      two of each texel: a, b, a, b...
-  /// \param plain_variance  variance of plain rays, as a share of the variance of both estimates' mean; used to find
-  ///     texels where plain rays may have less error. 0: no search
+  /// \param estimates two of each texel, interleaved: a, b, a, b...
+  /// \param plain_variance variance of plain rays, as a share of the variance of both estimates' mean; used to find
+  ///     texels where plain rays may have a smaller error. 0: no search
   Result run(std::span<const float> estimates, double plain_variance = 0);
 
-  /// How far around a texel blur is to be expected, in texels: by how much more its plain rays differ from what was
-  /// smoothed than their noise does. 0: smoothing lost nothing that shows.
+  /// Radius in texels around a texel within which blur is expected. It grows with the difference between the
+  /// texel's plain rays and its smoothed share, measured in deviations of the plain rays. 0: smoothing lost no
+  /// visible detail.
   static std::uint32_t blur_reach(double plain, double smoothed, double plain_variance);
-  /// Marks the texels within `reach` steps of `from`, across seams too. Blur follows lines, such as contact shadows, of
-  /// which single texels are missed: their noise is as large as their blur.
-  /// \param unsure  in/out: per texel, 1 for those that are marked already
+  /// Marks the texels within `reach` steps of `texels`, across seams, too. Blur follows lines, such as contact
+  /// shadows, and single texels of a line may be missed, since their noise is as large as their blur.
+  /// \param unsure in/out: per texel: 1 if it is marked
   /// \returns the newly marked texels, ascending
-  std::vector<std::uint32_t> spread(std::span<const std::uint32_t> from, std::uint32_t reach,
+  std::vector<std::uint32_t> spread(std::span<const std::uint32_t> texels, std::uint32_t reach,
                                     std::vector<std::uint8_t>& unsure);
 
  private:
   // Numbers of smoothing steps of the levels. Standard deviations of their kernels: 0 to 2.3 texels.
   static constexpr std::array<std::uint32_t, 5> kSteps{0, 1, 2, 4, 8};
   static constexpr std::uint32_t kTile = 16;  // texels a side
-  /// Both independent estimates of each texel, for each level of smoothing. Level 0 refers to the caller's array.
+  /// Both estimates of each texel, for each level of smoothing. Level 0 refers to the caller's array.
   struct Levels {
     std::array<std::span<const float>, kSteps.size()> of;
     std::array<std::unique_ptr<float[]>, kSteps.size()> memory;
   };
   struct TileInterpolation {
-    std::uint32_t before = 0, after = 0;
+    std::uint32_t tile_before = 0, tile_after = 0;
     double weight = 0;
   };
 
-  /// Sums over some texels: their number, and for each level the squared error and the squared noise.
+  /// Sums over the texels of a tile: their number, and for each level the squared error and the squared
+  /// noise.
   struct Tile {
-    double count = 0, blur = 0;  // blur: squared blur of the first step
-    // error: squared error without the blur of the first step
+    double count = 0, blur = 0;  // `blur` is the squared blur of the first step
+    // `error` excludes the blur of the first step
     std::array<double, kSteps.size()> error{}, noise{};
     void add(const Tile& other);
   };
@@ -111,11 +113,12 @@ class AoDenoiser {
   const LowSurface& surface_;
   SurfaceTopology topology_;
   std::uint32_t width_, height_, tiles_across_, tiles_down_ = 0, count_ = 0;
-  std::vector<std::uint32_t> place_;            // place of each texel in the band
-  std::vector<std::uint32_t> tile_first_;       // [tiles + 1] first entry of each tile in by_tile_
-  std::vector<std::uint32_t> by_tile_;          // texels in the order of tiles
-  cl::Array<std::uint32_t> neighbours_;         // neighbours of each texel, with their weights
-  std::vector<std::uint32_t> host_neighbours_;  // neighbours_, once spread() needs them
+  std::vector<std::uint32_t> place_;       // position of each texel in the band
+  std::vector<std::uint32_t> tile_first_;  // [tiles + 1] first entry of each tile in by_tile_
+  std::vector<std::uint32_t> by_tile_;     // texels sorted by tile
+  cl::Array<std::uint32_t> neighbours_;    // neighbours of each texel, with their weights
+  // copy of neighbours_, downloaded by the first spread()
+  std::vector<std::uint32_t> host_neighbours_;
   cl::Array<float> from_, to_;
 };
 

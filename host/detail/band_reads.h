@@ -1,4 +1,5 @@
-// Device arrays that all maps of a bake read back: once a band, or once a bake for the high poly's.
+// Downloads of device arrays that the maps of a bake share: of the band's arrays once a band, of the high
+// poly's once a bake.
 #pragma once
 
 #include <cstdint>
@@ -31,25 +32,25 @@ class BandReads : public SharedWork {
   /// Elements [offset, offset + count) of an array of the band; downloaded by the first call.
   template <typename T>
   const std::vector<T>& read(const cl::Array<T>& array, std::size_t count, std::size_t offset = 0) {
-    return kept(band_, array, count, offset);
+    return cached(band_, array, count, offset);
   }
-  /// A whole array of the high poly.
+  /// All elements of an array of the high poly; downloaded by the first call.
   template <typename T>
   const std::vector<T>& read_source(const cl::Array<T>& array) {
-    return kept(source_, array, array.size(), 0);
+    return cached(source_, array, array.size(), 0);
   }
 
  private:
-  /// Downloads by array and offset.
+  /// Downloaded arrays, by device array and offset.
   template <typename T>
   using Downloads = std::map<std::pair<const void*, std::size_t>, std::vector<T>>;
   using DownloadCache =
       std::tuple<Downloads<std::uint32_t>, Downloads<float>, Downloads<std::uint8_t>>;
 
   template <typename T>
-  const std::vector<T>& kept(DownloadCache& all, const cl::Array<T>& array, std::size_t count,
-                             std::size_t offset) {
-    std::vector<T>& values = std::get<Downloads<T>>(all)[{&array, offset}];
+  const std::vector<T>& cached(DownloadCache& cache, const cl::Array<T>& array, std::size_t count,
+                               std::size_t offset) {
+    std::vector<T>& values = std::get<Downloads<T>>(cache)[{&array, offset}];
     if (values.size() < count) {
       values.resize(count);
       array.read(context_, values, offset);

@@ -24,8 +24,8 @@ class BentNormal : public MapMaker {
   void run(const TexelBand& band, const DeviceCorrespondence& match,
            const BandPixels& out) override {
     if (band.sample_count == 0) return;
-    const DeviceCorrespondence none;
-    make(band, match, none, none_, none_, out);
+    const DeviceCorrespondence no_match;
+    make(band, match, no_match, no_bent_sum_, no_bent_sum_, out);
   }
 
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
@@ -36,7 +36,7 @@ class BentNormal : public MapMaker {
   }
 
  private:
-  /// \param other  second correspondence of a blend; of capacity 0: none
+  /// \param other second correspondence of a blend; its capacity is 0 without a blend
   void make(const TexelBand& band, const DeviceCorrespondence& match,
             const DeviceCorrespondence& other, const cl::Array<float>& other_bent_sum,
             const cl::Array<float>& shares, const BandPixels& out) {
@@ -61,7 +61,7 @@ class BentNormal : public MapMaker {
   MissPolicy miss_;
   kiln_detail_params detail_;
   std::shared_ptr<Hemispheres> rays_;
-  const cl::Array<float> none_;
+  const cl::Array<float> no_bent_sum_;
 };
 
 }  // namespace
@@ -71,7 +71,7 @@ MapRow bent_normal_map() {
   row.info = {MapKind{"bent_normal"},
               3,
               MapType::unit_vector,
-              "bent normal: the mean direction that is open, in the space that is asked for",
+              "bent normal: the mean direction that is open, in the requested space",
               0,
               1};
   row.info.options =

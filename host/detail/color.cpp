@@ -7,10 +7,10 @@
 namespace kiln {
 namespace {
 
-/// Channels of a texture; without a texture, of the vertices' colours.
+/// Reads channels of a texture, or of the vertices' colours if there is no texture.
 class OwnColor : public PointFunction {
  public:
-  /// \param one_channel  only the texture's selected channel is used
+  /// \param one_channel reads only the texture's selected channel
   OwnColor(const MapRequest& request, const std::optional<Texture>& texture, const char* map,
            bool one_channel)
       : source_(request.source) {
@@ -37,7 +37,7 @@ class OwnColor : public PointFunction {
   }
 
  protected:
-  /// \returns the weight of the colour in means
+  /// \returns the weight of the colour when a texel's samples are averaged
   float color_at(const HighPoint& point, float* color) const {
     if (texture_) return texture_->read(point, color);
     read_vertex_color(source_, point, color);

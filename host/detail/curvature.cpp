@@ -23,14 +23,14 @@ class SharedCurvature : public SharedWork {
 
   explicit SharedCurvature(const MapRequest& request)
       : source_(request.source),
-        wanted_(request.options.curvature_radius),
+        radius_option_(request.options.curvature_radius),
         checks_(request.checks) {}
 
   void next_band() override {}
   void next_source() override { source_version_.reset(); }
   void find(std::uint64_t source_version) {
     if (source_version_ == source_version) return;
-    radius_ = curvature_radius(wanted_, source_);
+    radius_ = curvature_radius(radius_option_, source_);
     if (checks_) {
       check_.emplace(source_.positions, source_.triangles, radius_);
     } else {
@@ -45,14 +45,14 @@ class SharedCurvature : public SharedWork {
   double at(const HighPoint& point) const {
     auto& scratch = static_cast<Scratch&>(*point.scratch);
     const double bend = checks_
-                            ? check_->at(place_of(point), point.triangle, scratch.check)
+                            ? check_->at(frame_position_of(point), point.triangle, scratch.check)
                             : curvature_->on(point.triangle, point.u, point.v, scratch.curvature);
     return bend * source_.frame.scale;
   }
 
  private:
   /// Position in the frame.
-  Vec3d place_of(const HighPoint& point) const {
+  Vec3d frame_position_of(const HighPoint& point) const {
     const Triangle& t = source_.triangles[point.triangle];
     const double u = point.u, v = point.v;
     return to_double(source_.positions[t[0]]) * (1 - u - v) +
@@ -60,19 +60,19 @@ class SharedCurvature : public SharedWork {
   }
 
   const Source::Impl& source_;
-  std::optional<Length> wanted_;
-  double radius_ = 0;  // of the averaging ball, frame units
+  std::optional<Length> radius_option_;
+  double radius_ = 0;  // radius of the averaging ball, frame units
   bool checks_;
-  std::optional<CurvatureCheck> check_;     // exactly one of these two is set
-  std::optional<MeanCurvature> curvature_;  // works in frame units
+  std::optional<CurvatureCheck> check_;     // exactly one of check_ and curvature_ is set
+  std::optional<MeanCurvature> curvature_;  // in frame units
   std::optional<std::uint64_t> source_version_;
 };
 
 class Curvature : public PointFunction {
  public:
-  /// \param apart  true: convex and concave curvature in separate channels
-  Curvature(const MapRequest& request, bool apart)
-      : shared_(request.shared.of<SharedCurvature>(request)), apart_(apart) {}
+  /// \param separates_signs stores convex and concave curvature in separate channels
+  Curvature(const MapRequest& request, bool separates_signs)
+      : shared_(request.shared.of<SharedCurvature>(request)), separates_signs_(separates_signs) {}
 
   void prepare(std::uint64_t source_version) override { shared_->find(source_version); }
   PointNeeds needs() const override {
@@ -87,7 +87,7 @@ class Curvature : public PointFunction {
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // misses keep the value 0
     const auto bend = static_cast<float>(shared_->at(point));
-    if (!apart_) {
+    if (!separates_signs_) {
       value[0] = bend;
       return;
     }
@@ -98,18 +98,19 @@ class Curvature : public PointFunction {
 
  private:
   std::shared_ptr<SharedCurvature> shared_;
-  bool apart_;
+  bool separates_signs_;
 };
 
-MapRow curvature_row(const MapInfo& info, bool apart) {
+MapRow curvature_row(const MapInfo& info, bool separates_signs) {
   MapRow row;
   row.info = info;
   row.info.options = "curvature_radius";
   row.follows_positions = true;
   row.unit = "1 / world unit";
-  row.make = [info = row.info, apart](const MapRequest& request) {
+  row.make = [info = row.info, separates_signs](const MapRequest& request) {
     return make_point_map(
-        request, info, std::unique_ptr<PointFunction>(std::make_unique<Curvature>(request, apart)));
+        request, info,
+        std::unique_ptr<PointFunction>(std::make_unique<Curvature>(request, separates_signs)));
   };
   return row;
 }

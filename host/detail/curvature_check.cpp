@@ -12,9 +12,9 @@ namespace kiln {
 namespace {
 
 constexpr double kGatherSlack =
-    0.25;  // share of the radius: points of one gathered list lie this far from its centre at most
+    0.25;  // share of the radius: a gathered list serves points up to this far from its centre
 constexpr int kStrips = 64;
-// faces whose normals' cosine is below this look away from each other
+// faces whose normals have a cosine below this are opposed
 constexpr double kMaxOpposedCosine = -0.6;
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
 
@@ -23,15 +23,16 @@ Vec3d unit_normal(const std::array<Vec3d, 3>& c) {
   return n * (1 / length(n));
 }
 
-/// Length of a segment within a ball around the origin, by the foot of the perpendicular.
+/// Length of the part of a segment that lies within a ball around the origin.
 double length_in_ball(const Vec3d& a, const Vec3d& b, double radius) {
-  const double whole = length(b - a);
-  if (!(whole > 0)) return 0;
-  const Vec3d way = (b - a) * (1 / whole);
-  const double foot = -dot(a, way), away = length(a + way * foot);
-  if (away >= radius) return 0;
-  const double half = std::sqrt(radius * radius - away * away);
-  return std::max(0.0, std::min(whole, foot + half) - std::max(0.0, foot - half));
+  const double segment_length = length(b - a);
+  if (!(segment_length > 0)) return 0;
+  const Vec3d direction = (b - a) * (1 / segment_length);
+  const double foot = -dot(a, direction), line_distance = length(a + direction * foot);
+  if (line_distance >= radius) return 0;
+  const double half_chord = std::sqrt(radius * radius - line_distance * line_distance);
+  return std::max(0.0,
+                  std::min(segment_length, foot + half_chord) - std::max(0.0, foot - half_chord));
 }
 
 /// True if the bounding boxes of a triangle and of a ball are disjoint.
@@ -44,7 +45,7 @@ bool are_disjoint(const std::array<Vec3d, 3>& t, const Vec3d& centre, double rad
 }
 
 double least_x(const std::array<Vec3d, 3>& c) { return std::min({c[0].x, c[1].x, c[2].x}); }
-/// Binary exponent of a triangle's width along x, at least that of the radius.
+/// Binary exponent of a triangle's width along x; at least the radius's exponent.
 int size_exponent(const std::array<Vec3d, 3>& c, double radius) {
   return std::ilogb(std::max(std::max({c[0].x, c[1].x, c[2].x}) - least_x(c), radius));
 }
@@ -61,11 +62,11 @@ CurvatureCheck::CurvatureCheck(std::span<const Vec3> positions, std::span<const 
     piece.triangle = i;
     for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = to_double(positions[t[k]]);
     piece.normal = unit_normal(piece.corner);
-    piece.order = size_exponent(piece.corner, radius);
+    piece.size_exponent = size_exponent(piece.corner, radius);
     piece.x = least_x(piece.corner);
   }
   std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) {
-    return std::tie(a.order, a.x) < std::tie(b.order, b.x);
+    return std::tie(a.size_exponent, a.x) < std::tie(b.size_exponent, b.x);
   });
   piece_of_.assign(triangles.size(), kNoPiece);
   for (std::uint32_t i = 0; i < pieces_.size(); ++i) piece_of_[pieces_[i].triangle] = i;
@@ -98,39 +99,39 @@ void CurvatureCheck::find_angles() {
     }
     for (std::size_t s = i; s < next; ++s) {
       const Side& after = sides[s + 1 < next ? s + 1 : i];
-      pieces_[sides[s].piece].beside[sides[s].k] = 3 * after.piece + after.k;
+      pieces_[sides[s].piece].next_side[sides[s].k] = 3 * after.piece + after.k;
     }
     if (next - i != 2 || sides[i].upward == sides[i + 1].upward) continue;
     Piece &one = pieces_[sides[i].piece], &other = pieces_[sides[i + 1].piece];
     const Vec3d &n = one.normal, &m = other.normal;
     const double angle = std::acos(std::clamp(dot(n, m), -1.0, 1.0));
-    // The edge is convex where the other triangle's far corner lies below this triangle's plane.
+    // The edge is convex if the other triangle's opposite corner lies below this triangle's plane.
     const double side = dot(n, other.corner[(sides[i + 1].k + 2) % 3] - one.corner[sides[i].k]);
     one.angle[sides[i].k] = other.angle[sides[i + 1].k] = side <= 0 ? angle : -angle;
   }
 }
 
-/// Gathers all pieces that reach into balls around points near the centre.
+/// Gathers all pieces that overlap the balls around points near the centre.
 void CurvatureCheck::gather(const Vec3d& centre, Scratch& scratch) const {
-  scratch.known = true;
+  scratch.is_gathered = true;
   scratch.centre = centre;
-  scratch.near.clear();
+  scratch.nearby_pieces.clear();
   const double reach = radius_ * (1 + kGatherSlack);
   auto piece = pieces_.begin();
-  const auto skip = [&](int order, double x) {
+  const auto skip_to = [&](int order, double x) {
     piece = std::partition_point(piece, pieces_.end(), [&](const Piece& other) {
-      return std::tie(other.order, other.x) < std::tie(order, x);
+      return std::tie(other.size_exponent, other.x) < std::tie(order, x);
     });
   };
   while (piece != pieces_.end()) {
-    const int order = piece->order;
-    skip(order, centre.x - reach - std::ldexp(2.0, order));
-    for (; piece != pieces_.end() && piece->order == order && piece->x <= centre.x + reach;
+    const int order = piece->size_exponent;
+    skip_to(order, centre.x - reach - std::ldexp(2.0, order));
+    for (; piece != pieces_.end() && piece->size_exponent == order && piece->x <= centre.x + reach;
          ++piece) {
       if (are_disjoint(piece->corner, centre, reach)) continue;
-      scratch.near.push_back(static_cast<std::uint32_t>(piece - pieces_.begin()));
+      scratch.nearby_pieces.push_back(static_cast<std::uint32_t>(piece - pieces_.begin()));
     }
-    skip(order + 1, -std::numeric_limits<double>::infinity());
+    skip_to(order + 1, -std::numeric_limits<double>::infinity());
   }
 }
 
@@ -138,18 +139,18 @@ void CurvatureCheck::gather(const Vec3d& centre, Scratch& scratch) const {
 void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
                                     Scratch& scratch) const {
   scratch.connected.resize(pieces_.size());
-  scratch.reached.assign(1, seed);
+  scratch.visited_pieces.assign(1, seed);
   scratch.connected[seed] = 1;
-  for (std::size_t i = 0; i < scratch.reached.size(); ++i) {
-    const Piece& piece = pieces_[scratch.reached[i]];
+  for (std::size_t i = 0; i < scratch.visited_pieces.size(); ++i) {
+    const Piece& piece = pieces_[scratch.visited_pieces[i]];
     for (std::uint32_t k = 0; k < 3; ++k) {
       if (length_in_ball(piece.corner[k] - point, piece.corner[(k + 1) % 3] - point, radius_) <= 0)
         continue;
-      const std::uint32_t start = 3 * scratch.reached[i] + k;
-      for (std::uint32_t side = piece.beside[k]; side != start;
-           side = pieces_[side / 3].beside[side % 3]) {
+      const std::uint32_t start = 3 * scratch.visited_pieces[i] + k;
+      for (std::uint32_t side = piece.next_side[k]; side != start;
+           side = pieces_[side / 3].next_side[side % 3]) {
         if (std::exchange(scratch.connected[side / 3], std::uint8_t{1}) == 0) {
-          scratch.reached.push_back(side / 3);
+          scratch.visited_pieces.push_back(side / 3);
         }
       }
     }
@@ -158,17 +159,17 @@ void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
 
 double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
   const std::uint32_t seed = piece_of_[triangle];
-  bool walked = false;
+  bool is_walked = false;
   const auto is_of_sheet = [&](std::uint32_t i) {
     if (seed == kNoPiece || dot(pieces_[i].normal, pieces_[seed].normal) >= kMaxOpposedCosine)
       return true;
-    if (!std::exchange(walked, true)) find_connected(point, seed, scratch);
+    if (!std::exchange(is_walked, true)) find_connected(point, seed, scratch);
     return scratch.connected[i] != 0;
   };
-  if (!scratch.known || length(point - scratch.centre) > radius_ * kGatherSlack)
+  if (!scratch.is_gathered || length(point - scratch.centre) > radius_ * kGatherSlack)
     gather(point, scratch);
   double area = 0, bend = 0;
-  for (const std::uint32_t i : scratch.near) {
+  for (const std::uint32_t i : scratch.nearby_pieces) {
     const Piece& piece = pieces_[i];
     if (are_disjoint(piece.corner, point, radius_) || !is_of_sheet(i)) continue;
     const Vec3d a = piece.corner[0] - point, b = piece.corner[1] - point,
@@ -177,9 +178,9 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
              piece.angle[1] * length_in_ball(b, c, radius_) +
              piece.angle[2] * length_in_ball(c, a, radius_)) /
             4;
-    const double whole = length(cross(b - a, c - a)) / 2;
+    const double triangle_area = length(cross(b - a, c - a)) / 2;
     if (std::max({length(a), length(b), length(c)}) <= radius_) {
-      area += whole;
+      area += triangle_area;
       continue;
     }
     // The triangle is cut into strips parallel to bc, from a downwards. At height y the ball's cross-section is a
@@ -197,13 +198,14 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
       const double y = begin + (end - begin) * (s + 0.5) / kStrips;
       const double square = across - (y - middle) * (y - middle);
       if (!(square > 0)) continue;
-      const double half = std::sqrt(square), from = foot + slant * y / height;
-      const double to = from + width * y / height;
-      area += std::max(0.0, std::min(to, half) - std::max(from, -half)) * (end - begin) / kStrips;
+      const double half_chord = std::sqrt(square), chord_begin = foot + slant * y / height;
+      const double chord_end = chord_begin + width * y / height;
+      area += std::max(0.0, std::min(chord_end, half_chord) - std::max(chord_begin, -half_chord)) *
+              (end - begin) / kStrips;
     }
   }
-  if (walked) {
-    for (const std::uint32_t i : scratch.reached) scratch.connected[i] = 0;
+  if (is_walked) {
+    for (const std::uint32_t i : scratch.visited_pieces) scratch.connected[i] = 0;
   }
   return area > 0 ? bend / area : 0;
 }

@@ -14,19 +14,20 @@ namespace kiln {
 /// The curvature of the point's own sheet, defined as MeanCurvature::on() but computed independently: each edge and
 /// triangle in the ball is integrated by itself, without interpolation or cut-offs. Triangles are connected by equal
 /// coordinates of corners, angles are arc cosines, and a triangle's area in the ball is integrated over 64 strips, to
-/// some 0.1% of the ball's disc. The connected patch may have any size. Costs some tenths of a millisecond a point.
+/// some 0.1% of the ball's disc. The connected patch may have any size. A point costs tenths of a millisecond.
 class CurvatureCheck {
  public:
-  /// Triangles near the last point; one for each thread.
+  /// Working memory of a thread: the triangles near its last point.
   struct Scratch {
     Vec3d centre{};
-    std::vector<std::uint32_t> near;
-    bool known = false;
-    std::vector<std::uint8_t> connected;  ///< Per triangle: it is connected with the last point
-    std::vector<std::uint32_t> reached;
+    std::vector<std::uint32_t> nearby_pieces;
+    bool is_gathered = false;
+    /// Per triangle: 1 if it is connected with the last point
+    std::vector<std::uint8_t> connected;
+    std::vector<std::uint32_t> visited_pieces;
   };
 
-  /// As the constructor of MeanCurvature, but copies its input.
+  /// Takes the parameters of MeanCurvature's constructor, but copies them.
   CurvatureCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                  double radius);
 
@@ -38,11 +39,11 @@ class CurvatureCheck {
     std::array<Vec3d, 3> corner{};
     std::array<double, 3> angle{};  ///< Angle of edge k, from corner k; signed
     std::array<std::uint32_t, 3>
-        beside{};    ///< Ring of the pieces around edge k: 3 * piece + edge of the next one
-    Vec3d normal{};  ///< Unit normal of the triangle
+        next_side{};  ///< Links the pieces around edge k in a ring: 3 * (next piece) + its edge
+    Vec3d normal{};   ///< Unit normal of the triangle
     std::uint32_t triangle = 0;
-    int order = 0;  ///< Binary exponent of its size along x
-    double x = 0;   ///< Least x of its corners
+    int size_exponent = 0;  ///< Binary exponent of the triangle's size along x
+    double x = 0;           ///< Smallest x of its corners
   };
 
   void find_angles();

@@ -21,13 +21,14 @@
 namespace kiln {
 namespace {
 
-using Weights = std::array<double, 3>;  // barycentric, of a triangle's three corners
-using Part = std::array<Weights, 3>;    // a triangle within a triangle, by its corners' weights
+using Weights = std::array<double, 3>;  // barycentric weights of a triangle's three corners
+// a triangle within a triangle: the weights of each of its corners
+using Part = std::array<Weights, 3>;
 
-// Deepest subdivision into quarters: resolves textures of 65,536 texels across one triangle.
+// Maximum number of subdivisions into quarters: resolves textures of 65,536 texels across one triangle.
 constexpr int kMaxDepth = 16;
 
-Weights between(const Weights& a, const Weights& b, double share) {
+Weights interpolated(const Weights& a, const Weights& b, double share) {
   Weights result{};
   for (std::size_t k = 0; k < 3; ++k) result[k] = a[k] + (b[k] - a[k]) * share;
   return result;
@@ -52,7 +53,7 @@ class Cutter {
   }
 
   Mesh run() {
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) over(t);
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) cut_triangle(t);
     if (result_.triangles.empty()) {
       throw Error(ErrorCode::input,
                   "All of '" + mesh_.name + "' is below the threshold of opacity: lower it.");
@@ -62,43 +63,43 @@ class Cutter {
   }
 
  private:
-  /// Deletes parts without area, which rounding leaves: no point can be matched on them, and they are no flaws of the
-  /// input.
+  /// Deletes parts whose area rounds to 0: no point can be matched on them, and they must not be reported as flaws of
+  /// the input.
   void delete_slivers() {
     const Frame frame = Frame::of(result_);
     const std::vector<Vec3> positions = frame.to_frame(result_);
-    std::size_t kept = 0;
+    std::size_t kept_count = 0;
     for (std::size_t t = 0; t < result_.triangles.size(); ++t) {
       if (is_part_[t] && !has_area(positions, result_.triangles[t])) continue;
       for (auto* list : {&result_.triangles, &result_.uv_triangles, &result_.normal_triangles}) {
-        (*list)[kept] = (*list)[t];
+        (*list)[kept_count] = (*list)[t];
       }
       for (auto* names : {&result_.groups, &result_.objects, &result_.materials}) {
-        if (!names->empty()) (*names)[kept] = (*names)[t];
+        if (!names->empty()) (*names)[kept_count] = (*names)[t];
       }
-      ++kept;
+      ++kept_count;
     }
     for (auto* list : {&result_.triangles, &result_.uv_triangles, &result_.normal_triangles}) {
-      list->resize(kept);
+      list->resize(kept_count);
     }
     for (auto* names : {&result_.groups, &result_.objects, &result_.materials}) {
-      if (!names->empty()) names->resize(kept);
+      if (!names->empty()) names->resize(kept_count);
     }
   }
 
-  void over(std::size_t triangle) {
+  void cut_triangle(std::size_t triangle) {
     triangle_ = triangle;
     parts_.clear();
     const Triangle& uv = mesh_.uv_triangles[triangle];
-    bool finite = true;
+    bool is_finite_uv = true;
     for (std::size_t k = 0; k < 3; ++k) {
       uv_[k] = uv_pool_of(triangle)[uv[k]];
-      finite = finite && is_finite(uv_[k]);
+      is_finite_uv = is_finite_uv && is_finite(uv_[k]);
     }
     picture_ = nullptr;
-    set_ = Texture::kNone;
-    corner_ = {};
-    double plain = 1;
+    udim_set_ = Texture::kNone;
+    tile_corner_ = {};
+    double constant_opacity = 1;
     transform_ = {1, 0, 0, 0, 1, 0};
     wraps_ = {};
     opacity_scale_ = 1, opacity_offset_ = 0;
@@ -121,21 +122,22 @@ class Cutter {
         }
       }
       if (picture != Texture::kNone) select_picture(picture);
-      if (material < opacity_.plain.size() && (picture == Texture::kNone || is_set())) {
-        plain = opacity_.plain[material][opacity_.channel];
+      if (material < opacity_.plain.size() && (picture == Texture::kNone || has_udim_set())) {
+        constant_opacity = opacity_.plain[material][opacity_.channel];
       }
     }
-    const Part whole{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    const bool even = alpha_[0] == alpha_[1] && alpha_[1] == alpha_[2];
-    if (!finite || (picture_ == nullptr && !is_set() && even)) {
-      if (plain * alpha_[0] >= threshold_ || !finite) parts_.push_back(whole);
+    const Part whole_triangle{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    const bool has_equal_alpha = alpha_[0] == alpha_[1] && alpha_[1] == alpha_[2];
+    if (!is_finite_uv || (picture_ == nullptr && !has_udim_set() && has_equal_alpha)) {
+      if (constant_opacity * alpha_[0] >= threshold_ || !is_finite_uv)
+        parts_.push_back(whole_triangle);
     } else {
-      constant_opacity_ = plain;
-      cut(whole, 0);
+      constant_opacity_ = constant_opacity;
+      cut(whole_triangle, 0);
     }
     if (parts_.empty()) {
       ++report_.gone;
-    } else if (parts_.size() == 1 && parts_[0] == whole) {
+    } else if (parts_.size() == 1 && parts_[0] == whole_triangle) {
       ++report_.whole;
       add_names();
       result_.triangles.push_back(mesh_.triangles[triangle]);
@@ -149,40 +151,40 @@ class Cutter {
     }
   }
 
-  /// Selects a picture; a set of UDIM tiles is resolved later, for each part.
+  /// Selects a picture, or a set of UDIM tiles, whose tile is selected later for each part.
   void select_picture(std::uint32_t picture) {
     const bool is_of_set =
         std::any_of(opacity_.tiles.begin(), opacity_.tiles.end(),
                     [&](const TextureTile& tile) { return tile.set == picture; });
     if (is_of_set) {
-      set_ = picture;
+      udim_set_ = picture;
       wraps_ = {TextureWrap::clamp, TextureWrap::clamp};
     } else {
       picture_ = pictures_[picture].get();
     }
   }
-  bool is_set() const { return set_ != Texture::kNone; }
+  bool has_udim_set() const { return udim_set_ != Texture::kNone; }
 
-  /// Selects the tile at a place; without one the opacity is the material's factor.
+  /// Selects the UDIM tile at a UV; where the set has no tile, the opacity is the material's factor.
   void select_tile(double u, double v) {
     const std::uint32_t number = udim_of(u, v);
     picture_ = nullptr;
-    corner_ = {};
+    tile_corner_ = {};
     for (const TextureTile& tile : opacity_.tiles) {
-      if (tile.set != set_ || tile.tile != number) continue;
+      if (tile.set != udim_set_ || tile.tile != number) continue;
       picture_ = pictures_[tile.image].get();
-      corner_ = udim_corner(number);
+      tile_corner_ = udim_corner(number);
       return;
     }
   }
 
-  /// The UV set of the opacity of a triangle's material.
+  /// The UV set that the opacity of a triangle's material uses.
   const std::vector<Vec2>& uv_pool_of(std::size_t triangle) const {
     if (opacity_.uv_sets.empty()) return mesh_.uvs;
-    const std::uint32_t wanted = opacity_.uv_sets[mesh_.materials[triangle]];
-    if (wanted == mesh_.uv_set) return mesh_.uvs;
+    const std::uint32_t uv_set = opacity_.uv_sets[mesh_.materials[triangle]];
+    if (uv_set == mesh_.uv_set) return mesh_.uvs;
     return std::find_if(mesh_.other_uvs.begin(), mesh_.other_uvs.end(),
-                        [&](const UvSet& set) { return set.set == wanted; })
+                        [&](const UvSet& set) { return set.set == uv_set; })
         ->uvs;
   }
 
@@ -210,7 +212,8 @@ class Cutter {
     const auto spans = [](double a, double b) {
       return std::floor(a + kRounding) < std::floor(b - kRounding);
     };
-    return is_set() && (spans(u0, u1) || spans(v0, v1)) && std::max(u1 - u0, v1 - v0) > kMinSpan;
+    return has_udim_set() && (spans(u0, u1) || spans(v0, v1)) &&
+           std::max(u1 - u0, v1 - v0) > kMinSpan;
   }
 
   double alpha_at(const Weights& w) const {
@@ -229,11 +232,11 @@ class Cutter {
                                 static_cast<float>(constant_opacity_)};
     if (picture_ != nullptr) {
       range = picture_->over(u0, v0, u1, v1, wraps_);
-      const auto turned = [&](float value) {
+      const auto scaled = [&](float value) {
         return static_cast<float>(value * opacity_scale_ + opacity_offset_);
       };
-      range = {turned(opacity_scale_ < 0 ? range.most : range.least),
-               turned(opacity_scale_ < 0 ? range.least : range.most)};
+      range = {scaled(opacity_scale_ < 0 ? range.most : range.least),
+               scaled(opacity_scale_ < 0 ? range.least : range.most)};
     }
     if (alpha_ == Weights{1, 1, 1}) return range;
     const auto [least, most] =
@@ -246,11 +249,11 @@ class Cutter {
     for (std::size_t k = 0; k < 3; ++k) uv[k] = in_picture(uv_at(part[k]));
     auto [u0, u1] = std::minmax({uv[0][0], uv[1][0], uv[2][0]});
     auto [v0, v1] = std::minmax({uv[0][1], uv[1][1], uv[2][1]});
-    if (depth < kMaxDepth && spans_tiles(u0, u1, v0, v1)) return quarter(part, depth);
-    if (is_set()) {
+    if (depth < kMaxDepth && spans_tiles(u0, u1, v0, v1)) return split_into_quarters(part, depth);
+    if (has_udim_set()) {
       select_tile((uv[0][0] + uv[1][0] + uv[2][0]) / 3, (uv[0][1] + uv[1][1] + uv[2][1]) / 3);
-      for (auto& at : uv) at[0] -= corner_[0], at[1] -= corner_[1];
-      u0 -= corner_[0], u1 -= corner_[0], v0 -= corner_[1], v1 -= corner_[1];
+      for (auto& at : uv) at[0] -= tile_corner_[0], at[1] -= tile_corner_[1];
+      u0 -= tile_corner_[0], u1 -= tile_corner_[0], v0 -= tile_corner_[1], v1 -= tile_corner_[1];
     }
     const BoundedChannel::Range range = over(part, u0, v0, u1, v1);
     if (range.most < threshold_) return;
@@ -258,42 +261,45 @@ class Cutter {
       parts_.push_back(part);
       return;
     }
-    const bool fine = picture_ == nullptr || std::max((u1 - u0) * picture_->texels_across(),
-                                                      (v1 - v0) * picture_->texels_down()) <= 1;
-    if (fine || depth == kMaxDepth) return clip(part, uv);
-    quarter(part, depth);
+    const bool is_below_a_texel =
+        picture_ == nullptr ||
+        std::max((u1 - u0) * picture_->texels_across(), (v1 - v0) * picture_->texels_down()) <= 1;
+    if (is_below_a_texel || depth == kMaxDepth) return clip(part, uv);
+    split_into_quarters(part, depth);
   }
 
-  void quarter(const Part& part, int depth) {
-    const Weights ab = between(part[0], part[1], 0.5), bc = between(part[1], part[2], 0.5);
-    const Weights ca = between(part[2], part[0], 0.5);
-    const std::size_t before = parts_.size();
+  void split_into_quarters(const Part& part, int depth) {
+    const Weights ab = interpolated(part[0], part[1], 0.5),
+                  bc = interpolated(part[1], part[2], 0.5);
+    const Weights ca = interpolated(part[2], part[0], 0.5);
+    const std::size_t first_part = parts_.size();
     cut({part[0], ab, ca}, depth + 1);
     cut({ab, part[1], bc}, depth + 1);
     cut({ca, bc, part[2]}, depth + 1);
     cut({ab, bc, ca}, depth + 1);
-    // All four quarters stayed whole: they are replaced by the undivided part.
-    if (parts_.size() == before + 4 && parts_[before] == Part{part[0], ab, ca} &&
-        parts_[before + 1] == Part{ab, part[1], bc} &&
-        parts_[before + 2] == Part{ca, bc, part[2]} && parts_[before + 3] == Part{ab, bc, ca}) {
-      parts_.resize(before);
+    // If no quarter was cut, they are replaced by the undivided part.
+    if (parts_.size() == first_part + 4 && parts_[first_part] == Part{part[0], ab, ca} &&
+        parts_[first_part + 1] == Part{ab, part[1], bc} &&
+        parts_[first_part + 2] == Part{ca, bc, part[2]} &&
+        parts_[first_part + 3] == Part{ab, bc, ca}) {
+      parts_.resize(first_part);
       parts_.push_back(part);
     }
   }
 
   /// Clips a part to where the opacity, interpolated linearly, exceeds the threshold.
   void clip(const Part& part, const std::array<std::array<double, 2>, 3>& uv) {
-    std::array<double, 3> over{};
-    for (std::size_t k = 0; k < 3; ++k) over[k] = opacity_at(part[k], uv[k]) - threshold_;
+    std::array<double, 3> excess{};
+    for (std::size_t k = 0; k < 3; ++k) excess[k] = opacity_at(part[k], uv[k]) - threshold_;
     std::vector<Weights> polygon;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3;
-      if (over[k] >= 0) polygon.push_back(part[k]);
-      if ((over[k] >= 0) == (over[next] >= 0)) continue;
-      // Interpolates from the same end for both triangles at an edge, so that both compute the same point.
-      const bool forward = over[k] >= 0;
-      const std::size_t a = forward ? k : next, b = forward ? next : k;
-      polygon.push_back(between(part[a], part[b], over[a] / (over[a] - over[b])));
+      if (excess[k] >= 0) polygon.push_back(part[k]);
+      if ((excess[k] >= 0) == (excess[next] >= 0)) continue;
+      // Both triangles at an edge interpolate from the same end, so that they compute the same point.
+      const bool starts_at_k = excess[k] >= 0;
+      const std::size_t a = starts_at_k ? k : next, b = starts_at_k ? next : k;
+      polygon.push_back(interpolated(part[a], part[b], excess[a] / (excess[a] - excess[b])));
     }
     for (std::size_t k = 2; k < polygon.size(); ++k) {
       parts_.push_back({polygon[0], polygon[k - 1], polygon[k]});
@@ -321,7 +327,7 @@ class Cutter {
     is_part_.push_back(true);
   }
 
-  /// Indices of a point's position, UV and normal in the pools; adds those that are new.
+  /// Indices of a point's position, UV and normal in the pools; adds the ones that the pools lack.
   std::array<std::uint32_t, 3> vertex_of(const Weights& w) {
     const Triangle& corners = mesh_.triangles[triangle_];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -367,19 +373,21 @@ class Cutter {
   std::vector<std::unique_ptr<BoundedChannel>> pictures_;
   std::vector<Triangle> normal_triangles_;
   Mesh result_;
-  std::vector<bool> is_part_;  // per triangle of the result: it was clipped
+  std::vector<bool> is_part_;  // per triangle of the result: true if it was clipped
 
   std::size_t triangle_ = 0;  // the triangle that is being cut
   std::array<Vec2, 3> uv_;
   const BoundedChannel* picture_ = nullptr;
-  std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // transform of the picture's UVs
-  std::uint32_t set_ = Texture::kNone;                // set of tiles that picture_ belongs to
-  std::array<double, 2> corner_{};                    // lower left corner of the tile in UV space
+  // transform from the mesh's UVs to the picture's
+  std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};
+  // set of UDIM tiles that picture_ belongs to
+  std::uint32_t udim_set_ = Texture::kNone;
+  std::array<double, 2> tile_corner_{};  // lower left corner of the tile in UV space
   BoundedChannel::Wraps wraps_{};
   // opacity = opacity_scale_ * texture + opacity_offset_
   double opacity_scale_ = 1, opacity_offset_ = 0;
   Weights alpha_{1, 1, 1};       // vertex alpha at the triangle's corners
-  double constant_opacity_ = 1;  // opacity without a picture
+  double constant_opacity_ = 1;  // opacity of a material without a picture
   std::vector<Part> parts_;
   std::map<Weights, std::array<std::uint32_t, 3>> vertices_;
 };
@@ -412,11 +420,11 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
   for (const TextureTile& tile : opacity.tiles) {
     fits = fits && tile.set < opacity.images.size() && tile.image < opacity.images.size();
   }
-  for (const std::uint32_t wanted : opacity.uv_sets) {
+  for (const std::uint32_t uv_set : opacity.uv_sets) {
     fits =
-        fits && (wanted == mesh.uv_set ||
+        fits && (uv_set == mesh.uv_set ||
                  std::any_of(mesh.other_uvs.begin(), mesh.other_uvs.end(), [&](const UvSet& set) {
-                   return set.set == wanted && set.uvs.size() == mesh.uvs.size();
+                   return set.set == uv_set && set.uvs.size() == mesh.uvs.size();
                  }));
   }
   for (const std::shared_ptr<const Image>& image : opacity.images) {
@@ -434,8 +442,8 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
 
 Mesh cut_out(const Mesh& mesh, const Texture& opacity, double threshold, CutOutReport* report) {
   check(mesh, opacity, threshold);
-  CutOutReport own;
-  return Cutter(mesh, opacity, threshold, report != nullptr ? *report : own).run();
+  CutOutReport discarded_report;
+  return Cutter(mesh, opacity, threshold, report != nullptr ? *report : discarded_report).run();
 }
 
 }  // namespace kiln

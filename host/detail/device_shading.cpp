@@ -8,7 +8,8 @@
 namespace kiln {
 namespace {
 
-// More runs of consecutive triangles than this are written with everything between them: each write is a command.
+// Maximum number of separate writes, one for each run of consecutive triangles. With more runs, the whole
+// range is written at once, since each write is a command.
 constexpr std::size_t kMaxRuns = 64;
 
 /// First and last index in with_uvs of each run of consecutive triangles; empty if there are more than kMaxRuns.

@@ -6,8 +6,8 @@
 
 namespace kiln {
 
-/// low_shading() of the triangles with UVs; entries of other triangles, which no texel shows, are undefined. Of texture
-/// sets, whose triangles mostly stand together, only the set's own entries are written.
+/// Uploads low_shading() of the triangles with UVs; entries of other triangles, which no texel shows, are undefined.
+/// For a texture set, only the entries of the set's triangles are written; these are mostly consecutive.
 cl::Array<kiln_low_shading> device_shading(cl::Context& context, const LowSurface& surface);
 
 }  // namespace kiln

@@ -11,10 +11,10 @@ class Displacement : public PointFunction {
   explicit Displacement(const MapRequest& request) : frames_(request) {}
 
   void operator()(const HighPoint& point, float* value) const override {
-    const Vec3d way = frames_.in_space(point, point.offset);
-    value[0] = static_cast<float>(way.x);
-    value[1] = static_cast<float>(way.y);
-    value[2] = static_cast<float>(way.z);
+    const Vec3d components = frames_.in_space(point, point.offset);
+    value[0] = static_cast<float>(components.x);
+    value[1] = static_cast<float>(components.y);
+    value[2] = static_cast<float>(components.z);
   }
 
  private:

@@ -14,12 +14,12 @@ namespace {
 
 /// Bounds that separate background from drawn content.
 struct BackgroundBounds {
-  /// About the number of texels outside charts that are sampled
+  /// Approximate number of texels outside charts that are sampled
   std::size_t samples = std::size_t{1} << 16;
-  double share = 0.25;  ///< Least share of the samples that has the background's colour
-  /// Greatest deviation from the background in any channel: JPEG artefacts at an edge
+  double share = 0.25;  ///< Minimum share of the samples that has the background's colour
+  /// Maximum deviation from the background in any channel, as JPEG artefacts at an edge have
   float near = 12.0F / 255;
-  /// Texels between charts and background: pictures with more padding stay as they are
+  /// Maximum distance in texels from charts to background: pictures with more padding stay as they are
   int reach = 8;
 };
 constexpr BackgroundBounds kBackgroundBounds;
@@ -48,27 +48,30 @@ bool are_near(const Image& image, std::uint32_t a, std::uint32_t b) {
 
 std::optional<std::uint32_t> background_of(const Image& image, const TexelBits& charts) {
   const std::size_t texels = std::size_t{image.width} * image.height;
-  const std::size_t wanted = std::min(texels, 4 * kBackgroundBounds.samples);
+  const std::size_t sample_count = std::min(texels, 4 * kBackgroundBounds.samples);
   std::unordered_map<std::uint32_t, std::size_t> counts;
-  std::size_t out = 0;
-  for (std::size_t k = 0; k < wanted; ++k) {
-    const std::size_t i =
-        wanted == texels ? k : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
+  std::size_t outside_count = 0;
+  for (std::size_t k = 0; k < sample_count; ++k) {
+    const std::size_t i = sample_count == texels
+                              ? k
+                              : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
     if (charts.has(i)) continue;
-    ++out;
+    ++outside_count;
     ++counts[key_of(image, &image.pixels[i * image.channels])];
   }
-  if (out == 0) return std::nullopt;
+  if (outside_count == 0) return std::nullopt;
   // The smallest key wins ties, so that the result does not depend on the map's order.
-  const auto most =
+  const auto most_frequent =
       std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
         return a.second != b.second ? a.second < b.second : a.first > b.first;
       });
-  std::size_t near = 0;
-  for (const auto& [key, count] : counts) near += are_near(image, key, most->first) ? count : 0;
-  if (static_cast<double>(near) < kBackgroundBounds.share * static_cast<double>(out))
+  std::size_t near_count = 0;
+  for (const auto& [key, count] : counts)
+    near_count += are_near(image, key, most_frequent->first) ? count : 0;
+  if (static_cast<double>(near_count) <
+      kBackgroundBounds.share * static_cast<double>(outside_count))
     return std::nullopt;
-  return most->first;
+  return most_frequent->first;
 }
 
 bool is_near(const Image& image, const float* texel, std::uint32_t key) {
@@ -90,10 +93,11 @@ void for_each_word(const TexelBits& bits, const Word& word) {
 }
 
 bool intersects(const TexelBits& a, const TexelBits& b) {
-  bool any = false;
-  for_each_word(
-      a, [&](std::size_t y, std::size_t w) { any = any || (a.row(y)[w] & b.row(y)[w]) != 0; });
-  return any;
+  bool has_any = false;
+  for_each_word(a, [&](std::size_t y, std::size_t w) {
+    has_any = has_any || (a.row(y)[w] & b.row(y)[w]) != 0;
+  });
+  return has_any;
 }
 
 bool is_full(const TexelBits& bits) {
@@ -112,20 +116,21 @@ bool ChartTexels::add(const Corners& uvs, const Wraps& wraps) { return add_rows(
 
 void ChartTexels::add_touched(const Corners& uvs, const Wraps& wraps) { add_rows(uvs, wraps, 0.5); }
 
-/// \param reach  half the side of the square around a texel's centre that the triangle has to meet
+/// \param reach half the side of the square around a texel's centre that the triangle must overlap
 bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach) {
-  constexpr double kCentreSlack = 1e-4, kMaxTexel = 1e9;
+  constexpr double kCentreTolerance = 1e-4, kMaxTexel = 1e9;
   const double width = bits_.width(), height = bits_.height();
   std::array<std::array<double, 2>, 3> at{};
-  double top = std::numeric_limits<double>::infinity(), bottom = -top, least = top, most = -top;
+  double top = std::numeric_limits<double>::infinity(), bottom = -top, least = top,
+         most_frequent = -top;
   for (std::size_t k = 0; k < 3; ++k) {
     at[k] = {uvs[k][0] * width - 0.5, (1 - uvs[k][1]) * height - 0.5};
     if (!(std::abs(at[k][0]) < kMaxTexel && std::abs(at[k][1]) < kMaxTexel)) return false;
-    least = std::min(least, at[k][0]), most = std::max(most, at[k][0]);
+    least = std::min(least, at[k][0]), most_frequent = std::max(most_frequent, at[k][0]);
     top = std::min(top, at[k][1]), bottom = std::max(bottom, at[k][1]);
   }
-  const double slack = reach + kCentreSlack;
-  if (!wraps && (most < -slack || least > width - 1 + slack)) return false;
+  const double slack = reach + kCentreTolerance;
+  if (!wraps && (most_frequent < -slack || least > width - 1 + slack)) return false;
   // A triangle that spans many repetitions would add many rows. Such a picture tiles and has no charts, so the whole
   // row range counts as chart.
   constexpr double kMaxRepetitions = 4;
@@ -137,21 +142,21 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   auto first = static_cast<std::int64_t>(std::ceil(top - slack));
   auto last = static_cast<std::int64_t>(std::floor(bottom + slack));
   if (is_clamped) {
-    // Rows outside show the outermost row, from any column, so they need no scan of their own.
+    // Rows outside the picture repeat its outermost row, so they need no scan of their own.
     if (wraps && top < 0) bits_.add(0, 0, bits_.width());
     if (wraps && bottom > height - 1) bits_.add(bits_.height() - 1, 0, bits_.width());
     first = std::max<std::int64_t>(first, 0);
     last = std::min<std::int64_t>(last, std::int64_t{bits_.height()} - 1);
   }
-  bool any = false;
+  bool has_any = false;
   for (std::int64_t y = first; y <= last; ++y) {
-    // Only the part of the triangle between these two lines counts; they coincide for reach 0.
-    const double from = std::clamp(static_cast<double>(y) - reach, top, bottom);
+    // Only the part of the triangle between these two lines counts; with reach 0 both lines are the same.
+    const double from_y = std::clamp(static_cast<double>(y) - reach, top, bottom);
     const double to = std::clamp(static_cast<double>(y) + reach, top, bottom);
     double left = std::numeric_limits<double>::infinity(), right = -left;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto &a = at[k], &b = at[(k + 1) % 3];
-      const double begin = std::max(std::min(a[1], b[1]), from);
+      const double begin = std::max(std::min(a[1], b[1]), from_y);
       const double end = std::min(std::max(a[1], b[1]), to);
       if (begin > end) continue;
       const double rise = b[1] - a[1];
@@ -162,10 +167,12 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
       }
     }
     if (left <= right) {
-      any = add_row(y, std::max(left, least) - slack, std::min(right, most) + slack, wraps) || any;
+      has_any = add_row(y, std::max(left, least) - slack, std::min(right, most_frequent) + slack,
+                        wraps) ||
+                has_any;
     }
   }
-  return any;
+  return has_any;
 }
 
 /// \returns true if any texel was added
@@ -206,26 +213,27 @@ std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& 
   if (is_full(charts)) return std::nullopt;
   const std::optional<std::uint32_t> background = background_of(image, charts);
   if (!background) return std::nullopt;
-  TexelBits bare(image.width, image.height);
+  TexelBits background_texels(image.width, image.height);
   parallel_for(image.height, 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
-      for (std::size_t w = 0; w < bare.words_in_row(); ++w) {
-        std::uint64_t out = ~charts.row(y)[w];
-        if (w + 1 == bare.words_in_row()) out &= bare.last_word();
-        std::uint64_t found = 0;
-        for (; out != 0; out &= out - 1) {
-          const auto bit = static_cast<std::size_t>(std::countr_zero(out));
+      for (std::size_t w = 0; w < background_texels.words_in_row(); ++w) {
+        std::uint64_t outside_bits = ~charts.row(y)[w];
+        if (w + 1 == background_texels.words_in_row())
+          outside_bits &= background_texels.last_word();
+        std::uint64_t background_bits = 0;
+        for (; outside_bits != 0; outside_bits &= outside_bits - 1) {
+          const auto bit = static_cast<std::size_t>(std::countr_zero(outside_bits));
           if (is_near(image, image.at(w * 64 + bit, y), *background))
-            found |= std::uint64_t{1} << bit;
+            background_bits |= std::uint64_t{1} << bit;
         }
-        bare.row(y)[w] = found;
+        background_texels.row(y)[w] = background_bits;
       }
     }
   });
-  TexelBits near = charts;
-  for (int step = 0; step < kBackgroundBounds.reach; ++step) near = dilated(near);
-  if (!intersects(near, bare)) return std::nullopt;
-  TexelBits empty = dilated(bare);
+  TexelBits near_charts = charts;
+  for (int step = 0; step < kBackgroundBounds.reach; ++step) near_charts = dilated(near_charts);
+  if (!intersects(near_charts, background_texels)) return std::nullopt;
+  TexelBits empty = dilated(background_texels);
   for_each_word(empty, [&](std::size_t y, std::size_t w) { empty.row(y)[w] &= ~charts.row(y)[w]; });
   return empty;
 }

@@ -1,12 +1,12 @@
-// Background texels of the high poly's pictures: outside all charts, and not filled by padding.
+// Finds background texels of the high poly's pictures: those outside all charts that padding does not fill.
 //
-// Texture filters read texels around a chart: half a texel away where the picture is as fine as the map, many texels
-// where it is finer. An atlas without padding has its background there, which would bleed into charts as seams. So
-// texels that (1) lie in no chart of the mesh and (2) show the background are left out of all means, as transparent
-// texels are (image/texture_filter.h). A chart that holds no texel's centre, such as a face on a cell of a palette,
-// keeps all texels that it touches: no others could replace them.
-// Any other content outside charts stays: it is padding, other objects' charts, or a photograph that goes on. A picture
-// that charts cover completely, such as a repeating tile, stays as it is.
+// Texture filters read texels around a chart: up to half a texel away if the picture is as fine as the map, many
+// texels away if it is finer. In an atlas without padding these are background, which would bleed into charts as
+// seams. So texels that (1) lie in no chart of the mesh and (2) show the background are excluded from all means, like
+// transparent texels (image/texture_filter.h). A chart that holds no texel's centre, such as a face on a cell of a
+// palette, keeps all texels that it touches, since no others could replace them. Any other content outside charts is
+// kept: it is padding, charts of other objects, or a photograph that extends beyond the charts. A picture that charts
+// cover completely, such as a repeating tile, stays as it is.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ class ChartTexels {
 
   /// Adds texels with centres in a triangle, with a tolerance of 1e-4 texels. UVs that are not finite add none.
   /// Thread-safe.
-  /// \param wraps  how UVs beyond the picture repeat; none: they are ignored
+  /// \param wraps how UVs outside the picture repeat; axes that do not repeat ignore such UVs
   /// \returns true if the triangle contains any centre
   bool add(const Corners& uvs, const Wraps& wraps);
   /// Adds all texels that the triangle touches. Thread-safe.
@@ -44,11 +44,12 @@ class ChartTexels {
   TexelBits bits_;
 };
 
-/// Finds the texels that hold background. None if the picture has no background, or none near a chart.
+/// Finds the texels that hold background. Returns nothing if the picture has no background, or no background
+/// near a chart.
 ///
 /// The background is the most frequent colour outside of charts, if at least a quarter of those texels have it; all
-/// transparent texels count as one colour. Texels next to background count, too: filters may have blended them with it.
-/// Cost: two passes over the picture.
+/// transparent texels count as one colour. Texels next to background count as background, too, since filters may have
+/// blended them with it. Cost: two passes over the picture.
 std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& charts);
 
 }  // namespace kiln

@@ -72,7 +72,7 @@ void average_samples(BandReads& reads, const TexelBand& band, const DeviceCorres
       std::uint8_t& coverage = out.coverage[index[t]];
       coverage = kCoverageMissed;
       std::array<double, 3> sum{};
-      std::size_t used = 0, last = 0;
+      std::size_t sample_count = 0, last_sample = 0;
       for (std::size_t s = first[t]; s < first[t + 1]; ++s) {
         if (triangle[s] != KILN_NO_TRIANGLE) {
           coverage = kCoverageBaked;
@@ -80,19 +80,20 @@ void average_samples(BandReads& reads, const TexelBand& band, const DeviceCorres
           continue;
         }
         for (std::size_t c = 0; c < channels; ++c) sum[c] += values[s + c * plane];
-        ++used;
-        last = s;
+        ++sample_count;
+        last_sample = s;
       }
       float* to = &out.values[index[t] * channels];
-      double whole = static_cast<double>(used);
-      if (channels == 3) whole = length(Vec3d(sum[0], sum[1], sum[2]));
+      double divisor = static_cast<double>(sample_count);
+      if (channels == 3) divisor = length(Vec3d(sum[0], sum[1], sum[2]));
       for (std::size_t c = 0; c < channels; ++c) {
-        // Texels whose samples all missed, under a policy without values for misses, hold 0 or straight up.
+        // If all samples of a texel missed and the policy gives misses no value, the texel holds 0, or
+        // straight up in maps of directions.
         to[c] = channels == 3 && c == 2 ? 1.0F : 0.0F;
-        // A single sample is copied without normalizing; so is the last one where directions cancel out.
-        if (used != 0) {
-          to[c] = used == 1 || !(whole > 1e-10) ? values[last + c * plane]
-                                                : static_cast<float>(sum[c] / whole);
+        // A single sample is copied without normalizing; so is the last sample if the directions cancel out.
+        if (sample_count != 0) {
+          to[c] = sample_count == 1 || !(divisor > 1e-10) ? values[last_sample + c * plane]
+                                                          : static_cast<float>(sum[c] / divisor);
         }
       }
     }

@@ -12,7 +12,8 @@
 
 namespace kiln {
 
-// Nearest distance of a hit, in frame units: closer hits are rounding errors of the surface that the ray leaves.
+// Minimum distance of a hit, in frame units: nearer hits are rounding errors of the face that the ray starts
+// on.
 inline constexpr float kMinHitDistance = 0x1p-20F;
 inline RayQuery query_up_to(float distance, bool back_faces) {
   RayQuery query;
@@ -23,22 +24,23 @@ inline RayQuery query_up_to(float distance, bool back_faces) {
   return query;
 }
 
-/// Texels in one work item of a host thread.
+/// Number of texels in one task of a host thread.
 inline constexpr std::size_t kTexelsPerPiece = std::size_t{1} << 16;
 
-/// Samples whose rays are cast together: their data fits a core's cache, and they are close in space.
+/// Number of samples whose rays are cast together: their data fits a core's cache, and they are close in
+/// space.
 inline constexpr std::uint32_t kSamplesPerPiece = 1U << 14;
 
 inline constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
-/// Rounded up to a multiple of kLanes.
+/// Rounds up to a multiple of kLanes.
 constexpr std::uint32_t round_up_to_lanes(std::uint32_t count) {
   return (count + kLanes - 1) / kLanes * kLanes;
 }
 
-/// Number of depth views that visibility is gathered by (OcclusionOptions::by); 0: by rays.
+/// Number of depth views from which visibility is gathered (OcclusionOptions::by); 0: it is gathered by rays.
 std::uint32_t views_for(const MapRequest& request);
 
-/// Grows an array if needed; its contents are discarded then.
+/// Grows an array if it is too small; growing discards its contents.
 template <typename T>
 void make_room(cl::Context& context, cl::Array<T>& array, std::size_t size) {
   if (array.size() >= size) return;

@@ -18,7 +18,7 @@ constexpr std::uint32_t kViewsPerBatch = 32;  // limits memory: 64 MiB of keys, 
 // within a pixel.
 constexpr float kBiasPixels = 0.5F;
 
-// Range of the pictures' size; within it, pictures have about the map's resolution.
+// Range of the pictures' size in pixels; within it, pictures have about the map's resolution.
 constexpr std::uint32_t kMinSize = 256, kMaxSize = 512;
 
 }  // namespace
@@ -66,9 +66,9 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
   const cl::Kernel add = context_.kernel("hemisphere_views", "kiln_hemisphere_views", defines);
   const cl::Kernel depths = context_.kernel("hemisphere_views", "kiln_hemisphere_depths", defines);
   for (std::uint32_t first = 0; first < directions(); first += batch) {
-    const std::uint32_t number = std::min(batch, directions() - first);
-    const std::span<kiln_view> views = std::span(views_).subspan(first, number);
-    for (std::uint32_t k = 0; k < number; ++k) {
+    const std::uint32_t batch_size = std::min(batch, directions() - first);
+    const std::span<kiln_view> views = std::span(views_).subspan(first, batch_size);
+    for (std::uint32_t k = 0; k < batch_size; ++k) {
       views[k].first = static_cast<std::uint32_t>(pixels) * k;
     }
     const cl::Array<kiln_view> on_device(context_, std::span<const kiln_view>(views));
@@ -77,12 +77,12 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
     params.count = count;
     params.capacity = capacity;
     params.bent_sum_plane = bent_sum_plane;
-    params.view_count = number;
+    params.view_count = batch_size;
     params.view_size = size_;
     params.first_view = first;
     params.bias = kBiasPixels / views[0].scale;
     params.scale = scale_;
-    const std::size_t rows = std::size_t{size_} * KILN_RASTER_TILES(size_) * number;
+    const std::size_t rows = std::size_t{size_} * KILN_RASTER_TILES(size_) * batch_size;
     context_.launch(depths, rows, kLocal, params, on_device, keys_.keys, keys_.drawn, depths_);
     const std::size_t items = scalar_ ? count : capacity / KILN_VISIBILITY_SAMPLES;
     if (bent_sum.empty()) {

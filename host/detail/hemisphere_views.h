@@ -1,4 +1,4 @@
-// Depth views of all occluders from all directions, for visibility tests of samples.
+// Depth views of all occluders, from directions all around, for visibility tests of samples.
 #pragma once
 
 #include <cstdint>
@@ -18,12 +18,12 @@ namespace kiln {
 /// fixed order, so a sum depends on the sample alone.
 class HemisphereViews {
  public:
-  /// Pixels a side of each picture, for maps of a size.
+  /// Side of each picture in pixels, for maps of the given size.
   static std::uint32_t size_for(std::uint32_t width, std::uint32_t height);
 
-  /// \param positions  of the occluders, at any distance; not empty
-  /// \param size       pixels a side of each picture
-  /// \param traversal  gpu: one sample a work-item
+  /// \param positions positions of the occluders, at any distance; not empty
+  /// \param size side of each picture in pixels
+  /// \param traversal with Traversal::gpu a work-item handles one sample
   HemisphereViews(cl::Context& context, std::vector<Vec3> positions,
                   std::span<const Triangle> triangles, std::uint32_t directions, std::uint32_t size,
                   Traversal traversal);
@@ -42,7 +42,7 @@ class HemisphereViews {
   cl::Context& context_;
   std::uint32_t size_;
   bool scalar_;
-  float scale_ = 1;  // scales points to within 0.5 of the origin
+  float scale_ = 1;  // scale that brings points within 0.5 of the origin
   std::optional<Rasterizer> raster_;
   std::vector<kiln_view> views_;
   DepthKeys keys_;

@@ -17,9 +17,9 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocalLanes = 8;
-// Greatest ray length: farther than any ray's origin (KILN_RAY_FARTHEST) is from the high poly.
+// Maximum ray length: more than the distance of any ray's origin (KILN_RAY_FARTHEST) from the high poly.
 constexpr double kMaxRayLength = 2097152;
-// Shortest ray with a falloff, as a share of the longest. Hits nearer than that occlude fully.
+// Minimum ray length with a falloff, as a share of the longest ray. Nearer hits occlude fully.
 constexpr double kMinLengthShare = 0x1p-12;
 
 float ray_length(const Length& length, const Frame& frame) {
@@ -27,16 +27,16 @@ float ray_length(const Length& length, const Frame& frame) {
   return static_cast<float>(std::clamp(to_frame(length, frame), 1e-30, kMaxRayLength));
 }
 
-/// A ray length that reaches all of the high poly from its own points and from the low poly's. It is no longer than
-/// needed: boxes are widened by the rounding error of the ray's length, so a ray without end would meet every box.
-float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> others) {
+/// A ray length that reaches all of the high poly from its own points and from the low poly's. It is kept short,
+/// since boxes are widened by the rounding error of the ray's length: an infinite ray would intersect every box.
+float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> other_occluders) {
   double farthest = 1;  // the high poly's vertices stay within 1, also in sessions
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
       farthest = std::max(farthest, length(to_double(corner.position)));
     }
   }
-  for (const Mesh& other : others) {
+  for (const Mesh& other : other_occluders) {
     for (const Vec3& p : other.positions) {
       if (is_finite(p)) farthest = std::max(farthest, length(to_double(p)));
     }
@@ -52,23 +52,25 @@ struct RaySets {
 
 double fraction(double value) { return value - std::floor(value); }
 
-/// Vogel's spiral with two opposite arms. It is even on the disk for any number of rays, and balanced: the mean of all
-/// rays is the normal. An odd number leaves one ray over, which lies next to the centre. Along the radius, a ray's
-/// place varies with the set within the ray's share of the disk. Rings are about as wide as the distance between two
-/// rays on them.
+/// Vogel's spiral with two opposite arms. It covers the disk evenly for any number of rays, and is balanced: the mean
+/// of all rays is the normal. If the number is odd, one ray has no opposite; it lies next to the centre. Each ray has
+/// an equal share of the disk's area, within which its distance from the centre varies from set to set. Rings are
+/// about as wide as the distance between two neighbouring rays.
 ///
 /// \param disk       radius; 1 is the whole hemisphere
-/// \param length_of  length of a ray for a number that is evenly distributed on [0, 1)
+/// \param length_of inverse distribution function of ray lengths: the length of a ray for a number uniformly
+/// distributed on [0, 1)
 RaySets spiral_rays(std::uint32_t count, double disk,
                     const std::function<double(double)>& length_of) {
-  const double turn = std::numbers::phi - 1, step = 0.7548776662466927,
-               step_of_length = std::numbers::sqrt3 - 1;  // badly approximable by fractions
-  const std::uint32_t odd = count % 2;
+  const double rotation_step = std::numbers::phi - 1, radius_step = 0.7548776662466927,
+               // an irrational number that fractions approximate badly
+      length_step = std::numbers::sqrt3 - 1;
+  const std::uint32_t has_centre_ray = count % 2;
   std::vector<double> angle(count);
   std::vector<std::uint32_t> order(count), arm(count);
   for (std::uint32_t i = 0; i < count; ++i) {
-    arm[i] = (i + odd) / 2;
-    angle[i] = (fraction(arm[i] * turn) + (i + odd) % 2) / 2;
+    arm[i] = (i + has_centre_ray) / 2;
+    angle[i] = (fraction(arm[i] * rotation_step) + (i + has_centre_ray) % 2) / 2;
     order[i] = i;
   }
   RaySets sets;
@@ -89,15 +91,19 @@ RaySets spiral_rays(std::uint32_t count, double disk,
   for (int set = 0; set < KILN_HEMISPHERE_SETS; ++set, to += std::size_t{3} * count) {
     for (std::uint32_t i = 0; i < count; ++i) {
       const std::uint32_t ray = order[i];
-      const bool single = odd != 0 && ray == 0;
-      const double within = fraction(arm[ray] * step + (set + 0.5) / KILN_HEMISPHERE_SETS);
-      // The share of the disk's area that is nearer to the centre.
+      const bool is_centre = has_centre_ray != 0 && ray == 0;
+      const double radial_fraction =
+          fraction(arm[ray] * radius_step + (set + 0.5) / KILN_HEMISPHERE_SETS);
+      // The share of the disk's area that is nearer to the centre than the ray.
       const double squared =
-          (single ? within : odd + 2 * (arm[ray] - odd + within)) / count * disk * disk;
+          (is_centre ? radial_fraction
+                     : has_centre_ray + 2 * (arm[ray] - has_centre_ray + radial_fraction)) /
+          count * disk * disk;
       const double radians = 2 * std::numbers::pi * angle[ray], radius = std::sqrt(squared);
       // Lengths of opposite rays are drawn half a period apart.
-      const double length = length_of(fraction(arm[ray] * step_of_length + (ray + odd) % 2 * 0.5 +
-                                               (3 * set + 0.5) / KILN_HEMISPHERE_SETS));
+      const double length =
+          length_of(fraction(arm[ray] * length_step + (ray + has_centre_ray) % 2 * 0.5 +
+                             (3 * set + 0.5) / KILN_HEMISPHERE_SETS));
       to[i] = static_cast<float>(length * radius * std::cos(radians));
       to[i + std::size_t{count}] = static_cast<float>(length * radius * std::sin(radians));
       to[i + std::size_t{2} * count] = static_cast<float>(length * std::sqrt(1 - squared));
@@ -106,23 +112,23 @@ RaySets spiral_rays(std::uint32_t count, double disk,
   return sets;
 }
 
-/// Inverse of the falloff: length of a ray, as a share of the falloff's distance, for an evenly distributed number. A
-/// ray of random length then hits a surface at distance d with the probability by which that surface occludes. So any
-/// hit counts alike, and the nearest hit is not needed.
-double inverse_falloff(OcclusionFalloff falloff, double even) {
+/// Inverse of the falloff: length of a ray, as a share of the falloff's distance, for a number uniformly distributed
+/// on [0, 1). A ray of random length then hits a surface at distance d with a probability equal to the falloff at d.
+/// So all hits have the same weight, and the nearest hit is not needed.
+double inverse_falloff(OcclusionFalloff falloff, double quantile) {
   switch (falloff) {
     case OcclusionFalloff::linear:
-      return even;
+      return quantile;
     case OcclusionFalloff::smooth:
-      return 0.5 - std::sin(std::asin(1 - 2 * even) / 3);
+      return 0.5 - std::sin(std::asin(1 - 2 * quantile) / 3);
     case OcclusionFalloff::none:
       break;
   }
   return 1;
 }
 
-/// Cosines, then sines, of all angles by which a sample's rays may be turned about its normal.
-std::vector<float> turn_table() {
+/// Cosines, then sines, of all angles by which a sample's rays may be rotated about its normal.
+std::vector<float> rotation_table() {
   constexpr std::size_t kTurns = KILN_HEMISPHERE_TURNS;
   std::vector<float> table(2 * kTurns);
   for (std::size_t i = 0; i < kTurns; ++i) {
@@ -178,17 +184,17 @@ Hemispheres::Hemispheres(const MapRequest& request)
   rays_in_.side = -1;
   const ShadowLight& light = request.options.light;
   const Vec3d towards = to_double(light.direction);
-  const double half = light.angle_degrees / 2 * std::numbers::pi / 180;
+  const double half_angle = light.angle_degrees / 2 * std::numbers::pi / 180;
   if (length(towards) > 0) light_ = to_float(towards * (1 / length(towards)));
-  rays_to_light_.lit = true;
-  upload_rays(rays_to_light_, half > 0 ? rays : 1, std::sin(half));
-  turn_table_ = cl::Array<float>(context_, std::span<const float>(turn_table()));
+  rays_to_light_.toward_light = true;
+  upload_rays(rays_to_light_, half_angle > 0 ? rays : 1, std::sin(half_angle));
+  rotation_table_ = cl::Array<float>(context_, std::span<const float>(rotation_table()));
 }
 
 void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
-  const RaySets sets = spiral_rays(count, radius, [&](double even) {
+  const RaySets sets = spiral_rays(count, radius, [&](double quantile) {
     if (!set.falls_off || falloff_ == OcclusionFalloff::none) return 1.0;
-    return std::clamp(inverse_falloff(falloff_, even) * length_share_, kMinLengthShare, 1.0);
+    return std::clamp(inverse_falloff(falloff_, quantile) * length_share_, kMinLengthShare, 1.0);
   });
   set.count = count;
   set.directions = cl::Array<float>(context_, std::span<const float>(sets.directions));
@@ -251,16 +257,16 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
     context_.fill(sums.bent_sum, 0.0F);
   }
   if (parts_ != nullptr) {
-    const RayCounts counted = cast_parts(band, match, second, rays_out_, needs_bent_sum_);
-    sums.open.write(context_, std::span(counted.open));
-    if (needs_bent_sum_) sums.bent_sum.write(context_, std::span(counted.bent_sum));
+    const RayCounts ray_counts = cast_parts(band, match, second, rays_out_, needs_bent_sum_);
+    sums.open.write(context_, std::span(ray_counts.open));
+    if (needs_bent_sum_) sums.bent_sum.write(context_, std::span(ray_counts.bent_sum));
     sums.has_open = true;
     return;
   }
   make_turns(band);
   const cl::Array<float> none;
-  const TurnsAndCounts all{&turns_, &sums.open};
-  count_open(band, match, second, rays_out_, {&all, 1}, occluders(),
+  const TurnsAndCounts turns_and_counts{&turns_, &sums.open};
+  count_open(band, match, second, rays_out_, {&turns_and_counts, 1}, occluders(),
              needs_bent_sum_ ? sums.bent_sum : none);
   sums.has_open = true;
 }
@@ -319,8 +325,8 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
   make_room(context_, lit_, plane_of(band));
   context_.fill(lit_, std::uint32_t{0});
   if (parts_ != nullptr) {
-    const RayCounts counted = cast_parts(band, match, second, rays_to_light_, false);
-    lit_.write(context_, std::span(counted.open));
+    const RayCounts ray_counts = cast_parts(band, match, second, rays_to_light_, false);
+    lit_.write(context_, std::span(ray_counts.open));
     return shares(band, lit_, rays_to_light_.count);
   }
   const RayCaster& caster = occluders();

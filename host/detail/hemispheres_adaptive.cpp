@@ -17,27 +17,31 @@ namespace {
 // The number of picked samples is rounded up to a multiple of this.
 constexpr std::uint32_t kPickGranularity = 64;
 constexpr std::uint32_t kMaxAddedRays = 4096;
-// Each of the two estimates starts with OcclusionOptions::rays over this.
+// Each of the two estimates starts with OcclusionOptions::rays divided by this.
 constexpr std::uint32_t kInitialRayDivisor = 8;
-// Target for the estimated error, as a share of the requested error: a margin, since the estimate is noisy.
+// Target for the estimated error, as a share of the requested error. It is below 1, since the estimate is
+// noisy.
 constexpr double kTargetShare = 0.8;
-// Refinement of a texel ends if more rays leave over this share of its error.
+// Refinement of a texel ends if more rays leave more than this share of its error.
 constexpr float kMaxRemainingError = 0.85F;
-constexpr std::uint32_t kMaxGrowth = 8;  // limits the growth of rays in one round
-// Bytes a texel beside the filter's: two estimates and ray counts, both estimates as floats, and the previous errors.
+constexpr std::uint32_t kMaxGrowth = 8;  // maximum factor by which a texel's rays grow in one round
+// Memory in bytes a texel, in addition to the filter's: two estimates and ray counts, both estimates as
+// floats, and the previous errors.
 constexpr std::uint64_t kBytesPerTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
 constexpr std::uint64_t kBytesPerLaunch = 25'000'000;  // memory for the rays of one launch
 
 /// For max_error of at least this, smoothing never adds rays to OcclusionOptions::rays.
 constexpr double kMinErrorToSmoothOnly = 1;
 
-/// Variance of `rays` rays, as a share of the variance of the mean of two estimates of `few` rays each. Rays of one set
-/// are stratified, so their variance falls with the number to the power of 1.5 (tools/bench/README.md).
-double plain_variance(std::uint32_t few, std::uint32_t rays) {
-  return 2 * std::pow(static_cast<double>(few) / rays, 1.5);
+/// Variance of an estimate of `rays` rays, as a share of the variance of the mean of two estimates of `rays_each`
+/// rays each. Rays of one set are stratified, so the variance falls with the number of rays to the power of 1.5
+/// (tools/bench/README.md).
+double plain_variance(std::uint32_t rays_each, std::uint32_t rays) {
+  return 2 * std::pow(static_cast<double>(rays_each) / rays, 1.5);
 }
 
-/// An even number, since balanced rays have less noise: 16 have less than 21.
+/// Number of rays of the first estimates. It is even, since balanced rays have less noise: 16 have less than
+/// 21.
 std::uint32_t initial_rays(std::uint32_t rays) {
   const std::uint32_t share = rays / kInitialRayDivisor;
   return share > 1 ? share / 2 * 2 : 1;
@@ -84,7 +88,8 @@ void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
                   picked_, keys_, turns);
 }
 
-/// Prepares the filter for a band: texels with a sample that has rays. The first such sample represents the texel.
+/// Prepares the filter for the texels of a band that have a sample with rays. The first such sample
+/// represents the texel.
 Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
                                                       const DeviceCorrespondence& match,
                                                       bool second) {
@@ -96,13 +101,13 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
   const auto has_rays = [&](std::uint32_t sample) {
     return triangle[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
   };
-  // A first pass counts, so that each piece knows its offset in the output.
+  // A first pass counts the texels, so that each piece has its offset in the output.
   struct Piece {
     std::size_t samples = 0, texels = 0;
   };
-  const std::size_t all = band.texel_count;
-  std::vector<Piece> pieces((all + kTexelsPerPiece - 1) / kTexelsPerPiece + 1);
-  parallel_for(all, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
+  const std::size_t texel_count = band.texel_count;
+  std::vector<Piece> pieces((texel_count + kTexelsPerPiece - 1) / kTexelsPerPiece + 1);
+  parallel_for(texel_count, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
     Piece& piece = pieces[begin / kTexelsPerPiece + 1];
     for (std::size_t t = begin; t < end; ++t) {
       std::size_t count = 0;
@@ -120,15 +125,15 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
   shared.first.resize(pieces.back().texels + 1);
   std::vector<std::uint32_t> representative(pieces.back().texels), place(representative.size()),
       of_low(representative.size());
-  parallel_for(all, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
+  parallel_for(texel_count, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
     auto [to, at] = pieces[begin / kTexelsPerPiece];
     for (std::size_t t = begin; t < end; ++t) {
-      const std::size_t before = to;
+      const std::size_t first_output = to;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
         if (has_rays(s)) shared.samples[to++] = s;
       }
-      if (to == before) continue;
-      representative[at] = shared.samples[before];
+      if (to == first_output) continue;
+      representative[at] = shared.samples[first_output];
       place[at] = index[t];
       of_low[at] = low[representative[at]];
       shared.first[++at] = static_cast<std::uint32_t>(to);
@@ -153,9 +158,9 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
 void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
                            Estimates& of) {
   const auto count = static_cast<std::uint32_t>(of.rays.size());
-  const std::array<TurnsAndCounts, 2> all{TurnsAndCounts{&picked_turns_, &picked_open_},
-                                          TurnsAndCounts{&second_turns_, &second_open_}};
-  const std::span<const TurnsAndCounts> turned = std::span(all).first(open.size());
+  const std::array<TurnsAndCounts, 2> both_estimates{TurnsAndCounts{&picked_turns_, &picked_open_},
+                                                     TurnsAndCounts{&second_turns_, &second_open_}};
+  const std::span<const TurnsAndCounts> rotations = std::span(both_estimates).first(open.size());
   const std::array<cl::Array<std::uint32_t>*, 2> turns{&picked_turns_, &second_turns_};
   const std::array<cl::Array<std::uint32_t>*, 2> counts{&picked_open_, &second_open_};
   for (std::size_t i = 0; i < open.size(); ++i) {
@@ -163,7 +168,7 @@ void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32
     make_room(context_, *counts[i], round_up_to_lanes(count));
     context_.fill(*counts[i], std::uint32_t{0});
   }
-  cast_texels(count, outward_rays(rays), turned);
+  cast_texels(count, outward_rays(rays), rotations);
   for (std::size_t i = 0; i < open.size(); ++i) counts[i]->read(context_, *open[i]);
 }
 
@@ -177,78 +182,80 @@ void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texe
                    of.shared.samples.begin() + of.shared.first[t + 1]);
   }
   for (std::size_t i = 0; i < open.size(); ++i) rounds.push_back(of.turn++);
-  const std::vector<RayCounts> found =
+  const std::vector<RayCounts> ray_counts =
       cast_rounds(of.band, of.match, of.second, samples, rays, rounds);
   for (std::size_t i = 0; i < open.size(); ++i) {
     for (const std::uint32_t t : texels) {
       for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
-        (*open[i])[t] += found[i].open[of.shared.samples[s]];
+        (*open[i])[t] += ray_counts[i].open[of.shared.samples[s]];
       }
     }
   }
 }
 
-AoDenoiser::Result Hemispheres::filtered(const Estimates& of, double plain_variance) {
+AoDenoiser::Result Hemispheres::denoise_estimates(const Estimates& of, double plain_variance) {
   const std::size_t texels = of.rays.size();
   const auto pairs = std::make_unique_for_overwrite<float[]>(2 * texels);
   parallel_for(texels, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      const double all =
+      const double variance_share =
           static_cast<double>(of.rays[t]) * (of.shared.first[t + 1] - of.shared.first[t]);
-      pairs[2 * t] = static_cast<float>(of.a[t] / all);
-      pairs[2 * t + 1] = static_cast<float>(of.b[t] / all);
+      pairs[2 * t] = static_cast<float>(of.a[t] / variance_share);
+      pairs[2 * t + 1] = static_cast<float>(of.b[t] / variance_share);
     }
   });
   return filter_->run({pairs.get(), 2 * texels}, plain_variance);
 }
 
-/// Casts more rays where they reduce the total error at the least cost. For errors e of n rays each, whose squares fall
-/// as 1 / n, the optimum has n proportional to e sqrt(n). Texels with equal rays, before and after, are cast together.
+/// Casts more rays where they reduce the total error at the lowest cost. Let e be a texel's error with n rays: its
+/// square falls as 1 / n, so the optimal number of rays is proportional to e sqrt(n). Texels with the same ray counts
+/// before and after are cast in one batch.
 /// \returns whether any rays were cast
 bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
-                         const std::vector<float>& before) {
-  double squares = 0, roots = 0;
-  for (const float error : last.errors) squares += static_cast<double>(error) * error;
+                         const std::vector<float>& previous_errors) {
+  double squared_errors = 0, error_roots = 0;
+  for (const float error : last.errors) squared_errors += static_cast<double>(error) * error;
   const auto texel_count = static_cast<double>(of.rays.size());
-  const double wanted = kTargetShare * max_error_ * kTargetShare * max_error_;
-  if (squares / texel_count <= wanted) return false;
+  const double target_error = kTargetShare * max_error_ * kTargetShare * max_error_;
+  if (squared_errors / texel_count <= target_error) return false;
   for (std::size_t t = 0; t < of.rays.size(); ++t) {
-    roots += last.errors[t] * std::sqrt(of.rays[t]);
+    error_roots += last.errors[t] * std::sqrt(of.rays[t]);
   }
-  of.done.resize(of.rays.size());
-  of.cast.resize(of.rays.size());
+  of.is_done.resize(of.rays.size());
+  of.cast_round.resize(of.rays.size());
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
   for (std::uint32_t t = 0; t < of.rays.size(); ++t) {
     // More rays did not reduce this texel's error, so its cause is not noise.
-    if (!before.empty() && last.errors[t] > kMaxRemainingError * before[t] &&
-        of.round == of.cast[t]) {
-      of.done[t] = 1;
+    if (!previous_errors.empty() && last.errors[t] > kMaxRemainingError * previous_errors[t] &&
+        of.round == of.cast_round[t]) {
+      of.is_done[t] = 1;
     }
-    if (of.done[t] != 0) continue;
-    const double more = roots / texel_count / wanted * last.errors[t] / std::sqrt(of.rays[t]);
-    if (more <= 1) continue;
-    std::uint32_t times = 2;
-    while (times < kMaxGrowth && times * std::numbers::sqrt2 < more) times *= 2;
-    while (times > 1 && 2 * times * of.rays[t] > kMaxAddedRays) times /= 2;
-    if (times > 1) groups[{of.rays[t], times}].push_back(t);
+    if (of.is_done[t] != 0) continue;
+    const double optimal_growth =
+        error_roots / texel_count / target_error * last.errors[t] / std::sqrt(of.rays[t]);
+    if (optimal_growth <= 1) continue;
+    std::uint32_t growth = 2;
+    while (growth < kMaxGrowth && growth * std::numbers::sqrt2 < optimal_growth) growth *= 2;
+    while (growth > 1 && 2 * growth * of.rays[t] > kMaxAddedRays) growth /= 2;
+    if (growth > 1) groups[{of.rays[t], growth}].push_back(t);
   }
   ++of.round;
   for (const auto& [key, texels] : groups) {
-    const auto [rays, times] = key;
+    const auto [rays, growth] = key;
     for (const std::uint32_t t : texels) {
       of.a[t] += of.b[t];
       of.b[t] = 0;
-      of.rays[t] = rays * times;
-      of.cast[t] = of.round;
+      of.rays[t] = rays * growth;
+      of.cast_round[t] = of.round;
     }
-    estimate(of, texels, rays * (times - 2), std::array{&of.a});
-    estimate(of, texels, rays * times, std::array{&of.b});
+    estimate(of, texels, rays * (growth - 2), std::array{&of.a});
+    estimate(of, texels, rays * growth, std::array{&of.b});
   }
   return !groups.empty();
 }
 
-/// Replaces unsure texels, where smoothing may blur, by plain rays: all of OcclusionOptions::rays. Where these show that
-/// smoothing did blur, texels nearby are cast too, until nothing more is found.
+/// Recomputes unsure texels, where smoothing may blur, from OcclusionOptions::rays plain rays. Where the plain rays
+/// show that smoothing did blur, texels nearby are recomputed, too, until no more blur is found.
 void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   std::vector<std::uint32_t> texels;
   for (std::size_t t = 0; t < result.unsure.size(); ++t) {
@@ -259,7 +266,7 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   std::vector<RayCounts> plain(1);
   plain[0].open.resize(of.band.sample_count);
   std::vector<std::uint32_t> samples;
-  std::array<std::vector<std::uint32_t>, 3> blurred;  // by AoDenoiser::blur_reach()
+  std::array<std::vector<std::uint32_t>, 3> blurred;  // indexed by AoDenoiser::blur_reach()
   while (!texels.empty()) {
     samples.clear();
     for (std::vector<std::uint32_t>& list : blurred) list.clear();
@@ -297,14 +304,14 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
   Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};
   const std::size_t texels = of.shared.first.size() - 1;
   if (texels == 0) return shares;
-  const bool together =
-      of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu;
-  if (together) {
+  const bool casts_all = of.shared.has_one_sample_a_texel() && parts_ == nullptr &&
+                         occluders().traversal() == Traversal::cpu;
+  if (casts_all) {
     for (auto* const array : {&picked_turns_, &second_turns_, &picked_open_, &second_open_}) {
       make_room(context_, *array, round_up_to_lanes(static_cast<std::uint32_t>(texels)));
     }
   }
-  // All memory that follows is required up front, so that no rays are cast before an allocation fails.
+  // All memory is requested here, so that an allocation cannot fail after rays were cast.
   const bool smooths_alone = max_error_ >= kMinErrorToSmoothOnly;
   require_memory("Smoothing ambient occlusion",
                  (AoDenoiser::kBytesPerTexel + kBytesPerTexel +
@@ -314,22 +321,22 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
   of.a.resize(texels);
   of.b.resize(texels);
   of.rays.assign(texels, initial_rays(rays_out_.count));
-  if (together) {
+  if (casts_all) {
     cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
   } else {
-    std::vector<std::uint32_t> all(texels);
-    std::iota(all.begin(), all.end(), 0U);
-    estimate(of, all, of.rays[0], std::array{&of.a, &of.b});
+    std::vector<std::uint32_t> all_texels(texels);
+    std::iota(all_texels.begin(), all_texels.end(), 0U);
+    estimate(of, all_texels, of.rays[0], std::array{&of.a, &of.b});
   }
   AoDenoiser::Result result =
-      filtered(of, smooths_alone ? plain_variance(of.rays[0], rays_out_.count) : 0);
+      denoise_estimates(of, smooths_alone ? plain_variance(of.rays[0], rays_out_.count) : 0);
   if (smooths_alone) {
     cast_unsure(of, result);
   } else {
-    std::vector<float> before;
-    while (refine(of, result, before)) {
-      before = std::move(result.errors);
-      result = filtered(of, 0);
+    std::vector<float> previous_errors;
+    while (refine(of, result, previous_errors)) {
+      previous_errors = std::move(result.errors);
+      result = denoise_estimates(of, 0);
     }
   }
   parallel_for(texels, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {

@@ -9,21 +9,23 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kCastLanes = 8;
-// Rays of one launch. Bounds its time and its device memory: 25 MB, with nearest hits 47 MB.
+// Maximum number of rays of one launch. Bounds its time and its device memory: 25 MB, or 47 MB with nearest
+// hits.
 constexpr std::uint32_t kMaxRaysPerLaunch = 1U << 20;
-// Few samples with many rays: a packet then holds rays of one sample, which are more coherent than those of
-// neighbouring samples.
+// Bounds for grouping rays by sample: at least this many rays of at most this many samples. A packet then
+// holds rays of one sample, which are more coherent than rays of neighbouring samples.
 constexpr std::uint32_t kMinRaysBySample = 512, kMaxSamplesBySample = 1U << 14;
 
-// Ray directions per block of kiln_hemisphere_cast. More of them: terms that rays of a sample share are computed less
-// often, and a block's samples are closer together.
+// Ray directions per block of kiln_hemisphere_cast. With more directions, values that rays of a sample share are
+// computed less often, and a block's samples are closer together.
 constexpr std::uint32_t kDirectionsPerBlock = 32;
 
-// Offset of ray origins from their face, in frame units. The high poly's diagonal is 0.5 to 1 and its points are
-// rounded by about 1e-7, so the offset is about 100 times the rounding and at most 1.5e-5 of the diagonal.
+// Offset of ray origins from their face, in frame units. The high poly's diagonal is 0.5 to 1 and the rounding
+// error of its points is about 1e-7, so the offset is about 100 times that error and at most 1.5e-5 of the
+// diagonal.
 constexpr float kOriginOffset = 0x1p-17F;
 
-/// Numbers of directions and of samples in a block.
+/// Numbers of directions and samples in a block.
 kiln_cast_params block_size(std::uint32_t rays) {
   kiln_cast_params how{};
   how.rows = std::min(kDirectionsPerBlock, rays);
@@ -44,11 +46,11 @@ kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band,
   params.keep = keep_ && !second ? 1 : 0;
   params.two_sided = two_sided_ ? 1 : 0;
   params.side = set.side;
-  params.lit = set.lit ? 1 : 0;
+  params.lit = set.toward_light ? 1 : 0;
   params.light_x = light_.x;
   params.light_y = light_.y;
   params.light_z = light_.z;
-  params.aligned = set.side > 0 ? 1 : 0;  // rays by stream need aligned directions, beams do not
+  params.aligned = set.side > 0 ? 1 : 0;  // streams of rays need aligned directions, beams do not
   params.unequal = set.falls_off && falloff_ != OcclusionFalloff::none ? 1 : 0;
   params.push = kOriginOffset;
   params.reach = thickness_reach_;
@@ -64,9 +66,9 @@ void Hemispheres::make_points(const kiln_hemisphere_params& params, const TexelB
 }
 
 void Hemispheres::over_pieces(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                              const RaySet& set, std::uint32_t together, const OfPiece& use) {
+                              const RaySet& set, std::uint32_t batch_size, const OfPiece& launch) {
   upload();
-  const std::uint32_t piece = round_up_to_lanes(std::min(together, band.sample_count));
+  const std::uint32_t piece = round_up_to_lanes(std::min(batch_size, band.sample_count));
   make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
   kiln_hemisphere_params params = ray_params(band, match, second, set);
   std::span<const std::uint32_t> triangle;
@@ -80,7 +82,7 @@ void Hemispheres::over_pieces(const TexelBand& band, const DeviceCorrespondence&
       if (std::all_of(begin, end, [](std::uint32_t t) { return t == KILN_NO_TRIANGLE; })) continue;
     }
     make_points(params, band, match, points_);
-    use(params);
+    launch(params);
     context_.finish();
   }
 }
@@ -91,10 +93,10 @@ bool Hemispheres::casts_by_sample(const TexelBand& band, const RaySet& set) {
 
 void Hemispheres::over_rays(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                             const RaySet& set, const cl::Array<std::uint32_t>& turns,
-                            bool turns_well, const Use& use) {
-  const bool by_sample = turns_well && casts_by_sample(band, set);
-  const std::uint32_t together = by_sample ? kMaxRaysPerLaunch / set.count : kSamplesPerPiece;
-  const std::uint32_t piece = round_up_to_lanes(std::min(together, band.sample_count));
+                            bool groups_by_sample, const Use& launch) {
+  const bool by_sample = groups_by_sample && casts_by_sample(band, set);
+  const std::uint32_t batch_size = by_sample ? kMaxRaysPerLaunch / set.count : kSamplesPerPiece;
+  const std::uint32_t piece = round_up_to_lanes(std::min(batch_size, band.sample_count));
   const std::uint32_t capacity =
       std::min(kMaxRaysPerLaunch, static_cast<std::uint32_t>(std::uint64_t{piece} * set.count));
   if (ray_capacity_ < capacity) {
@@ -102,18 +104,18 @@ void Hemispheres::over_rays(const TexelBand& band, const DeviceCorrespondence& m
     make_room(context_, rays_, std::size_t{6} * capacity);
   }
   const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
-  over_pieces(band, match, second, set, together, [&](kiln_hemisphere_params params) {
+  over_pieces(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
     params.ray_capacity = ray_capacity_;
     params.by_sample = by_sample ? 1 : 0;
-    const std::uint32_t most = ray_capacity_ / params.stride;
+    const std::uint32_t max_rays = ray_capacity_ / params.stride;
     for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
-      params.rays = std::min(most, set.count - params.first_ray);
+      params.rays = std::min(max_rays, set.count - params.first_ray);
       const std::size_t items =
           by_sample ? std::size_t{params.stride} * (round_up_to_lanes(params.rays) / kLanes)
                     : std::size_t{params.stride} / kLanes * params.rays;
-      context_.launch(rays, items, kLocal, params, points_, turns, turn_table_, set.directions,
+      context_.launch(rays, items, kLocal, params, points_, turns, rotation_table_, set.directions,
                       set.rings, rays_);
-      use(params, params.stride * params.rays);
+      launch(params, params.stride * params.rays);
     }
   });
 }
@@ -130,18 +132,18 @@ void Hemispheres::add_open(const kiln_hemisphere_params& params,
 }
 
 void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                             const RaySet& set, std::span<const TurnsAndCounts> turned,
+                             const RaySet& set, std::span<const TurnsAndCounts> rotations,
                              const RayCaster& caster, const cl::Array<float>& bent_sum) {
   const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
   if (caster.traversal() == Traversal::cpu) {
     if (bent_sum.empty() && casts_by_sample(band, set)) {
-      cast_by_sample(band, match, second, set, turned, caster, query);
+      cast_by_sample(band, match, second, set, rotations, caster, query);
     } else {
-      cast_blocks(band, match, second, set, turned, caster, query, bent_sum);
+      cast_blocks(band, match, second, set, rotations, caster, query, bent_sum);
     }
     return;
   }
-  for (const auto& [turns, open] : turned) {
+  for (const auto& [turns, open] : rotations) {
     over_rays(band, match, second, set, *turns, bent_sum.empty(),
               [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
                 make_room(context_, hits_, ray_capacity_);
@@ -155,37 +157,37 @@ void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& 
 }
 
 void Hemispheres::cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                              const RaySet& set, std::span<const TurnsAndCounts> turned,
+                              const RaySet& set, std::span<const TurnsAndCounts> rotations,
                               const RayCaster& caster, const RayQuery& query,
                               const cl::Array<float>& bent_sum) {
   over_pieces(band, match, second, set, kSamplesPerPiece,
               [&](const kiln_hemisphere_params& params) {
-                cast_piece(params, set, turned, caster, query, points_, bent_sum);
+                cast_piece(params, set, rotations, caster, query, points_, bent_sum);
               });
 }
 
 void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorrespondence& match,
                                  bool second, const RaySet& set,
-                                 std::span<const TurnsAndCounts> turned, const RayCaster& caster,
+                                 std::span<const TurnsAndCounts> rotations, const RayCaster& caster,
                                  const RayQuery& query) {
-  const std::uint32_t together = kMaxRaysPerLaunch / set.count;
+  const std::uint32_t batch_size = kMaxRaysPerLaunch / set.count;
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
       context_.kernel("hemisphere_cast", "kiln_hemisphere_cast_own", caster.tree().defines());
-  over_pieces(band, match, second, set, together, [&](kiln_hemisphere_params params) {
+  over_pieces(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
     params.rays = set.count;
     make_room(context_, scratch_, std::size_t{params.count} * 6 * KILN_OCCLUSION_BLOCK);
     make_room(context_, hits_, std::size_t{params.count} * KILN_OCCLUSION_BLOCK);
-    for (const auto& [turns, open] : turned) {
+    for (const auto& [turns, open] : rotations) {
       context_.launch(cast, params.count, 1, params, query_params, caster.tree().nodes,
-                      caster.tree().blocks, points_, *turns, turn_table_, set.directions, scratch_,
-                      hits_, *open);
+                      caster.tree().blocks, points_, *turns, rotation_table_, set.directions,
+                      scratch_, hits_, *open);
     }
   });
 }
 
 void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
-                              std::span<const TurnsAndCounts> turned) {
+                              std::span<const TurnsAndCounts> rotations) {
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
   const cl::Array<float> no_bent_sum;
@@ -195,7 +197,7 @@ void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
     params.first_point = params.first;
     params.count = std::min(kSamplesPerPiece, count - params.first);
     params.stride = round_up_to_lanes(params.count);
-    cast_piece(params, set, turned, caster, query, texel_points_, no_bent_sum);
+    cast_piece(params, set, rotations, caster, query, texel_points_, no_bent_sum);
     context_.finish();
   }
 }
@@ -208,18 +210,18 @@ void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& 
   make_room(context_, distances_, items * KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
       context_.kernel("hemisphere_depth", "kiln_hemisphere_cast_depth", caster.tree().defines());
-  const std::uint32_t most = std::max(1U, kMaxRaysPerLaunch / params.stride);
+  const std::uint32_t max_rays = std::max(1U, kMaxRaysPerLaunch / params.stride);
   for (params.first_ray = 0; params.first_ray < rays_in_.count; params.first_ray += params.rays) {
-    params.rays = std::min(most, rays_in_.count - params.first_ray);
+    params.rays = std::min(max_rays, rays_in_.count - params.first_ray);
     context_.launch(cast, items, 1, params, caster.params(query, KILN_OCCLUSION_BLOCK), how,
-                    caster.tree().nodes, caster.tree().blocks, points_, turns_, turn_table_,
+                    caster.tree().nodes, caster.tree().blocks, points_, turns_, rotation_table_,
                     rays_in_.directions, rays_in_.rings, scratch_, distances_, depth);
   }
 }
 
-/// In one kernel, for Traversal::cpu.
+/// Generates, casts and counts the rays of a piece; by one kernel for Traversal::cpu.
 void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
-                             std::span<const TurnsAndCounts> turned, const RayCaster& caster,
+                             std::span<const TurnsAndCounts> rotations, const RayCaster& caster,
                              const RayQuery& query, const cl::Array<float>& points,
                              const cl::Array<float>& bent_sum) {
   kiln_cast_params how = block_size(set.count);
@@ -230,13 +232,13 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
       context_.kernel("hemisphere_cast", "kiln_hemisphere_cast", caster.tree().defines());
-  const std::uint32_t most = std::max(1U, kMaxRaysPerLaunch / params.stride);
+  const std::uint32_t max_rays = std::max(1U, kMaxRaysPerLaunch / params.stride);
   for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
-    params.rays = std::min(most, set.count - params.first_ray);
-    for (const auto& [turns, open] : turned) {
+    params.rays = std::min(max_rays, set.count - params.first_ray);
+    for (const auto& [turns, open] : rotations) {
       context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
-                      caster.tree().blocks, points, *turns, turn_table_, set.directions, set.rings,
-                      scratch_, hits_, *open, bent_sum.empty() ? scratch_ : bent_sum);
+                      caster.tree().blocks, points, *turns, rotation_table_, set.directions,
+                      set.rings, scratch_, hits_, *open, bent_sum.empty() ? scratch_ : bent_sum);
     }
   }
 }

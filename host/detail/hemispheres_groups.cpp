@@ -1,4 +1,4 @@
-// Casts rays of some samples of a band against their occluders: all meshes, or the samples' own parts.
+// Casts rays of chosen samples of a band against their occluders: all meshes, or the samples' own parts.
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -11,14 +11,14 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGroupLanes = 8;
-// Samples picked in one batch: 42 MB.
+// Number of samples picked in one batch: 42 MB.
 constexpr std::size_t kSamplesPerBatch = std::size_t{1} << 20;
 
 }  // namespace
 
 const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
-  if (const auto known = part_occluders_.find(part); known != part_occluders_.end()) {
-    return known->second;
+  if (const auto cached = part_occluders_.find(part); cached != part_occluders_.end()) {
+    return cached->second;
   }
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
@@ -47,15 +47,15 @@ const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
 std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
                                                     const DeviceCorrespondence& match, bool second,
                                                     std::span<const std::uint32_t> samples) {
-  const std::vector<std::uint32_t>& found = reads_->read(match.triangle, band.sample_count);
+  const std::vector<std::uint32_t>& hit_triangles = reads_->read(match.triangle, band.sample_count);
   const auto has_rays = [&](std::uint32_t sample) {
-    return found[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
+    return hit_triangles[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
   };
   if (parts_ == nullptr) {
-    Group all{&occluders(), {}};
-    all.samples.reserve(samples.size());
-    std::copy_if(samples.begin(), samples.end(), std::back_inserter(all.samples), has_rays);
-    return {std::move(all)};
+    Group all_samples{&occluders(), {}};
+    all_samples.samples.reserve(samples.size());
+    std::copy_if(samples.begin(), samples.end(), std::back_inserter(all_samples.samples), has_rays);
+    return {std::move(all_samples)};
   }
   const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_part;
@@ -70,55 +70,56 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
 
 void Hemispheres::cast_group(const Group& group, const TexelBand& band,
                              const DeviceCorrespondence& match, bool second, const RaySet& set,
-                             std::span<const std::uint32_t> rounds, std::span<RayCounts> counted) {
-  const RayQuery query = query_up_to(unbounded_, back_faces_);  // the query of rays to the light
-  const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
+                             std::span<const std::uint32_t> rounds,
+                             std::span<RayCounts> ray_counts) {
+  const RayQuery query = query_up_to(unbounded_, back_faces_);  // query of the rays to the light
+  const cl::Kernel count_lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);
-  // without rounds, the only turns are those of make_turns()
-  const bool wants_bent_sum = !counted[0].bent_sum.empty();
-  const std::array<TurnsAndCounts, 2> all{TurnsAndCounts{&picked_turns_, &picked_open_},
-                                          TurnsAndCounts{&second_turns_, &second_open_}};
-  const std::span<const TurnsAndCounts> turned = std::span(all).first(counted.size());
+  // without rounds, the rotations are those of make_turns()
+  const bool wants_bent_sum = !ray_counts[0].bent_sum.empty();
+  const std::array<TurnsAndCounts, 2> both_rounds{TurnsAndCounts{&picked_turns_, &picked_open_},
+                                                  TurnsAndCounts{&second_turns_, &second_open_}};
+  const std::span<const TurnsAndCounts> rotations = std::span(both_rounds).first(ray_counts.size());
   const std::span<const std::uint32_t> samples = group.samples;
   for (std::size_t first = 0; first < samples.size(); first += kSamplesPerBatch) {
     const auto part = samples.subspan(first, std::min(kSamplesPerBatch, samples.size() - first));
     pick(band, match, part, rounds.empty() ? std::nullopt : std::optional(rounds[0]));
-    const std::size_t own = plane_of(picked_samples_);
-    make_room(context_, picked_open_, own);
+    const std::size_t picked_plane = plane_of(picked_samples_);
+    make_room(context_, picked_open_, picked_plane);
     context_.fill(picked_open_, std::uint32_t{0});
     if (rounds.size() > 1) {
       turn_picked(picked_samples_.sample_count, rounds[1], second_turns_);
-      make_room(context_, second_open_, own);
+      make_room(context_, second_open_, picked_plane);
       context_.fill(second_open_, std::uint32_t{0});
     }
     if (wants_bent_sum) {
-      make_room(context_, picked_bent_sum_, 3 * own);
+      make_room(context_, picked_bent_sum_, 3 * picked_plane);
       context_.fill(picked_bent_sum_, 0.0F);
     }
-    if (set.lit) {
+    if (set.toward_light) {
       over_rays(picked_samples_, picked_match_, second, set, picked_turns_, false,
                 [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
                   make_room(context_, hits_, ray_capacity_);
                   group.caster->occluded(rays_, rays, ray_capacity_, query, hits_);
-                  context_.launch(lit, of.stride / kLanes, kGroupLanes, of, hits_, rays_,
+                  context_.launch(count_lit, of.stride / kLanes, kGroupLanes, of, hits_, rays_,
                                   picked_open_);
                 });
     } else {
-      count_open(picked_samples_, picked_match_, second, set, turned, *group.caster,
+      count_open(picked_samples_, picked_match_, second, set, rotations, *group.caster,
                  wants_bent_sum ? picked_bent_sum_ : no_bent_sum);
     }
-    std::vector<std::uint32_t> read(part.size());
-    for (std::size_t t = 0; t < turned.size(); ++t) {
-      turned[t].open->read(context_, std::span(read));
-      for (std::size_t i = 0; i < part.size(); ++i) counted[t].open[part[i]] = read[i];
+    std::vector<std::uint32_t> part_counts(part.size());
+    for (std::size_t t = 0; t < rotations.size(); ++t) {
+      rotations[t].open->read(context_, std::span(part_counts));
+      for (std::size_t i = 0; i < part.size(); ++i) ray_counts[t].open[part[i]] = part_counts[i];
     }
     if (!wants_bent_sum) continue;
-    std::vector<float> sums(3 * own);
+    std::vector<float> sums(3 * picked_plane);
     picked_bent_sum_.read(context_, std::span(sums));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < part.size(); ++i) {
-        counted[0].bent_sum[axis * plane + part[i]] = sums[axis * own + i];
+        ray_counts[0].bent_sum[axis * plane + part[i]] = sums[axis * picked_plane + i];
       }
     }
   }
@@ -127,28 +128,28 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
 Hemispheres::RayCounts Hemispheres::cast_parts(const TexelBand& band,
                                                const DeviceCorrespondence& match, bool second,
                                                const RaySet& set, bool bent_sum) {
-  RayCounts counted;
-  counted.open.resize(plane_of(band));
-  if (bent_sum) counted.bent_sum.resize(std::size_t{3} * plane_of(band));
+  RayCounts ray_counts;
+  ray_counts.open.resize(plane_of(band));
+  if (bent_sum) ray_counts.bent_sum.resize(std::size_t{3} * plane_of(band));
   make_turns(band);
-  std::vector<std::uint32_t> all(band.sample_count);
-  std::iota(all.begin(), all.end(), 0U);
-  for (const Group& group : groups(band, match, second, all)) {
-    cast_group(group, band, match, second, set, {}, {&counted, 1});
+  std::vector<std::uint32_t> all_indices(band.sample_count);
+  std::iota(all_indices.begin(), all_indices.end(), 0U);
+  for (const Group& group : groups(band, match, second, all_indices)) {
+    cast_group(group, band, match, second, set, {}, {&ray_counts, 1});
   }
-  return counted;
+  return ray_counts;
 }
 
 std::vector<Hemispheres::RayCounts> Hemispheres::cast_rounds(
     const TexelBand& band, const DeviceCorrespondence& match, bool second,
     std::span<const std::uint32_t> samples, std::uint32_t rays,
     std::span<const std::uint32_t> rounds) {
-  std::vector<RayCounts> counted(rounds.size());
-  for (RayCounts& of_round : counted) of_round.open.resize(band.sample_count);
+  std::vector<RayCounts> ray_counts(rounds.size());
+  for (RayCounts& of_round : ray_counts) of_round.open.resize(band.sample_count);
   for (const Group& group : groups(band, match, second, samples)) {
-    cast_group(group, band, match, second, outward_rays(rays), rounds, counted);
+    cast_group(group, band, match, second, outward_rays(rays), rounds, ray_counts);
   }
-  return counted;
+  return ray_counts;
 }
 
 }  // namespace kiln

@@ -9,11 +9,11 @@
 namespace kiln {
 namespace {
 
-// Twice as many views as rays reach the same error of ambient occlusion, up to kMaxRaysAsViews rays (measured on the
-// bunny, tools/bench/README.md). Beyond that, the views' resolution limits the error.
+// Number of views that replace a ray at the same error of ambient occlusion, for up to kMaxRaysAsViews rays
+// (measured on the bunny, tools/bench/README.md). Beyond that, the views' resolution limits the error.
 constexpr std::uint32_t kViewsPerRay = 2, kMaxRaysAsViews = 64, kMinViews = 16;
-// Costs of a view, in rays: for itself, for each triangle and for each sample. Views are used if their cost is below
-// this share of the rays' cost.
+// Cost of a view in rays: a constant, plus one per triangle and one per sample. Views are used if their cost is
+// below the share kMaxCostShare of the rays' cost.
 constexpr double kCostOfView = 10000, kCostOfTriangle = 0.15, kCostOfSample = 0.125,
                  kMaxCostShare = 0.7;
 
@@ -32,32 +32,33 @@ double samples_of(const BakeOptions& options, const LowSurface& surface) {
 }  // namespace
 
 std::uint32_t views_for(const MapRequest& request) {
-  const OcclusionOptions& asked = request.options.occlusion;
-  if (asked.by == OcclusionBy::rays) return 0;
-  if (asked.by == OcclusionBy::views) return asked.views;
-  if (asked.distance || asked.falloff != OcclusionFalloff::none || !asked.back_faces ||
-      asked.max_error > 0 || asked.rays > kMaxRaysAsViews)
+  const OcclusionOptions& occlusion = request.options.occlusion;
+  if (occlusion.by == OcclusionBy::rays) return 0;
+  if (occlusion.by == OcclusionBy::views) return occlusion.views;
+  if (occlusion.distance || occlusion.falloff != OcclusionFalloff::none || !occlusion.back_faces ||
+      occlusion.max_error > 0 || occlusion.rays > kMaxRaysAsViews)
     return 0;
   const double samples = samples_of(request.options, request.surface);
   double triangles = 0;
-  if (asked.by_high) triangles += static_cast<double>(request.source.triangles.size());
-  if (asked.by_low) triangles += static_cast<double>(request.surface.triangles.size());
-  for (const Mesh* mesh : asked.by_others) {
+  if (occlusion.by_high) triangles += static_cast<double>(request.source.triangles.size());
+  if (occlusion.by_low) triangles += static_cast<double>(request.surface.triangles.size());
+  for (const Mesh* mesh : occlusion.by_others) {
     triangles += static_cast<double>(mesh->triangles.size());
   }
-  const std::uint32_t views = std::max(kMinViews, kViewsPerRay * asked.rays);
+  const std::uint32_t views = std::max(kMinViews, kViewsPerRay * occlusion.rays);
   const double by_views =
       views * (kCostOfView + kCostOfTriangle * triangles + kCostOfSample * samples);
-  return by_views < kMaxCostShare * asked.rays * samples ? views : 0;
+  return by_views < kMaxCostShare * occlusion.rays * samples ? views : 0;
 }
 
 Hemispheres::Occluding Hemispheres::all_occluding() const {
-  Occluding all;
+  Occluding occluders_of_all;
   const auto add = [&](std::span<const Vec3> points, std::span<const Triangle> faces) {
-    const auto first = static_cast<std::uint32_t>(all.positions.size());
-    all.positions.insert(all.positions.end(), points.begin(), points.end());
+    const auto first = static_cast<std::uint32_t>(occluders_of_all.positions.size());
+    occluders_of_all.positions.insert(occluders_of_all.positions.end(), points.begin(),
+                                      points.end());
     for (const Triangle& t : faces) {
-      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+      occluders_of_all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     }
   };
   if (by_high_) add(source_.positions, source_.triangles);
@@ -69,14 +70,15 @@ Hemispheres::Occluding Hemispheres::all_occluding() const {
     const std::array<Triangle, 1> face{Triangle{0, 1, 2}};
     add(points, face);
   }
-  return all;
+  return occluders_of_all;
 }
 
 const RayCaster& Hemispheres::occluders() {
   if (by_high_ && !by_low_ && others_.empty()) return source_.rays();
   if (all_occluders_) return *all_occluders_;
-  const Occluding all = all_occluding();
-  all_occluders_.emplace(context_, all.positions, all.triangles, source_.traversal);
+  const Occluding occluders_of_all = all_occluding();
+  all_occluders_.emplace(context_, occluders_of_all.positions, occluders_of_all.triangles,
+                         source_.traversal);
   return *all_occluders_;
 }
 
@@ -85,15 +87,15 @@ void Hemispheres::gather_views(const TexelBand& band, const DeviceCorrespondence
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_open) return;
   if (!views_) {
-    Occluding all = all_occluding();
-    views_.emplace(context_, std::move(all.positions), all.triangles, view_directions_,
-                   HemisphereViews::size_for(width_, height_), source_.traversal);
+    Occluding occluders_of_all = all_occluding();
+    views_.emplace(context_, std::move(occluders_of_all.positions), occluders_of_all.triangles,
+                   view_directions_, HemisphereViews::size_for(width_, height_), source_.traversal);
   }
   const std::uint32_t capacity = (band.sample_count + KILN_VISIBILITY_SAMPLES - 1) /
                                  KILN_VISIBILITY_SAMPLES * KILN_VISIBILITY_SAMPLES;
   const cl::Array<float> points(context_, std::size_t{KILN_HEMISPHERE_PLANES} * capacity);
-  const cl::Array<float> seen(context_, std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * capacity);
-  context_.fill(seen, 0.0F);
+  const cl::Array<float> view_sums(context_, std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * capacity);
+  context_.fill(view_sums, 0.0F);
   if (needs_bent_sum_) {
     make_room(context_, sums.bent_sum, std::size_t{3} * std::max(plane_of(band), capacity));
     context_.fill(sums.bent_sum, 0.0F);
@@ -104,11 +106,12 @@ void Hemispheres::gather_views(const TexelBand& band, const DeviceCorrespondence
   params.stride = params.plane = capacity;
   params.push = 1;
   make_points(params, band, match, points);
-  views_->add(points, band.sample_count, capacity, seen, sums.bent_sum, plane_of(band));
-  sums.seen.resize(std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * band.sample_count);
+  views_->add(points, band.sample_count, capacity, view_sums, sums.bent_sum, plane_of(band));
+  sums.view_sums.resize(std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * band.sample_count);
   for (std::size_t p = 0; p < KILN_HEMISPHERE_VIEW_SUMS; ++p) {
-    seen.read(context_, std::span(sums.seen).subspan(p * band.sample_count, band.sample_count),
-              p * capacity);
+    view_sums.read(context_,
+                   std::span(sums.view_sums).subspan(p * band.sample_count, band.sample_count),
+                   p * capacity);
   }
   sums.has_open = true;
 }
@@ -118,13 +121,13 @@ OcclusionReport Hemispheres::report() const {
   return {OcclusionBy::views, view_directions_, HemisphereViews::size_for(width_, height_)};
 }
 
-/// Even and odd directions make two estimates of each texel, which are smoothed over the surface and across seams as
-/// far as that loses no detail.
+/// Even and odd directions give two estimates of each texel, which are smoothed over the surface and across seams
+/// where smoothing loses no detail.
 std::vector<float> Hemispheres::visibility_by_views(const TexelBand& band,
                                                     const DeviceCorrespondence& match,
                                                     bool second) {
   gather_views(band, match, second);
-  const std::vector<float>& seen = sums_[second ? 1 : 0].seen;
+  const std::vector<float>& view_sums = sums_[second ? 1 : 0].view_sums;
   const std::size_t plane = band.sample_count;
   std::vector<float> shares(plane);
   const TexelSamples shared = prepare_filter(band, match, second);
@@ -132,13 +135,13 @@ std::vector<float> Hemispheres::visibility_by_views(const TexelBand& band,
   if (texels == 0) return shares;
   std::vector<float> pairs(2 * texels);
   for (std::size_t t = 0; t < texels; ++t) {
-    for (std::size_t half = 0; half < 2; ++half) {
+    for (std::size_t estimate = 0; estimate < 2; ++estimate) {
       double open = 0, all = 0;
       for (std::size_t s = shared.first[t]; s < shared.first[t + 1]; ++s) {
-        open += seen[half * plane + shared.samples[s]];
-        all += seen[(2 + half) * plane + shared.samples[s]];
+        open += view_sums[estimate * plane + shared.samples[s]];
+        all += view_sums[(2 + estimate) * plane + shared.samples[s]];
       }
-      pairs[2 * t + half] = all > 0 ? static_cast<float>(open / all) : 0.0F;
+      pairs[2 * t + estimate] = all > 0 ? static_cast<float>(open / all) : 0.0F;
     }
   }
   const AoDenoiser::Result smooth = filter_->run(pairs);

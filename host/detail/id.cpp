@@ -1,4 +1,4 @@
-// Colours for the part, material, group or object of a point of the high poly.
+// Colours of the parts, materials, groups or objects of the high poly.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -27,19 +27,19 @@ std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint
   }
   std::vector<std::uint32_t> number(source.positions.size(), KILN_NO_TRIANGLE);
   for (std::size_t t = 0; t < part.size(); ++t) {
-    std::uint32_t& own = number[sets.find(place[source.triangles[t][0]])];
-    if (own == KILN_NO_TRIANGLE) own = parts++;
-    part[t] = own;
+    std::uint32_t& component = number[sets.find(place[source.triangles[t][0]])];
+    if (component == KILN_NO_TRIANGLE) component = parts++;
+    part[t] = component;
   }
   return part;
 }
 
-/// Longest legend, in entries. Further entries are left out with a warning.
+/// Maximum number of entries in the legend. Further entries are omitted with a warning.
 constexpr std::size_t kMaxLegendEntries = 4096;
 
 class Ids : public PointFunction {
  public:
-  Ids(const Source::Impl& source, IdBy by) : source_(source), by_(by) {
+  Ids(const Source::Impl& source, IdBy by) : source_(source), id_by_(by) {
     if (by == IdBy::color) {
       check_vertex_colors(source, "id",
                           "give a mesh that has them, or tell connected parts apart.");
@@ -68,7 +68,7 @@ class Ids : public PointFunction {
 
   /// Components may merge or split where vertices move.
   void prepare(std::uint64_t source_version) override {
-    if (by_ != IdBy::part || source_version_ == source_version) return;
+    if (id_by_ != IdBy::part || source_version_ == source_version) return;
     source_version_ = source_version;
     std::uint32_t parts = 0;
     number_ = connected_parts(source_, parts);
@@ -84,7 +84,7 @@ class Ids : public PointFunction {
   }
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // misses keep black
-    const std::array<float, 3> color = by_ == IdBy::color
+    const std::array<float, 3> color = id_by_ == IdBy::color
                                            ? fraction(source_.colors[nearest_corner(point)])
                                            : legend_[number_[point.triangle]].color;
     std::copy(color.begin(), color.end(), value);
@@ -98,7 +98,7 @@ class Ids : public PointFunction {
                         "The map " + std::string(map.kind.name) + " has " +
                             std::to_string(legend_.size()) + " ids; its legend has the first " +
                             std::to_string(count) +
-                            (by_ == IdBy::color ? "." : ", and colours repeat."),
+                            (id_by_ == IdBy::color ? "." : ", and colours repeat."),
                         legend_.size()});
   }
 
@@ -116,21 +116,22 @@ class Ids : public PointFunction {
     return source_.triangles[point.triangle][static_cast<std::size_t>(nearest)];
   }
 
-  /// Builds the legend of colours, in the order of triangles. A triangle has the colour of its first corner.
+  /// Builds the legend of vertex colours, in the order of triangles. A triangle has the colour of its first
+  /// corner.
   void number_colors() {
-    std::unordered_map<std::uint32_t, std::uint32_t> known;
-    const auto number = [&](std::uint32_t vertex) {
+    std::unordered_map<std::uint32_t, std::uint32_t> number_of_color;
+    const auto number_of_color_at = [&](std::uint32_t vertex) {
       const Color& c = source_.colors[vertex];
       const auto key = std::uint32_t{c[0]} << 16U | std::uint32_t{c[1]} << 8U | c[2];
       const auto [entry, added] =
-          known.try_emplace(key, static_cast<std::uint32_t>(legend_.size()));
+          number_of_color.try_emplace(key, static_cast<std::uint32_t>(legend_.size()));
       if (added) legend_.push_back({formatted("#%06x", key), fraction(c), 0});
       return entry->second;
     };
     for (const Triangle& t : source_.triangles) {
-      number_.push_back(number(t[0]));
-      number(t[1]);
-      number(t[2]);
+      number_.push_back(number_of_color_at(t[0]));
+      number_of_color_at(t[1]);
+      number_of_color_at(t[2]);
     }
     count_triangles();
   }
@@ -145,7 +146,7 @@ class Ids : public PointFunction {
   }
 
   const Source::Impl& source_;
-  IdBy by_;
+  IdBy id_by_;
   std::optional<std::uint64_t> source_version_;
   std::vector<std::uint32_t> number_;  // component of each triangle
   std::vector<IdEntry> legend_;

@@ -12,21 +12,23 @@ namespace {
 
 using Bytes = std::array<std::uint8_t, 3>;
 
-// Least distances between two colours, of 255 a channel. After kTriesPerDistance colours that are too near, the next
-// smaller distance applies.
+// Minimum distances between two colours, in RGB of 0 to 255. After kTriesPerDistance candidates that are too near,
+// the next smaller distance applies.
 constexpr std::array<int, 4> kMinDistances = {80, 40, 20, 1};
 constexpr int kTriesPerDistance = 48;
-// Above this number of names, colours are merely distinct.
+// Above this number of names, colours only have to be different.
 constexpr std::size_t kMaxSeparatedNames = 1024;
 
-/// The hue of a turn, in [0, 1), at a brightness.
-std::array<float, 3> hue_color(double turn, double bright) {
-  const double hue = 6 * turn;
+/// The colour of a hue at a brightness. \param hue_angle in turns, [0, 1)
+std::array<float, 3> hue_color(double hue_angle, double brightness) {
+  const double hue = 6 * hue_angle;
   std::array<float, 3> color{};
   for (std::size_t c = 0; c < 3; ++c) {
-    // Distance of the hue from the channel's own hue, on a circle of circumference 6.
-    const double away = std::abs(std::fmod(hue + 6 - 2.0 * static_cast<double>(c) + 3, 6.0) - 3);
-    color[c] = static_cast<float>(bright * (0.15 + 0.85 * std::clamp(2 - away, 0.0, 1.0)));
+    // Distance between the hue and the channel's hue, on a circle of circumference 6.
+    const double hue_distance =
+        std::abs(std::fmod(hue + 6 - 2.0 * static_cast<double>(c) + 3, 6.0) - 3);
+    color[c] =
+        static_cast<float>(brightness * (0.15 + 0.85 * std::clamp(2 - hue_distance, 0.0, 1.0)));
   }
   return color;
 }
@@ -39,7 +41,7 @@ std::uint64_t name_hash(const std::string& name, std::uint64_t attempt) {
   return hash ^ (hash >> 31U);
 }
 
-/// One of about 60 colours for a name, at least 85 apart, so that two names seldom collide.
+/// One of about 60 colours for a name. They are at least 85 apart, so two names seldom collide.
 Bytes first_candidate(const std::string& name, std::uint64_t attempt) {
   const std::uint64_t number = name_hash(name, attempt);
   Bytes color{};
@@ -67,22 +69,23 @@ int color_distance(const Bytes& a, const Bytes& b) {
   return static_cast<int>(std::sqrt(squared));
 }
 
-Bytes color_of(const std::string& name, const std::vector<Bytes>& taken,
-               const std::set<Bytes>& all_taken) {
-  for (const int wanted :
-       taken.size() < kMaxSeparatedNames ? std::span(kMinDistances) : std::span<const int>()) {
+Bytes color_of(const std::string& name, const std::vector<Bytes>& used_colors,
+               const std::set<Bytes>& used_color_set) {
+  for (const int min_distance : used_colors.size() < kMaxSeparatedNames ? std::span(kMinDistances)
+                                                                        : std::span<const int>()) {
     for (int attempt = 0; attempt < kTriesPerDistance; ++attempt) {
       const auto number = static_cast<std::uint64_t>(attempt);
-      const Bytes color =
-          wanted == kMinDistances[0] ? first_candidate(name, number) : candidate(name, number);
-      if (std::all_of(taken.begin(), taken.end(),
-                      [&](const Bytes& other) { return color_distance(color, other) >= wanted; })) {
+      const Bytes color = min_distance == kMinDistances[0] ? first_candidate(name, number)
+                                                           : candidate(name, number);
+      if (std::all_of(used_colors.begin(), used_colors.end(), [&](const Bytes& other) {
+            return color_distance(color, other) >= min_distance;
+          })) {
         return color;
       }
     }
   }
   std::uint64_t attempt = 0;
-  while (all_taken.contains(candidate(name, attempt))) ++attempt;
+  while (used_color_set.contains(candidate(name, attempt))) ++attempt;
   return candidate(name, attempt);
 }
 
@@ -99,12 +102,12 @@ std::vector<std::array<float, 3>> name_colors(std::span<const std::string> names
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return names[a] < names[b]; });
   std::vector<std::array<float, 3>> colors(names.size());
-  std::vector<Bytes> taken;
-  std::set<Bytes> all_taken;
+  std::vector<Bytes> used_colors;
+  std::set<Bytes> used_color_set;
   for (const std::size_t i : order) {
-    const Bytes color = color_of(names[i], taken, all_taken);
-    taken.push_back(color);
-    all_taken.insert(color);
+    const Bytes color = color_of(names[i], used_colors, used_color_set);
+    used_colors.push_back(color);
+    used_color_set.insert(color);
     for (std::size_t c = 0; c < 3; ++c) colors[i][c] = static_cast<float>(color[c]) / 255.0F;
   }
   return colors;

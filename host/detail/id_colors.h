@@ -9,11 +9,12 @@
 
 namespace kiln {
 
-/// Colour of a part's number. Colours of different numbers are far apart; none is black, the background.
+/// Colour of a part, given by its number. Colours of different parts are far apart; none is black, the
+/// background.
 std::array<float, 3> part_color(std::uint32_t part);
 
-/// Colours of names: exact in 8 bits, all different, none black. A name has the same colour in every mesh, unless the
-/// colour of a name earlier in the alphabet is too near; then it gets another one.
+/// Colours of names: exact in 8 bits, all different, none black. A name has the same colour in every mesh, unless an
+/// alphabetically earlier name has a colour that is too near; then the later name gets another one.
 std::vector<std::array<float, 3>> name_colors(std::span<const std::string> names);
 
 }  // namespace kiln

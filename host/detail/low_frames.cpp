@@ -32,7 +32,7 @@ Vec3d corner_bitangent(const kiln_low_shading& low, double u, double v) {
 LowFrames::LowFrames(const MapRequest& request)
     : shading_(low_shading(request.surface, /*with_uvs=*/true)),
       space_(request.options.encoding.space),
-      at_corners_(request.options.encoding.bitangent == Bitangent::vertex),
+      interpolates_bitangent_(request.options.encoding.bitangent == Bitangent::vertex),
       y_scale_(request.options.encoding.flip_y ? -1 : 1) {}
 
 Vec3d LowFrames::in_space(const HighPoint& point, const Vec3d& vector) const {
@@ -49,11 +49,11 @@ Vec3d LowFrames::in_frame(const HighPoint& point, const Vec3d& vector) const {
     const Vec3d x_axis = interpolate(low.face_tangent, 0, 0);
     return {dot(vector, x_axis), dot(vector, cross(normal, x_axis)), dot(vector, normal)};
   }
-  // The frame is interpolated without normalizing, as shaders do, and inverted by Cramer's rule.
+  // The frame is interpolated without normalizing, as in shaders, and inverted by Cramer's rule.
   const Vec3d normal = interpolate(low.normal, point.low_u, point.low_v);
   const Vec3d tangent = interpolate(low.tangent, point.low_u, point.low_v);
   Vec3d bitangent = cross(normal, tangent) * double{low.sign};
-  if (at_corners_) bitangent = corner_bitangent(low, point.low_u, point.low_v);
+  if (interpolates_bitangent_) bitangent = corner_bitangent(low, point.low_u, point.low_v);
   const Vec3d across = cross(bitangent, normal);
   const double determinant = dot(tangent, across);
   if (determinant == 0) return {};

@@ -1,4 +1,4 @@
-// Transforms vectors to the space of the bake's normals.
+// Transforms vectors to the space of the bake's normals (EncodingOptions::space).
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Components along the low poly's frame at a point. As in kernels/detail/detail.clh, but not normalized: the sum of
-/// the components times the frame's vectors is the vector.
+/// Computes a vector's components in the low poly's frame at a point, as kernels/detail/detail.clh does, but without
+/// normalizing: the sum of the components times the frame's vectors is the vector.
 class LowFrames {
  public:
   explicit LowFrames(const MapRequest& request);
@@ -20,7 +20,7 @@ class LowFrames {
 
   std::vector<kiln_low_shading> shading_;
   NormalMapSpace space_;
-  bool at_corners_;  // the bitangent is computed at corners, not at each point
+  bool interpolates_bitangent_;  // the bitangent is computed at corners, not at each point
   double y_scale_;
 };
 

@@ -1,5 +1,5 @@
-// The share of a texel's samples that found a point; 0 in empty texels and padding. Used to compare maps without their
-// padding, and as the alpha of leaves.
+// Mask: the share of a texel's samples that found a point; 0 in empty texels and padding. It is used to compare maps
+// without their padding, and as the alpha of foliage cards.
 #include "detail/registry.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"
@@ -19,13 +19,13 @@ class MaskMap : public MapMaker {
         reads_->read(band.texel_first, band.texel_count + std::size_t{1});
     const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
     for (std::size_t t = 0; t < index.size(); ++t) {
-      std::uint32_t found = 0;
+      std::uint32_t found_count = 0;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-        found += triangle[s] != KILN_NO_TRIANGLE ? 1 : 0;
+        found_count += triangle[s] != KILN_NO_TRIANGLE ? 1 : 0;
       }
-      const auto all = static_cast<float>(first[t + 1] - first[t]);
-      out.values[index[t]] = static_cast<float>(found) / all;
-      out.coverage[index[t]] = found > 0 ? kCoverageBaked : kCoverageMissed;
+      const auto sample_count = static_cast<float>(first[t + 1] - first[t]);
+      out.values[index[t]] = static_cast<float>(found_count) / sample_count;
+      out.coverage[index[t]] = found_count > 0 ? kCoverageBaked : kCoverageMissed;
     }
   }
 

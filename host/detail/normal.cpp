@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-// Samples of a work-item on the path with explicit vectors.
+// Number of samples of a work-item on the path with explicit vectors.
 constexpr std::size_t kSamplesPerVector = 8;
 
 }  // namespace
@@ -166,9 +166,9 @@ class NormalReader : public MapMaker {
   cl::Array<std::uint8_t> coverage_;
 };
 
-MapRow normals_of(MapKind kind, std::string_view holds, std::optional<NormalMapSpace> space) {
+MapRow normals_of(MapKind kind, std::string_view contents, std::optional<NormalMapSpace> space) {
   MapRow row;
-  row.info = {kind, 3, MapType::unit_vector, holds, 0, 1};
+  row.info = {kind, 3, MapType::unit_vector, contents, 0, 1};
   row.info.space = space;
   row.make = [info = row.info](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     BakeOptions options = request.options;
@@ -181,8 +181,7 @@ MapRow normals_of(MapKind kind, std::string_view holds, std::optional<NormalMapS
 }  // namespace
 
 MapRow normal_map() {
-  MapRow row =
-      normals_of(MapKind::normal, "normal of the high poly, in the space that is asked for", {});
+  MapRow row = normals_of(MapKind::normal, "normal of the high poly, in the requested space", {});
   row.shades = true;
   row.info.other_names = "tangent_normal";
   return row;

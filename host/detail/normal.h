@@ -14,7 +14,7 @@ namespace kiln {
 /// Kernel parameters from the options for normals and their space.
 kiln_detail_params detail_params(const BakeOptions& options);
 
-/// Variants of the kernels. All give the same result to the bit.
+/// Variants of the kernels. All give the same bits.
 enum class DetailPath {
   automatic,  ///< Chosen by the device's type
   plain,      ///< One sample a work-item
@@ -48,7 +48,7 @@ class NormalDetail {
                const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage);
 
   cl::Context& context_;
-  std::size_t width_;  // samples of a work-item
+  std::size_t width_;  // number of samples of a work-item
   const SourceAttributes& source_;
   cl::Array<kiln_low_shading> shading_;
   cl::Array<float> values_;  // 3 planes, grown to the largest band

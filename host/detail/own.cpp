@@ -25,7 +25,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kTexelsPerTask = 1 << 12;
-// Samples in one launch; bounds its time, whatever the caller's function costs.
+// Number of samples in one launch; bounds its time for expensive functions.
 constexpr std::uint32_t kSamplesPerLaunch = 1U << 16;
 
 class OwnMapMaker : public MapMaker {
@@ -64,39 +64,39 @@ class OwnMapMaker : public MapMaker {
                    const BandPixels& out) override {
     if (band.sample_count == 0) return;
     std::vector<float> values = values_of(band, match);
-    const std::vector<float> others = values_of(band, other);
+    const std::vector<float> other_values = values_of(band, other);
     const std::vector<std::uint32_t>& triangle = reads_->read(other.triangle, band.sample_count);
     const std::vector<float>& share = reads_->read(shares, band.sample_count);
     for (std::size_t s = 0; s < band.sample_count; ++s) {
       if (triangle[s] == KILN_NO_TRIANGLE) continue;
       for (std::size_t c = 0; c < 4; ++c) {
         float& value = values[s + c * band.capacity];
-        value = value * share[s] + others[s + c * band.capacity] * (1 - share[s]);
+        value = value * share[s] + other_values[s + c * band.capacity] * (1 - share[s]);
       }
     }
     average(band, match, values, out);
   }
 
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
-    if (replaced_ == 0) return;
+    if (nonfinite_count_ == 0) return;
     warnings.push_back({"own-map-non-finite",
                         "The map " + std::string(name_) + " is NaN or infinite at " +
-                            std::to_string(replaced_) + " texels; they hold 0.",
-                        replaced_});
+                            std::to_string(nonfinite_count_) + " texels; they hold 0.",
+                        nonfinite_count_});
   }
 
  private:
   cl::Kernel build(const OwnMap& map, const Device& device) {
-    const cl::OwnMapRun here(label_, seconds_);
+    const cl::OwnMapRun run_scope(label_, seconds_);
     try {
       return context_.kernel_with("own", "kiln_own_values", map.source, map.file);
     } catch (const Error&) {
       // A compiler thread that exceeded its time limit still uses the device's context, so such devices are never
       // released.
-      static auto* const kept = new std::vector<Device>();
+      static auto* const unreleased_devices = new std::vector<Device>();
       static std::mutex mutex;
       const std::lock_guard lock(mutex);
-      if (driver_failed()) kept->push_back(device);
+      if (driver_failed()) unreleased_devices->push_back(device);
       throw;
     }
   }
@@ -110,7 +110,7 @@ class OwnMapMaker : public MapMaker {
     source_version_ = reads_->source_version();
   }
 
-  /// Four planes of the band's capacity.
+  /// Computes the values of a band's samples: four planes of the band's capacity.
   std::vector<float> values_of(const TexelBand& band, const DeviceCorrespondence& match) {
     upload();
     if (values_.size() < std::size_t{4} * band.capacity) {
@@ -128,8 +128,8 @@ class OwnMapMaker : public MapMaker {
     params.center_x = static_cast<float>(source_.frame.center[0] - origin_[0]);
     params.center_y = static_cast<float>(source_.frame.center[1] - origin_[1]);
     params.center_z = static_cast<float>(source_.frame.center[2] - origin_[2]);
-    context_.finish();  // commands enqueued before must not count as the function's time or error
-    auto here = std::make_unique<cl::OwnMapRun>(label_, seconds_);
+    context_.finish();  // earlier commands must not count as the function's time or error
+    auto run_scope = std::make_unique<cl::OwnMapRun>(label_, seconds_);
     for (; params.first < band.sample_count; params.first = params.end) {
       params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
       context_.launch(kernel_, params.end - params.first, kLocal, params, band.triangle,
@@ -138,7 +138,7 @@ class OwnMapMaker : public MapMaker {
                       source_.attributes.normal_indices, source_.attributes.normals, uvs_,
                       uv_triangles_, tree.nodes, tree.blocks, values_);
       if (context_.finish_within(seconds_)) continue;
-      [[maybe_unused]] const auto* const runs_on = here.release();
+      [[maybe_unused]] const auto* const runs_on = run_scope.release();
       const std::string limit = formatted("%g s", seconds_);
       throw Error(ErrorCode::input,
                   "The map " + label_ + " did not finish " +
@@ -159,26 +159,26 @@ class OwnMapMaker : public MapMaker {
         reads_->read(band.texel_first, band.texel_count + std::size_t{1});
     const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
     parallel_for(band.texel_count, kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
-      std::uint64_t bad = 0;
+      std::uint64_t nonfinite_count = 0;
       for (std::size_t t = begin; t < end; ++t) {
         std::array<double, 4> sum{};
-        std::size_t used = 0;
+        std::size_t sample_count = 0;
         for (std::size_t s = first[t]; s < first[t + 1]; ++s) {
           if (triangle[s] == KILN_NO_TRIANGLE) continue;
           for (std::size_t c = 0; c < channels_; ++c) sum[c] += values[s + c * band.capacity];
-          ++used;
+          ++sample_count;
         }
-        out.coverage[index[t]] = used != 0 ? kCoverageBaked : kCoverageMissed;
-        bool finite = true;
+        out.coverage[index[t]] = sample_count != 0 ? kCoverageBaked : kCoverageMissed;
+        bool is_finite_value = true;
         for (std::size_t c = 0; c < channels_; ++c) {
-          const double value = used != 0 ? sum[c] / static_cast<double>(used) : 0;
-          finite = finite && std::isfinite(value);
+          const double value = sample_count != 0 ? sum[c] / static_cast<double>(sample_count) : 0;
+          is_finite_value = is_finite_value && std::isfinite(value);
           out.values[index[t] * channels_ + c] =
               std::isfinite(value) ? static_cast<float>(value) : 0.0F;
         }
-        bad += finite ? 0 : 1;
+        nonfinite_count += is_finite_value ? 0 : 1;
       }
-      replaced_ += bad;
+      nonfinite_count_ += nonfinite_count;
     });
   }
 
@@ -196,47 +196,50 @@ class OwnMapMaker : public MapMaker {
   cl::Array<std::uint32_t> triangles_, uv_triangles_;
   cl::Array<float> positions_, uvs_, values_;
   std::uint64_t source_version_ = 0;
-  std::atomic<std::uint64_t> replaced_{0};
+  std::atomic<std::uint64_t> nonfinite_count_{0};
 };
 
-/// A source as the preprocessor sees it: digraphs and trigraphs of # replaced, continued lines joined, comments
-/// blanked, strings emptied.
+/// Normalises a source for the checks: replaces digraphs and trigraphs of #, joins continued lines, blanks
+/// comments, and empties strings.
 std::string preprocessed(std::string_view source) {
-  std::string joined;
+  std::string unfolded;
   for (std::size_t i = 0; i < source.size();) {
-    const std::string_view rest = source.substr(i);
-    const std::size_t slash = rest.starts_with("?\?/") ? 3 : rest[0] == '\\' ? 1 : 0;
-    const std::size_t end = slash == 0 ? rest.npos : rest.find_first_not_of(" \t\r", slash);
-    const std::size_t hash = rest.starts_with("?\?=") ? 3 : rest.starts_with("%:") ? 2 : 0;
-    if (end != rest.npos && rest[end] == '\n') {
+    const std::string_view remaining = source.substr(i);
+    const std::size_t slash = remaining.starts_with("?\?/") ? 3 : remaining[0] == '\\' ? 1 : 0;
+    const std::size_t end =
+        slash == 0 ? remaining.npos : remaining.find_first_not_of(" \t\r", slash);
+    const std::size_t hash = remaining.starts_with("?\?=") ? 3
+                             : remaining.starts_with("%:") ? 2
+                                                           : 0;
+    if (end != remaining.npos && remaining[end] == '\n') {
       i += end + 1;
       continue;
     }
-    joined += hash != 0 ? '#' : rest[0];
+    unfolded += hash != 0 ? '#' : remaining[0];
     i += std::max<std::size_t>(hash, 1);
   }
-  std::string plain;
-  for (std::size_t i = 0; i < joined.size();) {
+  std::string blanked;
+  for (std::size_t i = 0; i < unfolded.size();) {
     const std::size_t begin = i;
-    if (joined.compare(i, 2, "//") == 0) {
-      i = std::min(joined.find('\n', i), joined.size());
-    } else if (joined.compare(i, 2, "/*") == 0) {
-      i = std::min(joined.find("*/", i + 2), joined.size() - 2) + 2;
-      plain += ' ';
-      plain.append(static_cast<std::size_t>(std::count(&joined[begin], &joined[0] + i, '\n')),
-                   '\n');
+    if (unfolded.compare(i, 2, "//") == 0) {
+      i = std::min(unfolded.find('\n', i), unfolded.size());
+    } else if (unfolded.compare(i, 2, "/*") == 0) {
+      i = std::min(unfolded.find("*/", i + 2), unfolded.size() - 2) + 2;
+      blanked += ' ';
+      blanked.append(static_cast<std::size_t>(std::count(&unfolded[begin], &unfolded[0] + i, '\n')),
+                     '\n');
     } else {
-      const char quote = joined[i++];
-      while ((quote == '"' || quote == '\'') && i < joined.size() && joined[i] != '\n') {
-        if (joined[i] == '\\') ++i;
-        if (i < joined.size() && joined[i++] == quote) break;
+      const char quote = unfolded[i++];
+      while ((quote == '"' || quote == '\'') && i < unfolded.size() && unfolded[i] != '\n') {
+        if (unfolded[i] == '\\') ++i;
+        if (i < unfolded.size() && unfolded[i++] == quote) break;
       }
-      i = std::min(i, joined.size());
-      plain += quote;
-      if (i - begin > 1) plain += quote;
+      i = std::min(i, unfolded.size());
+      blanked += quote;
+      if (i - begin > 1) blanked += quote;
     }
   }
-  return plain;
+  return blanked;
 }
 
 bool has_assembly(std::string_view line) {
@@ -254,7 +257,7 @@ bool has_assembly(std::string_view line) {
   return false;
 }
 
-/// Rejects sources that compile but cannot work, or that fail with a linker's message only.
+/// Rejects sources that compile but cannot run, or whose only error message would be a linker's.
 void check_source(const OwnMap& map) {
   const auto fail = [&](const std::string& problem) {
     throw Error(ErrorCode::input, "The map " + map.name + " ('" + map.file + "') " + problem);
@@ -270,10 +273,10 @@ void check_source(const OwnMap& map) {
       fail("holds assembly in line " + std::to_string(number) +
            ", which devices differ in: write OpenCL C.");
     }
-    const auto skip = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };
-    const std::size_t mark = skip(0);
+    const auto skip_blanks = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };
+    const std::size_t mark = skip_blanks(0);
     if (mark == std::string::npos || line[mark] != '#') continue;
-    const std::size_t word = skip(mark + 1);
+    const std::size_t word = skip_blanks(mark + 1);
     if (word == std::string::npos ||
         (line.compare(word, 7, "include") != 0 && line.compare(word, 6, "import") != 0)) {
       continue;

@@ -15,10 +15,10 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMaxChannels = 4;
-constexpr std::size_t kWeightChannel = 3;  // index of the weight, for values that have one
+constexpr std::size_t kWeightChannel = 3;  // index of the weight in values that have a weight
 using Value = std::array<float, kMaxChannels>;
 
-/// A correspondence in host memory.
+/// A correspondence, downloaded to host memory.
 struct HostCorrespondence {
   HostCorrespondence(BandReads& reads, const DeviceCorrespondence& match, std::uint32_t count)
       : triangle(reads.read(match.triangle, count)),
@@ -27,15 +27,16 @@ struct HostCorrespondence {
     if (!match.distance.empty()) distance = reads.read(match.distance, count);
     if (!match.status.empty()) status = reads.read(match.status, count);
     if (match.seen.empty()) return;
-    for (std::size_t c = 0; c < 3; ++c) seen[c] = reads.read(match.seen, count, c * match.capacity);
+    for (std::size_t c = 0; c < 3; ++c)
+      visibility[c] = reads.read(match.seen, count, c * match.capacity);
   }
   std::span<const std::uint32_t> triangle;
-  std::span<const float> u, v, distance;       // a match without distances has 0
-  std::span<const std::uint8_t> status;        // an empty array means all 0
-  std::array<std::span<const float>, 3> seen;  // an empty array means all 0
+  std::span<const float> u, v, distance;             // all 0 for a match without distances
+  std::span<const std::uint8_t> status;              // empty: all 0
+  std::array<std::span<const float>, 3> visibility;  // empty: all 0
 };
 
-/// A band's samples in host memory.
+/// A band's samples, downloaded to host memory.
 struct HostSamples {
   HostSamples(BandReads& reads, const TexelBand& band)
       : index(reads.read(band.texel_index, band.texel_count)),
@@ -47,12 +48,13 @@ struct HostSamples {
   std::span<const float> u, v;
 };
 
-Vec3d unit(const Vec3d& v, const Vec3d& otherwise) {
+Vec3d unit_or(const Vec3d& v, const Vec3d& fallback) {
   const double size = length(v);
-  return size > 0 ? v * (1 / size) : otherwise;
+  return size > 0 ? v * (1 / size) : fallback;
 }
 
-/// The two sides of a sample's square on each triangle of the low poly, to the right and down the map; frame units.
+/// For each triangle of the low poly: the edge vectors of a sample's square on the surface, to the right and
+/// down the map, in frame units.
 std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
   const double across = 1.0 / request.options.width / request.options.samples / request.finer;
   const double down = -1.0 / request.options.height / request.options.samples / request.finer;
@@ -109,18 +111,18 @@ class PointMap : public MapMaker {
     normals_ = reads_->read_source(source_.attributes.normals);
     normal_indices_ = reads_->read_source(source_.attributes.normal_indices);
     const HostSamples samples(*reads_, band);
-    const HostCorrespondence found(*reads_, match, band.sample_count);
-    std::optional<HostCorrespondence> mixed;
+    const HostCorrespondence correspondence(*reads_, match, band.sample_count);
+    std::optional<HostCorrespondence> other_match;
     std::span<const float> share;
     if (other != nullptr && info_.type != MapType::id) {
-      mixed.emplace(*reads_, *other, band.sample_count);
+      other_match.emplace(*reads_, *other, band.sample_count);
       share = reads_->read(*shares, band.sample_count);
     }
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
-      // A texel of one sample copies its value, written in place: vector loads of values that were just stored element
+      // For a texel of one sample the value is written in place: vector loads of values that were just stored element
       // by element would stall.
       const bool has_weights = function_->has_weights();
-      const bool as_is = !mixed && !has_weights && info_.type != MapType::unit_vector;
+      const bool copies_values = !other_match && !has_weights && info_.type != MapType::unit_vector;
       Average average(info_, has_weights);
       UvFacet facet;
       HighPoint point;
@@ -131,33 +133,34 @@ class PointMap : public MapMaker {
         float* const to = &out.values[std::size_t{samples.index[t]} * info_.channels];
         coverage = kCoverageMissed;
         const std::uint32_t first = samples.first[t], last = samples.first[t + 1];
-        if (as_is && first + 1 == last && found.triangle[first] != KILN_NO_TRIANGLE) {
+        if (copies_values && first + 1 == last &&
+            correspondence.triangle[first] != KILN_NO_TRIANGLE) {
           coverage = kCoverageBaked;
-          value_at(samples, first, found, found, facet, point, to);
-          // turns -0 into 0, as a sum does
+          value_at(samples, first, correspondence, correspondence, facet, point, to);
+          // converts -0 to 0, as a sum does
           for (std::uint32_t c = 0; c < info_.channels; ++c) to[c] += 0.0F;
           continue;
         }
         average.clear();
         for (std::uint32_t s = first; s < last; ++s) {
-          if (found.triangle[s] != KILN_NO_TRIANGLE) {
+          if (correspondence.triangle[s] != KILN_NO_TRIANGLE) {
             coverage = kCoverageBaked;
           } else if (leaves_out_misses(info_, miss_)) {
             continue;
           }
           Value value{};
-          value_at(samples, s, found, found, facet, point, value.data());
-          if (mixed && mixed->triangle[s] != KILN_NO_TRIANGLE) {
-            Value with{};
-            value_at(samples, s, *mixed, found, facet, point, with.data());
-            float own = share[s], other = 1 - share[s];
+          value_at(samples, s, correspondence, correspondence, facet, point, value.data());
+          if (other_match && other_match->triangle[s] != KILN_NO_TRIANGLE) {
+            Value other_value{};
+            value_at(samples, s, *other_match, correspondence, facet, point, other_value.data());
+            float first_weight = share[s], second_weight = 1 - share[s];
             if (has_weights) {
-              own *= value[kWeightChannel], other *= with[kWeightChannel];
-              value[kWeightChannel] = own + other;
-              own /= value[kWeightChannel], other /= value[kWeightChannel];
+              first_weight *= value[kWeightChannel], second_weight *= other_value[kWeightChannel];
+              value[kWeightChannel] = first_weight + second_weight;
+              first_weight /= value[kWeightChannel], second_weight /= value[kWeightChannel];
             }
             for (std::uint32_t c = 0; c < info_.channels; ++c) {
-              value[c] = value[c] * own + with[c] * other;
+              value[c] = value[c] * first_weight + other_value[c] * second_weight;
             }
           }
           average.add(value);
@@ -167,7 +170,7 @@ class PointMap : public MapMaker {
     });
   }
 
-  /// Mean of a texel's samples.
+  /// Averages a texel's samples.
   class Average {
    public:
     Average(const MapInfo& info, bool has_weights)
@@ -193,21 +196,21 @@ class PointMap : public MapMaker {
       gather(value);
     }
 
-    /// Texels whose samples all missed, under a policy without values for misses, hold 0.
+    /// If all samples of a texel missed and the policy gives misses no value, the texel holds 0.
     void store(float* to) {
       if (direction_ && count_ != 0) return store_direction(to);
       Value value{};
       if (count_ == 1) {
-        // Adding 0 turns -0 into 0, as a sum does.
+        // Adding 0 converts -0 to 0, as a sum does.
         for (std::uint32_t c = 0; c < channels_; ++c) value[c] = first_[c] + 0.0F;
       } else if (whole_ && count_ != 0) {
         value = std::max_element(votes_.begin(), votes_.end(), [](const auto& a, const auto& b) {
                   return a.second < b.second;
                 })->first;
       } else if (count_ != 0) {
-        const double all = has_weights_ ? weight_ : count_;
+        const double divisor = has_weights_ ? weight_ : count_;
         for (std::uint32_t c = 0; c < channels_; ++c) {
-          value[c] = static_cast<float>(sum_[c] / all);
+          value[c] = static_cast<float>(sum_[c] / divisor);
         }
       }
       for (std::uint32_t c = 0; c < channels_; ++c) to[c] = value[c];
@@ -237,7 +240,7 @@ class PointMap : public MapMaker {
     /// Stores the mean direction; straight up if the directions cancel out.
     void store_direction(float* to) {
       if (count_ == 1) gather(first_);
-      const Vec3d mean = unit(Vec3d(sum_[0], sum_[1], sum_[2]), Vec3d(0, 0, 1));
+      const Vec3d mean = unit_or(Vec3d(sum_[0], sum_[1], sum_[2]), Vec3d(0, 0, 1));
       to[0] = static_cast<float>(mean.x);
       to[1] = static_cast<float>(mean.y);
       to[2] = static_cast<float>(mean.z);
@@ -252,17 +255,18 @@ class PointMap : public MapMaker {
     std::vector<std::pair<Value, std::uint32_t>> votes_;
   };
 
-  /// \param first  the bake's first correspondence, which holds the visibility directions
+  /// \param first first correspondence of the bake; it holds the visibility directions
   /// \param facet  cached from the previous sample
-  /// \param point  reused from the previous sample; members that the function does not need keep their defaults
+  /// \param point reused from the previous sample; members that the function does not use keep their defaults
   /// \param value  as many numbers as there are channels
-  void value_at(const HostSamples& samples, std::size_t s, const HostCorrespondence& found,
+  void value_at(const HostSamples& samples, std::size_t s, const HostCorrespondence& match,
                 const HostCorrespondence& first, UvFacet& facet, HighPoint& point,
                 float* value) const {
-    if (!first.seen[0].empty()) point.seen = {first.seen[0][s], first.seen[1][s], first.seen[2][s]};
-    point.triangle = found.triangle[s];
+    if (!first.visibility[0].empty())
+      point.seen = {first.visibility[0][s], first.visibility[1][s], first.visibility[2][s]};
+    point.triangle = match.triangle[s];
     point.found = point.triangle != KILN_NO_TRIANGLE;
-    if (!found.status.empty()) point.status = found.status[s];
+    if (!match.status.empty()) point.status = match.status[s];
     point.low_triangle = samples.triangle[s];
     point.low_u = samples.u[s];
     point.low_v = samples.v[s];
@@ -270,15 +274,16 @@ class PointMap : public MapMaker {
     point.distance = 0;
     point.has_uv = false;
     if (point.found) {
-      point.u = found.u[s];
-      point.v = found.v[s];
-      if (needs_.distance && !found.distance.empty()) {
-        point.distance = found.distance[s] / source_.frame.scale;
+      point.u = match.u[s];
+      point.v = match.v[s];
+      if (needs_.distance && !match.distance.empty()) {
+        point.distance = match.distance[s] / source_.frame.scale;
       }
     }
     if (needs_.position) locate(point);
-    if (needs_.normal || needs_.uv) turn(point, facet);
-    for (std::uint32_t c = 0; c < kMaxChannels; ++c) {  // a constant count compiles to no call
+    if (needs_.normal || needs_.uv) set_normal_and_uv(point, facet);
+    // a loop of constant length avoids a call of memset()
+    for (std::uint32_t c = 0; c < kMaxChannels; ++c) {
       if (c < info_.channels) value[c] = 0;
     }
     (*function_)(point, value);
@@ -290,9 +295,10 @@ class PointMap : public MapMaker {
   }
 
   void locate(HighPoint& point) const {
-    const auto& of_low = surface_.triangles[point.low_triangle];
+    const auto& low_corners = surface_.triangles[point.low_triangle];
     const auto low_position = [&] {
-      return low_point(point, of_low[0].position, of_low[1].position, of_low[2].position);
+      return low_point(point, low_corners[0].position, low_corners[1].position,
+                       low_corners[2].position);
     };
     if (!point.found) {
       point.position = to_world(low_position());
@@ -311,15 +317,16 @@ class PointMap : public MapMaker {
     point.offset = (position - low_position()) * (1 / source_.frame.scale);
   }
 
-  /// Sets the point's normal and UVs, as far as they are needed.
-  void turn(HighPoint& point, UvFacet& facet) const {
+  /// Sets the point's normal and UVs, if the function uses them.
+  void set_normal_and_uv(HighPoint& point, UvFacet& facet) const {
     const auto& [a, b, c] = surface_.triangles[point.low_triangle];
-    const Vec3d low = unit(low_point(point, a.normal, b.normal, c.normal), to_double(a.normal));
+    const Vec3d low_normal =
+        unit_or(low_point(point, a.normal, b.normal, c.normal), to_double(a.normal));
     if (!point.found) {
-      point.normal = low;
+      point.normal = low_normal;
       return;
     }
-    if (needs_.uv) project_sides(point, low, facet);
+    if (needs_.uv) project_sides(point, low_normal, facet);
     if (!needs_.normal) return;
     const std::uint32_t* index = &normal_indices_[std::size_t{3} * point.triangle];
     const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
@@ -328,24 +335,24 @@ class PointMap : public MapMaker {
       const float* n = &normals_[std::size_t{3} * index[k]];
       normal = normal + to_double(Vec3{n[0], n[1], n[2]}) * weights[k];
     }
-    point.normal = unit(normal, low);
-    if (two_sided_ && dot(point.normal, low) < 0) point.normal = point.normal * -1.0;
+    point.normal = unit_or(normal, low_normal);
+    if (two_sided_ && dot(point.normal, low_normal) < 0) point.normal = point.normal * -1.0;
   }
 
   void project_sides(HighPoint& point, const Vec3d& along, UvFacet& facet) const {
     facet.move_to(source_, point.triangle);
     point.has_uv = facet.has_uv;
     if (!facet.has_uv && !needs_.weight_sides) return;
-    const Vec3d face = dot(facet.normal, facet.normal) > 0 ? facet.normal : along;
+    const Vec3d face_normal = dot(facet.normal, facet.normal) > 0 ? facet.normal : along;
     // Bounds the projection onto a triangle at a grazing angle.
     constexpr double kMinCosine = 0.2;
-    double cosine = dot(face, along);
+    double cosine = dot(face_normal, along);
     if (std::abs(cosine) < kMinCosine) cosine = std::copysign(kMinCosine, cosine);
-    const double way = 1 / cosine;
+    const double scale = 1 / cosine;
     for (std::size_t k = 0; k < 2; ++k) {
       point.uv[k] = facet.at[k] + facet.to_b[k] * point.u + facet.to_c[k] * point.v;
       const Vec3d& side = sides_[point.low_triangle][k];
-      const Vec3d carried = side - along * (dot(face, side) * way);
+      const Vec3d carried = side - along * (dot(face_normal, side) * scale);
       point.uv_sides[k] = {dot(facet.gradient[0], carried), dot(facet.gradient[1], carried)};
       if (!needs_.weight_sides) continue;
       point.weight_sides[k] = {dot(facet.weight_gradient[0], carried),
@@ -367,8 +374,8 @@ class PointMap : public MapMaker {
   std::unique_ptr<PointFunction> function_;
   PointNeeds needs_;
   std::vector<std::array<Vec3d, 2>>
-      sides_;  // of a sample, for each triangle of the low poly; empty: not needed
-  std::span<const float> normals_;  // normals that were read for the last band
+      sides_;  // sides of a sample, for each triangle of the low poly; empty: not used
+  std::span<const float> normals_;  // the high poly's normals, as read for the last band
   std::span<const std::uint32_t> normal_indices_;
 };
 

@@ -8,7 +8,8 @@
 
 namespace kiln {
 
-/// Memory that a function reuses between points; one for each thread. No value depends on its contents.
+/// Working memory that a function reuses between points; each thread has its own. No value depends on its
+/// contents.
 struct PointScratch {
   PointScratch() = default;
   PointScratch(const PointScratch&) = delete;
@@ -16,32 +17,32 @@ struct PointScratch {
   virtual ~PointScratch() = default;
 };
 
-/// A point of the high poly; for a miss, the low poly's point in its place (Wang et al., section 2).
+/// A point of the high poly; for a miss, the low poly's point instead (Wang et al., section 2).
 struct HighPoint {
   bool found = true;
   std::uint32_t triangle = 0;  ///< Triangle of the high poly; KILN_NO_TRIANGLE for a miss
   float u = 0, v = 0;          ///< Weights of its corners 1 and 2
-  double distance =
-      0;             ///< Along the match's direction, world units, outward positive; 0 for a miss
-  Vec3d position{};  ///< Position in world units
-  Vec3d normal{};    ///< Interpolated unit normal
-  std::uint8_t status = 0;         ///< kiln_sample_status: which match found it, or a miss
-  std::uint32_t low_triangle = 0;  ///< The low poly's point
+  /// Distance along the match's direction, world units, outward positive; 0 for a miss
+  double distance = 0;
+  Vec3d position{};                ///< Position in world units
+  Vec3d normal{};                  ///< Interpolated unit normal
+  std::uint8_t status = 0;         ///< kiln_sample_status: the method that found it, or a miss
+  std::uint32_t low_triangle = 0;  ///< Triangle of the low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
   Vec3d offset{};                  ///< From the low poly's point to this one, world units
   bool has_uv = false;  ///< uv and uv_sides are set: they were requested, and the high poly has UVs
   std::array<double, 2> uv;  ///< UV of the high poly's point
-  /// Sides of the sample's square in its texel (rightwards, downwards), in UVs of the high poly's triangle: projected
-  /// along the low poly's normal.
+  /// Edges of the sample's square footprint (rightwards, downwards), projected along the low poly's normal onto the
+  /// high poly's triangle, in UVs.
   std::array<std::array<double, 2>, 2> uv_sides;
-  /// The same sides in weights of the triangle's corners 1 and 2, for other UV sets; set if requested.
+  /// The same edges as weights of the triangle's corners 1 and 2, for other UV sets; set if requested.
   std::array<std::array<double, 2>, 2> weight_sides;
-  PointScratch* scratch = nullptr;  ///< From the function's scratch()
+  PointScratch* scratch = nullptr;  ///< The thread's working memory
   Vec3d
       seen;  ///< Mean direction from which the low poly's point is visible; 0 if unknown, or if it is hidden
 };
 
-/// Members of a HighPoint that a function reads; the others are not computed.
+/// Members of a HighPoint that a function uses; the others are not computed.
 struct PointNeeds {
   bool position = true;
   bool normal = true;
@@ -56,34 +57,35 @@ class PointFunction {
  public:
   virtual ~PointFunction() = default;
   virtual PointNeeds needs() const { return {}; }
-  /// True if values carry a weight for the mean of a texel's samples: the fourth number, above 0. For maps of up to
-  /// three channels.
+  /// True if the fourth number of each value is the value's weight (above 0) in the mean of a texel's samples. For
+  /// maps of up to three channels.
   virtual bool has_weights() const { return false; }
   /// Called before each band, on one thread. \param source_version  changes if the high poly changed
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
   virtual void operator()(const HighPoint& point, float* value) const = 0;
   virtual std::unique_ptr<PointScratch> scratch() const { return nullptr; }
-  /// Adds facts and warnings after the last band.
+  /// Called after the last band: adds statistics to the map, and warnings.
   virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
     static_cast<void>(map), static_cast<void>(warnings);
   }
 };
 
-/// Makes a map from a function: gathers points on the host's threads, calls the function for each sample, and averages
-/// a texel's samples. For MapType::id, a texel has its samples' most frequent value; the first one wins ties.
+/// Makes a map from a function: gathers points on the host's threads, calls the function for each sample, and
+/// averages a texel's samples. For MapType::id, a texel gets the most frequent value of its samples; ties go to the
+/// first one.
 std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInfo& info,
                                          std::unique_ptr<PointFunction> function);
 
-/// The same from any callable without state.
+/// Makes a map from any callable without state.
 template <typename Function>
 std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInfo& info,
                                          Function function, PointNeeds needed = {}) {
   struct Called : PointFunction {
-    Called(Function called, PointNeeds needs) : call(std::move(called)), wanted(needs) {}
-    PointNeeds needs() const override { return wanted; }
+    Called(Function called, PointNeeds needs) : call(std::move(called)), needs_(needs) {}
+    PointNeeds needs() const override { return needs_; }
     void operator()(const HighPoint& point, float* value) const override { call(point, value); }
     Function call;
-    PointNeeds wanted;
+    PointNeeds needs_;
   };
   return make_point_map(request, info,
                         std::unique_ptr<PointFunction>(new Called(std::move(function), needed)));

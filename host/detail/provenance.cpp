@@ -44,7 +44,8 @@ MapRow provenance_map() {
       "yellow from a cage. Others: orange depth view, cyan nearest point, grey UV, magenta missed",
       0,
       1};
-  // The map depends on the match alone, but texels that are read again for changed normals have no status.
+  // The map depends on the match alone, but a session that re-bakes texels for changed normals does not know
+  // their status.
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, provenance_map().info, [](const HighPoint& point, float* value) {

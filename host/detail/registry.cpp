@@ -30,13 +30,13 @@ std::span<const MapRow> map_rows() {
 }
 
 const MapRow& map_row(MapKind kind) {
-  std::string known;
+  std::string known_names;
   for (const MapRow& row : map_rows()) {
     if (row.info.kind == kind) return row;
-    known += (known.empty() ? "" : ", ") + std::string(row.info.kind.name);
+    known_names += (known_names.empty() ? "" : ", ") + std::string(row.info.kind.name);
   }
-  throw Error(ErrorCode::usage,
-              "There is no map '" + std::string(kind.name) + "': maps has any of " + known + ".");
+  throw Error(ErrorCode::usage, "There is no map '" + std::string(kind.name) +
+                                    "': maps has any of " + known_names + ".");
 }
 
 std::span<const MapInfo> maps() {
@@ -85,7 +85,7 @@ std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame)
 }
 
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options) {
-  // The direction that is shaded like the plain surface.
+  // The direction of an undisturbed surface in the map's space.
   const bool up =
       map.type == MapType::unit_vector && space_of(map, options) != NormalMapSpace::object;
   return {0, 0, up ? 1.0F : 0.0F, 0};
@@ -113,8 +113,8 @@ std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request
   for (std::uint32_t c = 0; c < row.info.channels; ++c) {
     ranges.push_back(row.range ? row.range(request, c) : ValueRange{row.info.low, row.info.high});
   }
-  for (const MapRange& given : request.options.encoding.ranges) {
-    if (given.kind == row.info.kind) ranges.assign(row.info.channels, given.range);
+  for (const MapRange& range_option : request.options.encoding.ranges) {
+    if (range_option.kind == row.info.kind) ranges.assign(row.info.channels, range_option.range);
   }
   return ranges;
 }
@@ -125,21 +125,21 @@ RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> cove
   if (map.info.type == MapType::unit_vector || map.ranges.size() != channels) return excess;
   for (std::size_t i = 0; i < coverage.size(); ++i) {
     if (coverage[i] != kCoverageBaked) continue;
-    bool within = true;
+    bool is_in_range = true;
     for (std::size_t c = 0; c < channels; ++c) {
       const float value = map.image.pixels[i * channels + c];
       const auto [low, high] = map.ranges[c];
-      // Values this close to a bound round to the bound in every integer format.
+      // Values this close to a bound are rounded to the bound in every integer format.
       const float slack = (high - low) * 1e-5F;
       if (value >= low - slack && value <= high + slack) continue;
-      within = false;
+      is_in_range = false;
       if (std::max(value - high, low - value) <= excess.by) continue;
       excess.by = std::max(value - high, low - value);
       excess.value = value;
       excess.x = static_cast<std::uint32_t>(i % map.image.width);
       excess.y = static_cast<std::uint32_t>(i / map.image.width);
     }
-    excess.texels += within ? 0 : 1;
+    excess.texels += is_in_range ? 0 : 1;
   }
   return excess;
 }

@@ -32,13 +32,14 @@ struct MapRequest {
   const LowSurface& surface;
   const BakeOptions& options;
   SharedWorks& shared;  ///< Results shared by all maps of the bake
-  /// Samples represent a square whose side is this many times smaller than their share of a texel, for maps that are
-  /// read at points.
+  /// Divisor of a sample's footprint: for maps that read the surface at points, the side of a sample's square is its
+  /// share of a texel divided by this.
   std::uint32_t finer = 1;
-  /// The map checks another one of the same kind: it uses an independent method, if the map has one.
+  /// The map is made to check another one of the same kind: an independent method is used, if the map has
+  /// one.
   bool checks = false;
 
-  /// Device arrays that all makers read back.
+  /// Downloads of device arrays that all makers share.
   std::shared_ptr<BandReads> reads() const {
     return shared.of<BandReads>(std::ref(context_of(source.device)));
   }
@@ -56,7 +57,7 @@ class MapMaker {
   virtual void run(const TexelBand& band, const DeviceCorrespondence& match,
                    const BandPixels& out) = 0;
 
-  /// The same for two correspondences, whose values are blended.
+  /// Computes the texels of a band from two correspondences, whose values are blended.
   /// \param other   has triangles for the samples that are blended, and none for the rest
   /// \param shares  [samples] weight of `match`, 0 to 1
   virtual void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
@@ -75,7 +76,7 @@ struct MapRow {
   /// Renderers shade the low poly with this map: unit normals in EncodingOptions::space. Plans measure the error of
   /// these normals.
   bool shades = false;
-  /// This map's values, shares in [0, 1], are the weights of maps with `weighted` in mip chains: opacity.
+  /// This map's values in [0, 1] are the weights in mip chains of the maps with `weighted`, as opacity's are.
   bool weights = false;
   /// Mip chains are weighted by the map with `weights`: transparent texels do not contribute.
   bool weighted = false;
@@ -83,9 +84,9 @@ struct MapRow {
   bool follows_positions = false;
   /// The map reads more of the high poly than the matched points, so any change of the mesh may change any texel.
   bool reads_around = false;
-  /// Unit of its values, where MapInfo has none: "world units".
+  /// Unit of its values, such as "world units", if MapInfo has none.
   std::string_view unit = {};
-  /// Range of each channel for integer formats; none: MapInfo::low and high, for all channels.
+  /// Range of each channel for integer formats; if unset, it is MapInfo::low and high for all channels.
   std::function<ValueRange(const RangeRequest& request, std::uint32_t channel)> range = {};
   /// Number of leading channels whose differences count as errors; 0: all. The remaining channels are redundant.
   std::uint32_t compared_channels = 0;
@@ -99,24 +100,25 @@ std::span<const MapRow> map_rows();
 /// \throws Error(usage) for a name that no row has
 const MapRow& map_row(MapKind kind);
 
-/// Rows of transfers, variants and custom maps, in the options' order. Their names live as long as the program.
+/// Rows of the maps beside the registry's: transfers, variants and custom maps, in the options' order. Their
+/// names live as long as the program.
 /// \throws Error(usage) for a name that is invalid or in use
 std::vector<MapRow> own_rows(const BakeOptions& options);
 
-/// Number of requested maps of all sorts.
+/// Number of all requested maps: the registry's, transfers, variants and custom maps.
 inline std::size_t map_count(const BakeOptions& options) {
   return options.maps.size() + options.transfers.size() + options.own_maps.size() +
          options.variants.size();
 }
 
-/// Kinds of the requested maps that are Kiln's own; a variant counts as its kind.
+/// Kinds of the requested maps that are in the registry; a variant counts as its kind.
 inline std::vector<MapKind> kinds_of(const BakeOptions& options) {
   std::vector<MapKind> kinds = options.maps;
   for (const MapVariant& map : options.variants) kinds.push_back(map.kind);
   return kinds;
 }
 
-/// The variant of a name; null: none.
+/// The variant with a name; null if there is none.
 template <typename Options>
 auto find_variant(Options& options, std::string_view name) {
   for (auto& map : options.variants) {
@@ -142,7 +144,7 @@ void change_occlusion(BakeOptions& options, const Change& change) {
   }
 }
 
-/// The options as a variant changes them.
+/// The options of the bake, with the changes of a variant.
 BakeOptions options_of(const MapVariant& variant, BakeOptions options);
 
 /// True if samples without a point do not contribute to a texel: its other samples or its neighbours fill it.
@@ -151,19 +153,19 @@ inline bool leaves_out_misses(const MapInfo& map, MissPolicy policy) {
          (map.missed == MissedTexels::low_poly && policy != MissPolicy::keep);
 }
 
-/// Range of each channel: the caller's (EncodingOptions::ranges), otherwise by the row's rule.
+/// Range of each channel: the caller's (EncodingOptions::ranges), or by the row's rule.
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);
 
-/// The first of a bake's maps with MapRow::shades; none: there is none.
+/// The first of a bake's maps with MapRow::shades, if there is one.
 std::optional<MapKind> shading_map(const BakeOptions& options);
 
-/// Space of a map's directions.
+/// Space that a map's directions are stored in.
 NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options);
 
 /// Origin of position maps: EncodingOptions::origin.
 std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame);
 
-/// Value of texels beyond charts and padding. \returns as many numbers as there are channels
+/// Value of texels outside of charts and padding. \returns as many numbers as there are channels
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options);
 
 /// Encodes a texel's value as the map stores it; the last step of a bake. \param coverage  of the texel

@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// Work that the first map computes and that other maps of the bake reuse while it is valid.
+/// A result that the first map computes and that the other maps of the bake reuse while it is valid.
 class SharedWork {
  public:
   SharedWork() = default;
@@ -19,18 +19,18 @@ class SharedWork {
   virtual void next_source() { next_band(); }
 };
 
-/// The shared work of one bake: at most one object of each type.
+/// The shared results of one bake: at most one object of each type.
 class SharedWorks {
  public:
   /// The object of a type; constructed from the arguments by the first call.
   template <typename Work, typename... Arguments>
   std::shared_ptr<Work> of(const Arguments&... arguments) {
     for (const std::shared_ptr<SharedWork>& work : works_) {
-      if (auto made = std::dynamic_pointer_cast<Work>(work)) return made;
+      if (auto work_of_type = std::dynamic_pointer_cast<Work>(work)) return work_of_type;
     }
-    auto made = std::make_shared<Work>(arguments...);
-    works_.push_back(made);
-    return made;
+    auto work_of_type = std::make_shared<Work>(arguments...);
+    works_.push_back(work_of_type);
+    return work_of_type;
   }
   /// Adds an object that exists already.
   void add(std::shared_ptr<SharedWork> work) { works_.push_back(std::move(work)); }

@@ -19,8 +19,8 @@
 namespace kiln {
 namespace {
 
-/// The alpha channel of a picture, as a picture of its own.
-std::shared_ptr<const Image> alpha_by_itself(const Image& image) {
+/// Copies the alpha channel of a picture to a picture of one channel.
+std::shared_ptr<const Image> alpha_channel_of(const Image& image) {
   auto alpha = std::make_shared<Image>();
   alpha->width = image.width;
   alpha->height = image.height;
@@ -39,7 +39,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     : source_(source),
       map_(use.map),
       picture_of_material_(texture.image_of),
-      plain_(texture.plain),
+      constant_color_(texture.plain),
       uv_transforms_(texture.uv_transforms),
       wraps_(texture.wraps),
       factors_(texture.factors),
@@ -60,14 +60,16 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
       reading.normals = NormalChannels::of(*image, texture.normal_format);
       normals_.push_back(reading.normals);
       if (GreenEvidence::of(*image, reading.normals).speaks_for_down())
-        doubtful_green_.push_back(i);
+        flipped_green_suspects_.push_back(i);
     }
     reading.by_alpha = i < texture.weighted_by_alpha.size() && texture.weighted_by_alpha[i];
     if (empty[i]) reading.empty = &*empty[i];
-    // A weight replaces alpha (image/texture_filter.h).
-    const bool alone = reading.empty != nullptr && use.channel == 3U && image->channels % 2 == 0;
-    if (alone) image = alpha_by_itself(*image);
-    is_channel_.push_back(alone);
+    // Where texels have weights from `empty`, these replace alpha (image/texture_filter.h), so alpha is read
+    // from a separate picture.
+    const bool weighs_separately =
+        reading.empty != nullptr && use.channel == 3U && image->channels % 2 == 0;
+    if (weighs_separately) image = alpha_channel_of(*image);
+    is_channel_.push_back(weighs_separately);
     require_memory(
         "Filtering the " + std::to_string(image->width) + " x " + std::to_string(image->height) +
             " pixels of the texture of the map " + map_,
@@ -83,8 +85,8 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
 }
 
 void SurfaceTexture::check(const Texture& texture) const {
-  const auto fail = [&](const std::string& what) {
-    throw Error(ErrorCode::input, "The texture of the map " + map_ + what);
+  const auto fail = [&](const std::string& problem) {
+    throw Error(ErrorCode::input, "The texture of the map " + map_ + problem);
   };
   if (!texture.images.empty() && !has_uvs(source_)) {
     throw Error(ErrorCode::input, "The high poly has no UVs, over which the texture of the map " +
@@ -135,15 +137,15 @@ void SurfaceTexture::choose_sets(const Texture& texture) {
                                       " has UV sets for another number of materials than its own.");
   }
   for (std::size_t i = 0; i < texture.uv_sets.size(); ++i) {
-    const std::uint32_t wanted = texture.uv_sets[i];
-    sets_.push_back(nullptr);
-    if (wanted == source_.uv_set || picture_of_material_[i] == Texture::kNone) continue;
+    const std::uint32_t uv_set = texture.uv_sets[i];
+    uv_sets_.push_back(nullptr);
+    if (uv_set == source_.uv_set || picture_of_material_[i] == Texture::kNone) continue;
     for (const UvSet& set : source_.other_uvs) {
-      if (set.set == wanted && set.uvs.size() == source_.uvs.size()) sets_.back() = &set.uvs;
+      if (set.set == uv_set && set.uvs.size() == source_.uvs.size()) uv_sets_.back() = &set.uvs;
     }
-    if (sets_.back() != nullptr) continue;
+    if (uv_sets_.back() != nullptr) continue;
     throw Error(ErrorCode::input, "The texture of the map " + map_ + " lies on the set of UVs " +
-                                      std::to_string(wanted) + " where the material is \"" +
+                                      std::to_string(uv_set) + " where the material is \"" +
                                       source_.materials.names[i] +
                                       "\", but the high poly has no such set.");
   }
@@ -160,7 +162,8 @@ void SurfaceTexture::group_tiles(const Texture& texture) {
   }
 }
 
-/// Finds background texels of each picture. Charts on pictures that share an image are merged.
+/// Finds the background texels of each picture, from the union of the charts on all pictures that share its
+/// image.
 std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& texture) const {
   std::vector<std::optional<TexelBits>> empty(texture.images.size());
   if (texture.images.empty()) return empty;
@@ -178,7 +181,7 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
     ChartTexels::Corners corners;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2& uv = uv_of(triangle, k);
-      corners[k] = moved(triangle, uv.x, uv.y);
+      corners[k] = transform_uv(triangle, uv.x, uv.y);
     }
     if (tiles_.empty() || tiles_[set].empty()) {
       const bool repeats = wraps_.empty();
@@ -207,17 +210,17 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
   });
   const auto find = [&] {
     std::map<const Image*, std::optional<TexelBits>> found;
-    bool any = false;
+    bool has_any = false;
     for (std::size_t i = 0; i < empty.size(); ++i) {
       const auto [entry, added] = found.try_emplace(texture.images[i].get());
       if (added) entry->second = find_empty_texels(*texture.images[i], charts[i]->bits());
       empty[i] = entry->second;
-      any = any || empty[i];
+      has_any = has_any || empty[i];
     }
-    return any;
+    return has_any;
   };
   if (!find()) return empty;
-  // Charts that hold no texel's centre keep all texels that they touch.
+  // Charts that contain no texel's centre keep all texels that they touch.
   std::vector<std::uint32_t> chart_of(source_.uvs.size());
   std::iota(chart_of.begin(), chart_of.end(), 0U);
   const auto root = [&](std::uint32_t uv) {
@@ -232,16 +235,16 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
   for (std::size_t t = 0; t < count; ++t) {
     if (holds_centre[t] != 0) has_centre[root(source_.uv_triangles[t][0])] = true;
   }
-  bool touched = false;
+  bool is_touched = false;
   for (std::size_t t = 0; t < count; ++t) {
     if (has_centre[root(source_.uv_triangles[t][0])]) continue;
-    touched = true;
+    is_touched = true;
     for_each_picture(static_cast<std::uint32_t>(t),
                      [](ChartTexels& on, const auto& corners, const auto& wraps) {
                        on.add_touched(corners, wraps);
                      });
   }
-  if (touched) find();
+  if (is_touched) find();
   return empty;
 }
 
@@ -252,9 +255,9 @@ void SurfaceTexture::warn_about_missing_tiles() {
     if (set == Texture::kNone || tiles_[set].empty()) continue;
     const auto [u, v] = middle_of(t);
     const std::uint32_t tile = udim_of(u, v);
-    const bool there = std::any_of(tiles_[set].begin(), tiles_[set].end(),
-                                   [&](const auto& entry) { return entry.first == tile; });
-    if (!there) ++missing_tiles_[tile];
+    const bool has_tile = std::any_of(tiles_[set].begin(), tiles_[set].end(),
+                                      [&](const auto& entry) { return entry.first == tile; });
+    if (!has_tile) ++missing_tiles_[tile];
   }
 }
 
@@ -269,17 +272,17 @@ std::array<double, 2> SurfaceTexture::middle_of(std::uint32_t triangle) const {
     const Vec2& uv = uv_of(triangle, k);
     u += double{uv.x} / 3, v += double{uv.y} / 3;
   }
-  return moved(triangle, u, v);
+  return transform_uv(triangle, u, v);
 }
 
 const Vec2& SurfaceTexture::uv_of(std::uint32_t triangle, std::size_t corner) const {
   const std::vector<Vec2>* const set =
-      sets_.empty() ? nullptr : sets_[source_.materials.of[triangle]];
+      uv_sets_.empty() ? nullptr : uv_sets_[source_.materials.of[triangle]];
   return (set != nullptr ? *set : source_.uvs)[source_.uv_triangles[triangle][corner]];
 }
 
 SurfaceTexture::UvPoint SurfaceTexture::uv_point_of(const HighPoint& point) const {
-  if (sets_.empty() || sets_[source_.materials.of[point.triangle]] == nullptr) {
+  if (uv_sets_.empty() || uv_sets_[source_.materials.of[point.triangle]] == nullptr) {
     return {point.has_uv, point.uv, point.uv_sides};
   }
   const Vec2 &a = uv_of(point.triangle, 0), &b = uv_of(point.triangle, 1),
@@ -304,10 +307,10 @@ SurfaceTexture::PicturePoint SurfaceTexture::picture_point_of(const HighPoint& p
   if (set == Texture::kNone) return {};
   const UvPoint at = uv_point_of(point);
   if (!at.is_there) return {};
-  const auto [u, v] = moved(point.triangle, at.uv[0], at.uv[1]);
+  const auto [u, v] = transform_uv(point.triangle, at.uv[0], at.uv[1]);
   if (tiles_.empty() || tiles_[set].empty())
     return {pictures_[set].get(), u, v, at.sides, false, is_channel_[set], is_weighted_[set]};
-  // On the border of two UDIM squares, the triangle's own square counts, regardless of rounding.
+  // On the border of two UDIM squares, the triangle's own square is used, regardless of rounding.
   constexpr double kInset = 1e-4;
   const std::array<double, 2> middle = middle_of(point.triangle);
   const std::uint32_t tile = udim_of(u + (middle[0] - u) * kInset, v + (middle[1] - v) * kInset);
@@ -325,11 +328,11 @@ SurfaceTexture::PicturePoint SurfaceTexture::picture_point_of(const HighPoint& p
           is_weighted_[found->second]};
 }
 
-std::array<double, 2> SurfaceTexture::moved(std::uint32_t triangle, double u, double v,
-                                            double unit) const {
+std::array<double, 2> SurfaceTexture::transform_uv(std::uint32_t triangle, double u, double v,
+                                                   double translation) const {
   if (uv_transforms_.empty()) return {u, v};
   const std::array<float, 6>& m = uv_transforms_[source_.materials.of[triangle]];
-  return {m[0] * u + m[1] * v + m[2] * unit, m[3] * u + m[4] * v + m[5] * unit};
+  return {m[0] * u + m[1] * v + m[2] * translation, m[3] * u + m[4] * v + m[5] * translation};
 }
 
 float SurfaceTexture::read(const HighPoint& point, float* value) const {
@@ -349,9 +352,9 @@ float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const 
   std::fill_n(value, 4, 0.0F);
   const PicturePoint place = picture_point_of(point);
   if (place.picture == nullptr) {
-    if (plain_.empty()) return 1;
+    if (constant_color_.empty()) return 1;
     const std::uint32_t material = source_.materials.of[point.triangle];
-    if (material < plain_.size()) std::copy_n(plain_[material].begin(), 4, value);
+    if (material < constant_color_.size()) std::copy_n(constant_color_[material].begin(), 4, value);
     return 1;
   }
   FilteredTexture::Wraps wraps{};
@@ -362,8 +365,8 @@ float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const 
   }
   const auto& sides = place.sides;
   place.picture->mean(place.u, place.v,
-                      {moved(point.triangle, sides[0][0], sides[0][1], 0),
-                       moved(point.triangle, sides[1][0], sides[1][1], 0)},
+                      {transform_uv(point.triangle, sides[0][0], sides[0][1], 0),
+                       transform_uv(point.triangle, sides[1][0], sides[1][1], 0)},
                       value, wraps);
   if (place.picture->channels() < 3) {
     value[3] = place.picture->channels() == 2 ? value[1] : place.is_channel ? value[0] : 1;
@@ -396,13 +399,14 @@ std::string SurfaceTexture::user_of(std::size_t image) const {
 }
 
 void SurfaceTexture::report(std::vector<Warning>& warnings) const {
-  std::uint64_t replaced = 0;
-  for (const auto& picture : pictures_) replaced += picture->replaced();
-  if (replaced != 0) {
+  std::uint64_t replaced_count = 0;
+  for (const auto& picture : pictures_) replaced_count += picture->replaced();
+  if (replaced_count != 0) {
     warnings.push_back({"texture-non-finite",
-                        "The texture of the map " + map_ + " has " + std::to_string(replaced) +
+                        "The texture of the map " + map_ + " has " +
+                            std::to_string(replaced_count) +
                             " numbers that are NaN or infinite; they count as 0.",
-                        replaced});
+                        replaced_count});
   }
   const auto warn = [&](const char* code, const auto& holds, const Message& text) {
     std::uint64_t count = 0;
@@ -434,18 +438,18 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
       "normal-map-channels", [&](std::size_t i) { return normals_[i].doubtful; },
       normal_format_ == NormalTextureFormat::two_channel ||
               normal_format_ == NormalTextureFormat::two_channel_directx
-          ? "look as if x and y were elsewhere than where two-channel maps have them, but were "
+          ? "look as if x and y were in other channels than those of two-channel maps, but were "
             "read "
-            "as asked for: see " +
+            "as requested: see " +
                 option("high_normal_map") + "."
-          : "look as if they held x and y alone, but were read with z in blue, as asked for: "
+          : "look as if they held only x and y, but were read with z in blue, as requested: "
             "see " +
                 option("high_normal_map") + ".");
   warn(
       "normal-map-green",
       [&](std::size_t i) {
-        return std::find(doubtful_green_.begin(), doubtful_green_.end(), i) !=
-               doubtful_green_.end();
+        return std::find(flipped_green_suspects_.begin(), flipped_green_suspects_.end(), i) !=
+               flipped_green_suspects_.end();
       },
       "seem to have their green the other way: their slopes fit no surface, but do so with green "
       "turned over. Bumps are baked as dents then; give the other direction by " +
@@ -453,20 +457,21 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
   if (!missing_tiles_.empty()) {
     std::uint64_t triangles = 0;
     std::string list;
-    std::size_t named = 0;
+    std::size_t named_count = 0;
     constexpr std::size_t kMaxNamed = 8;
     for (const auto& [tile, count] : missing_tiles_) {
       triangles += count;
-      if (tile == 0 || ++named > kMaxNamed) continue;
+      if (tile == 0 || ++named_count > kMaxNamed) continue;
       list += (list.empty() ? "" : ", ") + std::to_string(tile);
     }
-    if (named > kMaxNamed) list += " and " + std::to_string(named - kMaxNamed) + " more";
-    const bool beyond = missing_tiles_.contains(0);
-    if (beyond) list += list.empty() ? "UVs beyond all tiles" : ", and UVs beyond all tiles";
+    if (named_count > kMaxNamed)
+      list += " and " + std::to_string(named_count - kMaxNamed) + " more";
+    const bool has_outside = missing_tiles_.contains(0);
+    if (has_outside) list += list.empty() ? "UVs beyond all tiles" : ", and UVs beyond all tiles";
     warnings.push_back({"tile-missing",
                         "The texture of the map " + map_ + " has no picture for " +
                             std::to_string(triangles) + " triangles of the high poly (" +
-                            (named != 0 ? "UDIM " : "") + list +
+                            (named_count != 0 ? "UDIM " : "") + list +
                             "): these have their material's number there, or 0. Put the pictures "
                             "beside the others.",
                         triangles});

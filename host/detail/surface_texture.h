@@ -16,12 +16,12 @@
 
 namespace kiln {
 
-/// Which part of a texture a map reads, and how.
+/// How a map reads a texture: which channel, and whether background is excluded.
 struct TextureUseOfMap {
   std::string_view map;  ///< Name of the map, for messages
   bool fill = true;      ///< BakeOptions::fill_high
   std::optional<std::uint32_t> channel =
-      std::nullopt;  ///< The channel that is read; none: all of them
+      std::nullopt;  ///< The channel that is read; unset: all channels
 };
 
 class SurfaceTexture {
@@ -29,8 +29,8 @@ class SurfaceTexture {
   /// \throws Error(input) if the high poly lacks the UVs or materials, or a picture is unusable
   SurfaceTexture(const Source::Impl& source, const Texture& texture, const TextureUseOfMap& use);
 
-  /// The texture's mean over the point's sides, times the vertices' colour if the texture has that factor. \param value
-  /// four numbers: channels that the picture lacks repeat the first one (grey) or are 1 (alpha)
+  /// The texture's mean over the point's footprint, times the vertices' colour if the texture has that factor. \param
+  /// value four numbers: channels that the picture lacks repeat the first one (grey) or are 1 (alpha)
   /// \returns the value's weight in means: for colours weighted by opacity, the opacity, at least
   ///     FilteredTexture::kMinWeight; otherwise 1
   float read(const HighPoint& point, float* value) const;
@@ -41,26 +41,28 @@ class SurfaceTexture {
   /// A corner's UV in the UV set of the triangle's picture.
   const Vec2& uv_of(std::uint32_t triangle, std::size_t corner) const;
 
-  /// Applies the transform of a triangle's picture to a UV. \param unit  0: to a difference of UVs
-  std::array<double, 2> moved(std::uint32_t triangle, double u, double v, double unit = 1) const;
+  /// Applies the transform of a triangle's picture to a UV. \param translation 1 for a UV; 0 for a difference
+  /// of UVs, which is not translated
+  std::array<double, 2> transform_uv(std::uint32_t triangle, double u, double v,
+                                     double translation = 1) const;
 
-  /// True if it has pictures, whose values depend on UVs.
+  /// True if the texture has pictures, so that UVs are required.
   bool needs_uvs() const { return !pictures_.empty(); }
   /// True if some pictures use other UV sets than the mesh's own.
-  bool needs_other_uvs() const { return !sets_.empty(); }
+  bool needs_other_uvs() const { return !uv_sets_.empty(); }
 
   /// Adds warnings about imperfect input: values that are not finite, formats of normals, missing tiles.
   void report(std::vector<Warning>& warnings) const;
 
  private:
   enum class Factor { color, alpha };  // Factors from the vertices' colours
-  /// A point's UV and the sides around it, in the UV set of its picture.
+  /// A point's UV and the sides of its footprint, in the UV set of its picture.
   struct UvPoint {
     bool is_there = false;
     std::array<double, 2> uv;
     std::array<std::array<double, 2>, 2> sides;
   };
-  /// Where a texture is read at a point.
+  /// Picture and UVs at which a texture is read for a point.
   struct PicturePoint {
     const FilteredTexture* picture = nullptr;
     double u = 0, v = 0;
@@ -87,25 +89,26 @@ class SurfaceTexture {
   const Source::Impl& source_;
   std::string map_;
   std::vector<std::unique_ptr<FilteredTexture>> pictures_;
-  std::vector<bool> is_channel_;   ///< Per picture: reduced to the channel that is read
-  std::vector<bool> is_weighted_;  ///< Per picture: its means are weighted by alpha
+  /// Per picture: true if it is reduced to the channel that is read
+  std::vector<bool> is_channel_;
+  std::vector<bool> is_weighted_;  ///< Per picture: true if its means are weighted by alpha
   bool has_weights_ = false;
   std::vector<Tiles> tiles_;  ///< Per picture; empty: no picture has tiles
   std::vector<std::uint32_t> picture_of_material_;
-  std::vector<std::array<float, 4>> plain_;
+  std::vector<std::array<float, 4>> constant_color_;
   std::vector<std::array<float, 6>> uv_transforms_;
   std::vector<FilteredTexture::Wraps> wraps_;
-  // per material; null: the mesh's own; empty: that of all materials
-  std::vector<const std::vector<Vec2>*> sets_;
+  // UV set per material; null: the mesh's UVs. Empty: all materials use the mesh's UVs
+  std::vector<const std::vector<Vec2>*> uv_sets_;
   std::vector<Texture::Factor> factors_;
   std::vector<bool> multiplies_vertices_;
   Factor vertex_factor_;
   NormalTextureFormat normal_format_;
   std::vector<NormalChannels> normals_;  ///< Channels of each normal map
   /// Normal maps whose green channel probably points down
-  std::vector<std::size_t> doubtful_green_;
+  std::vector<std::size_t> flipped_green_suspects_;
   std::map<std::uint32_t, std::uint64_t>
-      missing_tiles_;  ///< Triangles by tile; 0: outside of UDIM's squares
+      missing_tiles_;  ///< Number of triangles by missing tile; 0: outside of UDIM's squares
 };
 
 }  // namespace kiln

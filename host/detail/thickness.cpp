@@ -5,14 +5,13 @@ namespace kiln {
 
 MapRow thickness_map() {
   MapRow row;
-  row.info = {
-      MapKind{"thickness"},
-      1,
-      MapType::scalar,
-      "thickness of the high poly, mean distance inward to its other side: 1 is as thick as "
-      "the distance asked for, or more",
-      0,
-      1};
+  row.info = {MapKind{"thickness"},
+              1,
+              MapType::scalar,
+              "thickness of the high poly, mean distance inward to its other side: 1 is the "
+              "requested distance, or more",
+              0,
+              1};
   row.info.options = "occlusion.rays occlusion.distance";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {

@@ -1,4 +1,5 @@
-// Maps beside the registry's: transfers of the high poly's textures, variants, and custom maps of the caller.
+// Rows of maps that are not in the registry: transfers of the high poly's textures, variants, and custom maps
+// of the caller.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -44,9 +45,9 @@ class PlainTransfer : public PointFunction {
   void operator()(const HighPoint& point, float* value) const override {
     if (has_weights()) value[3] = 1;
     if (!point.found) return;
-    float read[4];
-    const float weight = texture_.read(point, read);
-    std::copy_n(read, channels_, value);
+    float pixel[4];
+    const float weight = texture_.read(point, pixel);
+    std::copy_n(pixel, channels_, value);
     if (has_weights()) value[3] = weight;
   }
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
@@ -87,7 +88,7 @@ class NormalTransfer : public PointFunction {
         // Tangents follow the UVs of the picture.
         const auto triangle = static_cast<std::uint32_t>(t);
         const Vec2& uv = texture_.uv_of(triangle, k);
-        const auto [u, v] = texture_.moved(triangle, uv.x, uv.y);
+        const auto [u, v] = texture_.transform_uv(triangle, uv.x, uv.y);
         uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
       }
     }
@@ -98,8 +99,8 @@ class NormalTransfer : public PointFunction {
   void operator()(const HighPoint& point, float* value) const override {
     Vec3d normal = point.normal;
     if (point.found) {
-      float read[4];
-      texture_.read(point, read);
+      float pixel[4];
+      texture_.read(point, pixel);
       const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
       Vec3d up{}, right{};
       const CornerTangent* corners = &tangents_[std::size_t{3} * point.triangle];
@@ -108,11 +109,12 @@ class NormalTransfer : public PointFunction {
         right += to_double(corners[k].tangent) * weights[k];
       }
       const Vec3d front = cross(up, right) * double{corners[0].sign};
-      const Vec3d turned = right * double{read[0]} + front * double{read[1]} + up * double{read[2]};
-      const double size = length(turned);
-      // On a face that looks away, the normal is turned to the side of the point's interpolated normal.
+      const Vec3d scaled =
+          right * double{pixel[0]} + front * double{pixel[1]} + up * double{pixel[2]};
+      const double size = length(scaled);
+      // If the face is turned away, its normal is flipped to the side of the point's interpolated normal.
       const double side = dot(up, point.normal) < 0 ? -1 : 1;
-      if (size > 0) normal = turned * (side / size);
+      if (size > 0) normal = scaled * (side / size);
     }
     Vec3d local = frames_.in_space(point, normal);
     const double size = length(local);
@@ -150,7 +152,7 @@ MapRow row_of(const Transfer& transfer) {
   row.follows_positions = true;
   if (transfer.texture.kind == TextureKind::normal) {
     row.info.type = MapType::unit_vector;
-    row.info.holds = "normal map of the high poly, in the space that is asked for";
+    row.info.holds = "normal map of the high poly, in the requested space";
     row.reads_around = true;
     row.make = [info = row.info, &transfer](const MapRequest& request) {
       return make_point_map(request, info,
@@ -173,9 +175,9 @@ MapRow row_of(const Transfer& transfer) {
   return row;
 }
 
-/// A variant's options, and the shared work of its maps.
+/// A variant's options, and the shared results of its maps.
 struct VariantWork : SharedWork {
-  explicit VariantWork(BakeOptions changed) : options(std::move(changed)) {}
+  explicit VariantWork(BakeOptions new_options) : options(std::move(new_options)) {}
   void next_band() override { works.next_band(); }
   void next_source() override { works.next_source(); }
   BakeOptions options;
@@ -209,8 +211,8 @@ bool is_name(const std::string& name) {
 }
 
 void check_name(const std::string& name, std::span<const MapRow> rows) {
-  const auto fail = [&](const std::string& why) {
-    throw Error(ErrorCode::usage, "A map cannot be called '" + name + "'" + why);
+  const auto fail = [&](const std::string& problem) {
+    throw Error(ErrorCode::usage, "A map cannot be called '" + name + "'" + problem);
   };
   const auto is_called = [&](const MapRow& row) { return row.info.kind.name == name; };
   if (!is_name(name)) fail(": take a letter, then letters, digits and _.");

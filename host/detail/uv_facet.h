@@ -10,14 +10,15 @@
 
 namespace kiln {
 
-/// The mapping from a triangle to its UVs, computed once for consecutive samples on it.
+/// The mapping from points of a triangle to UVs, computed once for consecutive samples on the triangle.
 struct UvFacet {
   std::uint32_t triangle = KILN_NO_TRIANGLE;
   bool has_uv = false;                   ///< All three corners have UVs
   Vec3d normal{};                        ///< Unit; 0 for a triangle without area
   std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and differences to corners 1 and 2
   std::array<Vec3d, 2>
-      gradient{};  ///< Of u and of v on the triangle, per frame unit; 0 without area
+      /// Gradients of u and v on the triangle, per frame unit; 0 for a triangle without area
+      gradient{};
   std::array<Vec3d, 2> weight_gradient{};  ///< Gradients of the weights of corners 1 and 2
 
   /// Computes the mapping of another triangle; does nothing for the same one.
@@ -31,7 +32,7 @@ struct UvFacet {
     const Vec3d q = to_double(source.positions[corners[2]]) - corner;
     const Vec3d across = cross(p, q);
     if (const double size = length(across); size > 0) normal = across * (1 / size);
-    // Change of the corners' weights along a vector, by the normal equations. The change of UVs follows from it.
+    // Gradients of the corners' weights, by the normal equations; the gradients of u and v follow from them.
     const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
     if (area > 0) {
       weight_gradient = {(p * qq - q * pq) * (1 / area), (q * pp - p * pq) * (1 / area)};

@@ -12,7 +12,7 @@ namespace kiln {
 namespace {
 
 /// Tolerance for a multiple that rounding moved off a whole number.
-constexpr double kSlack = 1e-9;
+constexpr double kMultipleTolerance = 1e-9;
 
 double power_of_ten_below(double value) { return std::pow(10.0, std::floor(std::log10(value))); }
 
@@ -20,11 +20,11 @@ double power_of_ten_below(double value) { return std::pow(10.0, std::floor(std::
 float rounded_up(double value) {
   if (!(value > 0) || !std::isfinite(value)) return 0;
   const double step = power_of_ten_below(value) / 10;
-  const double rounded = std::ceil(value / step - kSlack) * step;
+  const double rounded = std::ceil(value / step - kMultipleTolerance) * step;
   return static_cast<float>(std::min(rounded, double{std::numeric_limits<float>::max()}));
 }
 
-ValueRange symmetric_range(float most) { return {-most, most}; }
+ValueRange symmetric_range(float bound) { return {-bound, bound}; }
 
 }  // namespace
 
@@ -48,7 +48,7 @@ ValueRange range_of_bounds(const RangeRequest& request, std::uint32_t channel) {
     return at / frame.scale + (frame.center[channel] - origin);
   };
   // The tolerance covers rounding of the frame's positions and of the map's values.
-  const double slack = kSlack + 1e-6 * frame.diagonal / step;
+  const double slack = kMultipleTolerance + 1e-6 * frame.diagonal / step;
   const auto first = static_cast<float>(std::floor(to_world(low) / step + slack) * step);
   const auto last = static_cast<float>(std::ceil(to_world(high) / step - slack) * step);
   // A flat mesh has one value, which becomes the middle of the range.
@@ -73,12 +73,13 @@ ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t 
   return symmetric_range(range_of_curvature(request, channel).high);
 }
 
-double curvature_radius(const std::optional<Length>& wanted, const Source::Impl& source) {
+double curvature_radius(const std::optional<Length>& option, const Source::Impl& source) {
   constexpr double kDefaultRadiusShare = 0.005;  // share of the diagonal: the default radius
-  // Frame units; the mesh has a size of about 1. Radii beyond these bounds give the same curvature as the bounds.
+  // Bounds of the radius in frame units; the mesh has a size of about 1. Radii outside the bounds give the
+  // same curvature as the bounds.
   constexpr double kMinRadius = 1e-9, kMaxRadius = 16;
-  const double radius = wanted
-                            ? to_frame(*wanted, source.frame)
+  const double radius = option
+                            ? to_frame(*option, source.frame)
                             : std::max(to_frame(Length::share(kDefaultRadiusShare), source.frame),
                                        kFacetsARadius * source.facets());
   return std::clamp(radius, kMinRadius, kMaxRadius);

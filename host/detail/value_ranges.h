@@ -8,8 +8,9 @@
 
 namespace kiln {
 
-/// Input of a map's range: facts of the high poly and of the options, not of the picture or the low poly. So all maps
-/// of one kind from one high poly with the same options have the same range, and one grey value means one number.
+/// Input of a map's range: properties of the high poly and of the options, not of the picture or the low poly. So all
+/// maps of one kind from one high poly with the same options have the same range, and a grey value means the same
+/// number in all of them.
 struct RangeRequest {
   const Source::Impl& source;
   const BakeOptions& options;
@@ -20,15 +21,15 @@ struct RangeRequest {
 /// of the vertices that triangles use, along the channel's axis and from the map's origin, rounded to 1/10 to 1/100 of
 /// its diagonal.
 ValueRange range_of_bounds(const RangeRequest& request, std::uint32_t channel);
-/// From 0, or from minus the search distance, to the match's search distance.
+/// Range up to the match's search distance: from 0, or from minus the search distance.
 ValueRange range_of_reach(const RangeRequest& request, std::uint32_t channel);
 ValueRange range_of_reach_signed(const RangeRequest& request, std::uint32_t channel);
-/// The bound of curvature is 1 / radius, with the radius of the neighbourhood over which it is averaged; the corner of a
-/// cube reaches it. The range starts at 0, or at minus the bound if it is signed.
+/// Range of curvature: up to 1 / radius, with the radius of the neighbourhood over which curvature is averaged; the
+/// corner of a cube reaches this bound. The range starts at 0, or at minus the bound if it is signed.
 ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t channel);
 ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t channel);
 
-/// Frame units: BakeOptions::curvature_radius, or the default.
-double curvature_radius(const std::optional<Length>& wanted, const Source::Impl& source);
+/// BakeOptions::curvature_radius in frame units, or its default.
+double curvature_radius(const std::optional<Length>& option, const Source::Impl& source);
 
 }  // namespace kiln

@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-/// \throws Error(input) if the high poly has none; the message names the map and the remedy
+/// \throws Error(input) if the high poly has no vertex colours; the message names the map and the remedy
 void check_vertex_colors(const Source::Impl& source, const char* map, const char* remedy);
 
 /// \param point  not a miss \param value  red, green and blue in linear light, and alpha

@@ -8,12 +8,13 @@
 namespace kiln {
 namespace {
 
-MapRow row_of(std::string_view name, std::uint32_t channels, MapType type, std::string_view holds,
-              float low) {
+MapRow row_of(std::string_view name, std::uint32_t channels, MapType type,
+              std::string_view contents, float low) {
   MapRow row;
-  row.info = {MapKind{name}, channels, type, holds, low, 1};
+  row.info = {MapKind{name}, channels, type, contents, low, 1};
   row.info.options = "match.visibility";
-  // The map depends on the match alone, but texels that are read again for changed normals have no directions.
+  // The map depends on the match alone, but a session that re-bakes texels for changed normals does not know
+  // their directions.
   row.follows_positions = true;
   return row;
 }
@@ -21,10 +22,11 @@ MapRow row_of(std::string_view name, std::uint32_t channels, MapType type, std::
 }  // namespace
 
 MapRow visibility_map() {
-  MapRow row = row_of("visibility", 3, MapType::vector,
-                      "visibility direction v: the mean of the directions that see the low poly's "
-                      "place, object space; the longer, the more they agree",
-                      -1);
+  MapRow row =
+      row_of("visibility", 3, MapType::vector,
+             "visibility direction v: the mean of the directions from which the low poly's "
+             "point is visible, object space; its length measures their agreement",
+             -1);
   row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, visibility_map().info, [](const HighPoint& point, float* value) {
@@ -38,8 +40,8 @@ MapRow visibility_map() {
 
 MapRow deviation_map() {
   MapRow row = row_of("deviation", 1, MapType::scalar,
-                      "standard deviation of those directions, sqrt(1 - |v|^2): 0 where one sees "
-                      "the place, 1 where they cancel out or none does",
+                      "standard deviation of the visibility directions, sqrt(1 - |v|^2): 0 where a "
+                      "single one sees the point, 1 where they cancel out or none sees it",
                       0);
   row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {

@@ -7,9 +7,9 @@
 namespace kiln {
 namespace {
 
-/// 1 on an edge, falling to 0 at a distance of one texel, so a line has the same brightness wherever it lies between
-/// the texels' centres. A texel's length is the average on the low poly's triangle: the square root of its area over
-/// the texels of its UV triangle.
+/// The value is 1 on an edge and falls to 0 at a distance of one texel, so a line has the same brightness wherever
+/// it lies between the texels' centres. A texel's length is the average on the low poly's triangle: the square root
+/// of its area over the texels of its UV triangle.
 class Wireframe : public PointFunction {
  public:
   explicit Wireframe(const MapRequest& request) : source_(request.source) {
@@ -33,7 +33,7 @@ class Wireframe : public PointFunction {
                         to_double(source_.positions[corners[2]])};
     const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
     const double doubled_area = length(cross(p[1] - p[0], p[2] - p[0]));
-    // The nearest edge's line is as near as the edge itself: the perpendicular to any nearer line would leave the
+    // The distance to the nearest edge is that to its line: the perpendicular to any nearer line would leave the
     // triangle through another edge.
     double nearest = 1;  // greater than any distance in the frame
     for (std::size_t k = 0; k < 3; ++k) {
@@ -46,7 +46,8 @@ class Wireframe : public PointFunction {
 
  private:
   const Source::Impl& source_;
-  std::vector<double> texel_;  // frame units; for each triangle of the low poly
+  // length of a texel in frame units, for each triangle of the low poly
+  std::vector<double> texel_;
 };
 
 }  // namespace

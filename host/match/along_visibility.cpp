@@ -1,17 +1,17 @@
-// Rays along each place's visibility direction (Tarini, Cignoni, Scopigno, section 3.3), or between it
-// and the normal (section 3.4).
+// Rays along each sample's visibility direction (Tarini, Cignoni, Scopigno, section 3.3), or between
+// it and the normal (section 3.4).
 #include "match/ray.h"
 
 namespace kiln {
 namespace {
 
-/// Reports progress with the name of this step.
-KeepOn report_to(const Progress& prepares) {
-  if (!prepares) return {};
-  return [prepares](double done) { return prepares(done, "visibility"); };
+/// Converts a progress callback to one that names this step.
+KeepOn report_to(const Progress& progress) {
+  if (!progress) return {};
+  return [progress](double done) { return progress(done, "visibility"); };
 }
 
-/// Casts rays along visibility directions, or between these and the samples' own.
+/// Casts rays along visibility directions, or along blends of these and the samples' own directions.
 class VisibilityMatcher : public Matcher {
  public:
   VisibilityMatcher(const MatchRequest& request, bool hybrid, VisibilityReport& report)
@@ -21,12 +21,12 @@ class VisibilityMatcher : public Matcher {
         samples_(request.samples),
         hybrid_(hybrid),
         cluster_(request.cluster) {
-    std::shared_ptr<const VisibilityField> own;
-    std::shared_ptr<const VisibilityField>& field = request.field ? *request.field : own;
+    std::shared_ptr<const VisibilityField> local_field;
+    std::shared_ptr<const VisibilityField>& field = request.field ? *request.field : local_field;
     if (field == nullptr) {
       field = std::make_shared<const VisibilityField>(
           context_, request.surface, request.width, request.height, request.visibility,
-          request.source.traversal, report, report_to(request.prepares));
+          request.source.traversal, report, report_to(request.progress));
     }
     field_ = field;
   }

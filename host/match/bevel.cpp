@@ -13,18 +13,19 @@
 namespace kiln {
 namespace {
 
-// Rays at places along each edge, at several distances from it, measure the angle between the high poly
-// and the face. A bevel ends at the first distance at which the median angle over the places is below
-// kMaxParallelDegrees, or, for faces that are nowhere parallel, below kMaxAngleOverMedian times the
-// median angle of the outer distances.
+// Rays from points along each edge, at several distances from it, measure the angle between the high
+// poly and the face. A bevel ends at the first distance at which the median angle over these points is
+// below kMaxParallelDegrees, or, for faces that are nowhere parallel, below kMaxAngleOverMedian times
+// the median angle of the outer distances.
 constexpr std::size_t kEdgeDistances = 24;
 constexpr std::size_t kMaxPlacesPerEdge = 8;
-constexpr std::size_t kMaxMeasuredEdges = 4096;   // of more edges, every n-th is measured
+// maximum number of measured edges; with more edges every n-th is measured
+constexpr std::size_t kMaxMeasuredEdges = 4096;
 constexpr std::size_t kTargetRayCount = 1 << 18;  // approximate number of rays of a batch
 constexpr double kMaxParallelDegrees = 5;
 constexpr double kMaxAngleOverMedian = 1.25;
-// Largest distance from an edge, smallest width, and width without an estimate: shares of the high
-// poly's diagonal.
+// Maximum distance from an edge, minimum blend width, and blend width without an estimate, as
+// shares of the high poly's diagonal.
 constexpr double kMaxEdgeDistance = 0.04, kMinBlendWidth = 0.0005, kDefaultBlendWidth = 0.01;
 // The blend width is the larger of these multiples of the bevel's width and of the high poly's height.
 constexpr double kBlendWidthPerBevel = 0.4;
@@ -45,13 +46,13 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// A place on a face of the low poly, beside one of its edges. Outside of the face it has no
+/// A point on a face of the low poly, near one of its edges. A point outside of the face has no
 /// direction.
 struct Place {
   Vec3 position, direction;
 };
 
-/// The place at `share` along an edge and `off` away from it, on one of its faces.
+/// The point at `share` of an edge's length and at distance `off` from the edge, on one of its faces.
 Place place_beside(const std::array<LowSurface::Corner, 3>& face, const HardEdges::Edge& edge,
                    double share, double off) {
   const Vec3d along = to_double(edge.along), a = to_double(face[0].position);
@@ -76,9 +77,9 @@ struct Profile {
   std::array<std::vector<double>, kEdgeDistances> angles, gaps;
 
   struct End {
-    double bevel = kNoBevel;  ///< Distance from the edge at which the bevel ends; infinity: no
-                              ///< bevel found
-    double gap = 0;           ///< Height of the high poly there, outward
+    /// Distance from the edge at which the bevel ends; infinity if no bevel was found
+    double bevel = kNoBevel;
+    double gap = 0;  ///< Outward height of the high poly at that distance
   };
 
   End end(double farthest) const {
@@ -88,7 +89,7 @@ struct Profile {
       middle[r] = median(angles[r]);
       if (middle[r] < kNoBevel) last = r;
     }
-    std::vector<double> outer;  // medians of the outer half
+    std::vector<double> outer;  // medians at the outer half of the distances
     for (std::size_t r = 0; r <= last; ++r) {
       if (middle[r] < kNoBevel && 2 * edge_distance(r, 1) >= edge_distance(last, 1)) {
         outer.push_back(middle[r]);
@@ -97,21 +98,21 @@ struct Profile {
     const double parallel = std::max(kMaxParallelDegrees, kMaxAngleOverMedian * median(outer));
     for (std::size_t r = 0; r < kEdgeDistances && !outer.empty(); ++r) {
       if (!(middle[r] <= parallel)) continue;
-      // A bevel that ends before the first distance counts as none.
+      // A bevel that ends before the first distance is ignored.
       return {r == 0 ? 0 : edge_distance(r, farthest), std::max(0.0, median(gaps[r]))};
     }
     return {};
   }
 };
 
-/// Casts rays from places beside edges, and collects their angles and gaps.
+/// Casts rays from points near edges, and collects their angles and gaps.
 class BevelProbes {
  public:
   BevelProbes(const Source::Impl& high, const LowSurface& surface, double farthest,
               const Parts* parts)
       : high_(high), surface_(surface), farthest_(farthest), parts_(parts) {}
 
-  /// Profiles of both sides of edges [begin, end) of a list.
+  /// Measures the profiles of both sides of edges [begin, end) of a list.
   std::vector<std::array<Profile, 2>> measure_profiles(const HardEdges& hard, std::size_t begin,
                                                        std::size_t end, std::size_t stride,
                                                        std::size_t places, double reach) const {

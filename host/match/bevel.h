@@ -12,15 +12,16 @@ namespace kiln {
 /// Blend widths along hard edges. Lengths in frame units.
 struct Bevels {
   std::vector<float> widths;  ///< Blend width per edge, above 0
-  std::size_t found = 0;      ///< Number of edges with an own estimate; the others use the median
-  float median = 0;           ///< Median of the estimates; 0 without any
+  /// Number of edges with an estimate of their own; the others use the median
+  std::size_t found = 0;
+  float median = 0;  ///< Median of the estimates; 0 without estimates
 };
 
 /// Measures the high poly along the normals of the low poly's faces, at several places along each hard edge and
 /// several distances from it. A bevel ends where the high poly is parallel to the face. The blend width is 2/5 of
-/// the bevel's width, or, if that is more, twice the height of the high poly above the low poly on both sides.
-/// \param reach  search distance each way
-/// \param parts  places match only their own part; may be null
+/// the bevel's width, or twice the height of the high poly above the low poly on both sides, whichever is larger.
+/// \param reach search distance, outward and inward
+/// \param parts points match only their own part; may be null
 Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const HardEdges& hard,
                    double reach, const Parts* parts);
 

@@ -12,9 +12,11 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kHullTestPlaces = 1
-                                        << 14;  // places at which a hull is tested before the bake
-constexpr float kMaxHullDistance = 4;           // frame units; beyond any mesh
+constexpr std::size_t kHullTestPlaces =
+    1
+    // number of points at which a hull is tested before the bake
+    << 14;
+constexpr float kMaxHullDistance = 4;  // in frame units; larger than any mesh
 constexpr float kMaxContactDistance = 8 * KILN_BVH_EPSILON;
 
 struct Range {
@@ -43,8 +45,8 @@ CageReach::CageReach(cl::Context& context, const Frame& frame, LowSurface& surfa
   const SurfacePlaces places = spread_places(context, surface, kHullTestPlaces);
   hull_distances_ =
       to_hull(context, places.band.points, places.band.sample_count, places.band.capacity);
-  for (const float way : hull_distances_) {
-    surface.cage_length = std::max(surface.cage_length, 2 * double{way});
+  for (const float distance : hull_distances_) {
+    surface.cage_length = std::max(surface.cage_length, 2 * double{distance});
   }
 }
 
@@ -56,8 +58,10 @@ void CageReach::apply(cl::Context& context, TexelBand& band) const {
                    band.points);
     return;
   }
-  const std::vector<float> ways = to_hull(context, band.points, band.sample_count, band.capacity);
-  band.points.write(context, std::span<const float>(ways), std::size_t{6} * band.capacity);
+  const std::vector<float> hull_distances =
+      to_hull(context, band.points, band.sample_count, band.capacity);
+  band.points.write(context, std::span<const float>(hull_distances),
+                    std::size_t{6} * band.capacity);
 }
 
 std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<float>& points,
@@ -68,21 +72,21 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
   query.two_sided = true;
   DeviceCorrespondence met(context, count);
   rays_->intersect(points, count, capacity, query, met);
-  const HostCorrespondence found(context, met, count);
-  std::vector<float> planes(std::size_t{7} * capacity), ways(count);
+  const HostCorrespondence correspondence(context, met, count);
+  std::vector<float> planes(std::size_t{7} * capacity), hull_distances(count);
   points.read(context, planes);
   const std::size_t plane = capacity;
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3d d{planes[3 * plane + i], planes[4 * plane + i], planes[5 * plane + i]};
     bool leaves = false;
-    if (found.triangle[i] != KILN_NO_TRIANGLE) {
-      const Triangle& t = hull_->triangles[found.triangle[i]];
+    if (correspondence.triangle[i] != KILN_NO_TRIANGLE) {
+      const Triangle& t = hull_->triangles[correspondence.triangle[i]];
       const Vec3d a = to_double(hull_->positions[t[0]]);
       leaves =
           dot(cross(to_double(hull_->positions[t[1]]) - a, to_double(hull_->positions[t[2]]) - a),
               d) > 0;
     }
-    ways[i] = std::max(0.0F, found.distance[i]);
+    hull_distances[i] = std::max(0.0F, correspondence.distance[i]);
     if (leaves) continue;
     const auto world = [&](std::size_t axis) {
       return double{planes[axis * plane + i]} / frame_.scale + frame_.center[axis];
@@ -99,7 +103,7 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
                     ", so it must be a closed hull with its faces outward. Enlarge "
                     "it there; or copy the low poly and move its vertices.");
   }
-  return ways;
+  return hull_distances;
 }
 
 std::optional<CageReport> CageReach::report(const LowSurface& surface) const {

@@ -1,4 +1,4 @@
-// Starts of rays on a cage mesh.
+// Distances from samples to a cage mesh, on which their rays start.
 #pragma once
 
 #include <memory>
@@ -10,19 +10,20 @@
 
 namespace kiln {
 
-/// Writes the reach of samples (TexelBand::points, the last plane): the distance to the outer shell, or to the
-/// hull along their direction. Without such a cage it does nothing.
+/// Writes the reach of samples (TexelBand::points, the last plane): the distance along their direction to the
+/// outer shell or to the hull. Without a cage mesh it does nothing.
 class CageReach {
  public:
   CageReach() = default;
-  /// \param surface  for a hull, its cage_length is set: LowSurface::cage_length
+  /// \param surface LowSurface::cage_length is set if the cage is a hull
   /// \throws Error(input) if a hull does not enclose the low poly
   CageReach(cl::Context& context, const Frame& frame, LowSurface& surface);
 
   bool writes() const { return writes_; }
-  /// Writes the reach of a band whose directions are final. \throws Error(input) if a hull does not enclose it
+  /// Writes the reach of a band whose directions are final. \throws Error(input) if a hull does not enclose
+  /// the band's samples
   void apply(cl::Context& context, TexelBand& band) const;
-  /// Distances in world units; none without a cage mesh.
+  /// Distances in world units; nullopt without a cage mesh.
   std::optional<CageReport> report(const LowSurface& surface) const;
 
  private:
@@ -31,10 +32,10 @@ class CageReach {
 
   bool writes_ = false;
   Frame frame_;
-  cl::Array<float> outer_;  ///< heights of the outer shell, see LowSurface::shell
+  cl::Array<float> outer_;  ///< Heights of the outer shell; see LowSurface::shell
   std::shared_ptr<const CageHull> hull_;
   std::unique_ptr<RayCaster> rays_;
-  std::vector<float> hull_distances_;  ///< Distances to a hull, from places all over the low poly
+  std::vector<float> hull_distances_;  ///< Distances to a hull, from points all over the low poly
 };
 
 }  // namespace kiln

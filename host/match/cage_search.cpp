@@ -17,15 +17,19 @@ namespace {
 
 constexpr std::size_t kTargetPlaceCount = 1 << 18;
 // Thresholds of the search, as shares of the high poly's diagonal.
-constexpr double kMaxSolidHeight = 0.25;   // largest height at which a solid may end
-constexpr double kMaxFaceDepth = 0.1;      // largest depth of a face
-constexpr double kMinClearance = 0.001;    // places closer below another part are hidden: ignored
-constexpr double kMaxWallHeight = 0.0025;  // above this height a face does not bound the wall below
+constexpr double kMaxSolidHeight = 0.25;  // maximum height at which a solid may end
+constexpr double kMaxFaceDepth = 0.1;     // maximum depth of a face
+// points closer than this below another part are hidden, and ignored
+constexpr double kMinClearance = 0.001;
+// a face above this height does not bound the wall below it
+constexpr double kMaxWallHeight = 0.0025;
 constexpr double kMaxOwnHeight =
-    0.0025;  // faces up to this height always belong to their own point
-// A face belongs to another point of the low poly if that is nearer to it than this share of the ray's length.
+    0.0025;  // faces up to this height always belong to the point below them
+// A face belongs to another point of the low poly if it is nearer to that point than this share of the ray's
+// length.
 constexpr float kMaxForeignRatio = 0.5F;
-constexpr int kMaxStackedSolids = 4;  // passes of follow_solids(): stacked solids
+// maximum number of stacked solids: passes of extend_to_solids()
+constexpr int kMaxStackedSolids = 4;
 constexpr float kRayStartOffset = 4 * KILN_BVH_EPSILON;  // offset of ray starts past a face
 constexpr float kNoHit = std::numeric_limits<float>::infinity();
 
@@ -54,7 +58,7 @@ class CageSearch {
     needs_.counts.resize(count_);
     for (std::size_t i = 0; i < count_; ++i) needs_.counts[i] = limit_[i] >= min_clearance_ ? 1 : 0;
     find_bake_faces();
-    for (int i = 0; i < kMaxStackedSolids && follow_solids(); ++i) {
+    for (int i = 0; i < kMaxStackedSolids && extend_to_solids(); ++i) {
     }
     search_inward();
     reassign_foreign_faces(low);
@@ -64,15 +68,15 @@ class CageSearch {
 
  private:
   struct Hits {
-    std::vector<float> at;              ///< Position along the direction, from the place; infinity:
-                                        ///< no hit
-    std::vector<std::uint8_t> is_exit;  ///< 1 if the hit face faces along the direction, so that
-                                        ///< the ray leaves a solid
+    /// Distance from the point along its direction; infinity: no hit
+    std::vector<float> at;
+    /// 1 if the hit face is a back face, so that the ray leaves a solid
+    std::vector<std::uint8_t> is_exit;
   };
 
-  /// First hits of rays that start at offset `from` from the places; infinite offsets cast none.
-  /// \param backs  cast along the reversed direction, so that without two_sided only back faces are
-  ///               hit
+  /// First hits of rays that start at offset `from` along the points' directions; no ray is cast for infinite
+  /// offsets.
+  /// \param backs reverses the direction, so that without two_sided only back faces are hit
   Hits cast(const std::vector<float>& from, const RayQuery& query, bool backs = false) const {
     std::vector<float> planes = points_;
     for (std::size_t i = 0; i < count_; ++i) {
@@ -101,7 +105,7 @@ class CageSearch {
     return hits;
   }
 
-  /// True if a face belongs to the place's own part.
+  /// True if a face belongs to the point's own part.
   bool is_of_own_part(std::size_t i, std::uint32_t triangle) const {
     return parts_ == nullptr ||
            parts_->high[triangle] == parts_->low[needs_.places.list[i].triangle];
@@ -128,18 +132,18 @@ class CageSearch {
     return HostCorrespondence(context_, met, count);
   }
 
-  /// Finds the faces that the bake itself would match.
+  /// Finds the faces that the bake would match without a cage.
   void find_bake_faces() {
-    const HostCorrespondence found = match(request_);
+    const HostCorrespondence matched = match(request_);
     height_.resize(count_);
     needs_.found.resize(count_);
     for (std::size_t i = 0; i < count_; ++i) {
-      needs_.found[i] = needs_.counts[i] != 0 && found.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
-      height_[i] = needs_.found[i] != 0 ? found.distance[i] : 0;
+      needs_.found[i] = needs_.counts[i] != 0 && matched.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
+      height_[i] = needs_.found[i] != 0 ? matched.distance[i] : 0;
     }
   }
 
-  /// Offsets of ray starts just above each place's own face.
+  /// Offsets of ray starts just above each point's own face.
   std::vector<float> offsets_above_faces() const {
     std::vector<float> from(count_, kNoHit);
     for (std::size_t i = 0; i < count_; ++i) {
@@ -149,16 +153,17 @@ class CageSearch {
   }
 
   /// Extends heights to the tops of solids that begin within the search distance and end beyond it: solids
-  /// above the face, and solids sunk into it. \returns true if there were any
-  bool follow_solids() {
+  /// above the face, and solids sunk into it. \returns true if a height changed
+  bool extend_to_solids() {
     RayQuery query;
     query.t_max = max_height_;
     query.two_sided = true;
     const Hits first = cast(offsets_above_faces(), query);
     std::vector<float> from(count_, kNoHit), below(count_, kNoHit);
     for (std::size_t i = 0; i < count_; ++i) {
-      const float most = std::min(limit_[i], static_cast<float>(request_.distance));
-      if (first.is_exit[i] == 0 && first.at[i] <= most) from[i] = first.at[i] + kRayStartOffset;
+      const float max_height = std::min(limit_[i], static_cast<float>(request_.distance));
+      if (first.is_exit[i] == 0 && first.at[i] <= max_height)
+        from[i] = first.at[i] + kRayStartOffset;
       if (first.is_exit[i] != 0 && needs_.found[i] != 0) below[i] = height_[i] + kRayStartOffset;
     }
     query.two_sided = false;
@@ -167,28 +172,29 @@ class CageSearch {
     query.t_max = max_height_;
     query.two_sided = request_.two_sided;
     const Hits last = cast(from, query);
-    bool any = false;
+    bool has_changed = false;
     for (std::size_t i = 0; i < count_; ++i) {
       const Hits& top = entered.at[i] < kNoHit ? first : last;
       if (!(top.at[i] < std::min(limit_[i], max_height_))) continue;
       if (from[i] == kNoHit && !(entered.at[i] < kNoHit)) continue;
       height_[i] = top.at[i];
       needs_.found[i] = 1;
-      any = true;
+      has_changed = true;
     }
-    return any;
+    return has_changed;
   }
 
-  /// Reassigns faces that lie much nearer to another place of the low poly: their rays passed a stamp on a
-  /// wall beside them, or the edge of another part. These places use the nearest face instead.
+  /// Discards faces that are far nearer to another part of the low poly: the point's ray missed a raised
+  /// detail, or passed the edge of another part, and hit what lies behind. Such points use the nearest
+  /// face instead.
   void reassign_foreign_faces(const LowRays& low) {
-    const std::vector<std::uint8_t> foreign = foreign_faces(low);
-    if (std::find(foreign.begin(), foreign.end(), 1) == foreign.end()) return;
+    const std::vector<std::uint8_t> is_foreign = foreign_faces(low);
+    if (std::find(is_foreign.begin(), is_foreign.end(), 1) == is_foreign.end()) return;
     MatchRequest request = request_;
     request.ray.rule = RayRule::nearest;
     const HostCorrespondence nearest = match(request);
     for (std::size_t i = 0; i < count_; ++i) {
-      if (foreign[i] == 0) continue;
+      if (is_foreign[i] == 0) continue;
       needs_.found[i] = nearest.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
       height_[i] = needs_.found[i] != 0 ? nearest.distance[i] : 0;
     }
@@ -208,18 +214,18 @@ class CageSearch {
       }
     }
     const std::vector<float> off = low.distances(context_, faces, max_height_);
-    std::vector<std::uint8_t> foreign(count_);
+    std::vector<std::uint8_t> is_foreign(count_);
     for (std::size_t i = 0; i < count_; ++i) {
       const float height = std::abs(height_[i]);
-      foreign[i] =
+      is_foreign[i] =
           needs_.found[i] != 0 && height > max_own_height_ && off[i] < kMaxForeignRatio * height
               ? 1
               : 0;
     }
-    return foreign;
+    return is_foreign;
   }
 
-  /// Searches inward for places without a face.
+  /// Searches inward for points without a face.
   void search_inward() {
     std::vector<float> from(count_, kNoHit);
     for (std::size_t i = 0; i < count_; ++i) {
@@ -270,9 +276,9 @@ class CageSearch {
         max_own_height_ = 0;
   CageNeeds needs_;
   std::size_t count_ = 0;
-  std::vector<float> points_;  ///< Seven planes of TexelBand, with final directions
-  std::vector<float> limit_;   ///< Distance at which the ray meets the low poly again
-  std::vector<float> height_;  ///< Signed height of each place's face, outward
+  std::vector<float> points_;  ///< The seven planes of TexelBand::points, with final directions
+  std::vector<float> limit_;   ///< Distance at which the ray enters the low poly again
+  std::vector<float> height_;  ///< Height of each point's face; outward positive
 };
 
 }  // namespace

@@ -10,22 +10,23 @@
 namespace kiln {
 namespace {
 
-constexpr double kExtraHeight = 0.25;  // extra height, as a share of the needed one
+constexpr double kExtraHeight = 0.25;  // extra height, as a share of the needed height
 constexpr double kMaxClearanceShare =
-    0.5;  // largest share of the clearance above the needed height that the extra height uses
+    0.5;  // maximum share of the clearance above the needed height that the extra height uses
 constexpr int kSmoothingPasses = 4;
 constexpr int kFittingPasses = 32;
-constexpr double kFreeClearanceShare =
-    0.05;  // share of the clearance that stays free at either end
+constexpr double kFreeClearanceShare = 0.05;  // share of the clearance that stays free at both ends
 constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
-constexpr double kMinShellCosine = 0.05;  // as in kernels/lib/shell.clh
+// the same as KILN_SHELL_LEAST_COSINE in kernels/lib/shell.clh
+constexpr double kMinShellCosine = 0.05;
 
-/// Linear form of a shell's height over a place: the sum of the corners' offsets times `weight`. The
-/// distance along the place's ray is that height / cosine.
+/// Linear form of a shell's height over a point: the sum of the corners' offsets times `weight`. The
+/// distance along the point's ray is this height divided by `cosine`.
 struct CagePart {
   std::array<std::uint32_t, 3> vertex{};
-  std::array<double, 3> weight{};  ///< Barycentric, times the cosine of the vertex's direction
-  double cosine = 1;               ///< Cosine between the ray and the triangle's normal
+  /// Barycentric weight times the cosine of the vertex's direction
+  std::array<double, 3> weight{};
+  double cosine = 1;  ///< Cosine between the ray and the triangle's normal
 };
 
 std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface,
@@ -49,23 +50,28 @@ std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface
   return parts;
 }
 
-/// One of the two shells.
+/// The outer or the inner shell.
 class Shell {
  public:
-  Shell(const CageNeeds& needs, const std::vector<CagePart>& parts, const std::vector<float>& least,
-        const std::vector<float>& most, double margin)
-      : needs_(needs), parts_(parts), least_(least), most_(most), margin_(margin) {}
+  Shell(const CageNeeds& needs, const std::vector<CagePart>& parts,
+        const std::vector<float>& min_offset, const std::vector<float>& max_offset, double margin)
+      : needs_(needs),
+        parts_(parts),
+        min_offset_(min_offset),
+        max_offset_(max_offset),
+        margin_(margin) {}
 
   void fit(const std::vector<std::uint32_t>& vertex_of, std::size_t vertices) {
     off_.assign(vertices, margin_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double wanted = least_[i] + std::min(std::max(kExtraHeight * least_[i], margin_),
-                                                 kMaxClearanceShare * clearance(i));
+      const double target_offset =
+          min_offset_[i] + std::min(std::max(kExtraHeight * min_offset_[i], margin_),
+                                    kMaxClearanceShare * clearance(i));
       const CagePart& part = parts_[i];
       const double weights = part.weight[0] + part.weight[1] + part.weight[2];
       for (const std::uint32_t v : part.vertex) {
-        off_[v] = std::max(off_[v], wanted * part.cosine / weights);
+        off_[v] = std::max(off_[v], target_offset * part.cosine / weights);
       }
     }
     for (int round = 0; round < kSmoothingPasses; ++round) smooth(vertex_of);
@@ -78,15 +84,17 @@ class Shell {
 
   const std::vector<double>& off() const { return off_; }
 
-  /// True if the next face lies within the shell.
+  /// True if another face than the point's own lies within the shell.
   bool conflicts(std::size_t i) const {
-    return needs_.counts[i] != 0 && at(i) > most_[i] + kConflictTolerance;
+    return needs_.counts[i] != 0 && at(i) > max_offset_[i] + kConflictTolerance;
   }
 
  private:
-  double clearance(std::size_t i) const { return std::max(0.0, double{most_[i]} - least_[i]); }
+  double clearance(std::size_t i) const {
+    return std::max(0.0, double{max_offset_[i]} - min_offset_[i]);
+  }
 
-  /// Distance of the shell along the place's ray.
+  /// Distance to the shell along the point's ray.
   double at(std::size_t i) const {
     const auto& [v, w, cosine] = parts_[i];
     return (w[0] * off_[v[0]] + w[1] * off_[v[1]] + w[2] * off_[v[2]]) / cosine;
@@ -108,7 +116,7 @@ class Shell {
     }
   }
 
-  /// Moves the shell over a place along its ray, with the least change of vertices, and never below the mesh.
+  /// Moves the shell along a point's ray, with the smallest change of vertices, and never below the mesh.
   void move(std::size_t i, double by) {
     const auto& [v, w, cosine] = parts_[i];
     const double squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
@@ -118,33 +126,35 @@ class Shell {
   }
 
   bool lower() {
-    bool any = false;
+    bool has_moved = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (needs_.counts[i] == 0 || !(most_[i] < std::numeric_limits<float>::infinity())) continue;
-      const double highest = most_[i] - kFreeClearanceShare * clearance(i), now = at(i);
+      if (needs_.counts[i] == 0 || !(max_offset_[i] < std::numeric_limits<float>::infinity()))
+        continue;
+      const double highest = max_offset_[i] - kFreeClearanceShare * clearance(i), now = at(i);
       if (now <= highest + kConflictTolerance) continue;
       move(i, highest - now);
-      any = true;
+      has_moved = true;
     }
-    return any;
+    return has_moved;
   }
 
   bool raise() {
-    bool any = false;
+    bool has_moved = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double lowest = least_[i] + std::min(margin_, kMaxClearanceShare * clearance(i)) / 2,
+      const double lowest =
+                       min_offset_[i] + std::min(margin_, kMaxClearanceShare * clearance(i)) / 2,
                    now = at(i);
       if (now >= lowest - kConflictTolerance) continue;
       move(i, lowest - now);
-      any = true;
+      has_moved = true;
     }
-    return any;
+    return has_moved;
   }
 
   const CageNeeds& needs_;
   const std::vector<CagePart>& parts_;
-  const std::vector<float>&least_, &most_;
+  const std::vector<float>&min_offset_, &max_offset_;
   double margin_;
   std::vector<double> off_;
 };

@@ -11,17 +11,17 @@ namespace kiln {
 /// Offsets along the vertices' directions, equal for vertices at the same position. Frame units.
 struct CageShells {
   std::vector<float> outward, inward;
-  std::uint64_t conflicts = 0;  ///< Number of places with another face within the outer shell
+  std::uint64_t conflicts = 0;  ///< Number of points with another face within the outer shell
 };
 
-/// Each vertex starts with the largest offset that places on the adjacent faces need, plus 25%. Steps
-/// to neighbours are smoothed upward. Then, in passes over the places in their order, the corners of
-/// each place's triangle are moved by the smallest change that puts the shell between its need and
-/// its bound. Needs take precedence over bounds: a lost part is visible, while places with violated
-/// bounds are mostly hidden.
+/// Each vertex starts with the largest offset that points on the adjacent faces need, plus 25%. Steps
+/// to neighbours are smoothed upward. Then, in passes over the points in their order, the corners of
+/// each point's triangle are moved by the smallest change that brings the shell between the point's
+/// needed height and its bound. Needed heights take precedence over bounds: a missing part is
+/// visible, while points with violated bounds are mostly hidden.
 /// \param surface    vertices move along its directions
 /// \param vertex_of  three vertex indices per triangle, equal at the same position
-/// \param margin     smallest extra height, if the clearance allows it
+/// \param margin minimum extra height, if the clearance allows it
 CageShells fit_shells(const CageNeeds& needs, const LowSurface& surface,
                       const std::vector<std::uint32_t>& vertex_of, std::size_t vertices,
                       double margin);

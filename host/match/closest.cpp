@@ -1,5 +1,5 @@
-// Nearest point of faces that do not face away from the sample (Tarini, Cignoni, Scopigno, section
-// 3.1).
+// Nearest point among the faces that are not turned away from the sample (Tarini, Cignoni,
+// Scopigno, section 3.1).
 #include "accel/closest.h"
 
 #include "match/registry.h"
@@ -27,7 +27,7 @@ class ClosestMatcher : public Matcher {
 MatchRow closest_match() {
   MatchRow row;
   row.info.method = MatchMethod::closest;
-  row.info.searches = "the nearest point of a face that does not look away";
+  row.info.searches = "the nearest point of a face that is not turned away";
   row.info.options = "match.max_distance match.parts report.recall";
   row.is_refittable = row.is_good_fallback = true;
   row.info.other_names = "nearest";

@@ -14,10 +14,10 @@ namespace {
 
 class ExtendedRange : public Matcher {
  public:
-  ExtendedRange(std::unique_ptr<Matcher> near, const MatchRequest& request)
+  ExtendedRange(std::unique_ptr<Matcher> near_matcher, const MatchRequest& request)
       : context_(context_of(request.source.device)),
         rays_(request.source.rays()),
-        near_(std::move(near)),
+        near_matcher_(std::move(near_matcher)),
         query_(ray_query(request, false)) {
     query_.t_max = static_cast<float>(request.sheet_reach);
     query_.t_min = -query_.t_max;
@@ -25,7 +25,7 @@ class ExtendedRange : public Matcher {
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    near_->run(band, match);
+    near_matcher_->run(band, match);
     auto missed = samples_with(context_, match, band.sample_count, is_missed);
     if (missed.empty()) return;
     std::vector<float> reach(band.sample_count);
@@ -34,7 +34,7 @@ class ExtendedRange : public Matcher {
     if (!missed.empty()) search_farther(band, missed, reach, match);
   }
 
-  bool needs_band() const override { return near_->needs_band(); }
+  bool needs_band() const override { return near_matcher_->needs_band(); }
 
  private:
   void search_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
@@ -53,15 +53,15 @@ class ExtendedRange : public Matcher {
 
   cl::Context& context_;
   const RayCaster& rays_;
-  std::unique_ptr<Matcher> near_;
+  std::unique_ptr<Matcher> near_matcher_;
   RayQuery query_;
 };
 
 }  // namespace
 
-std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near,
+std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near_matcher,
                                         const MatchRequest& request) {
-  return std::make_unique<ExtendedRange>(std::move(near), request);
+  return std::make_unique<ExtendedRange>(std::move(near_matcher), request);
 }
 
 }  // namespace kiln

@@ -8,25 +8,26 @@
 namespace kiln {
 namespace {
 
-/// Runs one method, then others in turn for the samples that are still undecided.
+/// Runs one method, then the fallbacks in turn for the samples that are still undecided.
 class FallbackMatcher : public Matcher {
  public:
   FallbackMatcher(cl::Context& context, std::unique_ptr<Matcher> first,
-                  std::vector<std::unique_ptr<Matcher>> rest)
-      : context_(context), first_(std::move(first)), fallbacks_(std::move(rest)) {}
+                  std::vector<std::unique_ptr<Matcher>> fallbacks)
+      : context_(context), first_(std::move(first)), fallbacks_(std::move(fallbacks)) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     deciders_.clear();
     if (band.sample_count == 0) return;
     first_->run(band, match);
     deciders_.assign(band.sample_count, Decider::method);
-    const std::vector<std::uint32_t> left = undecided(match, band.sample_count);
-    if (left.empty()) return;
-    run_fallback(band, left, decided_);
-    SamplePick(context_, left).put_back(decided_, match);
-    const auto count = static_cast<std::uint32_t>(left.size());
-    for (const std::uint32_t sample : left) deciders_[sample] = Decider::fallback;
-    for (const std::uint32_t i : undecided(decided_, count)) deciders_[left[i]] = Decider::nothing;
+    const std::vector<std::uint32_t> undecided_samples = undecided(match, band.sample_count);
+    if (undecided_samples.empty()) return;
+    run_fallback(band, undecided_samples, decided_);
+    SamplePick(context_, undecided_samples).put_back(decided_, match);
+    const auto count = static_cast<std::uint32_t>(undecided_samples.size());
+    for (const std::uint32_t sample : undecided_samples) deciders_[sample] = Decider::fallback;
+    for (const std::uint32_t i : undecided(decided_, count))
+      deciders_[undecided_samples[i]] = Decider::nothing;
   }
 
   std::span<const Decider> deciders() const override { return deciders_; }
@@ -42,12 +43,13 @@ class FallbackMatcher : public Matcher {
     const auto count = static_cast<std::uint32_t>(samples.size());
     run_on_samples(*fallbacks_.front(), band, samples, found);
     for (std::size_t k = 1; k < fallbacks_.size(); ++k) {
-      const std::vector<std::uint32_t> left = undecided(found, count);
-      if (left.empty()) return;
-      std::vector<std::uint32_t> of_band(left.size());
-      for (std::size_t i = 0; i < left.size(); ++i) of_band[i] = samples[left[i]];
+      const std::vector<std::uint32_t> undecided_samples = undecided(found, count);
+      if (undecided_samples.empty()) return;
+      std::vector<std::uint32_t> of_band(undecided_samples.size());
+      for (std::size_t i = 0; i < undecided_samples.size(); ++i)
+        of_band[i] = samples[undecided_samples[i]];
       run_on_samples(*fallbacks_[k], band, of_band, next_);
-      SamplePick(context_, left).put_back(next_, found);
+      SamplePick(context_, undecided_samples).put_back(next_, found);
     }
   }
 
@@ -98,8 +100,8 @@ void Matcher::run_fallback(const TexelBand& /*band*/, std::span<const std::uint3
 }
 
 std::unique_ptr<Matcher> with_fallbacks(cl::Context& context, std::unique_ptr<Matcher> first,
-                                        std::vector<std::unique_ptr<Matcher>> rest) {
-  return std::make_unique<FallbackMatcher>(context, std::move(first), std::move(rest));
+                                        std::vector<std::unique_ptr<Matcher>> fallbacks) {
+  return std::make_unique<FallbackMatcher>(context, std::move(first), std::move(fallbacks));
 }
 
 }  // namespace kiln

@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Runs one match, then one or more others in turn for the samples that are still undecided.
+/// Runs one match, then the fallbacks in turn for the samples that are still undecided.
 std::unique_ptr<Matcher> with_fallbacks(cl::Context& context, std::unique_ptr<Matcher> first,
-                                        std::vector<std::unique_ptr<Matcher>> rest);
+                                        std::vector<std::unique_ptr<Matcher>> fallbacks);
 
 }  // namespace kiln

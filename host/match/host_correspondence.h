@@ -15,7 +15,7 @@ struct HostCorrespondence {
   std::vector<float> u, v, distance;
   std::vector<std::uint8_t> status;
 
-  /// Starts with all samples missed.
+  /// Initialises all samples as misses.
   explicit HostCorrespondence(std::uint32_t count)
       : triangle(count, KILN_NO_TRIANGLE),
         u(count),
@@ -32,7 +32,7 @@ struct HostCorrespondence {
     match.status.read(context, status);
   }
 
-  /// Copies the point of another correspondence's sample, without its status.
+  /// Copies the point of sample `from` of another correspondence, without its status.
   void take(std::size_t i, const HostCorrespondence& other, std::size_t from) {
     triangle[i] = other.triangle[from];
     u[i] = other.u[from];

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-// Distance below which a hit is the low poly's own face or one beside it.
+// Minimum distance of a hit: nearer ones are the sample's own face or an adjacent one.
 constexpr float kMinHitDistance = 8 * KILN_BVH_EPSILON;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Limits of rays at the low poly's own surface.
+// Search limits of rays where they meet the low poly's own surface.
 #pragma once
 
 #include <memory>
@@ -17,13 +17,14 @@ class LowRays {
  public:
   LowRays(cl::Context& context, const LowSurface& surface);
 
-  /// Writes the search limit of each sample: `farthest`, or the distance to the low poly's next front face; 0
-  /// inside another part of it.
+  /// Writes the search limit of each sample: `farthest`, or the distance to the low poly's next front face if
+  /// that is nearer; 0 if the sample is inside another part of the low poly.
   /// \param first  start index in `limits`, which may be a plane of the samples' points
   void limits(cl::Context& context, const TexelBand& samples, float farthest,
               const cl::Array<float>& limits, std::uint32_t first) const;
 
-  /// Distances of points from the low poly, up to `farthest`. \param points  seven planes, as TexelBand's
+  /// Distances of points from the low poly, up to `farthest`. \param points seven planes, as
+  /// TexelBand::points
   std::vector<float> distances(cl::Context& context, const std::vector<float>& points,
                                float farthest) const;
 

@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// A match without any sample, for a map of this size.
+/// Makes a match without samples, for a map of this size.
 Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
                  std::uint64_t source_triangles);
 
@@ -22,7 +22,7 @@ void check_match(const Match& match, const BakeOptions& options, std::uint64_t s
 /// Checks the high poly's number of triangles only.
 void check_source(const Match& match, std::uint64_t source_triangles);
 
-/// Hashes of the meshes of a match. The same on every machine and number of threads.
+/// Hashes of the meshes of a match. They are the same on every machine and with any number of threads.
 std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 std::uint64_t hash_low(const Mesh& low);
 
@@ -33,12 +33,12 @@ void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t l
 std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& band,
                                          const Match& match);
 
-/// Scatters a band's correspondences to the map's match. \param unit  world length of a frame unit
+/// Copies a band's correspondences into the map's match. \param unit world length of a frame unit
 void store_band(cl::Context& context, const TexelBand& band, const DeviceCorrespondence& from,
                 double unit, Match& match);
 
-/// The inverse: fills a band's correspondences from the map's match. Samples that the match does not
-/// cover become misses.
+/// Copies a band's correspondences from the map's match. Samples that the match does not cover
+/// become misses.
 void load_band(cl::Context& context, const TexelBand& band, const Match& from, double unit,
                DeviceCorrespondence& match);
 

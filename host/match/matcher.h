@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// Whether the method decided a sample, or one of its fallbacks.
+/// Which method decided a sample: none, the match itself, or a fallback.
 enum class Decider : std::uint8_t { nothing, method, fallback };
 
 /// Reports and warnings of a match.
@@ -23,8 +23,8 @@ struct MatchNotes {
   std::vector<Warning> warnings;
 };
 
-/// Kernels that read sample_slot index arrays of the map's samples by it. A band with another number of samples
-/// would read beyond these, so it is refused here, where an error can still be reported.
+/// Checks the number of samples per texel. Kernels index arrays of the map's samples by sample_slot; with more
+/// samples they would read past the end, and kernels cannot report errors.
 /// \throws Error(internal) if the band has another number of samples per texel than `samples` a side
 inline void check_samples(const TexelBand& band, std::uint32_t samples) {
   if (band.samples == samples) return;
@@ -40,22 +40,22 @@ class Matcher {
   Matcher& operator=(const Matcher&) = delete;
   virtual ~Matcher() = default;
 
-  /// Computes the correspondences of a band's samples; enqueued, or finished.
+  /// Computes the correspondences of a band's samples. The kernels may still be running when it returns.
   virtual void run(const TexelBand& band, DeviceCorrespondence& match) = 0;
 
-  /// True if it reads more of a band than its points; the band must then have all samples of whole
-  /// texels.
+  /// True if the matcher reads more of a band than its points; the band must then hold all samples
+  /// of its texels.
   virtual bool needs_band() const { return false; }
 
-  /// True if it reads samples' positions within texels (TexelBand::sample_slot); it then only supports bands
-  /// with the number of samples per texel that it was made for.
+  /// True if the matcher reads samples' positions within texels (TexelBand::sample_slot); it then only
+  /// supports bands with the number of samples per texel that it was made for.
   virtual bool reads_sample_places() const { return false; }
 
   /// Which method decided each sample of the last band; empty without fallbacks.
   virtual std::span<const Decider> deciders() const { return {}; }
 
   /// Runs the fallbacks on some samples of a band, in their order.
-  /// \param found  enlarged if it is too small
+  /// \param found receives the results; enlarged if it is too small
   /// \throws Error(internal) without fallbacks
   virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
                             DeviceCorrespondence& found);

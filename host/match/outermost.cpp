@@ -1,5 +1,5 @@
-// The outermost face within reach: one traversal for all samples, and a second pass for those few whose
-// rays hit several faces outward.
+// The outermost face within the search distance: one traversal for all samples, and a second pass for
+// the few samples whose rays hit several faces outward.
 #include "match/outermost.h"
 
 #include <optional>
@@ -13,7 +13,8 @@
 namespace kiln {
 namespace {
 
-// Faces closer than this along a ray count as one, since hits are off by up to KILN_BVH_EPSILON either way.
+// Faces closer than this along a ray count as one, since the error of a hit is up to KILN_BVH_EPSILON in both
+// directions.
 constexpr float kMinFaceSpacing = 4 * KILN_BVH_EPSILON;
 class OutermostMatcher : public Matcher {
  public:
@@ -42,15 +43,15 @@ class OutermostMatcher : public Matcher {
               DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     const SamplePick pick(context_, samples);
-    const TexelBand some = pick.points_of(band);
+    const TexelBand picked_band = pick.points_of(band);
     if (!low_) low_.emplace(context_, surface_);
-    low_->limits(context_, some, outermost_.t_max, some.points, 6 * count);
+    low_->limits(context_, picked_band, outermost_.t_max, picked_band.points, 6 * count);
 
     DeviceCorrespondence result(context_, count), outer(context_, count);
-    rays_.intersect(some.points, count, count, nearest_, result);
+    rays_.intersect(picked_band.points, count, count, nearest_, result);
     RayQuery limited = outermost_;
     limited.limited = true;
-    rays_.intersect(some.points, count, count, limited, outer);
+    rays_.intersect(picked_band.points, count, count, limited, outer);
     context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count,
                     kMinFaceSpacing, outer.triangle, outer.barycentric, outer.distance,
                     result.triangle, result.barycentric, result.distance, result.status);

@@ -1,4 +1,4 @@
-// Rays that match the outermost face within reach that the low poly does not hide.
+// Rays that match the outermost face within the search distance that the low poly does not hide.
 #pragma once
 
 #include <memory>
@@ -7,12 +7,13 @@
 
 namespace kiln {
 
-/// A matcher that selects, among the high poly's faces that face the sample within the distance, the outermost one
-/// along its direction: the one that a viewer there sees. The low poly bounds it in two ways:
-/// - The ray ends where it enters the low poly again: faces beyond belong to another part or fold.
+/// A matcher that selects the outermost of the high poly's faces along the sample's direction, among the front
+/// faces within the search distance: the one that a viewer in that direction sees. The low poly limits the search
+/// by two rules:
+/// - The ray ends where it enters the low poly again: faces beyond that point belong to another part or fold.
 /// - If the ray first leaves the low poly, the sample lies inside of another part and is invisible: the nearest face
-///   counts, as by RayRule::nearest.
-/// If at most one face lies outward, the result equals RayRule::nearest to the bit.
+///   is selected, as by RayRule::nearest. If at most one face lies outward, the result equals RayRule::nearest to
+///   the bit.
 std::unique_ptr<Matcher> outermost_matcher(const MatchRequest& request);
 
 }  // namespace kiln

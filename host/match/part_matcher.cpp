@@ -20,34 +20,33 @@ struct Part {
 };
 
 void check_lists(const MatchRequest& request, const Parts& parts) {
-  const auto fits = [&](const std::vector<std::uint32_t>& list, std::size_t triangles) {
+  const auto has_valid_length = [&](const std::vector<std::uint32_t>& list, std::size_t triangles) {
     return list.size() == triangles &&
            std::all_of(list.begin(), list.end(), [&](std::uint32_t p) { return p < parts.count; });
   };
-  if (fits(parts.high, request.source.triangles.size()) &&
-      fits(parts.low, request.surface.triangles.size())) {
+  if (has_valid_length(parts.high, request.source.triangles.size()) &&
+      has_valid_length(parts.low, request.surface.triangles.size())) {
     return;
   }
-  throw Error(
-      ErrorCode::usage,
-      "The parts are those of other meshes: both lists must have a part for each triangle.");
+  throw Error(ErrorCode::usage,
+              "The lists of parts do not fit the meshes: each needs one part for each triangle.");
 }
 
-/// The surface of some of the triangles.
-LowSurface surface_of_triangles(const LowSurface& whole,
+/// Makes a surface of some of the triangles.
+LowSurface surface_of_triangles(const LowSurface& all_triangles,
                                 const std::vector<std::uint32_t>& triangles) {
   LowSurface surface;
-  surface.has_cage_mesh = whole.has_cage_mesh;
-  surface.cage_kind = whole.cage_kind;
-  surface.cage_hull = whole.cage_hull;
-  surface.cage_length = whole.cage_length;
+  surface.has_cage_mesh = all_triangles.has_cage_mesh;
+  surface.cage_kind = all_triangles.cage_kind;
+  surface.cage_hull = all_triangles.cage_hull;
+  surface.cage_length = all_triangles.cage_length;
   surface.triangles.reserve(triangles.size());
   for (const std::uint32_t t : triangles) {
-    if (std::binary_search(whole.with_uvs.begin(), whole.with_uvs.end(), t)) {
+    if (std::binary_search(all_triangles.with_uvs.begin(), all_triangles.with_uvs.end(), t)) {
       surface.with_uvs.push_back(static_cast<std::uint32_t>(surface.triangles.size()));
     }
-    surface.triangles.push_back(whole.triangles[t]);
-    surface.usable.push_back(whole.usable[t]);
+    surface.triangles.push_back(all_triangles.triangles[t]);
+    surface.usable.push_back(all_triangles.usable[t]);
   }
   return surface;
 }
@@ -73,7 +72,7 @@ class PartMatcher : public Matcher {
       Part& part = parts_[p];
       if (part.triangles.empty() || low[p].empty()) continue;
       part.source = std::make_unique<Source::Impl>(request.source, part.triangles);
-      // The part has no usable triangle to search.
+      // Skip: the part has no usable triangle to search.
       if (part.source->stats().skipped_triangles == part.triangles.size()) continue;
       part.surface = surface_of_triangles(request.surface, low[p]);
       part.matcher = row.make(request.of(*part.source, part.surface), notes);
@@ -95,16 +94,16 @@ class PartMatcher : public Matcher {
       const std::vector<std::uint32_t>& samples = samples_[p];
       if (parts_[p].matcher == nullptr || samples.empty()) continue;
       const SamplePick pick(context_, samples);
-      TexelBand some = pick.points_of(band);
+      TexelBand picked_band = pick.points_of(band);
       if (parts_[p].matcher->needs_band()) {
-        some.triangle = pick.of(places, band.sample_count, 1);
-        some.barycentric = pick.of(band.barycentric, band.capacity, 2);
+        picked_band.triangle = pick.of(places, band.sample_count, 1);
+        picked_band.barycentric = pick.of(band.barycentric, band.capacity, 2);
       }
       DeviceCorrespondence result(context_, pick.count());
-      parts_[p].matcher->run(some, result);
+      parts_[p].matcher->run(picked_band, result);
       pick.put_back(result, match);
     }
-    // Converts indices in the part's triangles to indices in the whole.
+    // Converts indices within the part to indices of the high poly's triangles.
     std::vector<std::uint32_t> found(band.sample_count);
     match.triangle.read(context_, found);
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {

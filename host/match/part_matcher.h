@@ -7,11 +7,11 @@
 
 namespace kiln {
 
-/// Creates one matcher per part that both meshes have, from the part's triangles of both meshes alone, so that
-/// it cannot find a point of another part, and only the part's own low poly occludes. Samples on a part without
-/// triangles of the high poly are missed.
-/// \param parts  outlives the matcher
-/// \throws Error(usage) for lists of wrong lengths, and for a match without support of MatchOptions::parts
+/// Creates one matcher per part that both meshes have, from the part's triangles alone. So it cannot find a
+/// point of another part, and only the part's own low poly occludes. Samples on a part without triangles of the
+/// high poly are misses.
+/// \param parts must outlive the matcher
+/// \throws Error(usage) for lists of wrong lengths, and for a match that does not support MatchOptions::parts
 std::unique_ptr<Matcher> part_matcher(const MatchRow& row, const MatchRequest& request,
                                       const Parts& parts, MatchNotes& notes);
 

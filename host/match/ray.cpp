@@ -52,14 +52,14 @@ class ShellMatcher : public Matcher {
   cl::Array<float> inner_;
 };
 
-/// Rays by the requested rule.
+/// Makes the matcher of the requested RayRule.
 std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
   const bool cage = request.cage_mesh || request.cage.has_value();
   if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
   return std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
 }
 
-/// The same within near_distance first; at the full distance for misses.
+/// Makes a matcher that searches within near_distance first, and within the full distance for misses.
 std::unique_ptr<Matcher> near_rays_of(const MatchRequest& request) {
   MatchRequest near = request;
   near.distance = request.near;
@@ -98,8 +98,8 @@ MatchRow ray_match() {
   row.plan_order = row.low_poly_order = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
-    const bool near = !cage && request.near > 0 && request.near < request.distance;
-    std::unique_ptr<Matcher> rays = near ? near_rays_of(request) : rays_of(request);
+    const bool has_near_search = !cage && request.near > 0 && request.near < request.distance;
+    std::unique_ptr<Matcher> rays = has_near_search ? near_rays_of(request) : rays_of(request);
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }

@@ -6,7 +6,8 @@
 
 namespace kiln {
 
-/// From the cage inward, if there is one and `with_cage` is set; else both ways, outward first.
+/// Makes the query: from the cage inward, if there is a cage and `with_cage` is set; else outward first, then
+/// inward.
 RayQuery ray_query(const MatchRequest& request, bool with_cage);
 
 }  // namespace kiln

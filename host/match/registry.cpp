@@ -16,13 +16,13 @@ std::span<const MatchRow> match_rows() {
 }
 
 const MatchRow& match_row(MatchMethod method) {
-  std::string known;
+  std::string known_names;
   for (const MatchRow& row : match_rows()) {
     if (row.info.method == method) return row;
-    known += (known.empty() ? "" : ", ") + std::string(row.info.method.name);
+    known_names += (known_names.empty() ? "" : ", ") + std::string(row.info.method.name);
   }
-  throw Error(ErrorCode::usage,
-              "method is '" + std::string(method.name) + "': it must be one of " + known + ".");
+  throw Error(ErrorCode::usage, "method is '" + std::string(method.name) + "': it must be one of " +
+                                    known_names + ".");
 }
 
 std::string match_names(bool (*has)(const MatchRow& row)) {
@@ -75,7 +75,7 @@ MatchMethod::MatchMethod(std::string_view text) : name(kept_name(text)) {}
 
 const MatchInfo& find_match(std::string_view name) {
   MatchMethod method;
-  method.name = name;  // the caller's name is not kept, since its lifetime is unknown
+  method.name = name;  // the caller's string is not stored, since its lifetime is unknown
   return match_row(method).info;
 }
 

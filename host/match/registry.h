@@ -19,10 +19,10 @@
 
 namespace kiln {
 
-/// A request to a match: the samples, the search distance, the directions. Lengths are in the working
+/// Input of a match: the meshes, the search distance, the directions. Lengths are in the working
 /// frame.
 struct MatchRequest {
-  /// The same request for other meshes in the same frame.
+  /// Copies the request for other meshes in the same frame.
   MatchRequest of(const Source::Impl& other, const LowSurface& low) const {
     MatchRequest request{.source = other, .surface = low};
     request.width = width;
@@ -45,42 +45,46 @@ struct MatchRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   std::uint32_t width = 0, height = 0, samples = 1;  ///< Size and samples of the map
-  double distance = 0;              ///< Search distance; with a cage, from the cage inward
-  double near = 0;                  ///< First search distance; 0: none
-  double sheet_reach = 0;           ///< Search distance of samples on open sheets; 0: as others
-  std::optional<double> cage = {};  ///< Offset of ray starts outside; the first hit counts
-  bool cage_mesh = false;           ///< True: rays start at the ends of the surface's directions
-                                    ///< instead
-  bool two_sided = false;           ///< Back faces of the high poly are hit, too
+  double distance = 0;  ///< Search distance; with a cage, from the cage inward
+  /// Distance of a first, nearer search; 0: there is only one search
+  double near = 0;
+  /// Search distance of samples on open sheets; 0: the same as for others
+  double sheet_reach = 0;
+  /// Offset of ray starts outward from the low poly; the first hit counts
+  std::optional<double> cage = {};
+  /// True: rays start on a cage mesh, at the ends of the surface's directions
+  bool cage_mesh = false;
+  bool two_sided = false;  ///< Back faces of the high poly are hit, too
   ViewOptions views = {};
   VisibilityOptions visibility = {};
   UvOptions uv = {};
   RayOptions ray = {};
-  bool turned =
-      false;  ///< True: samples' directions were blended at hard edges, so that misses may retry
-              ///< along averaged ones
+  /// True: samples' directions were blended at hard edges, so misses may be retried along averaged
+  /// directions
+  bool turned = false;
   std::uint32_t cluster = 0;  ///< Index of the cluster of visibility directions
   /// Visibility field: created if null, and shared with the requests of further clusters.
   std::shared_ptr<const VisibilityField>* field = nullptr;
-  /// Called with the share done, [0, 1], and the name of the step, by matches with long preparation.
+  /// Progress callback of matches with a long preparation: called with the completed share, [0, 1], and the
+  /// name of the step.
   /// \returns false to cancel
-  Progress prepares = {};
+  Progress progress = {};
 };
 
 /// A row of the registry.
 struct MatchRow {
   MatchInfo info;
-  /// True if it keeps no data of the high poly except what a BVH refit updates.
+  /// True if the matcher keeps no data of the high poly except data that a BVH refit updates.
   bool is_refittable = false;
-  /// True if it uses MatchRequest::sheet_reach when no search distance was given.
+  /// True if the match uses MatchRequest::sheet_reach when no search distance was given.
   bool uses_sheet_reach = false;
-  /// True if it finds nearly all points that a match without a search, or by views, misses: messages recommend
-  /// it as a fallback.
+  /// True if messages recommend the match as a fallback: it finds nearly all points that a match by views, or
+  /// without a search, misses.
   bool is_good_fallback = false;
   /// Position in the order in which bake_planned(), and plan_low_poly(), try matches; 0: not tried.
   std::uint8_t plan_order = 0, low_poly_order = 0;
-  /// Finds points at any UVs, as with a map of unlimited size; for matches that depend on UVs
-  /// alone.
+  /// For matches that depend on UVs alone: finds points at arbitrary UVs, as a map of unlimited
+  /// size would.
   UvPoints (*at_uvs)(const Source::Impl& source, std::span<const Vec2> uvs) = nullptr;
   std::unique_ptr<Matcher> (*make)(const MatchRequest& request, MatchNotes& notes) = nullptr;
 };
@@ -101,7 +105,7 @@ MatchMethod match_at_uvs();
 /// \param order  MatchRow::plan_order or low_poly_order
 std::vector<MatchMethod> planned_matches(std::uint8_t MatchRow::*order);
 
-/// True if a method of the chain, the match or one of its fallbacks, has a property.
+/// True if the match or one of its fallbacks has a property.
 /// \param has  predicate of a row
 template <typename Has>
 bool any_in_chain(const BakeOptions& options, const Has& has) {

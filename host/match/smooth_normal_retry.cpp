@@ -28,14 +28,14 @@ class SmoothNormalRetry : public Matcher {
   void finish(MatchNotes& notes) override { first_->finish(notes); }
 
  private:
-  /// Replaces blended directions by the averaged ones, where these exist: on the host in double precision, which
-  /// devices may lack, since only few samples miss.
-  void use_averaged_directions(TexelBand& some) const {
-    const std::vector<std::uint32_t> triangle = some.triangle.download(context_);
-    const std::vector<float> weights = some.barycentric.download(context_);
+  /// Replaces blended directions by averaged ones, where these exist. It runs on the host, since few samples
+  /// miss, in double precision, which devices may lack.
+  void use_averaged_directions(TexelBand& picked_band) const {
+    const std::vector<std::uint32_t> triangle = picked_band.triangle.download(context_);
+    const std::vector<float> weights = picked_band.barycentric.download(context_);
     const std::size_t count = triangle.size();
     std::vector<float> directions(3 * count);
-    some.points.read(context_, directions, 3 * count);
+    picked_band.points.read(context_, directions, 3 * count);
     for (std::size_t k = 0; k < count; ++k) {
       const float u = weights[k], v = weights[count + k];
       const auto& [a, b, c] = surface_.triangles[triangle[k]];
@@ -49,18 +49,18 @@ class SmoothNormalRetry : public Matcher {
       directions[count + k] = unit.y;
       directions[2 * count + k] = unit.z;
     }
-    some.points.write(context_, std::span<const float>(directions), 3 * count);
+    picked_band.points.write(context_, std::span<const float>(directions), 3 * count);
   }
 
   void retry_missed(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                     DeviceCorrespondence& match) {
     const SamplePick pick(context_, samples);
-    TexelBand some = pick.points_of(band);
-    some.triangle = pick.of(band.triangle, band.capacity, 1);
-    some.barycentric = pick.of(band.barycentric, band.capacity, 2);
-    use_averaged_directions(some);
+    TexelBand picked_band = pick.points_of(band);
+    picked_band.triangle = pick.of(band.triangle, band.capacity, 1);
+    picked_band.barycentric = pick.of(band.barycentric, band.capacity, 2);
+    use_averaged_directions(picked_band);
     DeviceCorrespondence result(context_, pick.count());
-    first_->run(some, result);
+    first_->run(picked_band, result);
     pick.put_back(result, match);
   }
 

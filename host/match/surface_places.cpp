@@ -10,8 +10,9 @@
 namespace kiln {
 namespace {
 
-constexpr double kCornerInset = 0.01;       // share of the distance from a corner to the centroid
-constexpr std::size_t kMaxPointRows = 512;  // rows of places in one triangle
+// distance from a corner, as a share of that to the centroid
+constexpr double kCornerInset = 0.01;
+constexpr std::size_t kMaxPointRows = 512;  // maximum number of rows of points in one triangle
 
 /// Twice the area; 0 for unusable triangles.
 double area_of(const LowSurface& surface, std::size_t t) {
@@ -21,7 +22,7 @@ double area_of(const LowSurface& surface, std::size_t t) {
                       to_double(c.position) - to_double(a.position)));
 }
 
-/// Appends the centroids of a triangle's n x n parts, then places near its corners.
+/// Appends the centroids of a triangle's n x n parts, then points near its corners.
 void add_places(std::uint32_t t, std::size_t n, std::vector<LowPlace>& places) {
   const auto add = [&](double u, double v) {
     places.push_back({t, static_cast<float>(u), static_cast<float>(v)});
@@ -96,15 +97,16 @@ TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::s
   return band;
 }
 
-SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface, std::size_t wanted) {
+SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface,
+                            std::size_t target_count) {
   const std::size_t triangles = surface.triangles.size();
-  double whole = 0;
-  for (std::size_t t = 0; t < triangles; ++t) whole += area_of(surface, t);
+  double total_area = 0;
+  for (std::size_t t = 0; t < triangles; ++t) total_area += area_of(surface, t);
   SurfacePlaces places;
   for (std::size_t t = 0; t < triangles; ++t) {
     const double area = area_of(surface, t);
     if (!(area > 0)) continue;
-    const double share = area / whole * static_cast<double>(wanted);
+    const double share = area / total_area * static_cast<double>(target_count);
     const auto rows = static_cast<std::size_t>(std::lround(std::sqrt(share)));
     add_places(static_cast<std::uint32_t>(t), std::clamp<std::size_t>(rows, 1, kMaxPointRows),
                places.list);

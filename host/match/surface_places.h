@@ -1,4 +1,4 @@
-// Places on the low poly as samples for a match.
+// Points on the low poly as samples for a match.
 #pragma once
 
 #include <cstddef>
@@ -20,21 +20,22 @@ struct LowPlace {
 
 Vec3d position_at(const LowSurface& surface, const LowPlace& place);
 
-/// Places as samples of a map of one row, one per texel. Directions are interpolated from the corners; the
-/// face's normal if they cancel out.
-/// \param place  returns the place of an index below `count`; called from several threads
-/// \param multiple  the capacity is a multiple of this
+/// Makes samples of points: a map of one row, one sample per texel. Directions are interpolated from the
+/// corners; if these cancel out, the direction is the face's normal.
+/// \param place returns the point with an index below `count`; called from several threads
+/// \param multiple the capacity is rounded up to a multiple of this
 TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::size_t count,
                          const std::function<LowPlace(std::size_t)>& place,
                          std::uint32_t multiple = 1);
 
 struct SurfacePlaces {
   std::vector<LowPlace> list;
-  TexelBand band;  ///< The places on the device
+  TexelBand band;  ///< The points as samples on the device
 };
 
-/// About `wanted` places, evenly distributed by area, and three near the corners of each triangle. Unusable
-/// triangles have none. Places are in the order of triangles.
-SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface, std::size_t wanted);
+/// About `target_count` points, evenly distributed by area, and three near the corners of each triangle. Unusable
+/// triangles have no points. Points are in the order of triangles.
+SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface,
+                            std::size_t target_count);
 
 }  // namespace kiln

@@ -19,11 +19,11 @@ namespace {
 
 constexpr std::uint32_t kTile = KILN_UV_TILE;
 
-/// Fraction bits of the distance histogram, beside the exponent.
+/// Number of mantissa bits that index the logarithmic distance histogram, in addition to the exponent.
 constexpr std::uint32_t kFractionBits = 9;
 constexpr std::uint32_t kDroppedBits = 23 - kFractionBits;
 
-/// True if the sides of a piece's box are not exact in floats.
+/// True if the width or height of a piece's box is not exact as a float.
 bool is_large(const kiln_uv_piece& piece) {
   constexpr std::int32_t kMaxExactFloat = 1 << 24;
   const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
@@ -55,7 +55,7 @@ UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_
   pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(layout.pieces));
   clips_ = cl::Array<kiln_uv_clip>(context_, std::span<const kiln_uv_clip>(layout.clips));
   tasks_ = cl::Array<kiln_uv_task>(context_, std::span<const kiln_uv_task>(layout.tasks));
-  if (pieces_.empty()) {  // the kernel reads one element in any case
+  if (pieces_.empty()) {  // the kernel always reads one element
     kiln_uv_piece none{};
     none.x[1] = none.y[2] = 1;
     pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(&none, 1));
@@ -183,9 +183,9 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
   if (count != 0) {
     found.mean_distance = distance_sum_ / static_cast<double>(count) * unit;
     const std::uint64_t rank = count - count / 20;
-    std::uint64_t below = 0;
+    std::uint64_t samples_below = 0;
     std::uint32_t bin = 0;
-    while (below + histogram_[bin] < rank) below += histogram_[bin++];
+    while (samples_below + histogram_[bin] < rank) samples_below += histogram_[bin++];
     const std::uint32_t bits = bin == 0 ? 0 : (bin + 1) << kDroppedBits;
     found.p95_distance = double{std::bit_cast<float>(bits)} * unit;
   }
@@ -214,21 +214,21 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
                                         " to use "
                                         "the triangle with the lowest index.");
     }
-    warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
+    warn("uv-source-overlap", text + ": the triangle with the lowest index was used there.",
          found.overlapping);
   }
-  const double apart = found.p95_distance / frame_.diagonal;
-  if (apart > options.warn_distance || apart > options.max_distance) {
+  const double distance_share = found.p95_distance / frame_.diagonal;
+  if (distance_share > options.warn_distance || distance_share > options.max_distance) {
     const std::string text = "The two layouts may not agree: at the same UV the surfaces are " +
                              percent(found.mean_distance / frame_.diagonal) +
                              " of the diagonal apart on average, and "
                              "on 5% of the samples " +
-                             percent(apart) + " or more";
-    if (apart > options.max_distance) {
+                             percent(distance_share) + " or more";
+    if (distance_share > options.max_distance) {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
                                         ": the UV layouts do not correspond. Unwrap both "
                                         "meshes together, or use another match, such as ray. To "
-                                        "bake all the same, add " +
+                                        "bake anyway, add " +
                                         option("match.uv.max_distance") + ".");
     }
     warn("uv-disagreement", text + ".", 1);
@@ -271,7 +271,7 @@ class UvMatcher : public Matcher {
         options_(request.uv) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
-    // Also for bands without samples, since the high poly may overlap there.
+    // Bands without samples are counted, too, since the high poly may overlap there.
     raster_.match(band, match, true);
     if (band.sample_count == 0) return;
     if (band.small_triangles != nullptr) match_small(band, match);
@@ -291,7 +291,7 @@ class UvMatcher : public Matcher {
   void finish(MatchNotes& notes) override { raster_.report(options_, notes); }
 
  private:
-  /// Samples of small charts have other UVs than their texels.
+  /// Matches the samples of small charts, whose UVs differ from those of their texels.
   void match_small(const TexelBand& band, DeviceCorrespondence& match) const {
     cl::Context& context = context_of(source_.device);
     const std::size_t count = band.sample_count;

@@ -15,7 +15,7 @@ namespace kiln {
 struct UvLayout {
   std::uint32_t shift = 0;
   std::vector<kiln_uv_piece> pieces;  ///< In ascending order of triangles
-  std::vector<kiln_uv_clip> clips;    ///< Clip data of pieces that were clipped
+  std::vector<kiln_uv_clip> clips;    ///< Barycentrics of the clipped pieces
   std::vector<kiln_uv_task> tasks;  ///< No task crosses a border between runs of KILN_UV_TILE rows
   std::vector<std::uint32_t> first_task;  ///< [runs + 1]
   std::uint64_t outside = 0;              ///< Triangles that extend beyond the unit square
@@ -28,9 +28,9 @@ struct UvLayout {
                      std::uint32_t sample_height);
 };
 
-/// Kernel variants, which give the same result to the bit.
+/// Variants of the kernels. Both give the same bits.
 enum class UvPath {
-  automatic,  ///< By the device's type
+  automatic,  ///< Chosen by the device's type
   atomics,    ///< One work-item per triangle
   runs,       ///< One work-item per run of rows
 };
@@ -41,19 +41,20 @@ class UvRaster {
   UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
            std::uint32_t samples, UvPath path = UvPath::automatic);
 
-  /// Writes triangle, barycentric and status of a band's samples, enqueued; distances are 0.
+  /// Writes triangle, barycentric and status of a band's samples; distances are 0. The kernels may still be
+  /// running when it returns.
   /// \param first_time  count covered samples for the report
   void match(const TexelBand& band, DeviceCorrespondence& match, bool first_time);
   /// Computes the distance of each sample of a band to its matched point, from the source's current positions.
   void distance(const TexelBand& band, DeviceCorrespondence& match) const;
-  /// Updates positions of vertices [first, first + count). In the source's frame.
+  /// Updates the positions of vertices [first, first + count), in the source's frame.
   void set_positions(std::uint32_t first, std::span<const Vec3> positions);
 
   /// Adds a band's distances to the sums.
   void measure(const DeviceCorrespondence& match);
 
-  /// Adds counts, and warnings for bounds that are exceeded.
-  /// \throws Error(input) above a bound of `max_...`
+  /// Adds counts, and warnings for exceeded bounds.
+  /// \throws Error(input) if a bound of UvOptions (`max_...`) is exceeded
   void report(const UvOptions& options, MatchNotes& notes) const;
 
  private:
@@ -72,11 +73,13 @@ class UvRaster {
   cl::Array<std::uint32_t> first_tasks_;  // UvLayout::first_task
   cl::Array<std::uint32_t> triangles_;
   cl::Array<float> positions_;
-  cl::Array<std::uint32_t> lowest_, highest_;  // indices of pieces per sample of a band
+  // lowest and highest index of a piece, per sample of a band
+  cl::Array<std::uint32_t> lowest_, highest_;
   cl::Array<kiln_uv_row> rows_;
   std::uint64_t sample_total_ = 0;
   double distance_sum_ = 0;
-  std::vector<std::uint64_t> histogram_;  // of distances, by exponent and leading fraction bits
+  // numbers of samples by distance, binned by exponent and leading mantissa bits
+  std::vector<std::uint64_t> histogram_;
 };
 
 /// \throws Error(usage)

@@ -19,7 +19,7 @@ void check_uvs(const Source::Impl& source) {
                                     "poly's layout, or use another match, such as ray.");
 }
 
-/// Pieces of a run of triangles.
+/// Makes the pieces of a range of triangles.
 struct Builder {
   const Source::Impl& source;
   UvGrid grid;
@@ -107,10 +107,10 @@ void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid
 UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
                       std::uint32_t sample_height) {
   check_uvs(source);
-  const Builder all{source, UvGrid::of(sample_width, sample_height), {}, {}};
+  const Builder prototype{source, UvGrid::of(sample_width, sample_height), {}, {}};
   constexpr std::size_t kRun = 1 << 14;
   const std::size_t count = source.triangles.size();
-  std::vector<Builder> runs((count + kRun - 1) / kRun, all);
+  std::vector<Builder> runs((count + kRun - 1) / kRun, prototype);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
       const std::size_t last = std::min(count, (r + 1) * kRun);
@@ -119,7 +119,7 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
   });
 
   UvLayout layout;
-  layout.shift = all.grid.shift;
+  layout.shift = prototype.grid.shift;
   for (Builder& run : runs) {
     const auto offset = static_cast<std::uint32_t>(layout.clips.size());
     for (kiln_uv_piece& piece : run.pieces) {
@@ -133,12 +133,12 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
     run.clips = {};
   }
 
-  // Counting sort by runs of rows.
+  // The tasks are counting-sorted by runs of rows.
   const std::size_t row_runs = (sample_height + kLayoutTile - 1) / kLayoutTile;
   layout.first_task.assign(row_runs + 1, 0);
   const auto for_all = [&](const auto& add) {
     for (std::size_t i = 0; i < layout.pieces.size(); ++i) {
-      for_each_task(layout.pieces[i], static_cast<std::uint32_t>(i), all.grid, add);
+      for_each_task(layout.pieces[i], static_cast<std::uint32_t>(i), prototype.grid, add);
     }
   };
   for_all([&](const kiln_uv_task& task) {

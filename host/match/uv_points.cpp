@@ -13,12 +13,12 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrainOfPoints = 1 << 12;
-constexpr std::size_t kMaxGridSide = 1024;  // cells a side of the grid
-// Tolerance of weights below 0, so that no point between two triangles is in neither.
+constexpr std::size_t kMaxGridSide = 1024;  // maximum number of cells a side of the grid
+// Tolerance of negative weights, so that each point on a shared edge is in at least one of the triangles.
 constexpr double kUvSlack = 1e-9;
 
 /// True if a triangle can be matched, by the rules of UvLayout.
-bool usable(const Source::Impl& source, std::size_t triangle, const std::array<Vec2, 3>& uv) {
+bool is_matchable(const Source::Impl& source, std::size_t triangle, const std::array<Vec2, 3>& uv) {
   const auto finite_corner = [&](std::uint32_t i) { return is_finite(source.positions[i]); };
   const Triangle& t = source.triangles[triangle];
   return std::all_of(uv.begin(), uv.end(), [](const Vec2& p) { return is_finite(p); }) &&
@@ -69,7 +69,7 @@ class Cells {
   template <typename Visit>
   void for_each_in(const Vec2& low, const Vec2& high, const Visit& visit) const {
     for (std::size_t y = along(low.y); y <= along(high.y); ++y) {
-      // Cells of a row are consecutive.
+      // Cells of a row are consecutive in memory.
       const std::uint32_t end = first_[y * side_ + along(high.x) + 1];
       for (std::uint32_t i = first_[y * side_ + along(low.x)]; i < end; ++i) visit(index_[i]);
     }
@@ -100,7 +100,7 @@ UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs) {
   parallel_for(source.triangles.size(), kGrainOfPoints, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::array<Vec2, 3> uv = corners(source, t);
-      if (!usable(source, t, uv)) continue;
+      if (!is_matchable(source, t, uv)) continue;
       const Weights weights(uv);
       if (weights.doubled_area == 0) continue;
       const auto [x_low, x_high] = std::minmax({uv[0].x, uv[1].x, uv[2].x});
@@ -108,12 +108,13 @@ UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs) {
       cells.for_each_in({x_low, y_low}, {x_high, y_high}, [&](std::uint32_t i) {
         const auto [u, v] = weights.at(uvs[i]);
         if (u < -kUvSlack || v < -kUvSlack || u + v > 1 + kUvSlack) return;
-        // Atomic minimum, since the lowest triangle wins in any order; KILN_NO_TRIANGLE is the
-        // largest value.
+        // Atomic minimum, so that the lowest triangle wins in any order; KILN_NO_TRIANGLE is
+        // the largest value.
         const std::atomic_ref<std::uint32_t> lowest(found.triangle[i]);
-        std::uint32_t known = lowest.load(std::memory_order_relaxed);
-        while (t < known && !lowest.compare_exchange_weak(known, static_cast<std::uint32_t>(t),
-                                                          std::memory_order_relaxed)) {
+        std::uint32_t current_lowest = lowest.load(std::memory_order_relaxed);
+        while (t < current_lowest &&
+               !lowest.compare_exchange_weak(current_lowest, static_cast<std::uint32_t>(t),
+                                             std::memory_order_relaxed)) {
         }
       });
     }

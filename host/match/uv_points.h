@@ -1,4 +1,4 @@
-// Points of the high poly with given UVs at arbitrary positions.
+// Points of the high poly at given UVs.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ struct UvPoints {
   std::vector<float> barycentric;       ///< 2 planes: weights of corners 1 and 2
 };
 
-/// Points that a match by UVs finds with a map of unlimited size: of the high poly's triangles that cover a
-/// UV the one with the lowest index. Triangles without area in UV space, or not finite, cover nothing. UVs
+/// Finds the points that a match by UVs would find with a map of unlimited size: the lowest of the high
+/// poly's triangles that cover a UV. Triangles without area in UV space, or not finite, cover nothing. UVs
 /// are sorted into a grid, and each triangle is tested against the UVs in the cells under its box.
 /// \pre the source has UVs, with valid indices
 UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs);

@@ -11,14 +11,15 @@
 namespace kiln {
 namespace {
 
-constexpr double kMaxSteepCosine = 0.1;  // cosine to the view of a steep face: 84 degrees
+// maximum cosine between a steep face and the view: 84 degrees
+constexpr double kMaxSteepCosine = 0.1;
 constexpr double kMaxSteepAreaShare =
-    0.02;  // largest share of the low poly's area that may be steep
+    0.02;  // maximum share of the low poly's area that may be steep
 
-// Pixels in the area of the typical triangle. With 4, the triangle under a sample is nearly always among those
-// of the four surrounding pixels.
+// Number of pixels in the area of the median triangle. With 4, the triangle under a sample is nearly always
+// among those of the four surrounding pixels.
 constexpr double kPixelsPerTriangle = 4;
-// Candidate directions of a plan: some candidate is within 15 degrees of any direction.
+// Number of candidate directions: one of them is within 15 degrees of any direction.
 constexpr std::uint32_t kCandidateViews = 96;
 constexpr std::uint32_t kProbeSize = 512;
 
@@ -35,7 +36,7 @@ double area_of(std::span<const Vec3> positions, const Triangle& triangle) {
   return std::isfinite(area) ? area : 0;
 }
 
-/// Histogram of area by the logarithm of triangles' own areas.
+/// Histogram of the surface's area by the logarithm of the triangles' areas.
 struct Areas {
   static constexpr int kBins = 256;
   std::array<double, kBins> sum{};
@@ -44,7 +45,7 @@ struct Areas {
   static int bin_of(double area) {
     return std::clamp(static_cast<int>(std::floor(2 * std::log2(area))) + 200, 0, kBins - 1);
   }
-  /// Smallest area of a bin.
+  /// Lower bound of a bin's areas.
   static double area_at(int bin) { return std::exp2((bin - 200) / 2.0); }
 
   Areas(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
@@ -83,15 +84,15 @@ double undersampled_share(std::span<const Vec3> positions, std::span<const Trian
 ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t limit) {
   const Areas areas(positions, triangles);
-  // Find the area-weighted median triangle.
-  double below = 0;
+  // Finds the area-weighted median triangle.
+  double area_below = 0;
   int median = 0;
   for (; median < Areas::kBins - 1; ++median) {
-    below += areas.sum[static_cast<std::size_t>(median)];
-    if (below * 2 >= areas.total) break;
+    area_below += areas.sum[static_cast<std::size_t>(median)];
+    if (area_below * 2 >= areas.total) break;
   }
-  const double wanted = 2 * radius * std::sqrt(kPixelsPerTriangle / Areas::area_at(median));
-  const double rounded = std::ceil(std::min(wanted, 65536.0) / 256) * 256;
+  const double target_size = 2 * radius * std::sqrt(kPixelsPerTriangle / Areas::area_at(median));
+  const double rounded = std::ceil(std::min(target_size, 65536.0) / 256) * 256;
   ViewSize result;
   result.size = std::min(limit, static_cast<std::uint32_t>(std::max(1024.0, rounded)));
   result.undersampled = areas.area_share_below(2 * radius / result.size);
@@ -115,14 +116,14 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
   for_each_corner(
       [&](const Vec3d& p) { area.radius = std::max(area.radius, length(p - area.center)); });
   area.radius += reach;
-  // Usual case: both meshes have the same extent, and share one picture for any reach.
+  // Usually both meshes have the same extent, and the pictures show all of the high poly for any reach.
   if (area.radius > 0.8 * dense_radius) return {{}, dense_radius};
   return area;
 }
 
 void widen(ViewArea& area, double dense_radius, std::uint32_t size) {
-  const double least = dense_radius * size / 60000;
-  area.radius = std::max(area.radius, least);
+  const double min_radius = dense_radius * size / 60000;
+  area.radius = std::max(area.radius, min_radius);
 }
 
 std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
@@ -133,7 +134,7 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     const Vec3d n = cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a);
     return std::isfinite(dot(n, n)) ? n : Vec3d{};
   };
-  // Sums per block, so that they do not depend on the number of threads.
+  // Sums are computed per block, so that they do not depend on the number of threads.
   constexpr std::size_t kBlock = 1 << 16;
   std::vector<Vec3d> sums((triangles.size() + kBlock - 1) / kBlock);
   parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
@@ -143,7 +144,7 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   for (const Vec3d& sum : sums) mean += sum;
   if (!(length(mean) > 0)) return std::nullopt;
   mean = mean * (1 / length(mean));
-  // Snap directions that are almost along an axis.
+  // Directions that are almost along an axis are snapped to it.
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
     if (std::abs(dot(axis, mean)) > 0.99) mean = axis * std::copysign(1.0, dot(axis, mean));
   }
@@ -154,29 +155,29 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     }
   });
   if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
-  // A single view shows all of a height field, but little of steep walls: a few cliffs are acceptable,
-  // a pit is not.
-  double steep = 0, whole = 0;
+  // A single view shows all of a height field, but little of its steep walls: a small area of them is
+  // accepted, a large one is not.
+  double steep = 0, total_area = 0;
   for (const std::size_t i : surface.usable_triangles()) {
     const auto& [a, b, c] = surface.triangles[i];
     const Vec3d face = cross(to_double(b.position) - to_double(a.position),
                              to_double(c.position) - to_double(a.position));
-    double least = dot(face, mean) / length(face);
+    double min_cosine = dot(face, mean) / length(face);
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      least = std::min(least, dot(to_double(corner.normal), mean));
+      min_cosine = std::min(min_cosine, dot(to_double(corner.normal), mean));
     }
-    if (!(least > 0)) return std::nullopt;
-    if (least < kMaxSteepCosine) steep += length(face);
-    whole += length(face);
+    if (!(min_cosine > 0)) return std::nullopt;
+    if (min_cosine < kMaxSteepCosine) steep += length(face);
+    total_area += length(face);
   }
-  return steep <= kMaxSteepAreaShare * whole ? std::optional(mean) : std::nullopt;
+  return steep <= kMaxSteepAreaShare * total_area ? std::optional(mean) : std::nullopt;
 }
 
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
-                    std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,
-                    double least_gain, std::uint32_t limit) {
+                    std::uint32_t capacity, const ViewQuery& query,
+                    const std::vector<Vec3d>& given_views, double least_gain, std::uint32_t limit) {
   cl::Context& context = context_of(source.device);
-  std::vector<Vec3d> candidates = given;
+  std::vector<Vec3d> candidates = given_views;
   const std::vector<Vec3d> spread = spread_directions(kCandidateViews);
   candidates.insert(candidates.end(), spread.begin(), spread.end());
 
@@ -196,14 +197,14 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
   }
 
   std::vector<float> best(count, 0.0F);
-  std::vector<bool> used(candidates.size(), false);
+  std::vector<bool> is_used(candidates.size(), false);
   std::vector<double> gains(candidates.size());
   double ideal = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    float most = 0;
+    float max_gain = 0;
     for (std::size_t k = 0; k < candidates.size(); ++k)
-      most = std::max(most, quality[k * count + i]);
-    ideal += most;
+      max_gain = std::max(max_gain, quality[k * count + i]);
+    ideal += max_gain;
   }
   ViewPlan plan;
   while (plan.directions.size() < limit && ideal > 0) {
@@ -213,17 +214,17 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
         for (std::uint32_t i = 0; i < count; ++i) {
           gain += std::max(0.0F, quality[k * count + i] - best[i]);
         }
-        gains[k] = used[k] ? 0 : gain;
+        gains[k] = is_used[k] ? 0 : gain;
       }
     });
     // The caller's own views come first, regardless of their gain.
     const std::size_t next =
-        plan.directions.size() < given.size()
+        plan.directions.size() < given_views.size()
             ? plan.directions.size()
             : static_cast<std::size_t>(std::max_element(gains.begin(), gains.end()) -
                                        gains.begin());
-    if (plan.directions.size() >= given.size() && gains[next] < least_gain * ideal) break;
-    used[next] = true;
+    if (plan.directions.size() >= given_views.size() && gains[next] < least_gain * ideal) break;
+    is_used[next] = true;
     plan.directions.push_back(candidates[next]);
     std::uint32_t seen = 0;
     for (std::uint32_t i = 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// Choice of views and of their size.
+// Chooses views and their size.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace kiln {
 
-/// Pixels a side at which most of the surface consists of triangles of at least kPixelsPerTriangle
-/// pixels, seen face on; a multiple of 256 in [512, limit].
+/// Side in pixels at which most of the surface consists of triangles of at least
+/// kPixelsPerTriangle pixels, seen face-on; a multiple of 256 in [512, limit].
 struct ViewSize {
   std::uint32_t size = 0;
   double undersampled = 0;  ///< Share of the surface whose triangles are smaller than a pixel
@@ -30,12 +30,13 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
 void widen(ViewArea& area, double dense_radius, std::uint32_t size);
 
 /// The direction from which all faces of both meshes are front faces, if there is one: the high poly
-/// may be a height field, which one view shows. \param least  smallest cosine of every face
+/// may be a height field, which one view shows. \param least minimum cosine between the direction
+/// and each face
 std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
                                             std::span<const Triangle> triangles,
                                             const LowSurface& surface);
 
-/// Directions of views, and their gains.
+/// Directions of views, and the coverage after each of them.
 struct ViewPlan {
   std::vector<Vec3d> directions;
   std::vector<double> coverage;  ///< Share of the probed samples seen after each view
@@ -47,7 +48,7 @@ struct ViewPlan {
 /// `least_gain`, or at `limit` views.
 /// \param points  probed samples: 6 planes of `capacity`
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
-                    std::uint32_t capacity, const ViewQuery& query, const std::vector<Vec3d>& given,
-                    double least_gain, std::uint32_t limit);
+                    std::uint32_t capacity, const ViewQuery& query,
+                    const std::vector<Vec3d>& given_views, double least_gain, std::uint32_t limit);
 
 }  // namespace kiln

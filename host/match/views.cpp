@@ -1,4 +1,4 @@
-// Depth views from all around (Wang, Froehlich, Goebel, section 2).
+// Matching by depth views from all around (Wang, Froehlich, Goebel, section 2).
 #include "match/views.h"
 
 #include <algorithm>
@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::uint32_t kDefaultViews = 12;
 constexpr std::uint32_t kMaxAutomaticViews = 64;
-// Smallest gain of a view, as a share of all samples that the candidates see.
+// Minimum gain of a view, as a share of all samples that the candidates see.
 constexpr double kMinViewGain = 0.004;
-// Side of the map of samples from which views are planned.
+// Side in texels of the small map whose samples are probed to plan views.
 constexpr std::uint32_t kProbeMapSize = 192;
 
 class ViewMatcher : public Matcher {
@@ -126,7 +126,7 @@ class ViewMatcher : public Matcher {
       report.undersampled =
           undersampled_share(source_.positions, source_.triangles, radius, views.size);
     } else {
-      // Limit the size so that all views fit on the device together.
+      // The size is limited so that all views fit on the device together.
       std::uint32_t limit = kLargestView;
       const double useful = useful_size(request, radius);
       while (limit > 1024 && limit - 256 >= useful) limit -= 256;

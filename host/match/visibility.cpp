@@ -13,14 +13,13 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kViewsPerBatch =
-    32;  // at a time take a few tenths of a second on two cores
+constexpr std::uint32_t kViewsPerBatch = 32;  // a batch takes tenths of a second on two cores
 constexpr std::uint32_t kMaxDirections = 4096;
-// Distance at which rays start from their place, frame units: at the smallest visible cosine this exceeds the rounding
-// of the place's own face.
+// Distance of ray starts from their point, in frame units: at the smallest visible cosine it exceeds the rounding
+// error of the point's own face.
 constexpr float kVisibilityRayOffset = 1.0F / 65536;
-// Depth tolerance in pixels: a face nearer than a place by less than this does not hide it, such as a neighbouring
-// face shown by the same pixel.
+// Depth tolerance in pixels: a face hides a point only if it is nearer by more than this. A neighbouring face in
+// the same pixel does not.
 constexpr float kBiasPixels = 0.5F;
 constexpr const char* kSeenDefine = "-DKILN_VISIBILITY_SEEN=1";
 
@@ -62,7 +61,7 @@ void check_visibility(const VisibilityOptions& options) {
   }
   if (options.likelihood != ViewLikelihood::list) return;
   if (options.likelihoods.empty()) {
-    usage("A list of likely views was asked for, but it is empty: give at least one direction.");
+    usage("The list of likely views is empty: give at least one direction.");
   }
   for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
     const double size = length(to_double(entry.direction));
@@ -77,8 +76,8 @@ void check_visibility(const VisibilityOptions& options) {
 
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
   std::vector<ProbeDirection> result;
-  double largest = 0;  // largest weight of the list, by which weights are divided to keep sums in
-                       // range
+  // largest weight of the list; all weights are divided by it to keep sums in range
+  double largest = 0;
   for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
     largest = std::max(largest, entry.weight);
   }
@@ -100,9 +99,9 @@ std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
   }
   if (result.empty()) {
     usage(
-        "No view is likely: the weights leave none of the probing directions. Each takes the "
-        "weight "
-        "of the listed direction that is nearest to it; give one of them more than 0.");
+        "All views have the weight 0. Each probing direction takes the weight of the nearest "
+        "listed "
+        "direction: give at least one of these a weight above 0.");
   }
   return result;
 }
@@ -112,13 +111,13 @@ struct VisibilityProbe::Impl {
   std::vector<ProbeDirection> directions;
   std::uint32_t view_size;
   Traversal traversal;
-  float scale = 1;  // maps the surface's frame to within 0.5 of the origin
+  float scale = 1;  // scale that brings the surface within 0.5 of the origin
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   cl::Array<float> normals;
   std::unique_ptr<Rasterizer> raster;
   std::unique_ptr<RayCaster> rays;
-  // A batch of views.
+  // The views of one batch.
   std::vector<kiln_view> views;
   cl::Array<kiln_view> device_views;
   cl::Array<float> weights;
@@ -129,16 +128,16 @@ struct VisibilityProbe::Impl {
   void poll(std::size_t next) const {
     if (!keep_on) return;
     context.finish();
-    const double done = static_cast<double>(next) / static_cast<double>(directions.size());
-    if (!keep_on(done)) throw Cancelled{};
+    const double completed = static_cast<double>(next) / static_cast<double>(directions.size());
+    if (!keep_on(completed)) throw Cancelled{};
   }
 
   Impl(cl::Context& opened, std::vector<ProbeDirection> probed, std::uint32_t size,
-       Traversal wanted)
+       Traversal requested)
       : context(opened),
         directions(std::move(probed)),
         view_size(size),
-        traversal(choose_traversal(opened, wanted)) {}
+        traversal(choose_traversal(opened, requested)) {}
 
   kiln_visibility_params params(const Places& places) const {
     kiln_visibility_params params{};
@@ -204,7 +203,7 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
       radius = std::max(radius, length(to_double(position)));
     }
   }
-  // A power of two, so that scaling is exact.
+  // The scale is a power of two, so that scaling is exact.
   if (radius > 0) {
     int exponent = 0;
     std::frexp(radius, &exponent);

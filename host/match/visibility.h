@@ -1,9 +1,9 @@
-// Visibility directions: the mean direction from which each place of the low poly is seen, past the mesh
-// itself (Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for Detail-Recovery", 2003,
-// section 3.3).
+// Visibility directions: the mean of the directions from which each point of the low poly is seen, past
+// the mesh itself (Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for
+// Detail-Recovery", 2003, section 3.3).
 //
-// The equations follow the paper's description in words. d is a direction of likelihood w, c(d) the pixels
-// or cosines with which a place is seen, V the set of directions that see it:
+// The equations follow the paper's description in words. d is a direction of likelihood w, c(d) the number
+// of pixels, or the cosine, with which d sees a point, V the set of directions that see the point:
 //   face    v_f = sum over V of w c_f(d) d / sum of w c_f(d); a vertex takes the mean of its faces' v_f,
 //           weighted by their angles there
 //   vertex  v_v = the same over the pixels of its faces, each by its barycentric weight; not over
@@ -39,7 +39,7 @@ struct ProbeDirection {
   float weight = 1;  ///< Likelihood of a view from there
 };
 
-/// Called with the share done; returns false to cancel. May be empty.
+/// Called with the completed share; returns false to cancel. May be empty.
 using KeepOn = std::function<bool(double)>;
 
 /// Directions of the options, without those of zero weight. \throws Error(usage)
@@ -48,10 +48,10 @@ std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options);
 /// Checks options that are independent of the mesh. \throws Error(usage)
 void check_visibility(const VisibilityOptions& options);
 
-/// Sums the directions that see places of a mesh.
+/// Sums the directions that see points of a mesh.
 ///
-/// Each direction is weighted by its likelihood times its cosine to the place's face. Directions are
-/// added in their order by both tests, so that sums do not depend on threads.
+/// Each direction is weighted by its likelihood times its cosine to the point's face. Directions are
+/// added in their order, so that sums do not depend on threads.
 class VisibilityProbe {
  public:
   /// \param surface    in frame units; may be far smaller or larger than the high poly
@@ -62,19 +62,20 @@ class VisibilityProbe {
   ~VisibilityProbe();
   VisibilityProbe(VisibilityProbe&&) noexcept;
 
-  /// Places and the normals of their faces, and sums of directions and weights, on the device.
+  /// Points, the normals of their faces, and the sums of directions and weights, on the device.
   struct Places {
     std::uint32_t count = 0;
     std::uint32_t capacity = 0;  ///< A multiple of 64: elements of one plane
     cl::Array<float> points;  ///< 6 planes: position in the probe's scale, unit normal of the face
     cl::Array<float> sums;    ///< 4 planes: weighted sum of directions x y z, sum of weights
     cl::Array<std::int32_t>
-        seen;  ///< If requested, planes of 32 bits: the set of directions that see a place
+        /// The set of directions that see a point, in planes of 32 bits; empty unless requested
+        seen;
   };
 
-  /// A band's samples, with the normals of their triangles.
+  /// Makes places of a band's samples, with the normals of their triangles.
   Places places(const TexelBand& band) const;
-  /// Any places. \param positions,normals  in the surface's frame
+  /// Makes places of arbitrary points. \param positions,normals in the surface's frame
   Places places(std::span<const Vec3> positions, std::span<const Vec3> normals) const;
 
   /// Sets a callback that is called several times a second by the functions below, which throw
@@ -84,7 +85,7 @@ class VisibilityProbe {
   /// Allocates Places::seen.
   void allocate_seen(Places& places) const;
 
-  /// Adds all directions to the places' sums: by pictures, or by rays.
+  /// Adds all directions to the places' sums, tested by depth views or by rays.
   void add_by_views(Places& places);
   void add_by_rays(Places& places);
 
@@ -103,7 +104,7 @@ class VisibilityProbe {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Visibility directions of a whole map.
+/// Visibility directions of all texels of a map.
 class VisibilityField {
  public:
   /// \param width,height  of the map; a field of texels has at most 2048 a side, and is upsampled for
@@ -114,7 +115,8 @@ class VisibilityField {
                   VisibilityReport& report, KeepOn keep_on = {});
 
   /// Copies a band's samples with their visibility directions, at a cosine of at least
-  /// KILN_VISIBILITY_LEAST_RISE to their faces. Places without a visibility direction keep their own.
+  /// KILN_VISIBILITY_LEAST_RISE to their faces. Samples without a visibility direction keep their own
+  /// direction.
   ///
   /// The hybrid (section 3.4) is (1 - s) v + s n, normalised: v the unit visibility direction, n the
   /// band's normal, s the standard deviation sqrt(1 - |mean|^2) of the directions that see the place
@@ -132,7 +134,7 @@ class VisibilityField {
   void means(const TexelBand& band, std::uint32_t samples, const cl::Array<float>& seen,
              std::uint32_t capacity, std::uint32_t cluster = 0) const;
 
-  /// The clusters; none if no more than one was requested.
+  /// The clusters; nullopt if only one was requested.
   const std::optional<VisibilityClusters>& clusters() const { return clusters_; }
 
   /// True if directions are per texel, and interpolated; false if they are per corner.
@@ -162,7 +164,7 @@ class VisibilityField {
   std::optional<VisibilityClusters> clusters_;
   cl::Array<std::uint32_t> field_triangle_;
   cl::Array<std::uint32_t> chart_;
-  cl::Array<std::uint32_t> border_;  // per pixel, its index in the links
+  cl::Array<std::uint32_t> border_;  // per pixel of the field: its index in links_
   cl::Array<std::uint32_t> links_;
 };
 

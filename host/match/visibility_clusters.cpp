@@ -7,7 +7,8 @@ namespace kiln {
 namespace {
 
 constexpr int kClusterIterations = 16;
-/// Not along an axis or diagonal of the mesh, where two clusters are often symmetric.
+/// Axis along which clusters are ordered. It differs from axes and diagonals of meshes, since two clusters
+/// are often symmetric about one.
 const Vec3d kOrder{0.48, 0.29, 0.83};
 
 Vec3d normalized_or(const Vec3d& v, const Vec3d& other) {
@@ -17,19 +18,18 @@ Vec3d normalized_or(const Vec3d& v, const Vec3d& other) {
 
 }  // namespace
 
-std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
-                                   std::uint32_t count) {
+std::vector<Vec3d> part_directions(std::span<const SeenDirection> directions, std::uint32_t count) {
   std::vector<Vec3d> centres;
   if (directions.empty() || count == 0) return centres;
   Vec3d sum{};
-  for (const SeeingDirection& d : directions) sum += d.toward * d.weight;
+  for (const SeenDirection& d : directions) sum += d.toward * d.weight;
   if (count == 1) return {normalized_or(sum, directions[0].toward)};
 
-  // Cosine between each direction and the nearest centre so far; initially, to the mean.
+  // Cosine between each direction and its nearest chosen centre; initially, the mean.
   std::vector<double> nearness(directions.size());
   const Vec3d mean = normalized_or(sum, {0, 0, 0});
   std::transform(directions.begin(), directions.end(), nearness.begin(),
-                 [&](const SeeingDirection& d) { return dot(d.toward, mean); });
+                 [&](const SeenDirection& d) { return dot(d.toward, mean); });
   while (centres.size() < std::min<std::size_t>(count, directions.size())) {
     const auto farthest = std::min_element(nearness.begin(), nearness.end()) - nearness.begin();
     const Vec3d centre = directions[static_cast<std::size_t>(farthest)].toward;
@@ -41,7 +41,7 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
   }
   for (int round = 0; round < kClusterIterations; ++round) {
     std::vector<Vec3d> sums(centres.size());
-    for (const SeeingDirection& d : directions) {
+    for (const SeenDirection& d : directions) {
       std::size_t nearest = 0;
       double best = -2;
       for (std::size_t k = 0; k < centres.size(); ++k) {

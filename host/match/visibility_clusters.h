@@ -1,4 +1,4 @@
-// Clustering of the directions that see a place (Tarini, Cignoni, Scopigno 2003, section 6).
+// Clusters the directions that see a point (Tarini, Cignoni, Scopigno 2003, section 6).
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,19 @@
 
 namespace kiln {
 
-/// A direction that sees a place, and its weight.
-struct SeeingDirection {
+/// A direction from which a point is seen, and its weight.
+struct SeenDirection {
   Vec3d toward{};
   double weight = 1;
 };
 
-/// Unit mean directions of the clusters; as many as requested, or as there are directions.
+/// Unit mean directions of the clusters: as many as requested, but not more than there are directions.
 ///
 /// k-means on the sphere. Initial centres are the direction farthest from the mean, then repeatedly
 /// the one farthest from all centres; 16 iterations; ties go to the lower index. So the same
 /// directions give the same clusters. They are ordered along a fixed axis, so that neighbouring
-/// places number them alike wherever possible.
-std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
-                                   std::uint32_t count);
+/// points mostly number their clusters alike.
+std::vector<Vec3d> part_directions(std::span<const SeenDirection> directions, std::uint32_t count);
 
 /// A texel of the field whose directions are split into clusters.
 struct PartedTexel {

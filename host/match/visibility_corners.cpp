@@ -31,7 +31,7 @@ std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface
   std::vector<std::array<double, 3>> shares;
   for (std::size_t row = 0; row < kParts; ++row) {
     for (std::size_t k = 0; k < 2 * row + 1; ++k) {
-      // Even parts have the face's orientation, odd ones are flipped.
+      // Even parts have the face's orientation; odd ones are flipped.
       const double down = (static_cast<double>(row) + (k % 2 == 0 ? 2.0 : 1.0) / 3) / kParts;
       const double along = (static_cast<double>(k / 2) + (k % 2 == 0 ? 1.0 : 2.0) / 3) / kParts;
       shares.push_back({1 - down, down - along, along});
@@ -57,7 +57,7 @@ std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface
     }
     VisibilityProbe::Places places = probe.places(positions, normals);
     probe.add_by_rays(places);
-    const std::vector<float> seen = places.sums.download(context);
+    const std::vector<float> corner_sums = places.sums.download(context);
     const std::size_t plane = places.capacity;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const std::size_t t = first + i / shares.size();
@@ -65,8 +65,9 @@ std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface
       const double area = length(area_normal(surface.triangles[t]));
       for (std::size_t k = 0; k < 3; ++k) {
         const double share = area * shares[i % shares.size()][k];
-        result[3 * t + k].add(Vec3d{seen[i], seen[i + plane], seen[i + 2 * plane]} * share,
-                              share * seen[i + 3 * plane]);
+        result[3 * t + k].add(
+            Vec3d{corner_sums[i], corner_sums[i + plane], corner_sums[i + 2 * plane]} * share,
+            share * corner_sums[i + 3 * plane]);
       }
     }
   }
@@ -121,10 +122,10 @@ void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& p
       (faces ? of_face[t] : vertices[topology.vertices[t][k]]).add(corner.sum, corner.weight);
     }
   }
-  std::vector<std::uint8_t> used(topology.vertex_count, 0);
+  std::vector<std::uint8_t> is_used_vertex(topology.vertex_count, 0);
   for (const std::size_t t : surface.usable_triangles()) {
     for (std::size_t k = 0; k < 3; ++k) {
-      used[topology.vertices[t][k]] = 1;
+      is_used_vertex[topology.vertices[t][k]] = 1;
       if (!faces || !(of_face[t].weight > 0)) continue;
       const double angle = corner_angle(surface.triangles[t], k);
       vertices[topology.vertices[t][k]].add(of_face[t].sum * (angle / of_face[t].weight), angle);
@@ -134,7 +135,7 @@ void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& p
   std::vector<std::array<float, 4>> means(topology.vertex_count);
   std::vector<std::uint32_t> unseen;
   for (std::uint32_t v = 0; v < topology.vertex_count; ++v) {
-    if (used[v] == 0) continue;
+    if (is_used_vertex[v] == 0) continue;
     ++report.places;
     means[v] = mean_of(vertices[v]);
     if (means[v][3] == 0) unseen.push_back(v);

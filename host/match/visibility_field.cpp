@@ -15,14 +15,14 @@ namespace {
 constexpr std::uint32_t kMaxFieldSide = 2048;
 constexpr std::size_t kGrainOfField = 1 << 14;
 
-/// Samples per band, such that the sets of directions that see them take 64 MiB.
+/// Number of samples per band at which the sets of directions that see them take 64 MiB.
 std::uint32_t samples_per_band(const VisibilityOptions& options, std::size_t directions) {
   if (options.clusters == 1) return 1U << 22;
   const std::size_t words = (directions + 31) / 32;
   return static_cast<std::uint32_t>(std::size_t{1} << 24) / static_cast<std::uint32_t>(words);
 }
 
-/// Clusters the directions of a band's places where they scatter, in the order of the places.
+/// Clusters the directions of a band's samples that have widely scattered directions, in the samples' order.
 void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBand& band,
                const VisibilityProbe::Places& places, const VisibilityOptions& options,
                std::uint32_t field_width, std::vector<PartedTexel>& parted) {
@@ -30,7 +30,7 @@ void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBa
   const std::size_t plane = places.capacity;
   const std::vector<float> sums = places.sums.download(context);
   const std::vector<float> points = places.points.download(context);
-  const std::vector<std::int32_t> seen = places.seen.download(context);
+  const std::vector<std::int32_t> seen_bits = places.seen.download(context);
   std::vector<std::uint32_t> index(places.count);
   band.texel_index.read(context, index);
   std::vector<std::uint32_t> chosen;
@@ -41,13 +41,13 @@ void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBa
   }
   std::vector<PartedTexel> found(chosen.size());
   parallel_for(chosen.size(), 256, [&](std::size_t begin, std::size_t end) {
-    std::vector<SeeingDirection> seeing;
+    std::vector<SeenDirection> seeing;
     for (std::size_t c = begin; c < end; ++c) {
       const std::size_t i = chosen[c];
       const Vec3d normal{points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]};
       seeing.clear();
       for (std::size_t d = 0; d < directions.size(); ++d) {
-        const auto bits = static_cast<std::uint32_t>(seen[(d / 32) * plane + i]);
+        const auto bits = static_cast<std::uint32_t>(seen_bits[(d / 32) * plane + i]);
         if ((bits >> (d % 32) & 1U) == 0) continue;
         seeing.push_back(
             {directions[d].toward, directions[d].weight * dot(normal, directions[d].toward)});

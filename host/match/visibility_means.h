@@ -1,4 +1,4 @@
-// Sums of directions at places of a surface, and their means.
+// Sums of directions at points of a surface, and their means.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct DirectionSum {
   }
 };
 
-/// The mean direction, whose length measures agreement; weight 0: no direction.
+/// The mean direction, whose length measures the agreement of the directions; w is 0 if the sum is empty.
 inline std::array<float, 4> mean_of(const DirectionSum& s) {
   if (!(s.weight > 0)) return {0, 0, 0, 0};
   const Vec3 mean = to_float(s.sum * (1 / s.weight));
@@ -36,9 +36,8 @@ inline double deviation_of(const std::array<float, 4>& mean) {
   return std::sqrt(std::max(0.0, 1 - dot(m, m)));
 }
 
-/// Fills places without directions with the mean of their neighbours', ring by ring from those that have
-/// some.
-/// \param neighbours  calls its argument with every neighbour of a place
+/// Fills points without a direction with the mean of their neighbours' directions, ring by ring.
+/// \param neighbours calls its argument with every neighbour of a point
 template <typename Neighbours>
 void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint32_t> unseen,
                  const Neighbours& neighbours, VisibilityReport& report) {
@@ -46,7 +45,7 @@ void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint
   std::vector<std::pair<std::uint32_t, std::array<float, 4>>> ring;
   while (!unseen.empty()) {
     ring.clear();
-    std::vector<std::uint32_t> rest;
+    std::vector<std::uint32_t> remaining;
     for (const std::uint32_t place : unseen) {
       DirectionSum around;
       neighbours(place, [&](std::uint32_t other) {
@@ -56,17 +55,17 @@ void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint
       if (around.weight > 0) {
         ring.emplace_back(place, mean_of(around));
       } else {
-        rest.push_back(place);
+        remaining.push_back(place);
       }
     }
     if (ring.empty()) break;
     for (const auto& [place, mean] : ring) means[place] = mean;
-    unseen = std::move(rest);
+    unseen = std::move(remaining);
   }
   report.without = unseen.size();
 }
 
-/// Adds the mean standard deviation of all known places to the report.
+/// Adds the mean standard deviation of all points with a direction to the report.
 void add_deviation(const std::vector<std::array<float, 4>>& means, VisibilityReport& report);
 
 }  // namespace kiln

@@ -11,13 +11,13 @@ namespace kiln {
 /// sample's direction (frame units, outward positive), and status.
 struct DeviceCorrespondence {
   std::uint32_t count = 0;
-  std::uint32_t capacity = 0;         ///< Elements of a plane
+  std::uint32_t capacity = 0;         ///< Elements of one plane
   cl::Array<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE for a miss
   cl::Array<float> barycentric;       ///< 2 planes: weights of corners 1 and 2
   cl::Array<float> distance;
   cl::Array<std::uint8_t> status;  ///< kiln_sample_status of each sample
-  /// Visibility directions: 3 planes, the mean of the directions that see the sample's place, in object space. Empty:
-  /// not requested.
+  /// Visibility directions, 3 planes: the mean of the directions that see the sample, in object space. Empty if not
+  /// requested.
   cl::Array<float> seen;
 
   DeviceCorrespondence() = default;

@@ -9,7 +9,7 @@ void add(const Vec3& v, std::vector<float>& values) {
   values.insert(values.end(), {v.x, v.y, v.z});
 }
 
-/// Hard edges near each triangle, in the kernel's layout.
+/// Packs the hard edges near each triangle into the kernel's layout.
 std::vector<float> packed(const HardEdges& hard, const HardEdges::Near& near,
                           std::span<const float> widths) {
   std::vector<float> edges;
@@ -35,7 +35,7 @@ EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const std::v
       if (painted) weights.push_back(corner.straight);
     }
   }
-  // Kernels need arrays with elements, even if unused.
+  // Kernel arguments must not be empty arrays, even if unused.
   const std::vector<float> none(7);
   normals_ = cl::Array<float>(context, std::span<const float>(normals));
   weights_ = cl::Array<float>(context, std::span<const float>(painted ? weights : none));

@@ -1,4 +1,5 @@
-// Turns the directions of texel samples: to the low poly's own normals, and near hard edges to averaged ones.
+// Sets the directions of texel samples: the low poly's own normals, blended with averaged normals near hard
+// edges.
 #pragma once
 
 #include <span>
@@ -15,14 +16,15 @@ namespace kiln {
 class EdgeTurn {
  public:
   EdgeTurn() = default;
-  /// \param widths  of each hard edge, frame units, above 0; empty: directions are the mesh's own normals
+  /// \param widths blend width of each hard edge, frame units, above 0; empty: directions are the mesh's own
+  /// normals
   EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEdges& hard,
            std::span<const float> widths);
-  /// Turns directions as painted in the mesh's colours: LowSurface::Corner::straight.
+  /// Blends directions by weights that are painted in the mesh's colours (LowSurface::Corner::straight).
   EdgeTurn(cl::Context& context, const LowSurface& surface);
 
   bool turns() const { return turns_; }
-  /// Turns the directions of a newly sampled band; called once.
+  /// Sets the directions of a newly sampled band; must be called once.
   void apply(cl::Context& context, TexelBand& band) const;
 
  private:

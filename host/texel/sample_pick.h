@@ -15,7 +15,8 @@ namespace kiln {
 /// Copies values of chosen samples on the device, without a transfer to the host (kernels/texel/texel.cl).
 class SamplePick {
  public:
-  /// \param multiple  the length of planes is rounded up to this, for kernels that read beyond the last sample
+  /// \param multiple the length of planes is rounded up to a multiple of this, for kernels that read beyond
+  /// the last sample
   SamplePick(cl::Context& context, std::span<const std::uint32_t> samples,
              std::uint32_t multiple = 1)
       : context_(context),
@@ -58,7 +59,7 @@ class SamplePick {
     return some;
   }
 
-  /// Scatters the correspondence of the samples into `match`; misses leave `match` unchanged.
+  /// Copies the correspondence of the samples back into `match`; misses leave `match` unchanged.
   void put_back(const DeviceCorrespondence& found, const DeviceCorrespondence& match) const {
     context_.launch(context_.kernel("texel", "kiln_texel_put_back"), count_, kLocal, count_,
                     found.capacity, match.capacity, samples_, found.triangle, found.barycentric,
@@ -72,8 +73,8 @@ class SamplePick {
   cl::Array<std::uint32_t> samples_;
 };
 
-/// The first `count` samples whose status (kiln_sample_status) is wanted, in their order. Returned to the host, which
-/// has to know their number for the next launches.
+/// Selects, among the first `count` samples, those whose status (kiln_sample_status) satisfies a predicate, in their
+/// order. The list is on the host, since later launches need its length.
 template <typename Wanted>
 std::vector<std::uint32_t> samples_with(cl::Context& context, const DeviceCorrespondence& match,
                                         std::uint32_t count, const Wanted& wanted) {

@@ -9,14 +9,15 @@
 
 namespace kiln {
 
-/// Writes the search distance of samples (TexelBand::points, the last plane): that of their sheet (mesh/open_sheets.h),
-/// 0 for samples on none. Does nothing for low polys without sheets.
+/// Writes the search distance of samples (TexelBand::points, the last plane): that of their open sheet
+/// (mesh/open_sheets.h), or 0 for samples on no sheet. Does nothing for low polys without open sheets.
 class SheetReach {
  public:
   SheetReach() = default;
   explicit SheetReach(const LowSurface& surface);
 
-  float farthest() const { return farthest_; }  ///< Frame units; 0: no sheets
+  /// Largest search distance in frame units; 0: there are no sheets
+  float farthest() const { return farthest_; }
   /// Writes the search distances of a newly sampled band.
   void apply(cl::Context& context, TexelBand& band) const;
 

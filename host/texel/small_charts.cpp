@@ -14,11 +14,12 @@
 namespace kiln {
 namespace {
 
-// Texels: greatest distance of a free texel from its chart.
+// Maximum distance in texels of an assigned texel from its chart.
 constexpr std::int64_t kMaxDistance = 8;
-constexpr std::uint32_t kTileShift = 6;  // tiles of 64 x 64 texels are searched as a whole
+// log2 of a tile's side: tiles of 64 x 64 texels without small charts are skipped
+constexpr std::uint32_t kTileShift = 6;
 constexpr std::size_t kTrianglesPerTask = 1 << 14;
-// least radius of an inscribed circle in samples, above sqrt(1/2)
+// minimum inradius in samples of a triangle that certainly covers a sample's centre; above sqrt(1/2)
 constexpr double kMinInradius = 0.75;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -27,21 +28,21 @@ std::int64_t floor_div(std::int64_t a, std::int64_t b) {
   return q - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
 }
 
-/// Columns of the samples that a piece covers in a row; exact.
+/// Exact range of columns of the samples that a piece covers in a row.
 SampleRange covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, std::int64_t row,
                             std::int64_t count) {
   SampleRange columns{0, count - 1};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::int64_t open = ((piece.closed >> k) & 1U) != 0 ? 0 : 1;
     const std::int64_t step = std::int64_t{piece.a[k]} * (std::int64_t{1} << shift);
-    const std::int64_t rest =
+    const std::int64_t remainder =
         std::int64_t{piece.b[k]} * row * (std::int64_t{1} << shift) + piece.c[k] - open;
     if (step == 0) {
-      if (rest < 0) return {0, -1};
+      if (remainder < 0) return {0, -1};
     } else if (step > 0) {
-      columns.first = std::max(columns.first, -floor_div(rest, step));
+      columns.first = std::max(columns.first, -floor_div(remainder, step));
     } else {
-      columns.last = std::min(columns.last, floor_div(rest, -step));
+      columns.last = std::min(columns.last, floor_div(remainder, -step));
     }
   }
   return columns;
@@ -60,7 +61,7 @@ bool is_large(const FixedTriangle& f, const UvGrid& grid) {
 }
 
 /// Hash of a corner's UV and position; corners of equal hashes are one vertex of a chart.
-std::uint64_t key_of(const LowSurface::Corner& corner) {
+std::uint64_t vertex_hash(const LowSurface::Corner& corner) {
   std::uint64_t key = 0;
   for (const float value :
        {corner.uv.x, corner.uv.y, corner.position.x, corner.position.y, corner.position.z}) {
@@ -82,7 +83,8 @@ struct Outline {
     }
   }
 
-  /// Range of x between two heights; empty (least above greatest) if the triangle lies outside.
+  /// Range of x of the triangle between two values of y; empty (minimum above maximum) if the triangle lies
+  /// outside.
   std::array<double, 2> across(double top, double bottom) const {
     double low = kInfinity, high = -kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -102,7 +104,7 @@ struct Outline {
     return {low, high};
   }
 
-  /// Squared distance from a texel's centre.
+  /// Squared distance of the triangle from a texel's centre.
   double squared_distance(std::int64_t column, std::int64_t row) const {
     const double at_x = static_cast<double>(column) + 0.5, at_y = static_cast<double>(row) + 0.5;
     const auto [u, v] = nearest_weights(x, y, at_x, at_y);
@@ -155,7 +157,7 @@ class Finder {
     return false;
   }
 
-  /// Finds triangles with pieces, none of which covers a sample.
+  /// Finds the triangles that have pieces, none of which covers a sample.
   void find_uncovered() {
     coverage_.assign(surface_.triangles.size(), kNoPiece);
     std::vector<std::uint8_t> piece_covers(pieces_.pieces.size());
@@ -171,17 +173,19 @@ class Finder {
     }
   }
 
-  /// Finds charts of which no triangle covers a sample.
+  /// Finds the charts in which no triangle covers a sample.
   void find_charts() {
     if (uncovered_.empty()) return;
-    std::unordered_map<std::uint64_t, std::uint32_t> at;  // vertices of uncovered triangles
+    // vertex index by hash, for corners of uncovered triangles
+    std::unordered_map<std::uint64_t, std::uint32_t> at;
     std::vector<std::array<std::uint32_t, 3>> corners;
     at.reserve(3 * uncovered_.size());
     for (const std::uint32_t t : uncovered_) {
       std::array<std::uint32_t, 3> own{};
       for (std::size_t k = 0; k < 3; ++k) {
-        own[k] = at.emplace(key_of(surface_.triangles[t][k]), static_cast<std::uint32_t>(at.size()))
-                     .first->second;
+        own[k] =
+            at.emplace(vertex_hash(surface_.triangles[t][k]), static_cast<std::uint32_t>(at.size()))
+                .first->second;
       }
       corners.push_back(own);
     }
@@ -195,7 +199,7 @@ class Finder {
       for (std::size_t t = begin; t < end; ++t) {
         if (coverage_[t] != kCovers) continue;
         for (const LowSurface::Corner& corner : surface_.triangles[t]) {
-          const auto found = at.find(key_of(corner));
+          const auto found = at.find(vertex_hash(corner));
           if (found == at.end()) continue;
           std::atomic_ref<std::uint8_t>(touched[found->second]).store(1, std::memory_order_relaxed);
         }
@@ -220,8 +224,8 @@ class Finder {
     return static_cast<std::size_t>((row >> kTileShift) * tiles_across_ + (column >> kTileShift));
   }
 
-  /// Calls `visit(column, row)` for the map's texels within `reach` texels of a triangle, and for some that are
-  /// slightly farther; for 0, exactly for texels that overlap the triangle.
+  /// Calls `visit(column, row)` for the map's texels within `reach` texels of a triangle, and for a few
+  /// slightly farther ones; with reach 0, exactly for the texels that overlap the triangle.
   template <class Visit>
   void for_texels_near(const Outline& outline, std::int64_t reach, const Visit& visit) const {
     const auto [top, bottom] = std::minmax({outline.y[0], outline.y[1], outline.y[2]});
@@ -244,7 +248,7 @@ class Finder {
     }
   }
 
-  /// Marks texels near small charts that have a covered sample.
+  /// Marks the texels near small charts that have a covered sample as occupied.
   void mark_covered() {
     tiles_across_ = (std::int64_t{width_} >> kTileShift) + 1;
     tiles_.assign(tile_of(0, std::int64_t{height_}) + static_cast<std::size_t>(tiles_across_), 0);
@@ -253,7 +257,7 @@ class Finder {
         tiles_[tile_of(column, row)] = 1;
       });
     }
-    taken_.assign(std::size_t{width_} * height_, false);
+    is_occupied_.assign(std::size_t{width_} * height_, false);
     const auto samples = std::int64_t{samples_};
     for (std::size_t i = 0; i < pieces_.pieces.size(); ++i) {
       const FixedTriangle& f = pieces_.fixed[i];
@@ -274,7 +278,8 @@ class Finder {
         const SampleRange columns =
             covered_columns(pieces_.pieces[i], pieces_.shift, row, std::int64_t{width_} * samples);
         if (columns.first > columns.last) continue;
-        const auto line = taken_.begin() + static_cast<std::ptrdiff_t>(row / samples * width_);
+        const auto line =
+            is_occupied_.begin() + static_cast<std::ptrdiff_t>(row / samples * width_);
         std::fill(line + columns.first / samples, line + columns.last / samples + 1, true);
       }
     }
@@ -285,26 +290,26 @@ class Finder {
   }
 
   void assign_texel(std::uint32_t small, const Place& place) {
-    taken_[index_of(place.column, place.row)] = true;
+    is_occupied_[index_of(place.column, place.row)] = true;
     has_[small] = 1;
     result_.texels.push_back({static_cast<std::uint32_t>(place.column),
                               static_cast<std::uint32_t>(place.row), result_.triangles[small]});
   }
 
-  /// The free texel with the nearest centre.
+  /// Finds the free texel with the nearest centre.
   Place nearest(const Outline& outline) const {
     Place best;
     for (std::int64_t reach = 1; reach <= kMaxDistance; reach *= 2) {
       for_texels_near(outline, reach, [&](std::int64_t column, std::int64_t row) {
-        if (taken_[index_of(column, row)]) return;
+        if (is_occupied_[index_of(column, row)]) return;
         best = std::min(best, Place{outline.squared_distance(column, row), row, column});
       });
-      // Texels that were not visited have their centres more than half a texel beyond the reach.
-      const double sure = static_cast<double>(reach) + 0.5;
-      if (best.squared_distance <= sure * sure) break;
+      // Centres of texels that were not visited are more than `reach` + 1/2 texels away.
+      const double certain_distance = static_cast<double>(reach) + 0.5;
+      if (best.squared_distance <= certain_distance * certain_distance) break;
     }
-    const double most = static_cast<double>(kMaxDistance);
-    return best.squared_distance <= most * most ? best : Place{};
+    const double max_distance = static_cast<double>(kMaxDistance);
+    return best.squared_distance <= max_distance * max_distance ? best : Place{};
   }
 
   void assign_texels() {
@@ -325,12 +330,12 @@ class Finder {
     assign_overlapped_texels();
     for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
       if (has_[small] != 0) continue;
-      // No texel has become free since, so a failed search need not be repeated.
+      // Texels never become free again, so a failed search is not repeated.
       const Place place = search_failed_[small] != 0 ? Place{} : nearest(outlines_[small]);
       if (place.found()) {
         assign_texel(small, place);
       } else {
-        result_.without.push_back(result_.triangles[small]);
+        result_.triangles_without_texel.push_back(result_.triangles[small]);
       }
     }
     std::sort(result_.texels.begin(), result_.texels.end(),
@@ -349,7 +354,7 @@ class Finder {
     for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
       for_texels_near(outlines_[small], 0, [&](std::int64_t column, std::int64_t row) {
         const std::size_t texel = index_of(column, row);
-        if (taken_[texel]) return;
+        if (is_occupied_[texel]) return;
         reached.push_back({texel, outlines_[small].squared_distance(column, row), small});
       });
     }
@@ -358,7 +363,7 @@ class Finder {
              std::tie(b.texel, b.squared_distance, b.small);
     });
     for (const auto& [texel, squared_distance, small] : reached) {
-      if (taken_[texel]) continue;
+      if (is_occupied_[texel]) continue;
       assign_texel(small, {squared_distance, static_cast<std::int64_t>(texel / width_),
                            static_cast<std::int64_t>(texel % width_)});
     }
@@ -378,7 +383,7 @@ class Finder {
   std::vector<std::uint8_t> has_, search_failed_;
   std::int64_t tiles_across_ = 0;
   std::vector<std::uint8_t> tiles_;  // tiles near small charts
-  std::vector<bool> taken_;          // texels that are covered or assigned
+  std::vector<bool> is_occupied_;    // texels that are covered or assigned
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-/// Index on a Morton curve, and its inverse. Sides up to 2^8.
+/// Index on a Morton curve, and its inverse, for coordinates below 2^8.
 std::uint32_t interleave(std::uint32_t x, std::uint32_t y) {
   std::uint32_t result = 0;
   for (std::uint32_t bit = 0; bit < 8; ++bit) {
@@ -113,7 +113,7 @@ void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uin
   const auto begin = std::max(first_row, static_cast<std::uint32_t>(rows.first / side));
   const auto end = std::min(last_row, static_cast<std::uint32_t>(rows.last / side) + 1);
   for (std::uint32_t row = begin; row < end; ++row) {
-    // Clips the triangle to the rows between the blocks' first and last row of sample centres.
+    // Clips the triangle to the range from the first to the last row of sample centres of a row of blocks.
     const double top = double{1.0} * row * side * unit + half;
     const double bottom = top + (side - 1) * unit;
     double low = 1e30;
@@ -133,7 +133,7 @@ void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uin
       high = std::max({high, x0, x1});
     }
     if (high < low) continue;
-    // Widened by one unit to each side, far more than the error of double precision.
+    // The range is widened by one unit on each side, far more than the error of double precision.
     const SampleRange columns = samples_within(static_cast<std::int64_t>(std::floor(low)) - 1,
                                                static_cast<std::int64_t>(std::ceil(high)) + 1,
                                                shift, grid_.width * grid_.samples);

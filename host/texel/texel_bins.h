@@ -1,4 +1,4 @@
-// Sorts pieces into the blocks of texels that they may touch.
+// Sorts pieces into the blocks of texels that they may overlap.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +26,11 @@ struct TexelGrid {
 
   std::uint32_t band_rows() const { return band_tiles * tile_blocks * block_texels; }
   std::uint32_t band_count() const { return (height + band_rows() - 1) / band_rows(); }
-  /// Lookup table of the kernels: planes x, y, place, texel (see texel.cl).
+  /// The kernels' table of slots: planes x, y, place and texel (see texel.cl).
   std::vector<std::int32_t> slot_table() const;
 };
 
-/// Lists the pieces of each band, once; the pieces of each block of a band on request.
+/// Lists the pieces of each band at construction, and the pieces of each block of a band on request.
 class TexelBins {
  public:
   TexelBins(const TexelGrid& grid, const TexelPieces& pieces);
@@ -39,7 +39,8 @@ class TexelBins {
     std::vector<kiln_texel_block> blocks;  ///< Blocks with pieces, tile by tile
     std::vector<std::uint32_t> lists;      ///< Piece indices, ascending in each list
   };
-  /// Lists are conservative: a row's span of blocks is up to a unit in the last place too wide.
+  /// Fills the lists of a band. Lists are conservative: the range of blocks in a row may be up to a unit in
+  /// the last place too wide.
   void fill(std::uint32_t band, Bins& bins);
 
  private:

@@ -15,11 +15,11 @@
 namespace kiln {
 namespace {
 
-// Share of the way to a triangle's centre by which points move inward: points on the very border may miss a high poly
-// that ends there.
+// Share of the way to a triangle's centre by which points are moved inward: points exactly on the border may miss a
+// high poly that ends there.
 constexpr double kInset = 1.0 / 256;
 
-/// Number and first example of an imperfection.
+/// Number of triangles with an imperfection, and the first of them.
 struct Finding {
   std::uint64_t count = 0;
   std::size_t example = 0;
@@ -32,7 +32,7 @@ struct Finding {
   }
 };
 
-/// Builds the pieces of a run of triangles.
+/// Builds the pieces of a range of triangles.
 struct Builder {
   UvGrid grid;
   std::vector<kiln_texel_piece> pieces;
@@ -83,7 +83,7 @@ struct Builder {
     const std::int64_t half = std::int64_t{1} << (grid.shift - 1);
     kiln_texel_piece piece{};
     for (std::size_t k = 0; k < 3; ++k) {
-      // The edge opposite corner k, oriented such that E > 0 inside.
+      // The edge opposite corner k, oriented so that E > 0 inside.
       const std::size_t p = (k + 1) % 3;
       const std::size_t q = (k + 2) % 3;
       const std::int32_t dx = sign * (f.x[q] - f.x[p]);
@@ -91,8 +91,8 @@ struct Builder {
       piece.a[k] = -dy;
       piece.b[k] = dx;
       piece.c[k] = dx * (half - f.y[p]) - dy * (half - f.x[p]);
-      // Rows run downwards: inside lies to the right of an edge that runs up, and below one that runs right. These are
-      // the left edges and the top edges; samples on them belong to the triangle.
+      // Rows run downwards: the inside lies to the right of an edge that runs up, and below an edge that runs right.
+      // These are the left and the top edges; samples on them belong to the triangle.
       if (dy < 0 || (dy == 0 && dx > 0)) piece.closed |= 1U << k;
     }
     const auto magnitude = static_cast<std::uint64_t>(area < 0 ? -area : area);
@@ -139,9 +139,9 @@ std::string uv_of_triangle(const LowSurface& surface, std::size_t t) {
   return text;
 }
 
-std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
+std::vector<Warning> describe(const LowSurface& surface, const Builder& merged) {
   std::vector<Warning> warnings;
-  if (const Finding& found = all.outside; found.count != 0) {
+  if (const Finding& found = merged.outside; found.count != 0) {
     warnings.push_back(
         {"uv-outside",
          triangles_are(found.count) + (found.count == 1 ? "reaches" : "reach") +
@@ -152,7 +152,7 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
              option("sets", "udim") + ").",
          found.count});
   }
-  if (const Finding& found = all.degenerate_uv; found.count != 0) {
+  if (const Finding& found = merged.degenerate_uv; found.count != 0) {
     warnings.push_back(
         {"uv-degenerate",
          triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
@@ -160,7 +160,7 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
              ": they cover no texel and were not baked. Unwrap them if they are seen.",
          found.count});
   }
-  if (const Finding& found = all.missing_uv; found.count != 0) {
+  if (const Finding& found = merged.missing_uv; found.count != 0) {
     warnings.push_back({"uv-missing",
                         triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
                             " a corner without UVs, for example triangle " +
@@ -169,7 +169,7 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
                             "seen.",
                         found.count});
   }
-  if (const Finding& found = all.degenerate_low; found.count != 0) {
+  if (const Finding& found = merged.degenerate_low; found.count != 0) {
     warnings.push_back({"low-degenerate",
                         triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
                             " no area or a non-finite corner, for example triangle " +
@@ -184,24 +184,24 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
 
 TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_width,
                             std::uint32_t sample_height) {
-  Builder all;
-  all.grid = UvGrid::of(sample_width, sample_height);
+  Builder merged;
+  merged.grid = UvGrid::of(sample_width, sample_height);
 
   const std::size_t count = surface.with_uvs.size();
   for (std::size_t t = 0, next = 0; t < surface.triangles.size(); ++t) {
     const bool has_uvs = next < count && surface.with_uvs[next] == t;
     if (has_uvs) ++next;
     if (surface.usable[t] == 0) {
-      all.degenerate_low.add(t);
+      merged.degenerate_low.add(t);
     } else if (!has_uvs) {
-      all.missing_uv.add(t);
+      merged.missing_uv.add(t);
     }
   }
   constexpr std::size_t kTrianglesPerRun = 1 << 14;
   std::vector<Builder> runs((count + kTrianglesPerRun - 1) / kTrianglesPerRun);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
-      runs[r].grid = all.grid;
+      runs[r].grid = merged.grid;
       const std::size_t last = std::min(count, (r + 1) * kTrianglesPerRun);
       for (std::size_t i = r * kTrianglesPerRun; i < last; ++i) {
         runs[r].add_triangle(surface, surface.with_uvs[i]);
@@ -210,28 +210,28 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
   });
 
   for (Builder& run : runs) {
-    const auto offset = static_cast<std::uint32_t>(all.pieces.size());
+    const auto offset = static_cast<std::uint32_t>(merged.pieces.size());
     for (kiln_texel_piece& piece : run.pieces) piece.first += offset;
-    all.pieces.insert(all.pieces.end(), run.pieces.begin(), run.pieces.end());
-    all.corners.insert(all.corners.end(), run.corners.begin(), run.corners.end());
-    all.fixed.insert(all.fixed.end(), run.fixed.begin(), run.fixed.end());
-    all.outside.add(run.outside);
-    all.degenerate_uv.add(run.degenerate_uv);
+    merged.pieces.insert(merged.pieces.end(), run.pieces.begin(), run.pieces.end());
+    merged.corners.insert(merged.corners.end(), run.corners.begin(), run.corners.end());
+    merged.fixed.insert(merged.fixed.end(), run.fixed.begin(), run.fixed.end());
+    merged.outside.add(run.outside);
+    merged.degenerate_uv.add(run.degenerate_uv);
     run = Builder{};
   }
   TexelPieces result;
-  result.shift = all.grid.shift;
-  result.warnings = describe(surface, all);
-  result.pieces = std::move(all.pieces);
-  result.corners = std::move(all.corners);
-  result.fixed = std::move(all.fixed);
+  result.shift = merged.grid.shift;
+  result.warnings = describe(surface, merged);
+  result.pieces = std::move(merged.pieces);
+  result.corners = std::move(merged.corners);
+  result.fixed = std::move(merged.fixed);
   return result;
 }
 
 void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> texels,
                       std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
-  Builder all;
-  all.grid = UvGrid::of(width * samples, height * samples);
+  Builder merged;
+  merged.grid = UvGrid::of(width * samples, height * samples);
   for (const OwnedTexel& texel : texels) {
     const auto& triangle = surface.triangles[texel.triangle];
     std::array<double, 3> x{}, y{};
@@ -239,7 +239,7 @@ void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> tex
       x[k] = double{triangle[k].uv.x} * width;
       y[k] = (1 - double{triangle[k].uv.y}) * height;
     }
-    const auto first = static_cast<std::uint32_t>(pieces.size() + all.pieces.size());
+    const auto first = static_cast<std::uint32_t>(pieces.size() + merged.pieces.size());
     // The texel's square as two triangles.
     for (const auto& half : {std::array<std::uint32_t, 3>{0, 1, 3}, {0, 3, 2}}) {
       FixedTriangle f{};
@@ -254,12 +254,12 @@ void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> tex
         v += (1.0 / 3 - v) * kInset;
         points[k].weight = {1 - u - v, u, v};
       }
-      all.add_piece(f, triangle, points, texel.triangle, first);
+      merged.add_piece(f, triangle, points, texel.triangle, first);
     }
   }
-  pieces.insert(pieces.end(), all.pieces.begin(), all.pieces.end());
-  corners.insert(corners.end(), all.corners.begin(), all.corners.end());
-  fixed.insert(fixed.end(), all.fixed.begin(), all.fixed.end());
+  pieces.insert(pieces.end(), merged.pieces.begin(), merged.pieces.end());
+  corners.insert(corners.end(), merged.corners.begin(), merged.corners.end());
+  fixed.insert(fixed.end(), merged.fixed.begin(), merged.fixed.end());
 }
 
 std::array<double, 2> nearest_weights(const std::array<double, 3>& x,
@@ -271,17 +271,17 @@ std::array<double, 2> nearest_weights(const std::array<double, 3>& x,
   if (u >= 0 && v >= 0 && u + v <= 1) return {u, v};
   constexpr std::array<std::array<double, 2>, 3> kCorners = {{{0, 0}, {1, 0}, {0, 1}}};
   std::array<double, 2> best{};
-  double least = std::numeric_limits<double>::infinity();
+  double min_distance = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t next = (k + 1) % 3;
     const double ex = x[next] - x[k], ey = y[next] - y[k];
     const double along = ex * ex + ey * ey;
-    const double way = (at_x - x[k]) * ex + (at_y - y[k]) * ey;
-    const double share = along > 0 ? std::clamp(way / along, 0.0, 1.0) : 0;
+    const double projection = (at_x - x[k]) * ex + (at_y - y[k]) * ey;
+    const double share = along > 0 ? std::clamp(projection / along, 0.0, 1.0) : 0;
     const double dx = x[k] + share * ex - at_x, dy = y[k] + share * ey - at_y;
     const double away = dx * dx + dy * dy;
-    if (!(away < least)) continue;
-    least = away;
+    if (!(away < min_distance)) continue;
+    min_distance = away;
     for (std::size_t c = 0; c < 2; ++c) {
       best[c] = kCorners[k][c] + share * (kCorners[next][c] - kCorners[k][c]);
     }

@@ -1,4 +1,4 @@
-// UV triangles in fixed point, as scan conversion needs them.
+// UV triangles in fixed point, the input of scan conversion.
 #pragma once
 
 #include <array>
@@ -13,13 +13,14 @@
 
 namespace kiln {
 
-/// A texel that no triangle covers, assigned to one.
+/// A texel that no triangle covers, and the triangle that it is assigned to.
 struct OwnedTexel {
   std::uint32_t column = 0, row = 0;
   std::uint32_t triangle = 0;
 };
 
-/// Pieces of a low poly for scan conversion: those of its triangles in ascending order, then those of own().
+/// Pieces of a low poly for scan conversion: those of its triangles in ascending order, then those that own()
+/// adds.
 struct TexelPieces {
   std::uint32_t shift = 0;  ///< Fixed-point bits below one sample, 10 to 28
   std::vector<kiln_texel_piece> pieces;
@@ -28,24 +29,24 @@ struct TexelPieces {
   std::vector<Warning> warnings;  ///< "uv-outside", "uv-degenerate", "uv-missing", "low-degenerate"
 
   /// Snaps all usable triangles to the grid of 2^-shift samples. Triangles that reach more than one unit beyond the
-  /// unit square are clipped to [-1, 2] x [-1, 2] and become several pieces, in double precision, with the same result
-  /// for both triangles at a shared edge. Parts beyond the unit square count as outside; triangles completely outside
-  /// have no piece.
+  /// unit square are clipped to [-1, 2] x [-1, 2] and become several pieces, in double precision, with the same
+  /// result for both triangles at a shared edge. Parts beyond the unit square are counted as outside; triangles
+  /// completely outside have no piece.
   /// \param sample_width, sample_height  size of the map in samples, 1 to 2^18
   static TexelPieces of(const LowSurface& surface, std::uint32_t sample_width,
                         std::uint32_t sample_height);
 
-  /// Adds pieces that cover all samples of texels which no other piece covers. Samples are points of the texel's
-  /// triangle. One sample is the point nearest to the texel's centre; several samples are each the nearest to their own
-  /// centre, so that they spread over the triangle's part of the texel. All are moved by 1/256 of the way to the
-  /// triangle's centre.
-  /// \param width, height, samples  as for of(): texels, and samples a texel's side
+  /// Adds pieces for the given texels, which no other piece covers. Their samples are points of the texel's triangle:
+  /// with one sample a texel, the point nearest to the texel's centre; with several, the points nearest to each
+  /// sample's own centre, so that they spread over the triangle's part of the texel. All are moved by 1/256 of the
+  /// way to the triangle's centre.
+  /// \param width, height, samples size of the map in texels; N: N x N samples a texel
   void own(const LowSurface& surface, std::span<const OwnedTexel> texels, std::uint32_t width,
            std::uint32_t height, std::uint32_t samples);
 };
 
-/// Barycentric weights of corners 1 and 2 of a triangle's nearest point to a place.
-/// \param x, y  of the corners
+/// The point of a triangle nearest to (at_x, at_y), as weights of corners 1 and 2.
+/// \param x, y coordinates of the corners
 std::array<double, 2> nearest_weights(const std::array<double, 3>& x,
                                       const std::array<double, 3>& y, double at_x, double at_y);
 

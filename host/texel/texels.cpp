@@ -25,7 +25,7 @@ void check_options(const TexelOptions& options) {
   }
 }
 
-/// Grows an array to at least `size` elements; its contents are discarded then.
+/// Grows an array to at least `size` elements; growing discards its contents.
 template <typename T>
 void reserve(cl::Context& context, cl::Array<T>& array, std::size_t size) {
   if (array.size() >= size) return;
@@ -45,7 +45,7 @@ struct TexelSampler::Impl {
   /// Two triangles that cover the same sample.
   struct Overlap {
     bool found = false;
-    std::int32_t y = 0, x = 0;  ///< Samples: first row and column of the block, and offset in it
+    std::int32_t y = 0, x = 0;  ///< First row and column of the block, in samples
     std::uint32_t row = 0, column = 0;
     std::uint32_t lower = 0, upper = 0;
   };
@@ -67,7 +67,7 @@ struct TexelSampler::Impl {
         cl::Array<kiln_texel_piece>(context, std::span<const kiln_texel_piece>(pieces.pieces));
     device_corners =
         cl::Array<kiln_texel_corners>(context, std::span<const kiln_texel_corners>(pieces.corners));
-    pieces.corners = {};  // only the device needs them now
+    pieces.corners = {};  // only the device uses the corners from now on
     report.warnings = pieces.warnings;
   }
 

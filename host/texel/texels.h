@@ -28,9 +28,10 @@ struct TexelBand {
   cl::Array<std::uint32_t> sample_slot;  ///< [sample_count] index within the texel: sy * N + sx
   cl::Array<std::uint32_t> triangle;     ///< [sample_count] triangle of the low poly
   cl::Array<float> barycentric;          ///< 2 planes: weights of corner 1 and corner 2
-  cl::Array<float> points;               ///< 7 planes: position x y z, unit direction x y z, reach
-                                         ///< (length of the direction before normalizing)
-  /// Triangles whose samples lie beside the texels' centres (SmallCharts), ascending; null: none. Owned by the sampler.
+  /// 7 planes: position x y z, unit direction x y z, reach (length of the direction before normalizing)
+  cl::Array<float> points;
+  /// Triangles of small charts, whose samples are not at the texels' centres (SmallCharts), ascending; null
+  /// if there are none. Owned by the sampler.
   const std::vector<std::uint32_t>* small_triangles = nullptr;
 };
 
@@ -47,8 +48,8 @@ struct TexelReport {
   std::uint64_t texels = 0;  ///< Texels with at least one sample
   std::uint64_t samples = 0;
   std::uint64_t overlapping_samples = 0;  ///< Samples covered by more than one triangle
-  std::vector<Warning> warnings;  ///< "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing",
-                                  ///< "low-degenerate": count, rule and an example
+  /// "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing", "low-degenerate": count, rule and an example
+  std::vector<Warning> warnings;
 };
 
 /// Scan-converts the UV charts of a low poly, band by band.
@@ -58,8 +59,8 @@ struct TexelReport {
 /// Parts outside the unit square have no texels, and are counted. Triangles without UV area cover nothing, and are
 /// counted. Winding does not matter (mirrored charts are baked).
 ///
-/// Charts between the centres of samples are then assigned texels that nothing covers: see SmallCharts. Such a texel
-/// has all of its samples on its triangle (TexelPieces::own).
+/// Charts between the centres of samples are then assigned uncovered texels: see SmallCharts. All samples of such a
+/// texel are on its triangle (TexelPieces::own).
 class TexelSampler {
  public:
   /// \throws Error(usage) for a size of 0 or above 16384, or samples of 0 or above 16
@@ -69,10 +70,10 @@ class TexelSampler {
 
   std::uint32_t band_count() const;
   /// Samples one band. Bands may be sampled in any order; repeated ones are counted once.
-  /// \param recycled  a band that is no longer needed; its arrays are reused where they are large enough (allocating
-  ///     takes a tenth of a second for 10 M samples on a CPU)
+  /// \param recycled a band that is no longer needed; arrays that are large enough are reused (allocating them takes
+  ///     a tenth of a second for 10 million samples on a CPU)
   TexelBand sample(std::uint32_t band, TexelBand recycled = {});
-  /// Complete once every band has been sampled.
+  /// The report; complete when every band has been sampled.
   const TexelReport& report() const;
   /// Charts that contain no sample's centre, and their texels. Empty without TexelOptions::small_charts.
   const SmallCharts& small_charts() const;

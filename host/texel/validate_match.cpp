@@ -11,17 +11,19 @@
 namespace kiln {
 namespace {
 
-// Greatest side of a map in samples: 16384 texels times 16.
+// Maximum side of a map in samples: 16384 texels times 16.
 constexpr std::uint32_t kMaxSide = 16384 * 16;
 constexpr std::uint32_t kMaxSamples = 16;
 // Tolerance for barycentric weights outside of [0, 1].
-constexpr float kWeightSlack = 1e-3F;
+constexpr float kWeightTolerance = 1e-3F;
 
 static_assert(static_cast<int>(SampleStatus::outermost) + 1 == KILN_STATUS_COUNT);
 
-bool is_weight(float value) { return value >= -kWeightSlack && value <= 1.0F + kWeightSlack; }
+bool is_weight(float value) {
+  return value >= -kWeightTolerance && value <= 1.0F + kWeightTolerance;
+}
 
-/// Fault of a sample, as an id; null: none. Of samples without a point, only the status is checked.
+/// Id of a sample's fault; null if it has none. For samples without a point, only the status is checked.
 const char* fault(const Match& match, std::size_t i) {
   const std::uint8_t status = match.status[i];
   if (status >= KILN_STATUS_COUNT) return "match-status";

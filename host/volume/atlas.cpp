@@ -27,7 +27,7 @@ std::size_t longest_side(const SimplifiedIsosurface& low_poly, const Triangle& t
                                   lengths.begin());
 }
 
-/// Corners of each chart: quads, pairs of triangles, or single triangles.
+/// Corners of each chart: of a quad, a pair of triangles, or a single triangle.
 std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurface& low_poly) {
   std::vector<std::array<std::uint32_t, 4>> charts;
   std::vector<Triangle> triangles;
@@ -51,12 +51,12 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurfa
     const std::uint32_t other = pairing.partner[i];
     const std::size_t apex = other == kNoIndex ? 0 : pairing.apex[i];
     const std::uint32_t first = t[(apex + 1) % 3], second = t[(apex + 2) % 3];
-    // Pairs are found by position, but here vertices of equal position are distinct.
+    // Pairs are found by positions, but vertices of equal positions are distinct here.
     const bool paired = other != kNoIndex &&
                         std::count(triangles[other].begin(), triangles[other].end(), first) == 1 &&
                         std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
     if (!paired) {
-      // The longest side becomes the diagonal of a square.
+      // A single triangle's longest side becomes the diagonal of a square.
       const std::size_t k = longest_side(low_poly, t);
       charts.push_back({t[(k + 1) % 3], t[(k + 2) % 3], t[k], kNoPolygon});
     } else if (i < other) {
@@ -83,19 +83,20 @@ Extent extent(const SimplifiedIsosurface& low_poly, const std::array<std::uint32
   return {std::max(side(0, 1), side(3, 2)), std::max(side(1, 2), side(0, 3))};
 }
 
-/// Texel steps between corners; at least 1.
-std::uint32_t steps(double length, double density, std::uint32_t most) {
-  return static_cast<std::uint32_t>(std::clamp(std::round(length * density), 1.0, double(most)));
+/// Number of texel steps between corners; at least 1.
+std::uint32_t steps(double length, double density, std::uint32_t max_steps) {
+  return static_cast<std::uint32_t>(
+      std::clamp(std::round(length * density), 1.0, double(max_steps)));
 }
 
 std::vector<PackSize> pack_sizes(const std::vector<Extent>& extents, double density,
                                  std::uint32_t size, std::uint32_t border) {
-  const std::uint32_t most = size - 1 - 2 * border;
+  const std::uint32_t max_steps = size - 1 - 2 * border;
   std::vector<PackSize> result;
   result.reserve(extents.size());
   for (const Extent& e : extents) {
-    result.push_back({steps(e.width, density, most) + 1 + 2 * border,
-                      steps(e.height, density, most) + 1 + 2 * border});
+    result.push_back({steps(e.width, density, max_steps) + 1 + 2 * border,
+                      steps(e.height, density, max_steps) + 1 + 2 * border});
   }
   return result;
 }
@@ -119,7 +120,7 @@ double find_density(const std::vector<Extent>& extents, std::uint32_t size, std:
   double longest = 0;
   for (const Extent& e : extents) longest = std::max({longest, e.width, e.height});
   if (!(longest > 0)) return fits(0) ? 1 : 0;
-  // Density at which the total area just fits: the search starts slightly below.
+  // Upper bound of the density: the total area fits exactly. The search starts slightly below it.
   double low = 0, high = size / longest;
   for (int round = 0; round < 40; ++round) {
     const double middle = round == 0 ? high : (low + high) / 2;
@@ -186,13 +187,14 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
   chart.size[0] = place.turned ? size.height : size.width;
   chart.size[1] = place.turned ? size.width : size.height;
   chart.place[0] = place.x;
-  chart.place[1] = map - place.y - chart.size[1];  // Rows of the map start at the top
+  chart.place[1] = map - place.y - chart.size[1];  // rows of the map start at the top
   chart.corners = corners[3] == kNoPolygon ? 3 : 4;
   chart.triangles = chart.corners - 2;
   const auto b = static_cast<float>(border);
   const float right = static_cast<float>(chart.size[0] - 1) - b;
   const float bottom = static_cast<float>(chart.size[1] - 1) - b;
-  // Counter-clockwise with v upwards, from the lower left; rotated by 90 degrees from the lower right.
+  // Corners counter-clockwise with v upwards: from the lower left, or from the lower right in charts rotated
+  // by 90 degrees.
   const float ring[4][2] = {{b, bottom}, {right, bottom}, {right, b}, {b, b}};
   for (std::size_t k = 0; k < 4; ++k) {
     const std::size_t from = (k + (place.turned ? 1 : 0)) % 4;
@@ -205,7 +207,7 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
     set_projection(at(0), at(1 + k), at(2 + k), chart.project[k], chart.normal[k]);
     set_weights(chart.texel[0], chart.texel[1 + k], chart.texel[2 + k], chart.weights[k]);
   }
-  // A degenerate triangle uses the other one's direction.
+  // A degenerate triangle uses the direction of the chart's other triangle.
   for (std::uint32_t k = 0; k < chart.triangles; ++k) {
     const float* n = chart.normal[k];
     if (n[0] != 0 || n[1] != 0 || n[2] != 0) continue;
@@ -280,7 +282,7 @@ Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std
                   "The topology of volume '" + volume.name + "' needs " +
                       std::to_string(low_poly.faces) + " faces, more than requested, and their " +
                       std::to_string(corners.size()) + " charts are too many for " + map +
-                      ": take the outer surface alone, with gaps closed (" + option("outer_only") +
+                      ": use only the outer surface, with gaps closed (" + option("outer_only") +
                       " and " + option("outer_gap") +
                       "), "
                       "or leave small parts out (" +

@@ -17,7 +17,7 @@ struct Atlas {
   std::uint64_t texels = 0;       ///< Texels of all charts, borders included
   std::uint64_t ring_texels = 0;  ///< Texels on the charts' sides (kiln_volume_chart::first_ring)
   double texels_per_unit = 0;     ///< Texels per world unit
-  std::uint32_t border = 0;       ///< Border of the charts, texels
+  std::uint32_t border = 0;       ///< Padding around the charts, texels
 };
 
 /// The smallest map, a multiple of 16 texels, that holds the charts with borders at a density; 8192 if none does.
@@ -28,9 +28,9 @@ std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per
 /// The triangles in the order of Atlas::mesh, without UVs.
 Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume);
 
-/// Packs the polygons as rectangles, as dense as fits; single triangles are paired if they unfold well. Corners lie
-/// on texel centres, `border` texels from the rectangle's sides, so that bilinear filtering reads only texels of the
-/// chart. Sides are proportional to the polygon's lengths.
+/// Packs the polygons as rectangles at the highest density that fits; single triangles are paired if they unfold
+/// with little distortion. Corners lie on texel centres, `border` texels from the rectangle's sides, so that
+/// bilinear filtering reads only texels of the chart. Sides are proportional to the polygon's lengths.
 /// \throws Error(usage) if there are too many polygons for the size; Error(input) if keeping the topology is the
 /// reason
 Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std::uint32_t size,

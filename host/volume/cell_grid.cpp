@@ -30,7 +30,7 @@ void CellGrid::build(bool open) {
   const std::uint32_t rows = size_[1] + 2;
   const std::size_t row = words_per_row_;
   words_.resize(inside_.size());
-  // Range of cells and lower ends of edges along each axis: all, or those without padding.
+  // Range of cells, and of lower ends of edges, along each axis; `open` excludes the padding.
   const std::uint32_t first = open ? 1 : 0;
   const auto last = [&](int axis) { return open ? size_[axis] : size_[axis] + 1; };
   std::vector<std::uint64_t> edges(planes), cells(planes);
@@ -39,29 +39,31 @@ void CellGrid::build(bool open) {
       const bool z_cell = z >= first && z < last(2);
       for (std::uint32_t y = 0; y < rows; ++y) {
         const bool y_cell = y >= first && y < last(1);
-        const std::uint64_t* here = &inside_[(z * rows + y) * row];
-        const std::uint64_t* up = y_cell ? here + row : here;
-        const std::uint64_t* above = z_cell ? here + rows * row : here;
-        const std::uint64_t* both = y_cell ? above + row : above;
+        const std::uint64_t* row_here = &inside_[(z * rows + y) * row];
+        const std::uint64_t* up = y_cell ? row_here + row : row_here;
+        const std::uint64_t* row_above = z_cell ? row_here + rows * row : row_here;
+        const std::uint64_t* row_diagonal = y_cell ? row_above + row : row_above;
         kiln_volume_word* out = &words_[(z * rows + y) * row];
         for (std::uint32_t w = 0; w < row; ++w) {
-          const bool more = w + 1 < row;
-          // For each voxel, the next one along x.
+          const bool has_next_word = w + 1 < row;
+          // Shifts a row's bits, so that each voxel's bit is that of the next voxel along x.
           const auto next = [&](const std::uint64_t* line) {
-            return line[w] >> 1 | (more ? line[w + 1] << 63 : 0);
+            return line[w] >> 1 | (has_next_word ? line[w + 1] << 63 : 0);
           };
           const std::uint64_t x_edges = range_mask(w, first, last(0));
           const std::uint64_t voxels = range_mask(w, 1, size_[0] + 1);
           kiln_volume_word word{};
-          word.edge[0] = (here[w] ^ next(here)) & x_edges;
-          word.edge[1] = y_cell ? (here[w] ^ up[w]) & voxels : 0;
-          word.edge[2] = z_cell ? (here[w] ^ above[w]) & voxels : 0;
+          word.edge[0] = (row_here[w] ^ next(row_here)) & x_edges;
+          word.edge[1] = y_cell ? (row_here[w] ^ up[w]) & voxels : 0;
+          word.edge[2] = z_cell ? (row_here[w] ^ row_above[w]) & voxels : 0;
           if (y_cell && z_cell) {
-            const std::uint64_t any = here[w] | up[w] | above[w] | both[w] | next(here) | next(up) |
-                                      next(above) | next(both);
-            const std::uint64_t all = here[w] & up[w] & above[w] & both[w] & next(here) & next(up) &
-                                      next(above) & next(both);
-            word.cell = any & ~all & x_edges;
+            const std::uint64_t any_inside = row_here[w] | up[w] | row_above[w] | row_diagonal[w] |
+                                             next(row_here) | next(up) | next(row_above) |
+                                             next(row_diagonal);
+            const std::uint64_t all_inside = row_here[w] & up[w] & row_above[w] & row_diagonal[w] &
+                                             next(row_here) & next(up) & next(row_above) &
+                                             next(row_diagonal);
+            word.cell = any_inside & ~all_inside & x_edges;
           }
           for (const std::uint64_t bits : word.edge) {
             edges[z] += static_cast<std::uint64_t>(std::popcount(bits));

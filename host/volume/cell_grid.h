@@ -37,13 +37,13 @@ class CellGrid {
 
   const std::array<std::uint32_t, 3>& size() const { return size_; }
   std::uint32_t row_words() const { return words_per_row_; }
-  /// Sign bits of a plane of padded voxels, to be written; voxel plane z = plane - 1.
+  /// Sign bits of a plane of padded voxels, written by the caller; the plane holds voxels z = plane - 1.
   std::uint64_t* plane(std::uint32_t plane) { return &inside_[plane * plane_words()]; }
   const std::uint64_t* plane(std::uint32_t plane) const { return &inside_[plane * plane_words()]; }
   std::size_t plane_words() const { return std::size_t{size_[1] + 2} * words_per_row_; }
 
   /// Finds crossed edges and cells from the signs.
-  /// \param open  true: leaves out those that touch the padding
+  /// \param open true: excludes edges and cells that touch the padding
   /// \throws Error(input) if there are too many for 32-bit numbers
   void build(bool open);
 
@@ -61,10 +61,10 @@ class CellGrid {
     if ((word.cell & bit) == 0) return kNone;
     return word.cell_base + static_cast<std::uint32_t>(std::popcount(word.cell & (bit - 1)));
   }
-  /// Signs of a cell's corners: bit x + 2 y + 4 z is 1 inside of the solid.
+  /// Signs of a cell's corners: bit x + 2 y + 4 z is 1 if the corner is inside the solid.
   std::uint32_t corners(const CellPlace& at) const;
 
-  /// By plane, the number of its first edge, and one extra entry, for processing planes in parallel.
+  /// By plane: the number of its first edge; one extra entry at the end.
   const std::vector<std::uint32_t>& plane_edges() const { return plane_edges_; }
 
   /// Calls visit(number, place) for the crossed cells of a plane, in order.

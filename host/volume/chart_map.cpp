@@ -20,13 +20,13 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kMapSizeStep = 16, kMaxMapSize = 8192;
-/// Share of the map that large charts are expected to cover.
+/// Expected share of the map that large charts cover.
 constexpr double kExpectedCoverage = 0.7;
-/// Share of the requested density that is accepted.
+/// Minimum share of the requested density that is accepted.
 constexpr double kMinDensityShare = 0.95;
-/// Resolution of the polygons' map relative to the charts' map.
+/// Resolution of the polygons' map divided by that of the charts' map.
 constexpr double kPolygonMapScale = 2;
-/// Border of polygons in texels: their texels are read up to the corners, which lie on texel centres.
+/// Padding of polygons in texels: texels are read up to the corners, which lie on texel centres.
 constexpr std::uint32_t kPolygonBorder = 1;
 /// Sample points per texel along each axis.
 constexpr int kPointsPerAxis = 2;
@@ -69,10 +69,10 @@ class PolygonTexels {
       x += weights[c] * at_[triangle][c][0];
       y += weights[c] * at_[triangle][c][1];
     }
-    const auto before = [](double at, std::uint32_t count) {
+    const auto texel_before = [](double at, std::uint32_t count) {
       return static_cast<std::uint32_t>(std::clamp(std::floor(at), 0.0, count - 2.0));
     };
-    const std::uint32_t x0 = before(x, map_.width), y0 = before(y, map_.height);
+    const std::uint32_t x0 = texel_before(x, map_.width), y0 = texel_before(y, map_.height);
     const double fx = x - x0, fy = y - y0;
     const auto read = [&](std::uint32_t column, std::uint32_t row) {
       const float* p = &map_.pixels[3 * (std::size_t{row} * map_.width + column)];
@@ -120,7 +120,7 @@ struct TexelSum {
   std::uint32_t points = 0;
 };
 
-/// A normal as a value of the map, as by the kernel function kiln_volume_map_encode.
+/// Encodes a normal as a value of the map, as kiln_volume_map_encode does.
 Vec3d encoded(const Vec3d& normal, const kiln_low_shading& low, std::array<double, 3> weights) {
   double sum = 0;
   for (double& w : weights) sum += w = std::max(w, 0.0);
@@ -196,12 +196,12 @@ ChartLayout lay_out_charts_at(const SimplifiedIsosurface& low_poly, const Volume
     return kMapSizeStep * std::max(1U, static_cast<std::uint32_t>(steps));
   };
   size = size_for(texels_per_unit * std::sqrt(area_of(low_poly) / kExpectedCoverage));
-  KnownCharts known;
-  ChartLayout layout = lay_out_charts(low_poly, volume, size, border, detail, &known);
+  KnownCharts known_charts;
+  ChartLayout layout = lay_out_charts(low_poly, volume, size, border, detail, &known_charts);
   const double reached = layout.texels_per_unit / texels_per_unit;
   if (reached > kMinDensityShare || size == kMaxMapSize) return layout;
   size = size_for(size / reached);
-  return lay_out_charts(low_poly, volume, size, border, detail, &known);
+  return lay_out_charts(low_poly, volume, size, border, detail, &known_charts);
 }
 
 Image chart_map(cl::Context& context, const FineSurface& surface,

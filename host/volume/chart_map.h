@@ -1,4 +1,4 @@
-// Layout of the low poly in few large charts, and its normal map.
+// Layout of the low poly with few large charts, and its normal map.
 #pragma once
 
 #include "cl/context.h"
@@ -26,7 +26,8 @@ ChartLayout lay_out_charts(const SimplifiedIsosurface& low_poly, const Volume& v
                            std::uint32_t size, std::uint32_t border,
                            const TexelDetail* detail = nullptr, KnownCharts* known = nullptr);
 
-/// The same with a map, a multiple of 16 texels and at most 8192, of about the given density.
+/// Chooses the map's size, a multiple of 16 texels up to 8192, for about the given density, and lays out the
+/// charts.
 /// \param size  [out] side of the map
 ChartLayout lay_out_charts_at(const SimplifiedIsosurface& low_poly, const Volume& volume,
                               double texels_per_unit, std::uint32_t border, std::uint32_t& size,

@@ -26,11 +26,11 @@
 namespace kiln {
 namespace {
 
-/// Share of the largest part's vertices below which parts are small; if there are kMinNoiseParts or more small parts,
-/// they are noise.
+/// Parts with fewer than this share of the largest part's vertices are small; kMinNoiseParts or more small parts are
+/// noise.
 constexpr double kMinPartShare = 0.01;
 constexpr std::uint64_t kMinNoiseParts = 100;
-/// Largest share of the full contour's triangles that remains if no goal is given.
+/// Maximum share of the full contour's triangles that remains if no goal is given.
 constexpr double kMaxFaceShare = 0.05;
 
 /// Measured peak memory of the low poly, its layout and its map.
@@ -112,9 +112,10 @@ void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
          1});
   }
   if (low_poly.changed_topology != 0) {
-    const std::string kept = std::to_string(report.used.kept_faces);
-    const std::string why =
-        report.used.kept_faces == 0 ? "." : "; keeping all of them takes " + kept + " faces.";
+    const std::string kept_faces_text = std::to_string(report.used.kept_faces);
+    const std::string why = report.used.kept_faces == 0
+                                ? "."
+                                : "; keeping all of them takes " + kept_faces_text + " faces.";
     report.warnings.push_back({"topology-changed",
                                std::to_string(low_poly.changed_topology) +
                                    " vertices of the low poly merge several sheets of the surface: "
@@ -126,7 +127,7 @@ void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
 
 void describe_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractReport& report) {
   report.mended = flaws.mended;
-  report.left_out = flaws.left_out;
+  report.left_out = flaws.removed_back_to_back;
   report.folded = flaws.folded.count;
   report.without_area = flaws.flat.count;
   report.repeated = flaws.repeated.count;

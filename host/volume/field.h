@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// The solid is where value() is above 0 (or 0, for Inside::above). Positions are in voxels.
+/// A point is in the solid if value() is above 0 (or equal to 0, for Inside::above). Positions are in voxels.
 template <typename T>
 class Field {
  public:
@@ -47,7 +47,7 @@ class Field {
     return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x <= size_[0] - 1.0 && p.y <= size_[1] - 1.0 &&
            p.z <= size_[2] - 1.0;
   }
-  /// The cell that contains a point, by its lowest voxel.
+  /// The cell that contains a point, given by its lowest voxel.
   std::array<std::uint32_t, 3> cell_of(const Vec3d& p) const {
     const Cell c = cell(p);
     return {c.x, c.y, c.z};

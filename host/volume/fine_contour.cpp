@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-// Measured peak memory. With error functions, it includes those of the clusters made from them.
+// Measured peak memory. With error functions, it includes the error functions of clusters.
 // Bytes per 64 padded voxels
 constexpr std::uint64_t kBytesPerWord = 2 * sizeof(kiln_volume_word) + 8;
 constexpr std::uint64_t kBytesPerCell = 140, kBytesPerCellWithQefs = 260;
@@ -61,7 +61,7 @@ Planes extended_range(const Planes& planes, std::uint32_t below, std::uint32_t a
   return {planes.first - std::min(planes.first, below), std::min(end, planes.last + above)};
 }
 
-/// Moves the kept parts of an array, in order of planes.
+/// Copies the kept parts of an array to their new positions, in the order of planes.
 /// \param old_begins, new_begins  by plane
 template <typename T>
 void copy_kept(const RawVector<T>& from, const std::vector<std::uint32_t>& old_begins,
@@ -94,10 +94,10 @@ Planes FineContour::update_signs(const Volume& volume, const DeviceVoxels& voxel
   auto clock = std::chrono::steady_clock::now();
   CellGrid& cells = *next.cells;
   const std::uint32_t planes = volume.size[2] + 2;
-  const bool all = all_changed(voxels);
-  const Planes look = all ? Planes{0, volume.size[2]} : voxel_planes;
+  const bool is_all_changed = all_changed(voxels);
+  const Planes look = is_all_changed ? Planes{0, volume.size[2]} : voxel_planes;
   const std::size_t words = cells.plane_words();
-  if (!all) {
+  if (!is_all_changed) {
     for (std::uint32_t plane = 0; plane < planes; ++plane) {
       const std::uint64_t* from = options_.outer_only ? &state_.signs[plane * words]
                                                       : std::as_const(*state_.cells).plane(plane);
@@ -120,10 +120,10 @@ Planes FineContour::update_signs(const Volume& volume, const DeviceVoxels& voxel
   report.seconds_outer = lap(clock);
   cells.build(options_.border == VolumeBorder::open);
   Planes changed = {look.first + 1, look.last + 1};
-  if (all) {
+  if (is_all_changed) {
     changed = {0, planes};
   } else if (options_.outer_only) {
-    // Filling may change distant planes.
+    // Filling unreachable voxels may change distant planes.
     for (std::uint32_t plane = 0; plane < planes; ++plane) {
       const std::uint64_t* old = std::as_const(*state_.cells).plane(plane);
       if (std::equal(old, old + words, cells.plane(plane))) continue;

@@ -14,8 +14,8 @@ namespace kiln {
 /// Contours a volume, and updates the contour near planes whose voxels changed. The surface is bit-identical to a new
 /// contour of the whole volume.
 ///
-/// A crossing depends on voxels up to three planes away, a vertex on the crossings of its cell; data of all other
-/// planes are copied. Sheets and quads are recomputed, since they only depend on signs.
+/// A crossing depends on voxels up to three planes away, a vertex on the crossings of its cell; data of
+/// unaffected planes are copied. Sheets and quads are recomputed, since they only depend on signs.
 class FineContour {
  public:
   /// \param keep  true: stores data for update(): 16 bytes per edge, 6 bits per voxel
@@ -41,7 +41,7 @@ class FineContour {
   /// State of the last update, besides the surface.
   struct State {
     std::optional<CellGrid> cells;
-    /// Before unreachable voxels are filled; empty without filling
+    /// Signs before unreachable voxels are filled; empty if they are not filled
     std::vector<std::uint64_t> signs;
     std::vector<std::uint32_t> plane_vertices;
     RawVector<kiln_volume_crossing> crossings;

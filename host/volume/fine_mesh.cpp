@@ -79,7 +79,7 @@ Mesh fine_mesh(const FineSurface& surface, const Volume& volume) {
       mesh.triangles.push_back({a, b, c});
       continue;
     }
-    // Cuts along the shorter diagonal, unless it has no length.
+    // Splits a quad along the shorter diagonal, unless that has no length.
     const double ac = squared_distance(vertex(a), vertex(c));
     const double bd = squared_distance(vertex(b), vertex(d));
     const bool second =

@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// Includes vertex normals. Zero-length edges are removed.
+/// Makes the mesh, with vertex normals. Zero-length edges are removed.
 /// \throws Error(input) if the surface has no triangle
 Mesh fine_mesh(const FineSurface& surface, const Volume& volume);
 

@@ -31,8 +31,8 @@ struct FineEdge {
   }
 };
 
-/// A vertex with two neighbours through the same face, since its sheet bends back there. The two may only be merged
-/// together with the vertex; otherwise an edge would have four faces.
+/// A vertex with two neighbours through the same face, since its sheet bends back there. The two neighbours may
+/// only be merged together with the vertex; otherwise an edge would have four faces.
 struct FineFork {
   std::uint32_t stem;
   std::array<std::uint32_t, 2> branches;
@@ -43,8 +43,8 @@ struct Planes {
   std::uint32_t first = 0, last = 0;
 };
 
-/// Vertices that an update did not change: those below `before`, and those from new_after on, which were numbered
-/// from old_after on.
+/// Vertices that an update did not change: those with numbers below `before`, and those from new_after on, whose
+/// previous numbers started at old_after.
 struct KeptVertices {
   std::uint32_t before = 0;
   std::uint32_t old_after = 0, new_after = 0;
@@ -58,7 +58,7 @@ struct FineSurface {
   RawVector<kiln_volume_vertex> vertices;
   RawVector<kiln_volume_qef> qefs;  ///< Error functions by vertex; empty if not requested
   RawVector<FineEdge> edges;
-  std::vector<FineFork> forks;  ///< Rare cases, see FineFork
+  std::vector<FineFork> forks;  ///< Vertices with two neighbours through one face; rare
   bool mirrored = false;        ///< The axes are left-handed: triangles must be reversed
 };
 

@@ -27,7 +27,7 @@ constexpr double kTexelTolerance = 1e-3;
 /// Squared length below which a vector has no direction.
 constexpr double kMinSquaredLength = 1e-6;
 
-/// Transforms between index space and the world.
+/// Transforms between index space and world space.
 struct Spaces {
   Vec3d origin{};
   Vec3d rows[3]{};  ///< Rows of the matrix from world to index space
@@ -51,7 +51,7 @@ struct Spaces {
   }
 };
 
-/// The cells that the surface crosses, if it is only a part of the field's isosurface.
+/// The cells that the surface crosses; needed if the surface is only a part of the field's isosurface.
 template <typename T>
 std::unique_ptr<CellGrid> outer_cells(const DeviceVoxels& voxels, const Volume& volume,
                                       const ContourOptions& options) {
@@ -74,7 +74,7 @@ std::unique_ptr<CellGrid> outer_cells(const DeviceVoxels& voxels, const Volume& 
   return cells;
 }
 
-/// Finds the nearest point of a line at which the line leaves the solid.
+/// Finds the nearest point at which a line leaves the solid.
 template <typename T>
 class SurfaceFinder {
  public:

@@ -79,15 +79,15 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
   const std::uint32_t base = cells.plane_edges()[planes.first];
   const std::uint32_t count = cells.plane_edges()[planes.last] - base;
   cl::Array<kiln_volume_crossing> crossings(context, count);
-  const bool whole = slabs.step() >= grid.size[2];
-  const std::uint32_t step = whole ? planes.last - planes.first : slabs.step() - 7;
+  const bool fits_at_once = slabs.step() >= grid.size[2];
+  const std::uint32_t step = fits_at_once ? planes.last - planes.first : slabs.step() - 7;
   RawVector<kiln_volume_crossing> part;
   for (std::uint32_t first = planes.first; first < planes.last; first += step) {
     const std::uint32_t last = std::min(planes.last, first + step);
     const std::uint32_t begin = cells.plane_edges()[first];
     grid.count = cells.plane_edges()[last] - begin;
     if (grid.count == 0) continue;
-    // Padded planes first to last - 1, with neighbours for gradients.
+    // Voxel planes of padded planes first to last - 1, and the neighbouring planes that gradients read.
     const std::uint32_t low = std::min(grid.size[2] - 1, first < 4 ? 0 : first - 4);
     const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 3));
     const cl::Array<std::byte>& voxels = slabs.load(low, high, grid);
@@ -122,7 +122,7 @@ void find_vertices(cl::Context& context, const cl::Kernel& kernel, kiln_volume_g
   if (begin == end) return;
   const cl::Array<kiln_volume_word> words(context,
                                           std::span<const kiln_volume_word>(cells.words()));
-  // In batches, to limit memory on the device besides the crossings.
+  // Vertices are computed in batches, to limit the memory on the device.
   const std::size_t part = std::min(end - begin, kVerticesPerBatch);
   cl::Array<std::uint64_t> keys(context, part);
   const cl::Array<kiln_volume_qef> qefs(context, part);

@@ -69,8 +69,9 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
                                                const cl::Kernel& kernel, kiln_volume_grid grid,
                                                const CellGrid& cells, const Planes& planes);
 
-/// Computes vertices begin to end - 1, whose keys are set; also their error functions if the surface stores them.
-/// \param crossings  of all edges
+/// Computes vertices begin to end - 1, whose keys must be set, and their error functions if the surface
+/// stores them.
+/// \param crossings crossings of all edges
 void find_vertices(cl::Context& context, const cl::Kernel& kernel, kiln_volume_grid grid,
                    const CellGrid& cells, const cl::Array<kiln_volume_crossing>& crossings,
                    std::size_t begin, std::size_t end, FineSurface& surface);

@@ -76,7 +76,7 @@ void IsosurfaceChange::make_polygons(SimplifiedIsosurface& low_poly) const {
   low_poly.polygons = std::move(polygons);
 }
 
-/// Renumbers used vertices and removes the others.
+/// Renumbers the used vertices and removes unused ones.
 /// \returns new numbers by old vertex
 std::vector<std::uint32_t> IsosurfaceChange::renumber_vertices(
     SimplifiedIsosurface& low_poly) const {
@@ -86,15 +86,15 @@ std::vector<std::uint32_t> IsosurfaceChange::renumber_vertices(
       if (corner != kNoVertex) number[corner] = 0;
     }
   }
-  std::uint32_t left = 0;
+  std::uint32_t used_count = 0;
   for (std::uint32_t v = 0; v < number.size(); ++v) {
     if (number[v] == kNoVertex) continue;
-    low_poly.positions[left] = low_poly.positions[v];
-    low_poly.normals[left] = low_poly.normals[v];
-    number[v] = left++;
+    low_poly.positions[used_count] = low_poly.positions[v];
+    low_poly.normals[used_count] = low_poly.normals[v];
+    number[v] = used_count++;
   }
-  low_poly.positions.resize(left);
-  low_poly.normals.resize(left);
+  low_poly.positions.resize(used_count);
+  low_poly.normals.resize(used_count);
   for (SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     for (std::uint32_t& corner : polygon.corners) {
       if (corner != kNoVertex) corner = number[corner];
@@ -151,7 +151,8 @@ std::vector<std::uint32_t> IsosurfaceChange::apply(const FineSurface& surface,
 }
 
 IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
-                                 const IsosurfaceFaces& faces, std::span<const std::uint32_t> given)
+                                 const IsosurfaceFaces& faces,
+                                 std::span<const std::uint32_t> seeds_in)
     : faces_(faces) {
   constexpr float kFar = std::numeric_limits<float>::max();
   Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
@@ -163,7 +164,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
   size_ = std::max(length(to_double(high) - to_double(low)), std::numeric_limits<double>::min());
 
   std::vector<std::uint8_t> free(low_poly.positions.size(), 0);
-  for (const std::uint32_t t : given) {
+  for (const std::uint32_t t : seeds_in) {
     for (const std::uint32_t v : faces.triangles[t]) free[v] = 1;
   }
   const std::vector<std::uint8_t> inner = free;
@@ -194,7 +195,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
   find_fixed(free_here);
   remove_duplicates();
   for (std::uint32_t t = 0; t < numbers_.size(); ++t) {
-    if (std::binary_search(given.begin(), given.end(), numbers_[t])) seeds.push_back(t);
+    if (std::binary_search(seeds_in.begin(), seeds_in.end(), numbers_[t])) seeds.push_back(t);
   }
   collect_fine_quads(surface, low_poly, free_here);
 }
@@ -211,24 +212,24 @@ void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
 
 /// Removes duplicate triangles of equal orientation, which EdgeCollapser does not accept.
 void IsosurfacePatch::remove_duplicates() {
-  std::vector<std::pair<Triangle, std::uint32_t>> turned;
+  std::vector<std::pair<Triangle, std::uint32_t>> sorted_triangles;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    turned.emplace_back(lowest_first(triangles[i]), i);
+    sorted_triangles.emplace_back(lowest_first(triangles[i]), i);
   }
-  std::sort(turned.begin(), turned.end());
+  std::sort(sorted_triangles.begin(), sorted_triangles.end());
   std::vector<std::uint8_t> repeats(triangles.size(), 0);
-  for (std::size_t i = 1; i < turned.size(); ++i) {
-    if (turned[i].first != turned[i - 1].first) continue;
-    repeats[turned[i].second] = 1;
-    for (const std::uint32_t v : turned[i].first) fixed[v] = 1;
+  for (std::size_t i = 1; i < sorted_triangles.size(); ++i) {
+    if (sorted_triangles[i].first != sorted_triangles[i - 1].first) continue;
+    repeats[sorted_triangles[i].second] = 1;
+    for (const std::uint32_t v : sorted_triangles[i].first) fixed[v] = 1;
   }
-  std::vector<Triangle> others;
+  std::vector<Triangle> other_triangles;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (repeats[i] != 0) continue;
-    others.push_back(triangles[i]);
+    other_triangles.push_back(triangles[i]);
     numbers_.push_back(all_[i]);
   }
-  triangles = std::move(others);
+  triangles = std::move(other_triangles);
   all_ = numbers_;
 }
 
@@ -238,7 +239,7 @@ void IsosurfacePatch::collect_fine_quads(const FineSurface& surface,
                                          std::span<const std::uint8_t> free) {
   std::vector<std::uint32_t> number(surface.vertices.size(), kNoVertex);
   for (std::size_t at = 0; at < vertices_.size(); ++at) {
-    if (free[at] == 0) continue;  // Repairs do not reach this vertex
+    if (free[at] == 0) continue;  // repairs do not move this vertex
     const std::uint32_t v = vertices_[at];
     for (std::uint32_t i = low_poly.leaf_begins[v]; i < low_poly.leaf_begins[v + 1]; ++i) {
       const std::uint32_t leaf = low_poly.leaves[i];

@@ -54,7 +54,7 @@ class IsosurfacePatch {
   Vec3d snap(const Vec3d& p) const { return to_unit(to_world(p)); }
 
   /// Copies the result of edge collapses.
-  /// \param merges  pairs of vertices: kept, removed
+  /// \param merges pairs of vertices: the kept one, the removed one
   void apply_collapses(const CollapseMesh& mesh,
                        std::span<const std::pair<std::uint32_t, std::uint32_t>> merges);
   /// Writes the patch back to the low poly.

@@ -20,7 +20,7 @@
 namespace kiln {
 namespace {
 
-// Uses SimplifyCheck's criteria, applied to the fine vertices that the corners represent.
+// Criteria of SimplifyCheck, applied to the fine vertices that the corners represent.
 using flaw_rules::is_flat;
 using flaw_rules::is_thin;
 using flaw_rules::kMaxAwayCosine;
@@ -29,13 +29,13 @@ using flaw_rules::kMaxSuspiciousCosine;
 using flaw_rules::normal_of;
 using flaw_rules::unit_or_zero;
 
-/// Largest number of rounds of finding and repairing flaws.
+/// Maximum number of rounds of finding and repairing flaws.
 constexpr int kMaxRepairRounds = 4;
-/// Another round only follows if at least one in kFlawsPerRepair flaws was repaired.
+/// Another round follows only if at least one in kFlawsPerRepair flaws was repaired.
 constexpr std::size_t kFlawsPerRepair = 2;
-/// Smallest height of a repaired triangle, as a share of its longest side.
+/// Minimum height of a repaired triangle, as a share of its longest side.
 constexpr double kMinHeightShare = 1e-4;
-/// Smallest cosine at which a fine vertex belongs to a side.
+/// Minimum cosine between a fine vertex's normal and a triangle's side for the vertex to belong to that side.
 constexpr double kMinSideCosine = 0.3;
 
 /// A low poly and its fine surface.
@@ -60,34 +60,35 @@ struct RepairContext {
            Vec3d(leaf.normal[0], leaf.normal[1], leaf.normal[2]));
     }
   }
-  /// True if a gap closed between a triangle and its reverse: fine vertices with the triangle's direction lie below
-  /// those with the opposite direction.
+  /// True if simplification closed a gap between a triangle and its reverse: fine vertices with the triangle's
+  /// direction lie below those with the opposite direction.
   bool had_gap(const Triangle& t) const {
     const Vec3d normal = unit_or_zero(normal_of(corners(t)));
-    double above = 0, below = 0;
+    double height_above = 0, height_below = 0;
     std::size_t count_above = 0, count_below = 0;
     for (const std::uint32_t vertex : t) {
       const Vec3d at = to_double(low_poly.positions[vertex]);
       each_leaf(vertex, [&](const Vec3d& p, const Vec3d& n) {
         const double along = dot(n, normal), height = dot(p - at, normal);
-        if (along > kMinSideCosine) above += height, ++count_above;
-        if (along < -kMinSideCosine) below += height, ++count_below;
+        if (along > kMinSideCosine) height_above += height, ++count_above;
+        if (along < -kMinSideCosine) height_below += height, ++count_below;
       });
     }
     if (count_above == 0 || count_below == 0) return false;
-    return above / static_cast<double>(count_above) < below / static_cast<double>(count_below);
+    return height_above / static_cast<double>(count_above) <
+           height_below / static_cast<double>(count_below);
   }
   /// True if the fine surface between a triangle's corners has a sharp edge or is thin.
   bool has_edge(const Triangle& t) const {
     const Vec3d normal = unit_or_zero(normal_of(corners(t)));
-    double most = -1, least = 1;
+    double max_cosine = -1, min_cosine = 1;
     for (const std::uint32_t vertex : t) {
       each_leaf(vertex, [&](const Vec3d&, const Vec3d& n) {
-        most = std::max(most, dot(n, normal));
-        least = std::min(least, dot(n, normal));
+        max_cosine = std::max(max_cosine, dot(n, normal));
+        min_cosine = std::min(min_cosine, dot(n, normal));
       });
     }
-    return most > -kMaxSuspiciousCosine && least < kMaxSuspiciousCosine;
+    return max_cosine > -kMaxSuspiciousCosine && min_cosine < kMaxSuspiciousCosine;
   }
   /// True if the nearest fine vertices of the corners face away from a triangle.
   bool may_face_away(const Triangle& t) const {
@@ -115,7 +116,7 @@ struct RepairContext {
   }
 };
 
-/// Removes pairs back to back where a gap closed; counts other repeated triangles.
+/// Removes pairs of triangles that are back to back where a gap closed; counts other repeated triangles.
 void remove_closed_gaps(const FineSurface& surface, SimplifiedIsosurface& low_poly,
                         IsosurfaceFlaws& flaws) {
   const IsosurfaceFaces faces(low_poly);
@@ -155,7 +156,7 @@ void remove_closed_gaps(const FineSurface& surface, SimplifiedIsosurface& low_po
         for (const auto& side : sides) {
           for (std::size_t i = 0; i < pairs; ++i) gone[side[i]] = 1;
         }
-        flaws.left_out += 2 * pairs;
+        flaws.removed_back_to_back += 2 * pairs;
         if (count - 2 * pairs < 2) continue;
         flaws.repeated.count += count - 2 * pairs - 1;
       } else {
@@ -175,14 +176,14 @@ std::vector<std::uint32_t> find_suspects(const RepairContext& repair,
                                          const IsosurfaceFaces& faces) {
   const std::vector<Triangle>& triangles = faces.triangles;
   std::vector<Vec3d> normals(triangles.size());
-  std::vector<std::uint8_t> looked_at(triangles.size(), 0);
+  std::vector<std::uint8_t> is_suspect(triangles.size(), 0);
   parallel_for(triangles.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       normals[t] = unit_or_zero(normal_of(repair.corners(triangles[t])));
       int against = 0;
       for (const std::uint32_t v : triangles[t])
         against += dot(normals[t], to_double(repair.low_poly.normals[v])) < 0;
-      looked_at[t] = against >= 2 || is_flat(repair.corners(triangles[t]));
+      is_suspect[t] = against >= 2 || is_flat(repair.corners(triangles[t]));
     }
   });
   std::vector<std::uint8_t> back_to_back(triangles.size(), 0);
@@ -192,13 +193,13 @@ std::vector<std::uint32_t> find_suspects(const RepairContext& repair,
       if (SideLists::forward(of[i - 1]) == SideLists::forward(of[i])) continue;
       const std::uint32_t a = of[i - 1].index / 3, b = of[i].index / 3;
       const double cosine = dot(normals[a], normals[b]);
-      if (cosine < kMaxSuspiciousCosine) looked_at[a] = looked_at[b] = 1;
+      if (cosine < kMaxSuspiciousCosine) is_suspect[a] = is_suspect[b] = 1;
       if (cosine < kMaxBackToBackCosine && of.size() == 2) back_to_back[a] = back_to_back[b] = 1;
     }
   });
   std::vector<std::uint32_t> candidates, result;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    if (looked_at[t] != 0) candidates.push_back(t);
+    if (is_suspect[t] != 0) candidates.push_back(t);
   }
   std::vector<std::uint8_t> suspect(candidates.size(), 0);
   parallel_for(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
@@ -258,16 +259,16 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
   };
   const auto snap = [&](const Vec3d& p) { return patch.snap(p); };
   Flaws found = check.find_among(patch.points, patch.triangles, patch.seeds);
-  const std::size_t before = found.count();
+  const std::size_t flaws_before = found.count();
   for (int round = 0; round < kMaxRepairRounds && !found.none(); ++round) {
     CollapseMesh mesh(patch.points, patch.triangles);
     PatchRule rule(patch.fixed);
     EdgeCollapser collapser(mesh, &rule, snap);
-    bool any = false;
+    bool has_repaired = false;
     for (const auto* list : {&found.flat, &found.folded}) {
-      for (const std::uint32_t t : *list) any = collapser.mend(t, bad) || any;
+      for (const std::uint32_t t : *list) has_repaired = collapser.mend(t, bad) || has_repaired;
     }
-    if (!any) break;
+    if (!has_repaired) break;
     patch.seeds.clear();
     for (const auto* list : {&found.flat, &found.folded}) {
       patch.seeds.insert(patch.seeds.end(), list->begin(), list->end());
@@ -277,7 +278,7 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
     found = check.find_among(patch.points, patch.triangles, patch.seeds);
     if (found.count() * kFlawsPerRepair > last * (kFlawsPerRepair - 1)) break;
   }
-  flaws.mended += before - std::min(before, found.count());
+  flaws.mended += flaws_before - std::min(flaws_before, found.count());
   const auto left = [&](const std::vector<std::uint32_t>& list, IsosurfaceFlaws::Left& to) {
     to.count = list.size();
     if (list.empty()) return;

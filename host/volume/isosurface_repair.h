@@ -11,9 +11,11 @@ namespace kiln {
 
 /// Flaws of a low poly, counted in triangles.
 struct IsosurfaceFlaws {
-  std::uint64_t mended = 0;    ///< Repaired folds and degenerate triangles
-  std::uint64_t left_out = 0;  ///< Removed pairs back to back, without solid between them
-  /// Remaining flaws, and the place of one: world units, relative to the volume's origin.
+  std::uint64_t mended = 0;  ///< Repaired folds and degenerate triangles
+  /// Triangles removed in pairs that were back to back without solid between them
+  std::uint64_t removed_back_to_back = 0;
+  /// Number of remaining flaws, and the position of one of them: world units, relative to the volume's
+  /// origin.
   struct Left {
     std::uint64_t count = 0;
     Vec3 place{};

@@ -39,7 +39,7 @@ Pyramids make_pyramids(const Atlas& atlas) {
     for (std::size_t i = 0; i < charts; ++i) {
       const kiln_volume_chart& chart = atlas.charts[i];
       rows.first_rows[i] = static_cast<std::uint32_t>(rows.row_charts.size());
-      // Levels end at 1 x 1, which the previous level may already have.
+      // A pyramid ends at 1 x 1 texels; charts that are 1 x 1 at the previous level have no further one.
       if (level > 0 &&
           (std::max(chart.size[0], chart.size[1]) + (1U << (level - 1)) - 1) >> (level - 1) == 1) {
         continue;
@@ -104,9 +104,9 @@ class Charts {
       run("volume_map", "kiln_volume_map_pull", level, first_texels_);
     }
   }
-  /// Makes charts with a common edge equal along it.
+  /// Gives charts with a common edge the same normals along it.
   /// \param vertices  number of the low poly's vertices
-  void join(std::size_t vertices) {
+  void join_seams(std::size_t vertices) {
     const Seams seams = find_seams(atlas_.charts, vertices);
     const std::size_t corners = seams.edges.size();
     const cl::Array<float> ring(context_, 4 * atlas_.ring_texels);
@@ -161,8 +161,8 @@ class Charts {
   std::vector<Rows> rows_;
 };
 
-/// Copies charts to their places in the map.
-/// \param flat  value of the first two channels elsewhere
+/// Copies charts to their positions in the map.
+/// \param flat value of the first two channels outside of charts
 Image compose(const RawVector<float>& values, const Atlas& atlas, std::uint32_t size, float flat) {
   Image image;
   image.width = image.height = size;
@@ -207,7 +207,7 @@ Image splat_normals(cl::Context& context, const FineSurface& surface,
   Charts charts(context, atlas, pyramids, params);
   splatted = charts.splat(surface, low_poly);
   charts.fill();
-  charts.join(low_poly.positions.size());
+  charts.join_seams(low_poly.positions.size());
   std::vector<kiln_low_shading> shading(1);
   if (options.space == NormalMapSpace::tangent) {
     shading = low_shading(LowSurface::of(atlas.mesh, Frame::of(atlas.mesh)));

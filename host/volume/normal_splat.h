@@ -9,7 +9,8 @@
 
 namespace kiln {
 
-/// \param texels_per_cell  texels along a cell of the volume: width to which seams affect charts
+/// \param texels_per_cell texels per cell of the volume: the width of the band along seams in which charts
+/// are changed
 /// \param splatted  [out] texels that contain fine vertices
 Image splat_normals(cl::Context& context, const FineSurface& surface,
                     const SimplifiedIsosurface& low_poly, const Atlas& atlas,

@@ -16,15 +16,15 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPlanesPerTask = 16;  // Planes of voxels per task
-/// A region is connected with the outside if it holds at least 1 / kOuterDivisor of the largest region's share of the
-/// volume's border.
+constexpr std::size_t kPlanesPerTask = 16;  // planes of voxels per task
+/// A region counts as outside if its number of voxels on the volume's border is at least 1 / kOuterDivisor of the
+/// largest region's.
 constexpr std::uint64_t kOuterDivisor = 20;
 
-/// Runs have 32-bit numbers.
+/// Maximum number of runs, since runs have 32-bit numbers.
 constexpr std::uint64_t kMaxRuns = 0xFFFFFFFE;
 
-/// Outside voxels first to last of a row.
+/// A run of outside voxels of a row, first to last.
 struct Run {
   std::uint32_t first, last;
 };
@@ -76,20 +76,21 @@ std::vector<std::uint64_t> voxel_mask(std::uint32_t count, std::size_t words) {
 void dilate_along(const BitVolume& from, BitVolume& to, int axis,
                   const std::vector<std::uint64_t>& mask) {
   from.for_rows([&](std::size_t y, std::size_t z) {
-    const std::uint64_t* here = from.row(y, z);
+    const std::uint64_t* source_row = from.row(y, z);
     std::uint64_t* out = to.row(y, z);
     const std::size_t words = from.row_words();
     if (axis == 0) {
       for (std::size_t w = 0; w < words; ++w) {
-        const std::uint64_t before = here[w] << 1 | (w > 0 ? here[w - 1] >> 63 : 0);
-        const std::uint64_t after = here[w] >> 1 | (w + 1 < words ? here[w + 1] << 63 : 0);
-        out[w] = (here[w] | before | after) & mask[w];
+        const std::uint64_t before = source_row[w] << 1 | (w > 0 ? source_row[w - 1] >> 63 : 0);
+        const std::uint64_t after =
+            source_row[w] >> 1 | (w + 1 < words ? source_row[w + 1] << 63 : 0);
+        out[w] = (source_row[w] | before | after) & mask[w];
       }
       return;
     }
     const std::uint64_t* before = axis == 1 ? from.row(y - 1, z) : from.row(y, z - 1);
     const std::uint64_t* after = axis == 1 ? from.row(y + 1, z) : from.row(y, z + 1);
-    for (std::size_t w = 0; w < words; ++w) out[w] = here[w] | before[w] | after[w];
+    for (std::size_t w = 0; w < words; ++w) out[w] = source_row[w] | before[w] | after[w];
   });
 }
 
@@ -131,11 +132,14 @@ class Regions {
         if (count != 0) on_border[regions_.find(i)] += count;
       }
     }
-    const std::uint64_t most =
+    const std::uint64_t max_border_voxels =
         on_border.empty() ? 0 : *std::max_element(on_border.begin(), on_border.end());
     std::vector<char> open(runs_.size());
     for (std::uint32_t i = 0; i < runs_.size(); ++i) {
-      open[i] = most != 0 && on_border[regions_.find(i)] * kOuterDivisor >= most ? 1 : 0;
+      open[i] =
+          max_border_voxels != 0 && on_border[regions_.find(i)] * kOuterDivisor >= max_border_voxels
+              ? 1
+              : 0;
     }
     return open;
   }
@@ -179,7 +183,8 @@ class Regions {
     // Runs start and end where a bit differs from the previous one.
     std::uint32_t x = 1;
     const std::uint32_t end = solid_.size()[0] + 1;
-    const auto next = [&](bool solid) {  // First bit of this value at or after x, or the end
+    // first bit of this value at or after x, or the end of the row
+    const auto next = [&](bool solid) {
       while (x < end) {
         const std::uint64_t word = (solid ? row[x >> 6] : ~row[x >> 6]) >> (x & 63);
         if (word != 0) {
@@ -252,7 +257,7 @@ std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::stri
   const auto line = [&](std::size_t y, std::size_t z) {
     return cells.plane(static_cast<std::uint32_t>(z)) + y * words;
   };
-  // The solid, the reached voxels, and the dilation of one of them.
+  // Three volumes of bits: the solid, the reached voxels, and the dilation of one of them.
   require_memory("The outside of volume '" + name + "'", 3 * sizeof(std::uint64_t) * words *
                                                              (std::uint64_t{size[1]} + 2) *
                                                              (std::uint64_t{size[2]} + 2));

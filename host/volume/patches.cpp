@@ -51,7 +51,7 @@ SheetsOfCells trace(std::uint32_t signs, std::uint32_t flipped) {
     const Face f = face(index);
     const auto inside = [&](std::size_t k) { return signs >> f.corners[k] & 1; };
     if (alternates(f, signs)) {
-      // A line around each inside corner, or around each outside corner if flipped.
+      // The two lines separate the inside corners, or the outside corners if the face is flipped.
       const std::uint32_t around = index == flipped ? 0 : 1;
       for (std::size_t k = 0; k < 4; ++k) {
         if (inside(k) == around) sheets.join(f.edges[k], f.edges[(k + 3) % 4]);
@@ -99,7 +99,7 @@ PatchTable::PatchTable() {
     for (std::uint32_t index = 0; index < 6; ++index) {
       const Face f = face(index);
       if (!alternates(f, signs)) continue;
-      // Opposite edges of the face belong to different lines.
+      // Skip: opposite edges of the face belong to different sheets.
       if (patch(signs, kNoFace, f.edges[0]) != patch(signs, kNoFace, f.edges[2])) continue;
       if (doubled_[signs] != kNoFace) {
         throw Error(ErrorCode::internal,

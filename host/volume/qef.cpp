@@ -48,16 +48,17 @@ Qef::Minimum Qef::minimum(const Vec3d& low, const Vec3d& high) const {
   Matrix3 v;
   diagonalise(m, v);
   const double largest = std::max({m[0][0], m[1][1], m[2][2]});
-  // The part that the crossings determine: the step from their mean, and the matrix and right side without the rest.
+  // The well-determined subspace: the step from the crossings' mean, and the matrix and right-hand side
+  // restricted to it.
   std::array<double, 3> step{}, right{};
-  Matrix3 kept{};
+  Matrix3 damped{};
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(m[k][k] > KILN_VOLUME_EIGEN_LIMIT * largest)) continue;
     const double along = v[0][k] * residual.x + v[1][k] * residual.y + v[2][k] * residual.z;
     for (std::size_t i = 0; i < 3; ++i) {
       step[i] += v[i][k] * (along / m[k][k]);
       right[i] += v[i][k] * along;
-      for (std::size_t j = 0; j < 3; ++j) kept[i][j] += m[k][k] * v[i][k] * v[j][k];
+      for (std::size_t j = 0; j < 3; ++j) damped[i][j] += m[k][k] * v[i][k] * v[j][k];
     }
   }
   const std::array<double, 3> from = {low.x - middle.x, low.y - middle.y, low.z - middle.z};
@@ -71,17 +72,18 @@ Qef::Minimum Qef::minimum(const Vec3d& low, const Vec3d& high) const {
   if (outside) {
     // Minimum within the box by coordinate descent. The matrix is positive definite with the terms that keep
     // undetermined directions at the mean, so this converges.
-    for (std::size_t i = 0; i < 3; ++i) kept[i][i] += 1e-3 * largest;
+    for (std::size_t i = 0; i < 3; ++i) damped[i][i] += 1e-3 * largest;
     for (int round = 0; round < 24; ++round) {
-      double moved = 0;
+      double step_length = 0;
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
-        const double best = (right[i] - kept[i][j] * step[j] - kept[i][k] * step[k]) / kept[i][i];
+        const double best =
+            (right[i] - damped[i][j] * step[j] - damped[i][k] * step[k]) / damped[i][i];
         const double next = std::clamp(best, from[i], to[i]);
-        moved = std::max(moved, std::abs(next - step[i]));
+        step_length = std::max(step_length, std::abs(next - step[i]));
         step[i] = next;
       }
-      if (moved < 1e-6) break;
+      if (step_length < 1e-6) break;
     }
   }
   const Vec3d d(step[0], step[1], step[2]);

@@ -18,7 +18,7 @@ struct Qef {
   Vec3d mass{};  ///< Sum of the crossings' points
   double count = 0;
 
-  /// \param cell  the cell whose lowest corner is the origin of `local`
+  /// \param cell cell whose lowest corner is the origin of `local`
   void add(const kiln_volume_qef& local, const CellPlace& cell);
   void add(const Qef& other);
 

@@ -10,7 +10,7 @@ std::uint32_t next_corner(const kiln_volume_chart& chart, std::uint32_t k) {
   return k + 1 == chart.corners ? 0 : k + 1;
 }
 
-/// Groups items by number: ranges and members, in their order.
+/// Groups items by group number: the begin of each group, and its members in their order.
 void group(const std::vector<std::uint32_t>& group_of, std::size_t groups,
            std::vector<std::uint32_t>& begins, std::vector<std::uint32_t>& members) {
   begins.assign(groups + 1, 0);

@@ -1,4 +1,4 @@
-// A contour for repeated extraction that follows changes of its volume.
+// A contour that is updated with its volume, for repeated extraction.
 #include <algorithm>
 #include <chrono>
 #include <optional>

@@ -51,9 +51,9 @@ FineFork fork_at(const CellGrid& cells, const RawVector<CellRecord>& records,
   const PatchTable& table = PatchTable::get();
   const CellRecord& record = records[cells.cell(place)];
   const std::uint32_t face = table.doubled_face(record.corners);
-  CellPlace beyond = place;
-  beyond[face / 2] += face % 2 == 0 ? ~0U : 1U;
-  const CellRecord& other = records[cells.cell(beyond)];
+  CellPlace neighbour_beyond = place;
+  neighbour_beyond[face / 2] += face % 2 == 0 ? ~0U : 1U;
+  const CellRecord& other = records[cells.cell(neighbour_beyond)];
   FineFork fork{};
   for (std::size_t k = 0; k < 2; ++k) {
     const auto vertex = [&](const CellRecord& cell, std::uint32_t side) {
@@ -86,8 +86,9 @@ Sheets find_sheets(const CellGrid& cells) {
         CellRecord& record = records[number];
         record.first_vertex += first[z];
         std::array<std::uint32_t, 4> masks{};
-        for (std::uint32_t rest = table.crossed(record.corners); rest != 0; rest &= rest - 1) {
-          const auto edge = static_cast<std::uint32_t>(std::countr_zero(rest));
+        for (std::uint32_t crossed_edges = table.crossed(record.corners); crossed_edges != 0;
+             crossed_edges &= crossed_edges - 1) {
+          const auto edge = static_cast<std::uint32_t>(std::countr_zero(crossed_edges));
           masks[table.patch(record.corners, record.flipped, edge)] |= 1U << edge;
         }
         for (std::size_t k = 0; k < 4 && masks[k] != 0; ++k) {

@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// Signs of a cell, and the number of its first vertex.
+/// Signs of a cell's corners, and the number of its first vertex.
 struct CellRecord {
   std::uint32_t first_vertex;
   std::uint8_t corners;

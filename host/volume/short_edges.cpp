@@ -47,12 +47,12 @@ class Collapser {
   bool collapse(std::uint32_t a, std::uint32_t b) {
     std::vector<std::uint32_t>& at_a = around_.at(a);
     const std::vector<std::uint32_t>& at_b = around_.at(b);
-    std::vector<std::uint32_t> beside, apexes, near_a, near_b, common;
+    std::vector<std::uint32_t> shared_polygons, apexes, near_a, near_b, common;
     for (const std::uint32_t i : at_a) {
-      if (has(polygons_[i], b)) beside.push_back(i);
+      if (has(polygons_[i], b)) shared_polygons.push_back(i);
     }
-    if (beside.size() != 2) return false;
-    for (const std::uint32_t i : beside) {
+    if (shared_polygons.size() != 2) return false;
+    for (const std::uint32_t i : shared_polygons) {
       const PolygonCorners& p = polygons_[i];
       if (!has_side(p, a, b)) return false;
       if (sides(p) == 4) continue;
@@ -65,7 +65,7 @@ class Collapser {
     const auto neighbours = [&](std::uint32_t v, const std::vector<std::uint32_t>& around,
                                 std::vector<std::uint32_t>& near) {
       for (const std::uint32_t i : around) {
-        if (i == beside[0] || i == beside[1]) continue;
+        if (i == shared_polygons[0] || i == shared_polygons[1]) continue;
         for (const std::uint32_t corner : polygons_[i]) {
           if (corner != kNoCorner && corner != v) near.push_back(corner);
         }
@@ -84,7 +84,7 @@ class Collapser {
     }
     for (const std::uint32_t i : at_b) {
       PolygonCorners& p = polygons_[i];
-      if (i != beside[0] && i != beside[1]) {
+      if (i != shared_polygons[0] && i != shared_polygons[1]) {
         std::replace(p.begin(), p.end(), b, a);
         at_a.push_back(i);
         continue;
@@ -92,7 +92,7 @@ class Collapser {
       const bool was_quad = sides(p) == 4;
       std::rotate(std::find(p.begin(), p.end(), b), std::find(p.begin(), p.end(), b) + 1, p.end());
       if (was_quad) {
-        p[3] = kNoCorner;  // Corners in order, from the one after b
+        p[3] = kNoCorner;  // corners in order, from the one after b
       } else {
         p = {kNoCorner, kNoCorner, kNoCorner, kNoCorner};
       }
@@ -162,7 +162,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
   }
   if (edges.empty()) return result;
   collapser.gather();
-  // Repeated, since one collapse may allow another.
+  // The pass is repeated, since one collapse may allow another.
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& [first, second] : edges) {

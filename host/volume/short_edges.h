@@ -18,10 +18,10 @@ using PolygonCorners = std::array<std::uint32_t, 4>;
 bool same_place(const Vec3& a, const Vec3& b);
 
 /// Merges neighbouring vertices at the same position: integer data at an integer iso value place the vertices of
-/// several cells on one voxel. Polygons at the edge lose a corner; triangles vanish. An edge is kept if collapsing it
-/// would change the topology: if it is not between two polygons, if it would close the open border, or if polygons at
-/// both ends share other corners (the link condition of Dey et al. 1999, "Topology preserving edge contraction", with
-/// quads as single faces). Edges are processed in the order of the polygons.
+/// several cells on one voxel. Polygons at a merged edge lose a corner; triangles are removed. An edge is kept if
+/// collapsing it would change the topology: if it is not between two polygons, if it would close the open border, or
+/// if polygons at both ends share other corners (the link condition of Dey et al. 1999, "Topology preserving edge
+/// contraction", with quads as single faces). Edges are processed in the order of the polygons.
 /// \param at     position of a vertex
 /// \param count  number of vertices that may be merged; higher ones are kept
 /// \returns pairs of removed vertices and the vertices that replace them (none of which is removed)

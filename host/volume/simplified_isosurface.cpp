@@ -33,7 +33,7 @@ struct Pieces {
   }
 };
 
-/// By fine vertex, 1 if its part is removed for its size; empty if none is.
+/// By fine vertex: 1 if its part is removed because it is small; empty if no part is removed.
 std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
                                       SimplifiedIsosurface& low_poly) {
   const Pieces parts(tree);
@@ -51,7 +51,7 @@ std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
   return result;
 }
 
-/// By cluster, the error limit at which its fine vertices become one, by itself or a cluster above.
+/// By cluster: the error limit at which its fine vertices are merged, by the cluster or by an ancestor.
 std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
   const std::uint32_t leaves = tree.leaves();
   std::vector<float> limits(tree.count() - leaves);
@@ -65,8 +65,8 @@ std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
   return limits;
 }
 
-/// The limit at which at most `faces` triangles remain: a quad loses one triangle when the ends of a side are merged,
-/// and the other one at the second such side.
+/// The error limit at which at most `faces` triangles remain. A quad loses one triangle when the ends of a side are
+/// merged, and the other one at the second such side.
 float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
                       const std::vector<std::uint8_t>& small, const std::vector<float>& limits,
                       std::size_t faces) {
@@ -74,7 +74,7 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
   parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const FineEdge& edge = surface.edges[i];
-      float first = -1, second = -1;  // Edges without a quad lose no triangles
+      float first = -1, second = -1;  // edges without a quad lose no triangles
       if (edge.is_quad() && (small.empty() || small[edge.vertices[0]] == 0)) {
         first = second = kNoLimit;
         for (std::size_t k = 0; k < 4; ++k) {
@@ -100,11 +100,11 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
   const auto last = losses.begin() + static_cast<std::ptrdiff_t>(losses.size() - faces - 1);
   std::nth_element(losses.begin(), last, losses.end());
   if (*last != kNoLimit) return *last;
-  float most = -1;
+  float last_loss = -1;
   for (auto at = losses.begin(); at != last; ++at) {
-    if (*at != kNoLimit) most = std::max(most, *at);
+    if (*at != kNoLimit) last_loss = std::max(last_loss, *at);
   }
-  return most;
+  return last_loss;
 }
 
 Vec3d world(const Volume& volume, const Vec3d& padded) {
@@ -120,24 +120,24 @@ Vec3d normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
   return cross(to_double(b) - to_double(a), to_double(c) - to_double(a));
 }
 
-/// True if a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than from 0 to 2, judged by
-/// their smallest agreement.
+/// True if a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than with that from 0 to 2;
+/// the smallest cosine of both triangles decides.
 bool prefers_other_diagonal(const SimplifiedIsosurface& low_poly,
                             const SimplifiedIsosurface::Polygon& polygon) {
   const auto& c = polygon.corners;
   const auto position = [&](std::size_t k) { return low_poly.positions[c[k % 4]]; };
   const auto agreement = [&](std::size_t first) {
-    double least = 1;
+    double min_agreement = 1;
     for (std::size_t half = 0; half < 2; ++half) {
       const std::size_t k0 = first, k1 = first + 1 + half, k2 = first + 2 + half;
       const Vec3d normal = normal_of(position(k0), position(k1), position(k2));
-      const Vec3d wanted = to_double(low_poly.normals[c[k0 % 4]]) +
-                           to_double(low_poly.normals[c[k1 % 4]]) +
-                           to_double(low_poly.normals[c[k2 % 4]]);
-      const double size = length(normal) * length(wanted);
-      least = std::min(least, size > 0 ? dot(normal, wanted) / size : -1.0);
+      const Vec3d target_normal = to_double(low_poly.normals[c[k0 % 4]]) +
+                                  to_double(low_poly.normals[c[k1 % 4]]) +
+                                  to_double(low_poly.normals[c[k2 % 4]]);
+      const double size = length(normal) * length(target_normal);
+      min_agreement = std::min(min_agreement, size > 0 ? dot(normal, target_normal) / size : -1.0);
     }
-    return least;
+    return min_agreement;
   };
   return agreement(1) > agreement(0);
 }
@@ -149,12 +149,12 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
 /// Rotates quads so that the better diagonal runs from corner 0 to 2. Uses the other diagonal if the better one is
 /// already an edge of other polygons, which would get more than two triangles.
 void choose_diagonals(SimplifiedIsosurface& low_poly) {
-  std::unordered_set<std::uint64_t> taken;
-  taken.reserve(3 * low_poly.polygons.size());
+  std::unordered_set<std::uint64_t> used_diagonals;
+  used_diagonals.reserve(3 * low_poly.polygons.size());
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     const std::size_t count = polygon.is_quad() ? 4 : 3;
     for (std::size_t k = 0; k < count; ++k) {
-      taken.insert(edge_key(polygon.corners[k], polygon.corners[(k + 1) % count]));
+      used_diagonals.insert(edge_key(polygon.corners[k], polygon.corners[(k + 1) % count]));
     }
   }
   for (SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
@@ -162,19 +162,20 @@ void choose_diagonals(SimplifiedIsosurface& low_poly) {
     auto& c = polygon.corners;
     const std::uint64_t diagonals[2] = {edge_key(c[0], c[2]), edge_key(c[1], c[3])};
     std::size_t chosen = prefers_other_diagonal(low_poly, polygon) ? 1 : 0;
-    if (taken.count(diagonals[chosen]) != 0 && taken.count(diagonals[1 - chosen]) == 0) {
+    if (used_diagonals.count(diagonals[chosen]) != 0 &&
+        used_diagonals.count(diagonals[1 - chosen]) == 0) {
       chosen = 1 - chosen;
     }
-    taken.insert(diagonals[chosen]);
+    used_diagonals.insert(diagonals[chosen]);
     if (chosen == 1) std::rotate(c.begin(), c.begin() + 1, c.end());
   }
 }
 
 /// Collapses zero-length edges between fine vertices, and updates which vertex represents the removed ones. Clusters
-/// whose boxes touch at a corner are not merged: they represent surface of some extent, and the merged one would
-/// exceed what a chart can show.
-void merge_zero_length_edges(SimplifiedIsosurface& low_poly, std::vector<std::uint32_t>& stands,
-                             std::uint32_t leaves,
+/// whose boxes touch at a corner are not merged: they represent larger parts of the surface, which one chart could
+/// not hold.
+void merge_zero_length_edges(SimplifiedIsosurface& low_poly,
+                             std::vector<std::uint32_t>& representative, std::uint32_t leaves,
                              const std::function<Vec3(std::uint32_t)>& place) {
   std::vector<PolygonCorners> polygons;
   polygons.reserve(low_poly.polygons.size());
@@ -185,7 +186,7 @@ void merge_zero_length_edges(SimplifiedIsosurface& low_poly, std::vector<std::ui
   low_poly.polygons.clear();
   for (const PolygonCorners& corners : polygons) low_poly.polygons.push_back({corners});
   const std::unordered_map<std::uint32_t, std::uint32_t> by(gone.begin(), gone.end());
-  for (std::uint32_t& node : stands) {
+  for (std::uint32_t& node : representative) {
     const auto at = by.find(node);
     if (at != by.end()) node = at->second;
   }
@@ -198,7 +199,7 @@ std::uint64_t count_sets(DisjointSets& sets, const std::vector<std::uint8_t>& jo
   return count;
 }
 
-/// \param at_border  by vertex, 1 if border edges may end there; empty: everywhere
+/// \param at_border by vertex: 1 if border edges may end there; empty: at all vertices
 SimplifiedIsosurface::Pieces count_pieces(const std::vector<PolygonCorners>& polygons,
                                           std::size_t vertices,
                                           const std::vector<std::uint8_t>& at_border) {
@@ -284,30 +285,30 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   const std::vector<float> limits = merging_limits(tree, options.keep_topology);
   low_poly.aimed_faces = options.faces;
   if (options.faces == 0 && options.share < 1) {
-    const double all = 2 * static_cast<double>(quads_left(surface, small));
-    low_poly.aimed_faces = static_cast<std::uint64_t>(std::ceil(all * options.share));
+    const double initial_faces = 2 * static_cast<double>(quads_left(surface, small));
+    low_poly.aimed_faces = static_cast<std::uint64_t>(std::ceil(initial_faces * options.share));
   }
   float limit = static_cast<float>(options.error);
   if (low_poly.aimed_faces != 0) {
-    const float least = limit_for_faces(surface, tree, small, limits,
-                                        static_cast<std::size_t>(low_poly.aimed_faces));
-    limit = options.faces != 0 ? least : std::max(limit, least);
+    const float min_limit = limit_for_faces(surface, tree, small, limits,
+                                            static_cast<std::size_t>(low_poly.aimed_faces));
+    limit = options.faces != 0 ? min_limit : std::max(limit, min_limit);
   }
   if (options.faces == 0) low_poly.error_limit = double{limit};
-  // The topmost cluster within the limit represents all nodes below it.
-  std::vector<std::uint32_t> stands(tree.count());
+  // The topmost cluster within the limit represents all its descendants.
+  std::vector<std::uint32_t> representative(tree.count());
   for (std::uint32_t node = tree.count(); node-- > 0;) {
     const std::uint32_t parent = tree.parent(node);
-    const std::uint32_t above = parent == kNone ? kNone : stands[parent];
-    if (above != kNone) {
-      stands[node] = above;
+    const std::uint32_t parent_representative = parent == kNone ? kNone : representative[parent];
+    if (parent_representative != kNone) {
+      representative[node] = parent_representative;
     } else if (node < leaves) {
-      stands[node] = node;
+      representative[node] = node;
     } else {
       const VertexTree::Cluster& cluster = tree.cluster(node);
-      const bool within =
+      const bool is_within_limit =
           (cluster.is_one_sheet || !options.keep_topology) && cluster.error <= limit;
-      stands[node] = within ? node : kNone;
+      representative[node] = is_within_limit ? node : kNone;
     }
   }
 
@@ -324,8 +325,9 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
         SimplifiedIsosurface::Polygon polygon{{kNone, kNone, kNone, kNone}};
         std::size_t corners = 0;
         for (std::size_t k = 0; k < 4; ++k) {
-          const std::uint32_t vertex = stands[edge.vertices[k]];
-          if (vertex != stands[edge.vertices[(k + 1) % 4]]) polygon.corners[corners++] = vertex;
+          const std::uint32_t vertex = representative[edge.vertices[k]];
+          if (vertex != representative[edge.vertices[(k + 1) % 4]])
+            polygon.corners[corners++] = vertex;
         }
         if (corners < 3) continue;
         if ((edge.rises != 0) == surface.mirrored) {
@@ -345,7 +347,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     const float* p = surface.vertices[node].position;
     return Vec3{p[0], p[1], p[2]};
   };
-  merge_zero_length_edges(low_poly, stands, leaves, place);
+  merge_zero_length_edges(low_poly, representative, leaves, place);
 
   // Numbers used vertices in tree order.
   std::vector<std::uint32_t> number(tree.count(), kNone);
@@ -367,7 +369,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   // Lists the fine vertices of each vertex.
   low_poly.leaf_begins.assign(count + 1, 0);
   for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
-    const std::uint32_t vertex = number[stands[leaf]];
+    const std::uint32_t vertex = number[representative[leaf]];
     if (vertex != kNone) ++low_poly.leaf_begins[vertex + 1];
   }
   for (std::uint32_t i = 0; i < count; ++i) low_poly.leaf_begins[i + 1] += low_poly.leaf_begins[i];
@@ -375,7 +377,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   {
     std::vector<std::uint32_t> next(low_poly.leaf_begins.begin(), low_poly.leaf_begins.end() - 1);
     for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
-      const std::uint32_t vertex = number[stands[leaf]];
+      const std::uint32_t vertex = number[representative[leaf]];
       if (vertex != kNone) low_poly.leaves[next[vertex]++] = leaf;
     }
   }

@@ -30,9 +30,9 @@ struct SimplifiedIsosurface {
   double error = 0;                    ///< Largest error of a cluster, in cells
   std::uint64_t changed_topology = 0;  ///< Number of clusters that are not a single sheet
   std::uint64_t parts = 0;             ///< Number of connected parts of the fine surface
-  std::uint64_t dropped_parts = 0;     ///< Number of parts removed for their size
-  /// Topology of the fine surface without small parts, and of the low poly. Computed if the topology is kept and the
-  /// volume's border is open.
+  std::uint64_t dropped_parts = 0;     ///< Number of parts removed because they are small
+  /// Topology of the fine surface without small parts, and of the low poly. It is computed if the topology is kept
+  /// and the volume's border is open.
   struct Pieces {
     std::uint64_t parts = 0;  ///< Number of parts, connected over polygons
     std::uint64_t loops = 0;  ///< Number of loops of border edges
@@ -47,7 +47,8 @@ struct SimplifiedIsosurface {
 struct IsosurfaceOptions {
   std::uint32_t faces = 0;
   double error = 0;  ///< Largest error in cells, if `faces` is 0
-  double share = 1;  ///< Raises the error until at most this share of the fine triangles remains
+  /// Maximum share of the fine triangles that remains; the error limit is raised until it is met
+  double share = 1;
   bool keep_topology = true;
   double min_part =
       0;  ///< Parts with fewer fine vertices than this share of the largest part's are removed

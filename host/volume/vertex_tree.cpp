@@ -17,7 +17,8 @@ struct Shape {
   std::int32_t euler2 = 0;       ///< Twice the Euler characteristic of its surface
   std::uint16_t once = 0;        ///< Bits of the node's edges that are crossed
   std::uint16_t repeatedly = 0;  ///< Bits of the node's edges that are crossed more than once
-  /// Lines on each face of the node (2 axis + side) that end at the volume's open border, at most 3.
+  /// Number of lines on each face of the node (2 axis + side) that end at the volume's open border, at most
+  /// 3.
   std::array<std::uint8_t, 6> ends{};
 };
 
@@ -50,9 +51,9 @@ bool is_one_sheet(const Shape& shape) {
   return ends <= 2 && std::popcount(shape.once) >= (ends == 0 ? 3 : 1);
 }
 
-/// Sums over a cluster's fine vertices at which the surface ends at the volume's open border, by side: 2 axis, + 1
-/// for the far one. Nothing else holds these in place: along a wall that is perpendicular to the border, all heights
-/// fit the crossings equally, and the mean is that of the whole cluster.
+/// Sums over the fine vertices of a cluster at which the surface ends at the volume's open border, by side: 2 axis,
+/// + 1 for the far one. They keep the surface on the border: along a wall perpendicular to the border, all heights
+/// fit the crossings equally, and the crossings' mean would be that of the whole cluster.
 struct Rim {
   std::array<double, 6> sum{};  ///< Sums of coordinates along the axis
   std::array<std::uint32_t, 6> count{};
@@ -123,7 +124,7 @@ constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossV = {{{1, 2}, {0, 3
 /// The line between the two cells at an edge in the open border.
 struct BorderLine {
   std::uint32_t axis;  ///< Axis along which the cells are adjacent
-  std::uint8_t level;  ///< They share a node from this level + 1 on
+  std::uint8_t level;  ///< the cells share a node from this level + 1 on
   /// The lower and the upper cell: indices among the edge's four cells
   std::array<std::uint32_t, 2> sides;
 };
@@ -139,7 +140,7 @@ BorderLine line_at_border(const FineEdge& edge) {
 }
 
 /// Edges in the open border at which a line between two cells ends. Lines with both ends at one edge are skipped:
-/// they are no side of any polygon, so they connect nothing.
+/// no polygon has them as a side, so they connect nothing.
 std::vector<std::uint32_t> ending_edges(const FineSurface& surface) {
   struct Ending {
     std::uint64_t cells;
@@ -277,8 +278,9 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const std::uint32_t node = node_of[sets.find(vertex)];
       return node < first ? nullptr : &shapes[node - leaves_];
     };
-    // V - E + F: the children have counted each crossing, and each line between them (on faces), once; a line has a
-    // crossing at both ends, each of which contributes half.
+    // Euler characteristic V - E + F: each child has counted its own crossings and lines; a crossing that two
+    // children share, and a line on the face between them, must be counted once. A line has a crossing at both
+    // ends, each of which contributes half.
     for (const std::uint32_t index : joining) {
       const FineEdge& edge = surface.edges[index];
       const bool u = edge.u_level == plane, v = edge.v_level == plane;
@@ -287,25 +289,25 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const auto lines = [&](const auto& sides, bool apart) {
         for (const auto& [a, b] : sides) {
           if (!is_there(at[a]) || !is_there(at[b])) continue;
-          // If the other pair lies in another node, or is removed, these two share the crossing.
+          // If the other pair of cells lies in another node, or is removed, these two share the crossing.
           shape_at(at[a])->euler2 += apart ? 1 - 2 : 1;
         }
       };
       if (u) lines(kAcrossU, edge.v_level > plane);
       if (v) lines(kAcrossV, edge.u_level > plane);
       if (u && v) {
-        // All lie in one node: each has counted the crossing, which is now counted once.
+        // All four lie in one node: each has counted the crossing, which must be counted once.
         int present = 0;
-        std::uint32_t any = 0;
+        std::uint32_t any_cell = 0;
         for (const std::uint32_t vertex : at) {
           if (is_there(vertex)) {
             ++present;
-            any = vertex;
+            any_cell = vertex;
           }
         }
-        if (present > 1) shape_at(any)->euler2 -= 2 * (present - 1);
+        if (present > 1) shape_at(any_cell)->euler2 -= 2 * (present - 1);
       } else if ((u && edge.v_level < plane) || (v && edge.u_level < plane)) {
-        // Two halves that were counted separately.
+        // Two pairs that were counted separately.
         const auto& [near, far] = u ? kAcrossU : kAcrossV;
         const bool one = is_there(at[near[0]]) || is_there(at[far[0]]);
         const bool other = is_there(at[near[1]]) || is_there(at[far[1]]);
@@ -346,7 +348,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       return !later(edge.u_level) && !later(edge.v_level);
     });
 
-    // Sorts children by cluster, in order, so that sums do not depend on the number of threads.
+    // Sorts the children by cluster, stably, so that sums do not depend on the number of threads.
     const std::uint32_t fresh = count() - first;
     std::vector<std::uint32_t> begins(fresh + 1), children(touched.size());
     for (const Touched& child : touched) ++begins[parent_[child.node] - first + 1];
@@ -379,9 +381,9 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
           if (child < leaves_) {
             cluster.qef.add(surface.qefs[child], unpack_place(surface.keys[child]));
           } else {
-            const Cluster& below = clusters_[child - leaves_];
-            cluster.qef.add(below.qef);
-            cluster.error = std::max(cluster.error, below.error);
+            const Cluster& child_cluster = clusters_[child - leaves_];
+            cluster.qef.add(child_cluster.qef);
+            cluster.error = std::max(cluster.error, child_cluster.error);
           }
         }
         // The node's box, from any cell within it.
@@ -389,8 +391,8 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         if (leaf < leaves_) {
           node = unpack_place(surface.keys[leaf]);
         } else {
-          const Cluster& below = clusters_[leaf - leaves_];
-          node = below.node;
+          const Cluster& child_cluster = clusters_[leaf - leaves_];
+          node = child_cluster.node;
         }
         std::array<double, 3> low{}, high{};
         for (std::size_t k = 0; k < 3; ++k) {

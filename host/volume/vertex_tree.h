@@ -1,4 +1,5 @@
-// An octree of clusters of fine vertices, built bottom-up, that knows which clusters may become one vertex.
+// An octree of clusters of fine vertices, built bottom-up, which records the clusters that may be replaced by
+// one vertex.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@ namespace kiln {
 
 /// Clusters of fine vertices. The octree's nodes are implicit: at level l, a node consists of the cells with the same
 /// coordinates >> l. Fine vertices of a node that are adjacent (through faces between its cells) form a cluster; a
-/// node has one cluster per sheet. A cluster with a single child is that child.
+/// node has one cluster per sheet. A cluster with a single child is not stored: the child takes its place.
 ///
 /// Nodes 0 to leaves() - 1 are the fine vertices; clusters follow level by level, so that a parent's number is above
 /// its children's.
@@ -20,7 +21,7 @@ class VertexTree {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
-  /// An earlier tree, whose clusters are reused where nothing changed; the result is identical.
+  /// An earlier tree, whose clusters are reused where nothing changed; the result is the same as without it.
   struct Earlier {
     const VertexTree* tree = nullptr;
     KeptVertices kept;
@@ -36,11 +37,12 @@ class VertexTree {
 
   struct Cluster {
     Qef qef;
-    Vec3d place{};      ///< Position in padded coordinates
-    float error;        ///< Root-mean-square error, its own or the largest below it; in cells
-    bool is_one_sheet;  ///< It may replace its descendants without changing the topology
+    Vec3d place{};  ///< Position in padded coordinates
+    float error;    ///< Root-mean-square error, its own or the largest below it; in cells
+    /// True if one vertex may replace its descendants without changing the topology
+    bool is_one_sheet;
     std::uint8_t level;
-    CellPlace node;  ///< The lowest cell of its octree node
+    CellPlace node;  ///< Lowest cell of its octree node
   };
   const Cluster& cluster(std::uint32_t node) const { return clusters_[node - leaves_]; }
 

@@ -48,12 +48,12 @@ Range find_range(const Volume& volume) {
       for (std::size_t i = begin; i < end; ++i) {
         const T value = voxels[i];
         if constexpr (std::is_floating_point_v<T>) {
-          const bool good = std::abs(value) <= std::numeric_limits<T>::max();
-          bad += good ? 0 : 1;
+          const bool is_exact = std::abs(value) <= std::numeric_limits<T>::max();
+          bad += is_exact ? 0 : 1;
           above += value > std::numeric_limits<T>::max() ? 1 : 0;
           below += value < std::numeric_limits<T>::lowest() ? 1 : 0;
-          low = good && value < low ? value : low;
-          high = good && value > high ? value : high;
+          low = is_exact && value < low ? value : low;
+          high = is_exact && value > high ? value : high;
         } else {
           low = std::min(low, value);
           high = std::max(high, value);
@@ -151,17 +151,17 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
   }
   result.not_finite = range.not_finite;
   double outside = options.inside == Inside::above ? range.lowest : range.highest;
-  // Infinite voxels on the solid's side are as deep inside as the farthest finite voxel inside, or as other voxels
-  // are outside.
+  // Infinite voxels inside the solid get the depth of the deepest finite voxel inside, or if there is none, that
+  // of the farthest voxel outside.
   const bool above = options.inside == Inside::above;
   const bool infinite_inside = (above ? range.above : range.below) != 0;
   if (infinite_inside) {
     const double farthest = above ? range.highest : range.lowest;
-    const bool reaches = above ? farthest > options.iso : farthest < options.iso;
-    result.infinite_inside = reaches ? farthest : 2 * options.iso - outside;
+    const bool has_depth = above ? farthest > options.iso : farthest < options.iso;
+    result.infinite_inside = has_depth ? farthest : 2 * options.iso - outside;
   }
   if (infinite_inside || (size_of(volume.type) >= 4 && volume.type != VoxelType::f32)) {
-    // Differences to the iso value, so that no digits near it are lost.
+    // Voxels are stored as differences to the iso value, so that no digits near it are lost.
     const auto relative = [&](double value) {
       const double difference = value - options.iso;
       if (std::isnan(difference) || std::isinf(value)) return static_cast<float>(value);
@@ -169,7 +169,7 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
       if (rounded == 0 && difference != 0) return difference < 0 ? -FLT_MIN : FLT_MIN;
       return rounded;
     };
-    // Differences too small for float only matter if all are small; beside larger ones nothing is lost.
+    // Differences that underflow in float only matter if all differences are small.
     const bool tiny = range.highest - range.lowest < 1e6 * double{FLT_MIN};
     const auto changes = [&](double value) {
       const double size = std::abs(value - options.iso);

@@ -12,15 +12,15 @@ namespace kiln {
 /// Voxels of a type that kernels read (u8, i8, u16, i16, f32): the volume's own, or converted ones.
 struct DeviceVoxels {
   const std::byte* data = nullptr;
-  /// Differences value - iso with exact signs. Used if the type is another one, or if voxels of the solid are
-  /// infinite.
+  /// Differences value - iso with exact signs. Used if kernels do not read the volume's type, or if voxels of
+  /// the solid are infinite.
   std::vector<float> converted;
   VoxelType type = VoxelType::f32;
-  float iso = 0;      ///< The smallest float that is not below the iso value; 0 for `converted`
+  float iso = 0;      ///< Smallest float that is not below the iso value; 0 for `converted`
   float outside = 0;  ///< The finite value farthest outside, which replaces other non-finite voxels
   double infinite_inside = 0;  ///< Replaces infinite voxels of the solid, if there are any
   std::uint64_t not_finite = 0;
-  /// Voxels whose difference to the iso value exceeds the range of float
+  /// Number of voxels whose difference to the iso value exceeds the range of float
   std::uint64_t beyond_float = 0;
 
   std::size_t bytes_per_voxel() const { return size_of(type); }

@@ -47,8 +47,9 @@ struct AssessmentFields {
   Image uniformity = {};              ///< %: mean over the texel's neighbours
   Image match_distance = {};          ///< World units: |F(p) - p|
   Image stretch =
-      {};  ///< log2 of the high poly's area over the low poly's; -64 where undefined, -63
-           ///< where cells are folded over
+      /// log2 of the high poly's area over the low poly's; -64 where undefined, -63 where cells are folded
+      /// over
+      {};
 };
 
 /// Settings of assess().
@@ -104,10 +105,10 @@ struct MatchAssessment {
   double mean_stretch = 0;    ///< Mean log2
   std::uint64_t cells = 0;    ///< Number of rated cells
   double folded = 0;          ///< Share of cells whose corners F maps in reversed order
-  double largest_jump = 0;    ///< Largest distance between matched points of neighbouring texels,
-                              ///< world units
-  double largest_step = 0;    ///< Largest distance between neighbouring texels on the low poly, for
-                              ///< comparison
+  /// Largest distance between matched points of neighbouring texels, world units
+  double largest_jump = 0;
+  /// Largest distance between neighbouring texels on the low poly, for comparison
+  double largest_step = 0;
 
   std::uint32_t directions = 0;  ///< Number of test directions used
   AssessmentFields fields = {};  ///< Set if AssessOptions::fields is true

@@ -26,12 +26,12 @@ struct AssetNode {
   /// Value of `parent` for a root.
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  std::string name = {};         ///< Name in the file; need not be unique
-  std::uint32_t parent = kNone;  ///< Index into Asset::nodes, lower than the node's own; kNone for
-                                 ///< a root
+  std::string name = {};  ///< Name in the file; need not be unique
+  /// Index into Asset::nodes, lower than the node's own; kNone for a root
+  std::uint32_t parent = kNone;
   std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0,
-                                   0, 0, 1, 0, 0, 0, 0, 1};  ///< Transform to the parent,
-                                                             ///< column-major
+                                   /// Transform to the parent, column-major
+                                   0, 0, 1, 0, 0, 0, 0, 1};
   std::string extras = {};       ///< JSON of glTF's `extras`; empty: none
   std::string mesh_extras = {};  ///< JSON of the `extras` of the node's mesh
 };
@@ -42,14 +42,14 @@ struct AssetNode {
 struct Asset {
   Mesh mesh = {};                        ///< In world space
   std::vector<Material> materials = {};  ///< One for each of Mesh::material_names, in order
-  std::vector<AssetNode> nodes = {};     ///< Parents before children; empty for formats without a
-                                         ///< hierarchy
+  /// Parents before children; empty for formats without a hierarchy
+  std::vector<AssetNode> nodes = {};
   std::vector<std::uint32_t> object_nodes =
       {};                      ///< Per object of the mesh, index into nodes; empty if `nodes` is
   std::string extras = {};     ///< JSON of glTF's `asset.extras`; empty: none
   std::string copyright = {};  ///< glTF's `asset.copyright`
-  std::string scene = {};  ///< JSON of the glTF scene that was read; empty if there is none, or if
-                           ///< several were read
+  /// JSON of the glTF scene that was read; empty if there is none, or if several were read
+  std::string scene = {};
 };
 
 /// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb, .vrm; .gltf with its buffers beside it or in it).
@@ -104,8 +104,8 @@ struct AssetMaps {
   const Image* opacity = nullptr;    ///< First channel
   const Image* color = nullptr;      ///< Three channels
   const Image* emission = nullptr;   ///< Three channels
-  float emission_strength = 1;       ///< Linear radiance that the value 1 in `emission` stands for;
-                                     ///< at least 0
+  /// Linear radiance that the value 1 in `emission` stands for; at least 0
+  float emission_strength = 1;
   std::span<const std::uint8_t> coverage =
       {};  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
 };
@@ -137,11 +137,11 @@ struct AssetPictures {
   /// members.
   std::shared_ptr<const AssetPictures> fallback = {};
   std::uint32_t normal_quality =
-      0;  ///< Quality that EncodeMapsOptions::max_normal_error led to; 0:
-          ///< lossless
+      /// Quality that EncodeMapsOptions::max_normal_error led to; 0: lossless
+      0;
   std::vector<std::byte> color =
-      {};  ///< Base colour, with opacity as alpha; empty: no picture, as for
-           ///< the others
+      /// Base colour, with opacity as alpha; empty: no picture, as for the others
+      {};
   std::vector<std::byte> surface = {};   ///< Occlusion, roughness and metalness: R, G, B
   std::vector<std::byte> normal = {};    ///< In tangent space
   std::vector<std::byte> emission = {};  ///< sRGB
@@ -155,9 +155,9 @@ struct AssetPictures {
 
 /// Picture formats of a glTF.
 enum class PictureFormat {
-  png,   ///< 8 bits
-  webp,  ///< Lossless, or lossy at a quality: EXT_texture_webp. In builds with libwebp; at most
-         ///< 16383 texels a side
+  png,  ///< 8 bits
+  /// Lossless, or lossy at a quality: EXT_texture_webp. In builds with libwebp; at most 16383 texels a side
+  webp,
   jpeg,  ///< Lossy. In builds with libjpeg; at most 65500 texels a side
 };
 
@@ -199,14 +199,14 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format);
 struct AssetMaterial {
   std::string name = {};  ///< Need not be unique
   std::shared_ptr<const AssetPictures> pictures =
-      {};                                  ///< Null: no pictures. Pictures shared by several
-                                           ///< materials are written once
-  AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied if its pictures have opacity; else the
-                                           ///< material is opaque
-  float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
-  bool double_sided = false;               ///< Back faces are shown, too
-  std::string set = {};                    ///< Prefix of its pictures' names; may be empty
-  std::string extras = {};                 ///< JSON: glTF's `extras`; empty: none
+      /// Null: no pictures. Pictures shared by several materials are written once
+      {};
+  /// Applied if its pictures have opacity; else the material is opaque
+  AlphaMode alpha_mode = AlphaMode::mask;
+  float alpha_cutoff = 0.5F;  ///< Threshold of AlphaMode::mask
+  bool double_sided = false;  ///< Back faces are shown, too
+  std::string set = {};       ///< Prefix of its pictures' names; may be empty
+  std::string extras = {};    ///< JSON: glTF's `extras`; empty: none
 };
 
 /// Compression of the geometry of a glTF.
@@ -225,8 +225,8 @@ enum class MeshCompression {
 struct SaveAssetOptions {
   std::vector<AssetNode> nodes = {};  ///< As Asset::nodes; empty: one node per object
   std::vector<std::uint32_t> object_nodes =
-      {};  ///< As Asset::object_nodes; AssetNode::kNone gives the object a root node of
-           ///< its own
+      /// Like Asset::object_nodes; AssetNode::kNone gives the object a root node of its own
+      {};
   /// Collision hulls, written unchanged beside the mesh, without UVs, materials and colours; null: none. Must stay
   /// valid during the call.
   const Mesh* hulls = nullptr;

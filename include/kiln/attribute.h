@@ -15,8 +15,8 @@ namespace KILN_PUBLIC kiln {
 /// Padding: texels around charts receive values from the chart.
 struct PaddingOptions {
   std::int32_t texels =
-      kPaddingTexels;  ///< Width, 0 to 16384 texels; -1: the whole map, by push-pull (Gortler et
-                       ///< al. 1996)
+      /// Width, 0 to 16384 texels; -1: the whole map, by push-pull (Gortler et al. 1996)
+      kPaddingTexels;
   bool fill_missed = false;   ///< Also fill TexelState::missed, from neighbouring baked texels
   bool unit_vectors = false;  ///< Values are unit vectors: averages are normalised
 };
@@ -34,8 +34,8 @@ std::uint64_t fill_padding(const Device& device, Image& image, std::span<std::ui
 
 /// Settings of bake_attribute().
 struct AttributeOptions {
-  bool unit_vectors = false;              ///< Values are unit vectors of three channels: means are
-                                          ///< normalised
+  /// Values are unit vectors of three channels: means are normalised
+  bool unit_vectors = false;
   std::int32_t padding = kPaddingTexels;  ///< As PaddingOptions::texels
 };
 

@@ -28,10 +28,10 @@ namespace KILN_PUBLIC kiln {
 /// opposite ways. Layers closer than that are not told apart.
 struct HighCoverageReport {
   std::uint64_t places = 0;  ///< Number of places that count
-  double weight = 0;         ///< Sum of the weights of all places, for joining reports of several
-                             ///< maps
-  double lost = 0;           ///< Weighted share of places that no sample stands for, 0 to 1
-  double largest = 0;        ///< Share of the largest connected part of the lost surface, 0 to 1
+  /// Sum of the weights of all places, for joining reports of several maps
+  double weight = 0;
+  double lost = 0;     ///< Weighted share of places that no sample stands for, 0 to 1
+  double largest = 0;  ///< Share of the largest connected part of the lost surface, 0 to 1
   /// Share of `lost` that lies near UV copies which match another surface than the baked triangles
   /// (BakeReport::uv_copies_differ), 0 to 1. Copies that match the same surface lose nothing.
   double by_copies = 0;
@@ -112,16 +112,16 @@ struct BakeOptions {
   MatchOptions match = {};  ///< Search for points of the high poly
   EncodingOptions encoding = {};  ///< Encoding of the maps
   ReportOptions report = {};      ///< Measures beside the maps
-  Progress progress = {};  ///< Called about ten times a second; may cancel. See Progress for what
-                           ///< it may do
+  /// Called about ten times a second; may cancel. See Progress for what it may do
+  Progress progress = {};
 };
 
 /// Change of the map from texel to texel at the borders between match methods, compared with all
 /// other texels.
 struct TransitionReport {
-  std::uint64_t sides = 0;  ///< Sides between texels of one chart that different methods decided,
-                            ///< or none
-  double mean_degrees = 0;  ///< Mean over these sides, between the map's unit vectors
+  /// Sides between texels of one chart that different methods decided, or none
+  std::uint64_t sides = 0;
+  double mean_degrees = 0;       ///< Mean over these sides, between the map's unit vectors
   double elsewhere_degrees = 0;  ///< Mean over all other sides
 };
 
@@ -187,8 +187,8 @@ struct BakeResult {
       {};  ///< Per vertex of the high poly, if ReportOptions::vertex_coverage is true
   std::optional<VisibilityClusters> clusters = {};  ///< Set if more than one cluster was requested
   BakeReport report =
-      {};  ///< With several clusters: the first cluster's, apart from values that all
-           ///< share
+      /// With several clusters: the first cluster's, apart from values that all share
+      {};
   bool cancelled = false;  ///< The progress callback cancelled: there are no maps.
 
   /// Finds a map by its name. \param cluster  as BakedMap::cluster. \returns null if it was not requested;

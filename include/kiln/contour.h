@@ -36,9 +36,9 @@ struct ContourOptions {
   Inside inside = Inside::above;               ///< The solid side
   VolumeBorder border = VolumeBorder::closed;  ///< Treatment of the solid at the volume's border
   /// The outer surface alone: outer voxels that cannot be reached from the volume's border count as
-  /// inside. So cavities and their content vanish. The flood starts from regions of free voxels on
-  /// the border (6-connected) that have at least 1/20 of the largest region's border voxels;
-  /// smaller ones are hollows that the volume's border cuts open.
+  /// inside. So cavities and their content are removed. The flood starts from regions of free
+  /// voxels on the border (6-connected) that have at least 1/20 of the largest region's border
+  /// voxels; smaller ones are hollows that the volume's border cuts open.
   bool outer_only = false;
   /// With outer_only: the outside is the volume swept by a cube of 2 outer_gap + 1 voxels a side,
   /// whose centre stays in the volume and which never touches the solid. 0 (one voxel) passes
@@ -54,10 +54,10 @@ struct ContourReport {
   std::uint64_t cells = 0;  ///< Cells that the surface crosses
   std::uint64_t vertices =
       0;  ///< Vertices of the finest contour: one for each sheet of surface in a cell
-  std::uint64_t quads = 0;             ///< Quads of the finest contour
-  double lowest = 0;                   ///< Smallest finite voxel, if it was computed
-  double highest = 0;                  ///< Largest; both for floating-point volumes, and before an
-                                       ///< error
+  std::uint64_t quads = 0;  ///< Quads of the finest contour
+  double lowest = 0;        ///< Smallest finite voxel, if it was computed
+  /// Largest finite voxel, if it was computed: for floating-point volumes, and before an error
+  double highest = 0;
   std::uint64_t filled_voxels = 0;     ///< Voxels that count as inside because of outer_only
   double seconds_scan = 0;             ///< Signs of all voxels, and cells that the surface crosses
   double seconds_outer = 0;            ///< Flood fill from the border
@@ -108,11 +108,11 @@ struct ExtractOptions {
   /// ("small-parts"): specks of noise.
   double min_part = 0;
 
-  std::uint32_t size = 1024;                       ///< Side of the map, 16 to 8192 texels
-  std::uint32_t border_texels = 2;                 ///< Padding around each chart, 1 to 64 texels
-  UnwrapMethod unwrap = UnwrapMethod::pairs;       ///< Layout; charts: few large ones, by unwrap()
-  TexelDensity density = TexelDensity::area;       ///< Only for charts; detail: measured on the
-                                                   ///< full contour
+  std::uint32_t size = 1024;                  ///< Side of the map, 16 to 8192 texels
+  std::uint32_t border_texels = 2;            ///< Padding around each chart, 1 to 64 texels
+  UnwrapMethod unwrap = UnwrapMethod::pairs;  ///< Layout; charts: few large ones, by unwrap()
+  /// Only for charts; detail: measured on the full contour
+  TexelDensity density = TexelDensity::area;
   NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent (MikkTSpace) or object
   bool flip_y = false;                             ///< Green down (DirectX)
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
@@ -140,8 +140,8 @@ struct ExtractUsed {
   double min_part = 0;            ///< As ExtractOptions::min_part
   std::uint32_t size = 0;         ///< Side of the map, texels
   std::uint64_t aimed_faces = 0;  ///< Target number of triangles; 0 if the error alone decides
-  std::uint64_t kept_faces = 0;   ///< Triangles that keeping the topology would have left, if it
-                                  ///< was given up
+  /// Triangles that keeping the topology would have left, if it was given up
+  std::uint64_t kept_faces = 0;
 };
 
 /// Report of an extraction.
@@ -153,14 +153,15 @@ struct ExtractReport {
   std::uint64_t quads = 0;      ///< Polygons of the low poly: quads, and triangles where cells of
   std::uint64_t triangles = 0;  ///< several sizes meet
   std::uint64_t parts = 0;      ///< Connected parts of the full contour
-  std::uint64_t dropped_parts = 0;       ///< Parts that were dropped for their size
+  std::uint64_t dropped_parts = 0;       ///< Parts that were removed because they are small
   double error = 0;                      ///< Largest root mean square distance of a vertex, cells
   std::uint64_t non_manifold_edges = 0;  ///< Edges of the low poly with more than two triangles
   std::uint64_t mended = 0;              ///< Folded or degenerate triangles that were repaired
-  std::uint64_t left_out = 0;         ///< Triangles dropped where gaps closed: pairs back to back
-  std::uint64_t folded = 0;           ///< Triangles left that face away from the full contour
-  std::uint64_t without_area = 0;     ///< Triangles left without area
-  std::uint64_t repeated = 0;         ///< Triangles left with the same corners as another
+  /// Triangles removed in pairs, back to back, where gaps closed
+  std::uint64_t left_out = 0;
+  std::uint64_t folded = 0;           ///< Remaining triangles that face away from the full contour
+  std::uint64_t without_area = 0;     ///< Remaining triangles without area
+  std::uint64_t repeated = 0;         ///< Remaining triangles with the same corners as another one
   std::uint64_t charts = 0;           ///< Charts of the layout: with pairs, one per polygon
   double texels_per_cell = 0;         ///< Side of a cell in texels of the map
   double coverage = 0;                ///< Share of the map that triangles cover, 0 to 1

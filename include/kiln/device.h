@@ -29,10 +29,10 @@ struct DeviceInfo {
   std::uint64_t memory_bytes = 0;          ///< Global memory
   std::uint64_t largest_buffer_bytes = 0;  ///< Largest size of one buffer
   bool has_atomics_64 = false;             ///< cl_khr_int64_base_atomics and extended
-  bool has_correct_division = false;  ///< Correctly rounded single-precision division and square
-                                      ///< root: needed for results identical to those of other
-                                      ///< devices.
-  bool has_denormals = false;         ///< Single precision supports numbers below 2^-126
+  /// Correctly rounded single-precision division and square root: needed for results identical to those of
+  /// other devices.
+  bool has_correct_division = false;
+  bool has_denormals = false;  ///< Single precision supports numbers below 2^-126
 };
 
 /// All OpenCL devices of all platforms, GPUs first. Empty if there is no platform. Any thread may call it.

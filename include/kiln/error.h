@@ -36,13 +36,14 @@ class Error : public std::runtime_error {
   Error(ErrorCode code, const Message& message, const char* id = nullptr);
   Error(const Error&) = default;             ///< Does not throw
   Error& operator=(const Error&) = default;  ///< Does not throw
-  ~Error() override;                         ///< In the library, and with it what catching asks for
+  /// Defined in the library, so that the type information that catching needs exists once
+  ~Error() override;
   /// The kind of failure.
   ErrorCode code() const noexcept { return code_; }
   /// Name of the problem, words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
   /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`. Never null.
   const char* id() const noexcept { return id_; }
-  /// What it says.
+  /// The message of the error.
   Message message() const;
   /// The option that the message names first: "match.cage"; empty: none. Lives as long as the error.
   std::string_view option() const noexcept;

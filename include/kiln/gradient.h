@@ -33,25 +33,26 @@ enum class GradientLine {
 
 /// Settings of the search for the surface.
 struct GradientOptions {
-  std::uint32_t size = 1024;                  ///< Texels a side of the maps, 1 to 16384
-  double reach = 0;                           ///< Search distance each way, world units, above 0
+  std::uint32_t size = 1024;  ///< Texels a side of the maps, 1 to 16384
+  /// Search distance in both directions, world units, above 0
+  double reach = 0;
   GradientLine line = GradientLine::shading;  ///< Line along which the surface is searched
 };
 
 /// Reference for a normal map of a volume's surface: at each texel of a low poly the normal of the
 /// volume's own field.
 ///
-/// A texel counts if its centre lies in a UV triangle (the first, if several overlap); it stands for that point of the
-/// triangle. From there the line is marched both ways at once, in steps of a quarter of a cell, to the nearest place
-/// where it leaves the solid in the outward direction. Regula falsi refines that root of the trilinearly interpolated
-/// field in double precision (Illinois variant; Dowell and Jarratt 1971). The normal there is the field's gradient by
-/// central differences at the voxels, interpolated like the field; one-sided at the volume's border. This shares no
-/// code with contour(). Both agree along edges between voxels away from creases; on sharp creases of the data this
-/// normal is rounder.
+/// A texel counts if its centre lies in a UV triangle (the first, if several overlap); it stands for that point of
+/// the triangle. From there the line is marched in both directions at once, in steps of a quarter of a cell, to the
+/// nearest point where it leaves the solid in the outward direction. Regula falsi refines that root of the
+/// trilinearly interpolated field in double precision (Illinois variant; Dowell and Jarratt 1971). The normal there
+/// is the field's gradient by central differences at the voxels, interpolated like the field; one-sided at the
+/// volume's border. This shares no code with contour(). Both agree along edges between voxels away from creases; on
+/// sharp creases of the data this normal is rounder.
 ///
 /// Excluded and counted are texels without a surface within reach; texels where a closed border cuts the solid (the
 /// normal is the border's); and texels with a zero gradient. With ContourOptions::outer_only, inner surfaces and caps
-/// of closed gaps are no surface.
+/// of closed gaps do not count as surface.
 ///
 /// Immutable; may be used by several threads. Keeps neither volume nor mesh. Memory: 28 bytes per texel. The same on
 /// every run and number of threads; needs no device.
@@ -70,8 +71,8 @@ class GradientReference {
   }  ///< Texels without a surface within reach
   std::uint64_t cut() const {
     return cut_;
-  }                                                           ///< Texels on the volume's closed
-                                                              ///< border
+    /// Texels on the volume's closed border
+  }
   std::uint64_t no_gradient() const { return no_gradient_; }  ///< Texels with a zero gradient
 
   /// \param map  object space, n/2 + 1/2 in the first three channels, GradientOptions::size texels

@@ -31,20 +31,20 @@ struct Image {
 
 /// File formats of images.
 enum class ImageFormat {
-  exr_half,    ///< OpenEXR, 16-bit float, PIZ (lossless)
-  exr_float,   ///< OpenEXR, 32-bit float, PIZ (lossless)
-  png16,       ///< PNG, 16 bits a channel, [0, 1] rounded to nearest
-  png8,        ///< PNG, 8 bits a channel
-  tiff16,      ///< TIFF, 16 bits a channel, as png16; deflated. In builds with libtiff
-               ///< (picture_formats())
+  exr_half,   ///< OpenEXR, 16-bit float, PIZ (lossless)
+  exr_float,  ///< OpenEXR, 32-bit float, PIZ (lossless)
+  png16,      ///< PNG, 16 bits a channel, [0, 1] rounded to nearest
+  png8,       ///< PNG, 8 bits a channel
+  /// TIFF, 16 bits a channel, as png16; deflated. In builds with libtiff (picture_formats())
+  tiff16,
   tiff8,       ///< TIFF, 8 bits a channel
   tiff_float,  ///< TIFF, 32-bit float, unchanged values
   tga,         ///< TGA, 8 bits, uncompressed: grey, RGB (of two channels: 0 as the third) or RGBA
-  webp,  ///< WebP, 8 bits, lossless: RGB or RGBA. In builds with libwebp; at most 16383 texels a
-         ///< side
-  ktx2,  ///< KTX 2 with the Vulkan format that TextureUse selects; Zstandard. In builds with
-         ///< libzstd
-  dds,   ///< DDS with the DXGI format that TextureUse selects
+  /// WebP, 8 bits, lossless: RGB or RGBA. In builds with libwebp; at most 16383 texels a side
+  webp,
+  /// KTX 2 with the Vulkan format that TextureUse selects; Zstandard. In builds with libzstd
+  ktx2,
+  dds,  ///< DDS with the DXGI format that TextureUse selects
 };
 
 /// Extension of a format's files, such as ".png". Any thread. \throws Error(usage) for an invalid
@@ -56,18 +56,18 @@ std::string_view extension_of(ImageFormat format);
 /// One channel becomes BC4 and two become BC5 if both sides are multiples of 4, as Direct3D and WebGPU require; else R8
 /// and RG8. Three and four channels become RGBA8, sRGB for colours.
 enum class TextureUse {
-  values,         ///< Plain numbers
-  color,          ///< sRGB-encoded colours, alpha apart
-  normal,         ///< Unit vectors as n/2 + 1/2
-  tangent_normal  ///< Unit vectors with z = sqrt(1 - x^2 - y^2); ktx2 and dds store x and y alone:
-                  ///< BC5
+  values,  ///< Plain numbers
+  color,   ///< sRGB-encoded colours, alpha apart
+  normal,  ///< Unit vectors as n/2 + 1/2
+  /// Unit vectors with z = sqrt(1 - x^2 - y^2); ktx2 and dds store x and y alone: BC5
+  tangent_normal
 };
 
 /// A text entry in an image file.
 struct ImageText {
   std::string keyword =
-      {};  ///< 1 to 79 printable ASCII characters without leading or trailing blanks; unique
-           ///< in the file
+      /// 1 to 79 printable ASCII characters without leading or trailing blanks; unique in the file
+      {};
   std::string text = {};  ///< Printable ASCII
 };
 
@@ -115,7 +115,7 @@ Image load_image(std::span<const std::byte> bytes, std::string_view name = "imag
 std::vector<std::string> picture_formats();
 
 /// True if a picture file holds linear light: OpenEXR, Radiance HDR and floating-point TIFF. Other formats are sRGB
-/// by convention. False for files that are no pictures. \throws Error(input) if it cannot be opened
+/// by convention. False for files that are not pictures. \throws Error(input) if it cannot be opened
 bool holds_linear_light(const std::filesystem::path& path);
 
 /// Writes an image and its mip-maps as one file: KTX 2, DDS, or tiled OpenEXR (256 x 256, MIPMAP_LEVELS, sides
@@ -215,13 +215,13 @@ void convert(const Image& image, PixelFormat format, std::span<std::byte> pixels
 
 /// One of several images in a file.
 struct ImageLayer {
-  std::string name = {};              ///< 1 to 128 bytes, without dots and zero bytes; channels are
-                                      ///< named NAME.R and so on
-  const Image* image = nullptr;       ///< The caller's; must stay valid until the file is written
-  std::array<double, 3> origin{};     ///< As SaveImageOptions::origin: stored as the attribute
-                                      ///< NAME.origin
-  std::vector<ImageText> texts = {};  ///< As SaveImageOptions::texts: stored as attributes
-                                      ///< NAME.KEYWORD
+  /// 1 to 128 bytes, without dots and zero bytes; channels are named NAME.R and so on
+  std::string name = {};
+  const Image* image = nullptr;  ///< The caller's; must stay valid until the file is written
+  /// As SaveImageOptions::origin: stored as the attribute NAME.origin
+  std::array<double, 3> origin{};
+  /// As SaveImageOptions::texts: stored as attributes NAME.KEYWORD
+  std::vector<ImageText> texts = {};
 };
 
 /// Writes several images of one size as one OpenEXR file: channels NAME.R, NAME.G, NAME.B and NAME.A, NAME.R and

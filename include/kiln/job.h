@@ -1,6 +1,5 @@
-/// \file
-/// One call for a whole bake: the equivalent of `kiln bake`. A Job describes what is read, made, baked and written;
-/// run() executes it.
+/// \file One call for a whole bake: the equivalent of `kiln bake`. A Job describes the inputs, the meshes to make,
+///   the maps to bake and the files to write; run() executes it.
 ///
 ///     kiln::Job job{.high = {"statue.glb"}, .low = kiln::MakeLow{.faces = 5000}, .out = "game.glb"};
 ///     const kiln::JobResult result = kiln::run(kiln::Device::open(), job);
@@ -67,7 +66,7 @@ struct JobInput {
 /// with its maps.
 struct MakeLow {
   std::uint32_t faces = 0;  ///< Target number of triangles; 0: not given
-  bool keep_parts = false;  ///< Keep every part, however small
+  bool keep_parts = false;  ///< Keep all parts, including very small ones
   /// "0.2%": largest deviation of the surface, as a share of the diagonal. Or bounds of rendered errors,
   /// "normal=3deg,ao=2/255", by which plan_low_poly() chooses faces, map sizes and match together. Empty: none.
   std::string max_error = {};
@@ -75,7 +74,7 @@ struct MakeLow {
   std::string screen = {};       ///< "600px": the largest size on screen
   std::string max_outline = {};  ///< "2%": largest share of silhouettes that may differ
   std::uint32_t lods = 0;        ///< Levels of detail, 2 to 8; 0: one low poly
-  double lod_growth = 1;         ///< Growth of the error bound per level
+  double lod_growth = 1;         ///< Factor by which the error bound grows from level to level
   bool lods_share_uvs = false;   ///< All levels share the first level's layout and maps
 };
 
@@ -98,8 +97,8 @@ struct JobLow {
   JobLow(std::initializer_list<JobInput> inputs) : given(inputs) {}
 
   std::vector<JobInput> given =
-      {};             ///< Inputs, joined if there are several; empty: Kiln makes the low
-                      ///< poly
+      /// Inputs, joined if there are several; empty: Kiln makes the low poly
+      {};
   MakeLow make = {};  ///< Settings if `given` is empty
 };
 
@@ -147,9 +146,9 @@ struct Job {
   BakeOptions bake = {.maps = {}};
   LoadMeshOptions load = {};      ///< Triangulation of polygons
   MeshFrameArguments frame = {};  ///< Axes, units and normals of files that do not state them
-  SaveImageOptions image = {ImageFormat::png16};  ///< Format of maps; webp also applies to a GLB's
-                                                  ///< pictures
-  EncodeMapsOptions pictures = {};                ///< Encoding of pictures in a GLB or glTF
+  /// Format of maps; webp also applies to a GLB's pictures
+  SaveImageOptions image = {ImageFormat::png16};
+  EncodeMapsOptions pictures = {};  ///< Encoding of pictures in a GLB or glTF
   MeshCompression mesh_compression = MeshCompression::none;  ///< Compression of geometry in a GLB
   /// Largest size of a GLB, bytes; 0: unbounded. The sizes, up to that of `bake`, and encodings of its pictures are chosen
   /// for the least rendered error that fits. A low poly that is made without a number of faces or a bound on its shape is
@@ -162,20 +161,20 @@ struct Job {
   bool cage_auto = false;      ///< Find a cage by find_cage()
   std::string cage_mesh = {};  ///< File of a cage for the low poly
   std::string save_cage = {};  ///< File to write the found cage to
-  std::string save_match = {};              ///< EXR to write the match to
-  std::string load_match = {};              ///< EXR of a match to bake by
-  std::string match_list = {};              ///< File of PartsBy::list
-  std::optional<PartsBy> parts_by = {};     ///< Pairing of parts; none: samples match all of the
-                                            ///< high poly
-  PartNames part_names = {};                ///< Patterns of names; `by` and `list` are set by the
-                                            ///< members above
-  std::string view_weights = {};            ///< File of ViewLikelihood::list
-  bool reasons = false;                     ///< Also write an image of why samples were missed
-  bool keep_hulls = false;                  ///< Bake collision hulls of the low poly, too
-  bool file_tangents = true;                ///< Use tangents of the low poly's file; else
-                                            ///< MikkTSpace's
-  bool split_at_seams = false;              ///< Make UV seams hard edges where that reduces the
-                                            ///< error
+  std::string save_match = {};  ///< EXR to write the match to
+  std::string load_match = {};  ///< EXR of a match to bake by
+  std::string match_list = {};  ///< File of PartsBy::list
+  /// Pairing of parts; none: samples match all of the high poly
+  std::optional<PartsBy> parts_by = {};
+  /// Patterns of names; `by` and `list` are set by the members above
+  PartNames part_names = {};
+  std::string view_weights = {};  ///< File of ViewLikelihood::list
+  bool reasons = false;           ///< Also write an image of why samples were missed
+  bool keep_hulls = false;        ///< Bake collision hulls of the low poly, too
+  /// Use tangents of the low poly's file; else MikkTSpace's
+  bool file_tangents = true;
+  /// Make UV seams hard edges where that reduces the error
+  bool split_at_seams = false;
   std::vector<std::string> occluders = {};  ///< Files of meshes that occlude ambient occlusion
   std::vector<std::string> own_maps = {};   ///< NAME=FILE of OpenCL
   std::vector<std::string> variants = {};   ///< NAME=MAP:OPTION=VALUE...
@@ -198,8 +197,8 @@ struct Job {
   /// Alpha mode of all materials of an asset with opacity. None: that of the high poly's materials, or mask if none of
   /// these is transparent.
   std::optional<AlphaMode> alpha = {};
-  std::optional<bool> double_sided = {};  ///< Applies to all materials of an asset; none: as in the
-                                          ///< inputs
+  /// Applies to all materials of an asset; none: as in the inputs
+  std::optional<bool> double_sided = {};
 
   double max_missed_percent = 100;  ///< The job fails if more samples are missed
   bool force = false;               ///< Allow overwriting files that Kiln did not write
@@ -218,8 +217,8 @@ struct JobMap {
   std::string set = {};   ///< Texture set; empty if there is only one
   std::string tile = {};  ///< UDIM tile; empty: none
   BakedMap map =
-      {};  ///< Values as files hold them: colours sRGB-encoded, other values mapped from their
-           ///< range to [0, 1]
+      /// Values as files hold them: colours sRGB-encoded, other values mapped from their range to [0, 1]
+      {};
 };
 
 /// The result of a job.
@@ -230,10 +229,10 @@ struct JobResult {
   Mesh low = {};                        ///< The low poly of the maps, in its whole layout
   std::string report = {};              ///< JSON, as written by --json
   std::vector<Warning> warnings = {};   ///< All warnings, in order
-  std::vector<Warning> causes = {};     ///< Warnings that are no consequence of another warning
+  std::vector<Warning> causes = {};     ///< Warnings that are not consequences of other warnings
   std::vector<Message> summary = {};    ///< Summary for users, one line per topic
-  Message failure = {};    ///< Empty, or the limit that was exceeded (max_missed_percent, faces,
-                           ///< max_error)
+  /// Empty, or the limit that was exceeded (max_missed_percent, faces, max_error)
+  Message failure = {};
   bool cancelled = false;  ///< The callback cancelled: nothing more was written
 };
 

@@ -64,8 +64,8 @@ typedef struct kiln_mesh kiln_mesh;
 typedef struct kiln_span {
   const void* data;  ///< The first element; null: empty
   size_t count;      ///< Number of elements
-  size_t stride;     ///< Bytes from one element to the next, at least an element's size; 0:
-                     ///< contiguous
+  /// Bytes from one element to the next, at least an element's size; 0: contiguous
+  size_t stride;
 } kiln_span;
 
 /// A mesh in the caller's memory, as renderers keep it: one list of vertices and indices into it.
@@ -73,18 +73,18 @@ typedef struct kiln_mesh_view {
   size_t size;          ///< sizeof this struct
   kiln_span positions;  ///< Three floats per vertex
   const uint32_t*
-      indices;  ///< Three per triangle, counter-clockwise from outside; null: vertices in their
-                ///< order
+      /// Three per triangle, counter-clockwise from outside; null: vertices in their order
+      indices;
   size_t index_count;  ///< A multiple of 3
   kiln_span normals;   ///< Three floats per vertex, or none
   kiln_span uvs;       ///< Two floats per vertex, or none; origin at the lower left
-  kiln_span tangents;  ///< Four floats per vertex, or none: direction along u, and the bitangent's
-                       ///< sign
-  kiln_span colors;    ///< Four bytes per vertex, or none: RGBA, sRGB-encoded
-  double origin[3];    ///< Origin of the positions
-  int32_t flip_v;      ///< Not 0: UVs have their origin at the upper left
-  int32_t reserved;    ///< 0
-  const char* name;    ///< For messages; null: "mesh"
+  /// Four floats per vertex, or none: direction along u, and the bitangent's sign
+  kiln_span tangents;
+  kiln_span colors;  ///< Four bytes per vertex, or none: RGBA, sRGB-encoded
+  double origin[3];  ///< Origin of the positions
+  int32_t flip_v;    ///< Not 0: UVs have their origin at the upper left
+  int32_t reserved;  ///< 0
+  const char* name;  ///< For messages; null: "mesh"
 } kiln_mesh_view;
 
 /// Read access to a mesh's arrays, valid as long as the mesh. Corners have separate indices into UVs and
@@ -128,11 +128,11 @@ KILN_C_API void kiln_mesh_free(kiln_mesh* mesh);
 
 /// Options of kiln_simplify().
 typedef struct kiln_simplify_options {
-  size_t size;             ///< sizeof this struct
-  uint32_t faces;          ///< Target number of triangles; 0: as few as max_error allows
-  int32_t keep_uvs;        ///< Not 0: preserve UVs, groups, materials and their borders
-  double max_error;        ///< With faces 0: largest deviation of the surface, as a share of the
-                           ///< diagonal
+  size_t size;       ///< sizeof this struct
+  uint32_t faces;    ///< Target number of triangles; 0: as few as max_error allows
+  int32_t keep_uvs;  ///< Not 0: preserve UVs, groups, materials and their borders
+  /// With faces 0: largest deviation of the surface, as a share of the diagonal
+  double max_error;
   int32_t keep_parts;      ///< Not 0: keep parts however small
   int32_t hull;            ///< Not 0: the result encloses the mesh
   kiln_progress progress;  ///< Null: none
@@ -178,11 +178,11 @@ typedef struct kiln_bake_options {
   const char* maps;      ///< Names of maps, separated by commas; null: "normal"
   const char* match;     ///< Name of the match; null: "ray"
   const char* fallback;  ///< Matches for samples that it misses, separated by commas; null: none
-  double max_distance;   ///< Search distance; 0: the default, or the deviation that kiln_simplify()
-                         ///< measured
-  double cage;           ///< Cast rays from this far outside, inward; 0: off
-  int32_t relative;  ///< Not 0: max_distance, cage and ao_distance are shares of the diagonal, else
-                     ///< world units
+  /// Search distance; 0: the default, or the deviation that kiln_simplify() measured
+  double max_distance;
+  double cage;  ///< Cast rays from this far outside, inward; 0: off
+  /// Not 0: max_distance, cage and ao_distance are shares of the diagonal, else world units
+  int32_t relative;
   int32_t two_sided;       ///< Not 0: also hit back faces
   int32_t flip_y;          ///< Not 0: green down (DirectX)
   int32_t object_space;    ///< Not 0: normals in object space, else in tangent space
@@ -301,7 +301,7 @@ KILN_C_API kiln_status kiln_job_run(const kiln_job* job, const char* device, kil
 KILN_C_API void kiln_job_result_free(kiln_job_result* result);
 /// Path of a written file, UTF-8; null beyond the last.
 KILN_C_API const char* kiln_job_file(const kiln_job_result* result, size_t index);
-/// A warning that is no consequence of another; null beyond the last.
+/// A warning that is not a consequence of another one; null beyond the last.
 KILN_C_API const char* kiln_job_warning(const kiln_job_result* result, size_t index);
 /// The limit that the result exceeds (max_missed, faces, max_error), for which the command exits with 1;
 /// null: none.

@@ -6,9 +6,9 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Bytes that this process can still allocate: the least of what the machine (swap included), its
-/// control group and its address space (ulimit -v) leave. 2^64 - 1 if the system does not report it.
-/// This and the next three functions: any thread, at any time.
+/// Bytes that this process can still allocate: the minimum of the memory that the machine (swap
+/// included), its control group and its address space (ulimit -v) leave. 2^64 - 1 if the system does
+/// not report it. This and the next three functions: any thread, at any time.
 std::uint64_t free_memory();
 
 /// Largest number of bytes that this process should use in total. Until it is set: the process's size

@@ -25,7 +25,7 @@ namespace KILN_PUBLIC kiln {
 /// The source defines `float4 kiln_map(const kiln_point* point)`; kernels/detail/own.clh documents the point and the
 /// ray caster. It may define further functions, but has no includes. Its results are averaged over a texel's samples,
 /// component by component. It is not called for misses: those texels are filled from their neighbours, or marked. Its
-/// positions are relative to BakedMap::origin. Strings are copied; one OwnMap may serve bakes on several threads.
+/// positions are relative to BakedMap::origin. Strings are copied; several threads may bake with one OwnMap.
 struct OwnMap {
   std::string name = "own";    ///< Name of the map: a letter, then letters, digits and _
   std::string source = {};     ///< OpenCL C
@@ -37,7 +37,7 @@ struct OwnMap {
 struct MapKind {
   std::string_view name = {};  ///< As in `--maps` and file names; has static lifetime
   constexpr MapKind() = default;
-  /// The map with a name, such as {"ao"}. The name is copied once and kept for the program's
+  /// The map with a name, such as {"ao"}. The name is copied once and stored for the program's
   /// lifetime.
   constexpr MapKind(const char* text)
       : name(std::is_constant_evaluated() ? std::string_view(text)
@@ -57,19 +57,20 @@ enum class NormalMapSpace { tangent, object, face };
 
 /// Where the third axis of tangent space is computed; must match the shader that uses the map.
 enum class Bitangent {
-  pixel,   ///< Per pixel, from the interpolated normal and tangent: MikkTSpace, Blender, Unreal
-           ///< Engine
+  /// Per pixel, from the interpolated normal and tangent: MikkTSpace, Blender, Unreal Engine
+  pixel,
   vertex,  ///< At the corners, then interpolated: Unity, and shaders with a bitangent per vertex
 };
 
 /// Ways to gather ambient light at the high poly's points.
 enum class OcclusionBy {
-  rays,   ///< Rays over the hemisphere of each sample
-  views,  ///< Depth views of the occluders from all around; each sample is looked up in every view.
-          ///< For the maps ao and bent_normal, without a distance or falloff, and with faces that
-          ///< occlude from both sides
-  automatic,  ///< Views, two per ray, if they are applicable and expected to be faster; else rays.
-              ///< Above 64 rays always rays, since views are less accurate there
+  rays,  ///< Rays over the hemisphere of each sample
+  /// Depth views of the occluders from all around; each sample is looked up in every view. For the maps ao
+  /// and bent_normal, without a distance or falloff, and with faces that occlude from both sides
+  views,
+  /// Views, two per ray, if they are applicable and expected to be faster; else rays. Above 64 rays always
+  /// rays, since views are less accurate there
+  automatic,
 };
 
 /// Weight of a ray's first hit in occlusion, as a function of x = d / D: the hit's distance d from
@@ -84,9 +85,9 @@ enum class OcclusionFalloff {
 /// thickness.
 struct OcclusionOptions {
   OcclusionBy by = OcclusionBy::rays;  ///< Method; OcclusionBy::automatic chooses the faster one
-  std::uint32_t views = 512;  ///< Number of directions of OcclusionBy::views, all around: 16 to
-                              ///< 4096
-  std::uint32_t rays = 64;    ///< Rays per sample, 1 to 4096; cosine-weighted around the normal
+  /// Number of directions of OcclusionBy::views, all around: 16 to 4096
+  std::uint32_t views = 512;
+  std::uint32_t rays = 64;  ///< Rays per sample, 1 to 4096; cosine-weighted around the normal
   /// Largest distance of occluders; for thickness, the distance that becomes white. Above 0. None given: unlimited
   /// for ao and bent_normal, 10% of the diagonal for thickness.
   std::optional<Length> distance = {};
@@ -211,10 +212,10 @@ enum class MapType {
 
 /// Content of a map at missed texels.
 enum class MissedTexels {
-  low_poly,    ///< As MissPolicy; `keep` uses the low poly's own value
-  neighbours,  ///< As MissPolicy; the low poly has no such value, so `keep` fills from neighbouring
-               ///< texels
-  zero,        ///< 0, regardless of MissPolicy
+  low_poly,  ///< As MissPolicy; `keep` uses the low poly's own value
+  /// As MissPolicy; the low poly has no such value, so `keep` fills from neighbouring texels
+  neighbours,
+  zero,  ///< 0, regardless of MissPolicy
 };
 
 /// A map that bake() can make.

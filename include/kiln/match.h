@@ -36,11 +36,11 @@ enum class SampleStatus : std::uint8_t {
 /// Arrays have width * height elements (of the supersampled map), rows from the top. validate()
 /// (kiln/validate.h) lists the invariants.
 struct Match {
-  std::uint32_t width = 0;             ///< map width * samples
-  std::uint32_t height = 0;            ///< map height * samples
-  std::uint32_t samples = 1;           ///< N x N a texel
-  std::uint64_t source_triangles = 0;  ///< Number of triangles of the high poly, to check that it
-                                       ///< fits
+  std::uint32_t width = 0;    ///< map width * samples
+  std::uint32_t height = 0;   ///< map height * samples
+  std::uint32_t samples = 1;  ///< N x N a texel
+  /// Number of triangles of the high poly, to check that it fits
+  std::uint64_t source_triangles = 0;
   std::uint64_t source_hash = 0;  ///< Hash of the high poly's triangles and positions; 0: unknown
   std::uint64_t low_hash = 0;     ///< Hash of the low poly's triangles, positions and UVs
   std::vector<std::uint32_t> triangle = {};  ///< Triangle of the high poly; 0xFFFFFFFF: none
@@ -117,8 +117,8 @@ struct CageReport {
   double outward_median = 0;          ///< Median
   double outward_most = 0;            ///< Largest
   double inward_least =
-      0;  ///< Smallest distance inside at which rays end; 0 without an inner shell (other than
-          ///< CageKind::shells)
+      /// Smallest distance inside at which rays end; 0 without an inner shell (other than CageKind::shells)
+      0;
   double inward_median = 0;  ///< Median
   double inward_most = 0;    ///< Largest
 };
@@ -329,8 +329,8 @@ struct MatchOptions {
   /// hit. Above 0. None given: off. For low polys that lie close to the high poly all over, and close to other
   /// surfaces.
   std::optional<Length> near_distance = {};
-  std::optional<Length> cage = {};  ///< Cast rays from this far outside, inward; the first hit
-                                    ///< counts
+  /// Cast rays from this far outside, inward; the first hit counts
+  std::optional<Length> cage = {};
   /// Cast rays from this mesh instead: see CageKind for its three forms. find_cage() (kiln/cage.h) makes one.
   /// Read during the call; a session reads it at its construction.
   const Mesh* cage_mesh = nullptr;
@@ -339,8 +339,8 @@ struct MatchOptions {
   /// Read during the call; must outlive a session.
   const Parts* parts = nullptr;
   UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles with the same UVs is baked
-  bool two_sided = false;  ///< Also hit back faces of the high poly; normals that point away from
-                           ///< the low poly are flipped
+  /// Also hit back faces of the high poly; normals that point away from the low poly are flipped
+  bool two_sided = false;
   /// Use this match instead of searching: no fallback then, and all other members are ignored. Read during the
   /// call.
   const Match* saved = nullptr;
@@ -387,10 +387,10 @@ struct VisibilityReport {
   std::uint32_t width = 0;       ///< Side of the field of texels
   std::uint32_t height = 0;      ///< Side of the field of texels
   std::uint64_t places = 0;      ///< Number of elements at which directions were gathered
-  std::uint64_t unseen = 0;      ///< Elements that no direction sees, after smoothing; filled from
-                                 ///< neighbours
-  std::uint64_t without = 0;     ///< Unseen elements without seen neighbours: they keep the normal
-  std::uint64_t clustered = 0;   ///< Elements whose directions were split into clusters
+  /// Elements that no direction sees, after smoothing; filled from neighbours
+  std::uint64_t unseen = 0;
+  std::uint64_t without = 0;    ///< Unseen elements without seen neighbours: they keep the normal
+  std::uint64_t clustered = 0;  ///< Elements whose directions were split into clusters
   /// Standard deviation of the directions that see an element, mean over elements
   double mean_deviation = 0;
   double seconds = 0;  ///< Duration; part of seconds_match
@@ -410,12 +410,12 @@ struct UvReport {
   };
   Overlap overlap =
       {};  ///< An example, if `overlapping` is above 0: the first by rows, then columns
-  std::uint64_t outside = 0;       ///< Triangles of the high poly that reach out of the unit square
-  std::uint64_t without_area = 0;  ///< Triangles without area in UV space, or not finite: they
-                                   ///< cover nothing
-  double mean_distance = 0;        ///< Mean distance between the two surfaces at the same UV, world
-                                   ///< units
-  double p95_distance = 0;         ///< 95th percentile, rounded up by at most one part in 512
+  std::uint64_t outside = 0;  ///< Triangles of the high poly that reach out of the unit square
+  /// Triangles without area in UV space, or not finite: they cover nothing
+  std::uint64_t without_area = 0;
+  /// Mean distance between the two surfaces at the same UV, world units
+  double mean_distance = 0;
+  double p95_distance = 0;  ///< 95th percentile, rounded up by at most one part in 512
 };
 
 /// A match method that bake() knows.

@@ -65,8 +65,8 @@ struct Material {
   bool double_sided = false;                ///< glTF's `doubleSided`
   bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
   bool vertex_opacity = false;  ///< True if vertex colours that it is multiplied with have alpha
-  bool vertex_color = false;    ///< True if its colour is that of the vertices (PLY without a
-                                ///< picture)
+  /// True if its colour is that of the vertices (PLY without a picture)
+  bool vertex_color = false;
   MaterialPicture color_map =
       {};  ///< `map_Kd`; alpha as well where opacity_map is the same picture
   MaterialPicture opacity_map = {};    ///< `map_d`
@@ -81,8 +81,8 @@ struct Material {
   MaterialNumber emission_from = MaterialNumber::none;   ///< Origin of `emission`
   std::string extras = {};                               ///< JSON of glTF's `extras`; empty: none
   std::string place =
-      {};  ///< File and line of its `newmtl`, or its index; empty: not described by a
-           ///< file
+      /// File and line of its `newmtl`, or its index; empty: not described by a file
+      {};
 };
 
 /// Slots of a material for pictures.

@@ -42,9 +42,10 @@ struct UvSet {
 /// A value type: copies share nothing. Threads may read one mesh at the same time; nobody may change it
 /// while a function of Kiln reads it. No function keeps a reference, unless its documentation says so.
 struct Mesh {
-  std::string name = {};           ///< Stem of the file, or any name; used in messages.
-  std::array<double, 3> origin{};  ///< World position of a vertex = origin + positions[i]. Readers
-                                   ///< set it where single precision would lose detail.
+  std::string name = {};  ///< Stem of the file, or any name; used in messages.
+  /// World position of a vertex = origin + positions[i]. Readers set it where single precision would lose
+  /// detail.
+  std::array<double, 3> origin{};
   std::vector<Vec3> positions = {};      ///< One per vertex, in the file's units.
   std::vector<Triangle> triangles = {};  ///< Indices into positions.
 
@@ -71,8 +72,8 @@ struct Mesh {
   /// the polygon's triangles. Empty: every triangle is a polygon. Computed normals are weighted by the
   /// polygons' own corners and normals, as in Blender.
   std::vector<std::uint32_t> polygons = {};
-  double metres = 0;  ///< Metres per unit: 1 if the file or LoadMeshOptions states the unit; 0:
-                      ///< unknown
+  /// Metres per unit: 1 if the file or LoadMeshOptions states the unit; 0: unknown
+  double metres = 0;
   std::uint32_t uv_set = 0;  ///< UV set of the file that `uvs` holds
   /// Other UV sets, used by pictures of the file's materials (glTF). Sets whose size does not match `uvs` are ignored.
   std::vector<UvSet> other_uvs = {};
@@ -91,12 +92,12 @@ enum class UvCopies {
 /// renderer triangulates the low poly's polygons as the bake did. Only `automatic` uses corners on straight
 /// edges, and cuts larger polygons independently of their first corner.
 enum class Triangulation {
-  automatic,  ///< Quads along corners 0 and 2, unless only that cut makes a needle or a fold; else
-              ///< constrained Delaunay
-  blender,    ///< As Blender 5 draws: quads along corners 0 and 2, unless that folds; else its ear
-              ///< clipping
-  fan,        ///< A fan around the first corner, regardless of shape, as in most engines' importers
-  shortest,   ///< Quads along the shorter diagonal; more corners: ear clipping, shortest cut first
+  /// Quads along corners 0 and 2, unless only that cut makes a needle or a fold; else constrained Delaunay
+  automatic,
+  /// As Blender 5 draws: quads along corners 0 and 2, unless that folds; else its ear clipping
+  blender,
+  fan,       ///< A fan around the first corner, regardless of shape, as in most engines' importers
+  shortest,  ///< Quads along the shorter diagonal; more corners: ear clipping, shortest cut first
 };
 
 /// Up axis of a file. The mesh is rotated so that Y is up: Z up becomes (x, z, -y).
@@ -105,9 +106,9 @@ enum class UpAxis { as_given, x, y, z, minus_x, minus_y, minus_z };
 /// Settings of load_mesh().
 struct LoadMeshOptions {
   Triangulation triangulation = Triangulation::automatic;  ///< Rule for polygons
-  std::uint32_t uv_set = 0;      ///< UV set of files with several that becomes Mesh::uvs
-  std::string uv_set_name = {};  ///< Name of the UV set instead of its number, in formats with
-                                 ///< names (FBX)
+  std::uint32_t uv_set = 0;  ///< UV set of files with several that becomes Mesh::uvs
+  /// Name of the UV set instead of its number, in formats with names (FBX)
+  std::string uv_set_name = {};
   /// Up axis of files that do not state it (PLY, OBJ, STL, OFF).
   UpAxis up = UpAxis::as_given;
   /// Metres per unit of files that do not state it (those, 3DS and X); positions are scaled to metres. 0:
@@ -184,14 +185,14 @@ struct LoadMeshOptions {
 /// size; about 0.2 s for a binary PLY or an OBJ of a million triangles on one core.
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
 
-/// The same with options. Warnings, errors, threads and cost as above.
+/// Loads a mesh with options. Warnings, errors, threads and cost are those of load_mesh() without options.
 Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options,
                std::vector<Warning>* warnings = nullptr);
 
 /// Mesh formats that this build reads, such as "PLY".
 std::vector<std::string> mesh_formats();
 
-/// Reads a mesh from memory. Otherwise as above.
+/// Reads a mesh from memory. All else is as for load_mesh() of a file.
 /// \param bytes  of a whole file; not kept
 /// \param name   a file name, such as "head.ply": its extension selects the format, its stem becomes
 ///               Mesh::name, and messages use it

@@ -12,8 +12,9 @@ namespace KILN_PUBLIC kiln {
 struct MessagePiece {
   std::string text = {};  ///< Empty: the piece is an option
   std::string option =
-      {};  ///< As set_option() takes it, "match.max_distance", "max_distance"; or a function,
-           ///< "unwrap()". Empty: the piece is a text
+      /// As set_option() takes it, "match.max_distance", "max_distance"; or a function, "unwrap()". Empty:
+      /// the piece is a text
+      {};
   std::string value = {};  ///< Of the option; empty: none is named
 
   bool operator==(const MessagePiece&) const = default;  ///< All members

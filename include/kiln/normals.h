@@ -12,9 +12,9 @@ namespace KILN_PUBLIC kiln {
 
 /// Purposes for which a low poly's normals are fitted.
 enum class NormalPurpose : std::uint8_t {
-  by_uvs,   ///< `map` if the mesh has UVs, else `shading`
-  map,      ///< For a normal map: normals change evenly from face to face, so that coarse maps can
-            ///< follow
+  by_uvs,  ///< `map` if the mesh has UVs, else `shading`
+  /// For a normal map: normals change evenly from face to face, so that coarse maps can follow
+  map,
   shading,  ///< For shading without a map: flats look flat
 };
 
@@ -81,7 +81,7 @@ struct SoftSeams {
 /// Finds soft seams. Vertices of equal position count as one; missing normals are computed, smooth
 /// everywhere. Edges of one face are borders, not seams. Deterministic; linear time. Thread safety: may be
 /// called from several threads.
-/// \param mesh         with UVs; without, there are no seams
+/// \param mesh the mesh; without UVs it has no seams
 /// \param least_degrees  edges whose faces turn less are ignored, 0 to 180
 /// \throws Error(usage) for an angle out of range; Error(input) as validate()
 SoftSeams soft_seams(const Mesh& mesh, double least_degrees = 30);
@@ -99,14 +99,14 @@ enum class Trusted { faces, normals };
 
 /// Repairs that agree_normals() made.
 struct AgreedNormals {
-  std::uint64_t normals = 0;   ///< Triangles whose normals were flipped or mirrored
-  std::uint64_t faces = 0;     ///< Triangles whose winding was reversed to match their normals
-  std::uint64_t mirrored = 0;  ///< Of `normals`, triangles whose normals were those of a mirror
-                               ///< image
-  std::uint64_t unclear = 0;   ///< Of these, triangles of open parts, which `trust` decided
+  std::uint64_t normals = 0;  ///< Triangles whose normals were flipped or mirrored
+  std::uint64_t faces = 0;    ///< Triangles whose winding was reversed to match their normals
+  /// Of `normals`, triangles whose normals were those of a mirror image
+  std::uint64_t mirrored = 0;
+  std::uint64_t unclear = 0;  ///< Of these, triangles of open parts, which `trust` decided
   std::uint64_t strange =
-      0;  ///< Triangles of parts whose normals oppose most faces for no detectable reason:
-          ///< unchanged
+      /// Triangles of parts whose normals oppose most faces for no detectable reason: unchanged
+      0;
   std::uint32_t first = 0;  ///< Lowest index of all
 };
 
@@ -134,12 +134,12 @@ InwardParts inward_parts(const Mesh& mesh);
 
 /// Sources of a high poly's normals.
 enum class ShadingRule : std::uint8_t {
-  automatic,  ///< The file's if it has any, else smooth or with hard edges, by the distribution of
-              ///< edge angles
-  file,       ///< The file's; smooth if it has none
-  smooth,     ///< Smooth everywhere, ignoring the file's
-  flat,       ///< One normal per polygon, ignoring the file's
-  angle,      ///< Smooth except at edges whose faces turn by an angle or more, ignoring the file's
+  /// The file's if it has any, else smooth or with hard edges, by the distribution of edge angles
+  automatic,
+  file,    ///< The file's; smooth if it has none
+  smooth,  ///< Smooth everywhere, ignoring the file's
+  flat,    ///< One normal per polygon, ignoring the file's
+  angle,   ///< Smooth except at edges whose faces turn by an angle or more, ignoring the file's
 };
 
 /// Settings of shade_high().
@@ -163,8 +163,8 @@ struct ShadingReport {
       0;  ///< Of these, parts whose hard edges are where the file splits vertices
   std::uint64_t hard_edges = 0;  ///< Number of hard edges
   double least_degrees = 0;      ///< Smallest turn of a hard edge, degrees; 0 without hard edges
-  double most_degrees = 0;       ///< Largest turn of a smooth edge of parts with hard edges,
-                                 ///< degrees
+  /// Largest turn of a smooth edge of parts with hard edges, degrees
+  double most_degrees = 0;
   /// Share of the area, 0 to 1, where planes of several triangles or of a polygon are shaded as if bent: the normal in
   /// the middle of a triangle deviates by more than 20 degrees from the plane's.
   double bent_planes = 0;

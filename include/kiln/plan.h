@@ -121,11 +121,11 @@ struct LowPolyPlanOptions {
   /// Bound of the silhouettes' difference: the share of the covered area in pictures that only one mesh covers; below
   /// 1. 0: derived from the error; meshes with a difference over 10% are replaced by finer ones if these have less.
   double max_outline = 0;
-  bool choose_match = true;       ///< Choose the match; else MatchOptions::method is used.
-  bool may_leave_map_out = true;  ///< Allow a result without a map, if the low poly's own normals
-                                  ///< suffice.
-  bool choose_samples = true;     ///< Choose BakeOptions::samples; else it is kept.
-  std::uint32_t bits = 0;         ///< Bits per channel of saved maps: 8 or 16; 0: choose.
+  bool choose_match = true;  ///< Choose the match; else MatchOptions::method is used.
+  /// Allow a result without a map, if the low poly's own normals suffice.
+  bool may_leave_map_out = true;
+  bool choose_samples = true;  ///< Choose BakeOptions::samples; false: the given value is used.
+  std::uint32_t bits = 0;      ///< Bits per channel of saved maps: 8 or 16; 0: choose.
   /// Options of the bake, with the map MapKind::normal. Its size is the largest size of maps, at least kSmallestMap;
   /// maps are square. Without a max_distance or cage, the search distance grows up to 16% of the diagonal if samples
   /// are missed. No cage mesh, no parts, no saved match.
@@ -143,10 +143,10 @@ struct LowPolyPlanOptions {
 
 /// A low poly with a map of some size: expected by the model, or made and measured.
 struct Candidate {
-  std::uint64_t faces = 0;                ///< Triangles
-  std::uint64_t positions = 0;            ///< Vertices before seams split them
-  std::uint64_t vertices = 0;             ///< Vertices with seams split; estimated unless the mesh
-                                          ///< was laid out
+  std::uint64_t faces = 0;      ///< Triangles
+  std::uint64_t positions = 0;  ///< Vertices before seams split them
+  /// Vertices with seams split; estimated unless the mesh was laid out
+  std::uint64_t vertices = 0;
   std::uint64_t charts = 0;               ///< Charts of its layout; 0 if it was not laid out
   std::uint32_t size = 0;                 ///< Texels a side; 0: no map
   std::uint32_t samples = 1;              ///< BakeOptions::samples
@@ -177,8 +177,8 @@ struct LowPolyPlan {
   Image drawn = {};  ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
   Candidate chosen = {};                   ///< The candidate of `low` and `result`
   std::vector<Candidate> candidates = {};  ///< Candidates that were made and measured, in order
-  std::vector<Candidate> trade = {};  ///< By rising map size: the fewest faces expected to reach
-                                      ///< the bound with each
+  /// By rising map size: the fewest faces expected to reach the bound with each
+  std::vector<Candidate> trade = {};
   std::vector<Candidate> outlook =
       {};                              ///< Expected candidates: each of `levels` with each map size
   std::vector<PlanLevel> levels = {};  ///< Levels that were evaluated, by rising faces
@@ -235,8 +235,9 @@ struct LodOptions {
 /// One mesh of a chain.
 struct LodLevel {
   std::uint32_t screen =
-      0;  ///< Width of the mesh on screen, pixels, at and below which this level is used, down to
-          ///< the next level's.
+      /// Width of the mesh on screen, pixels, at and below which this level is used, down to the next
+      /// level's.
+      0;
   bool own_maps =
       true;  ///< True: it has its own maps, or needs none; false: the first level's maps are used.
   /// `chosen.measured` is the error at `screen`, `wanted` its bound. With the first level's maps there is no `result`,
@@ -250,8 +251,8 @@ struct LodChain {
       {};  ///< By falling `screen` and bytes; may be fewer than requested
   std::vector<Warning> warnings = {};  ///< "lod-left-out": a size for which no level was made
   bool reached = false;                ///< All levels are within their bounds.
-  bool cancelled = false;              ///< Cancelled by BakeOptions::progress; `levels` is then
-                                       ///< incomplete.
+  /// Cancelled by BakeOptions::progress; `levels` is then incomplete.
+  bool cancelled = false;
 };
 
 /// Plans a chain of low polys: plan_low_poly() for `screen`, half of it, a quarter and so on. A level with more faces

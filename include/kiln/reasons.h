@@ -19,9 +19,9 @@ enum class Reason : std::uint8_t {
   other_part,   ///< Missed: the ray hits another part only (MatchOptions::parts)
   back_face,    ///< Missed: the ray hits back faces only
   far,          ///< Missed: the ray's hits lie beyond max_distance
-  folded,       ///< Missed: the ray leaves through the back of the low poly's face, where the mesh
-                ///< is folded
-  nothing,      ///< Missed: the ray hits nothing at all
+  /// Missed: the ray leaves through the back of the low poly's face, where the mesh is folded
+  folded,
+  nothing,  ///< Missed: the ray hits nothing at all
 };
 
 /// Name, description and colour of a reason, as in maps and legends.

@@ -18,7 +18,9 @@ namespace KILN_PUBLIC kiln {
 
 /// A normal map for a mesh's UVs: n/2 + 1/2 in the first three channels.
 struct NormalMap {
-  const Image* image = nullptr;  ///< Null: none. Read in the constructor of Scene, not kept.
+  /// The map's image, or null for none. It is read in the constructor of Scene, which stores no reference to
+  /// it.
+  const Image* image = nullptr;
   NormalMapSpace space = NormalMapSpace::tangent;  ///< Space of the map's normals
   bool flip_y = false;                             ///< Green points down (DirectX)
   Bitangent bitangent = Bitangent::pixel;          ///< Bitangent that the map was baked with
@@ -26,21 +28,23 @@ struct NormalMap {
 
 /// Camera, light and surface of a picture.
 struct RenderOptions {
-  std::uint32_t size = 512;     ///< Width and height of the picture (see `trim`), 1 to 8192 pixels
-  double azimuth_degrees = 30;  ///< Around the up axis (+Y): 0 looks at the front, from +Z; 90
-                                ///< looks from +X
-  double elevation_degrees = 15;    ///< Elevation of the camera above the horizon, -90 to 90
-  bool z_up = false;                ///< The up axis is +Z; the front is then seen from -Y
-  std::uint32_t samples = 3;        ///< N x N samples a pixel, 1 to 16
-  std::uint32_t ambient_rays = 64;  ///< Rays of ambient occlusion per pixel, approximately; 0 to
-                                    ///< 255
-  bool flat = false;                ///< Use face normals instead of the mesh's own. Disables the
-                                    ///< map.
-  bool ignore_map = false;          ///< Disable the scene's normal map
-  bool show_normals = false;  ///< Colour by world-space normal as n/2 + 1/2, without sRGB; exactly
-                              ///< 0 for background. With one sample per pixel, a measurement.
-  bool show_colors = false;   ///< The map's unchanged channels without light, averaged over the
-                              ///< samples that hit; 0 for background. Needs a map.
+  std::uint32_t size = 512;  ///< Width and height of the picture (see `trim`), 1 to 8192 pixels
+  /// Around the up axis (+Y): 0 looks at the front, from +Z; 90 looks from +X
+  double azimuth_degrees = 30;
+  double elevation_degrees = 15;  ///< Elevation of the camera above the horizon, -90 to 90
+  bool z_up = false;              ///< The up axis is +Z; the front is then seen from -Y
+  std::uint32_t samples = 3;      ///< N x N samples a pixel, 1 to 16
+  /// Rays of ambient occlusion per pixel, approximately; 0 to 255
+  std::uint32_t ambient_rays = 64;
+  /// Use face normals instead of the mesh's own. Disables the map.
+  bool flat = false;
+  bool ignore_map = false;  ///< Disable the scene's normal map
+  /// Colour by world-space normal as n/2 + 1/2, without sRGB; exactly 0 for background. With one sample per
+  /// pixel, a measurement.
+  bool show_normals = false;
+  /// The map's unchanged channels without light, averaged over the samples that hit; 0 for background. Needs
+  /// a map.
+  bool show_colors = false;
   /// Fit this mesh into the picture (default: the scene's own), so that pictures of several meshes have the
   /// same world coordinates. Read during the call.
   const Mesh* frame = nullptr;

@@ -35,7 +35,7 @@ struct SessionOptions {
 ///   - MatchMethod::uv without a fallback: correspondences stay valid, since UVs do; only the texels whose
 ///     triangles' normals changed, and their padding, are baked again.
 ///   - Other matches: the BVH is refitted to the new positions (its topology stays), and all samples are
-///     matched again. If only normals change, the correspondences stay valid, as above.
+///     matched again. If only normals change, the correspondences stay valid.
 /// The maps equal those of bake() with Source(device, high(), traversal, bounds()), to the bit.
 ///
 /// Limits of MatchOptions::uv are checked at the first bake. Counts and distances in the report are those of

@@ -23,8 +23,8 @@ enum class TextureKind {
 /// Channel conventions of a normal texture. The green channel's sign is not detected: a bake warns if slopes suggest +Y
 /// down ("normal-map-green").
 enum class NormalTextureFormat {
-  automatic,           ///< opengl; two_channel if blue cannot be the z of a unit vector
-                       ///< ("two-channel-normals")
+  /// opengl; two_channel if blue cannot be the z of a unit vector ("two-channel-normals")
+  automatic,
   opengl,              ///< Three channels, +Y up
   directx,             ///< Three channels, +Y down
   two_channel,         ///< Two channels, +Y up

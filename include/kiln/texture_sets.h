@@ -21,10 +21,10 @@ enum class SetsBy {
 /// Triangles of a low poly that share one set of maps.
 struct TextureSet {
   std::string name =
-      {};  ///< Name of the material or object, "1001" and on for tiles; empty for a single set of
-           ///< all
-  std::string tile = {};     ///< "1001" and on if a material or object has several tiles; else
-                             ///< empty
+      /// Name of the material or object, "1001" and on for tiles; empty for a single set of all
+      {};
+  /// "1001" and on if a material or object has several tiles; else empty
+  std::string tile = {};
   std::uint32_t tile_u = 0;  ///< Column of its tile, which is moved to the unit square
   std::uint32_t tile_v = 0;  ///< Row of its tile
   std::vector<std::uint32_t> members =
@@ -40,8 +40,8 @@ struct TextureSet {
 ///         with a triangle whose centroid lies in no tile
 std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by);
 
-/// Guesses the texture sets of a low poly by its UVs: `material` if UVs of several materials overlap on over 1% of the
-/// unit square; else `udim` if charts of several tiles would overlap in one and are no UV copies; else `none`.
+/// Guesses the texture sets of a low poly by its UVs: `material` if UVs of several materials overlap on over 1% of
+/// the unit square; else `udim` if charts of several tiles would overlap in one and are not UV copies; else `none`.
 SetsBy choose_texture_sets(const Mesh& low);
 
 /// Tangents of a low poly for a bake in tangent space: its own if it has them, else MikkTSpace's; unit and orthogonal

@@ -11,8 +11,8 @@ namespace KILN_PUBLIC kiln {
 
 /// Methods for new UVs.
 enum class UnwrapMethod : std::uint8_t {
-  pairs,   ///< Two triangles per rectangle: fast, texels well used, thousands of seams. For baking
-           ///< only.
+  /// Two triangles per rectangle: fast, texels well used, thousands of seams. For baking only.
+  pairs,
   charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
   /// Two triangles per square, all squares of one size, as Wang, Froehlich and Goebel pack them, for
   /// comparison. Small triangles get as many texels as large ones.
@@ -21,9 +21,9 @@ enum class UnwrapMethod : std::uint8_t {
 
 /// Distribution of texels over large charts.
 enum class TexelDensity : std::uint8_t {
-  area,    ///< In proportion to the surface's area.
-  detail,  ///< More where the high poly's normals change within a texel: a lower error for the same
-           ///< number of texels.
+  area,  ///< In proportion to the surface's area.
+  /// More where the high poly's normals change within a texel: a lower error for the same number of texels.
+  detail,
 };
 
 /// Settings of unwrap().
@@ -43,12 +43,12 @@ struct UnwrapOptions {
 
 /// Report of unwrap().
 struct UnwrapReport {
-  std::uint64_t charts = 0;   ///< Number of charts.
-  double coverage = 0;        ///< Share of the unit square that triangles cover, 0 to 1.
-  double density_spread = 0;  ///< Standard deviation of log2(texture area / surface area) over the
-                              ///< surface: 0 is perfectly even.
-  double border_texels = 0;   ///< Padding used: as requested, or less (see warnings).
-  double seconds = 0;         ///< Duration
+  std::uint64_t charts = 0;  ///< Number of charts.
+  double coverage = 0;       ///< Share of the unit square that triangles cover, 0 to 1.
+  /// Standard deviation of log2(texture area / surface area) over the surface: 0 is perfectly even.
+  double density_spread = 0;
+  double border_texels = 0;            ///< Padding used: as requested, or less (see warnings).
+  double seconds = 0;                  ///< Duration
   std::vector<Warning> warnings = {};  ///< Warnings of imperfect data that was handled
 };
 

@@ -72,10 +72,10 @@ struct Volume {
 ///                 background's value (or the inside's, in a level set).
 ///
 /// Positions are in the file's own world and units: left-posterior-superior in most NRRD and MetaImage files,
-/// right-anterior-superior in NIfTI (the same body, turned by 180 degrees about z). Either byte order. Limits:
-/// one value a voxel; three axes (others must have size 1); a header of a MiB; axes with lengths from 1e-30 to
-/// 1e30, at least a 1e-4th part of a right angle apart. 64-bit integers, bzip2, and MetaImages over several files
-/// are refused with a message that names them.
+/// right-anterior-superior in NIfTI (the same body, rotated by 180 degrees about z). Both byte orders are read.
+/// Limits: one value a voxel; three axes (others must have size 1); a header of a MiB; axes with lengths from
+/// 1e-30 to 1e30, at least a 1e-4th part of a right angle apart. 64-bit integers, bzip2, and MetaImages over
+/// several files are refused with a message that names them.
 ///
 /// Imperfect data that can be handled is counted in `warnings`:
 ///
@@ -114,20 +114,20 @@ struct RawVolumeLayout {
   VoxelType type = VoxelType::u8;            ///< Type of all voxels.
   std::array<double, 3> spacing{1, 1, 1};    ///< World units between neighbours, positive.
   ByteOrder byte_order = ByteOrder::little;  ///< Byte order of values of more than one byte.
-  std::int64_t header_bytes = 0;             ///< Bytes to skip; -1: all bytes before the voxels,
-                                             ///< which end the file.
+  /// Bytes to skip; -1: all bytes before the voxels, which end the file.
+  std::int64_t header_bytes = 0;
 };
 
 /// Reads a volume without header. The file's size must match the layout exactly: otherwise the layout
-/// is wrong. Warnings, threads and promises as load_volume's.
+/// is wrong. Warnings, thread safety and guarantees are those of load_volume().
 /// \throws Error(usage) a size, spacing or number of header bytes out of range
 /// \throws Error(input) no such file, or its size does not match the layout (both in bytes)
 Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout& layout,
                        std::vector<Warning>* warnings = nullptr);
 
 /// Writes a volume as NRRD: raw, little-endian, with exact `space directions` and `space origin`;
-/// load_volume() restores the same volume. Whole or not at all. Threads may save at once, to different
-/// names.
+/// load_volume() restores the same volume. The file is written completely or not at all. Threads may
+/// save at the same time to different names.
 /// \throws Error(usage) the number of voxels does not match `size`, or the axes are not usable
 /// \throws Error(output)
 void save_nrrd(const Volume& volume, const std::filesystem::path& path);

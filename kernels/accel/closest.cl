@@ -1,14 +1,14 @@
 // The nearest point of the high poly for each sample of the low poly.
 //
 // Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods and Assessment for Detail-Recovery",
-// section 3.1. Faces turned away from the sample's direction (their normal's product with it is below
-// 0) are ignored, so that a sample does not match the wrong side of a thin sheet.
+// section 3.1. Faces turned away from the sample's direction (the dot product of their normal and the
+// direction is below 0) are ignored, so that a sample does not match the wrong side of a thin sheet.
 //
 // Algorithm: the BVH of the rays (see shared/bvh.h) is traversed nearest child first, with a shrinking
 // radius. All variants share one point-triangle distance (see nearest.clh). Ties go to the lowest
-// triangle. Culling is strict and its arithmetic is monotone: the result is a function of sample and
+// triangle. Culling is strict and its arithmetic is monotone: the result depends on sample and
 // triangles alone. On CPUs neighbouring samples are searched together (see accel/closest_group.clh),
-// starting at the last leaf of the samples before.
+// starting at the last leaf of the preceding samples.
 //
 // | kernel              | global size      | local | reads, writes a sample  |
 // | kiln_closest_run    | samples / 256, up | 16   | 24 B + tree, 17 B       |

@@ -1,4 +1,4 @@
-// Any-hit queries of rays. The first hit found ends the traversal; otherwise as in ray.cl.
+// Any-hit queries of rays. The first hit found ends the traversal; the rest is as in ray.cl.
 //
 // Rays of ambient occlusion start beside each other but run in all directions. So a work-item sorts a
 // block of samples by the signs of their directions and the dominant axis, and traverses the tree with up
@@ -9,8 +9,8 @@
 // | kiln_occlusion_any_wide   | samples            | 64    | 24 B (28 with reach) + tree, 1 B |
 // | kiln_occlusion_any_scalar | samples            | 64    | the same                         |
 //
-// The stream's local size is small, since a work-item handles 2048 samples: larger groups would be too
-// few to balance.
+// The stream's local size is small, since a work-item handles 2048 samples: with larger work-groups,
+// too few of them would remain to balance the load.
 //
 // Defines: KILN_RAY_SCALAR, KILN_PORTABLE_MASKS  as in ray.cl
 //          KILN_RAY_SINGLE  build the wide kernel instead of the stream: for CPU drivers that turn

@@ -3,9 +3,9 @@
 //
 // Pineda 1988, "A parallel algorithm for polygon rasterization": edge functions, here in fixed
 // point, so that coverage is exact. Vertices are snapped once, to 1/256 of a pixel, and shared; by
-// the top-left rule a pixel centre on an edge belongs to one of the two triangles: no cracks,
-// nothing drawn twice. The depth at a pixel is interpolated by one expression whatever the path. The
-// least key (depth, then triangle) wins: the picture is a function of the mesh and the view alone.
+// the top-left rule a pixel centre on an edge belongs to exactly one of the two triangles: no pixel
+// is missed or drawn twice. Both kernels interpolate the depth at a pixel by the same expression.
+// The smallest key (depth, then triangle) wins: the picture depends on the mesh and the view alone.
 //
 // kernel               global             local  memory traffic
 // kiln_raster_clear    pixels / 8, up     64     writes 8 B a pixel
@@ -32,7 +32,7 @@ typedef ulong raster_key;
 typedef uint2 raster_key;  // x: triangle, y: depth
 #endif
 
-/// Clears 8 keys per item, and marks the tiles. `count`: a multiple of a tile's pixels.
+/// Clears 8 keys per item, and marks the tiles as drawn. `count`: number of pixels, a multiple of a tile's.
 kernel void kiln_raster_clear(const uint first, const uint count, global ulong* restrict keys,
                               global uchar* restrict drawn) {
   const uint i = (uint)get_global_id(0) * 8u;
@@ -41,8 +41,8 @@ kernel void kiln_raster_clear(const uint first, const uint count, global ulong* 
   if (i % KILN_RASTER_TILE_PIXELS == 0) drawn[(first + i) / KILN_RASTER_TILE_PIXELS] = 1;
 }
 
-/// Converts vertices to fixed point; w is 1 for those that are in no view, as by is_in_views() on the
-/// host.
+/// Converts vertices to fixed point; w is 1 for vertices outside the range that views cover (the test
+/// of is_in_views() on the host).
 kernel void kiln_raster_project(const kiln_view view, const uint count,
                                 global const float* restrict positions,
                                 global int4* restrict projected) {
@@ -52,15 +52,15 @@ kernel void kiln_raster_project(const kiln_view view, const uint count,
   const float3 p = vload3(i, positions);
   const float along_x = (view.right[0] * p.x + view.right[1] * p.y) + view.right[2] * p.z;
   const float along_y = (view.up[0] * p.x + view.up[1] * p.y) + view.up[2] * p.z;
-  const float near = (view.toward[0] * p.x + view.toward[1] * p.y) + view.toward[2] * p.z;
+  const float toward_viewer = (view.toward[0] * p.x + view.toward[1] * p.y) + view.toward[2] * p.z;
   const float x = along_x * view.scale + view.left;
   const float y = view.top - along_y * view.scale;
-  // NaN fails the comparison, too.
-  const bool good = fabs(p.x) <= 4.0f && fabs(p.y) <= 4.0f && fabs(p.z) <= 4.0f &&
-                    fabs(x) <= 32768.0f && fabs(y) <= 32768.0f && fabs(near) <= 0.75f;
-  const int fixed_x = good ? (int)rint(x * (float)KILN_RASTER_UNIT) : 0;
-  const int fixed_y = good ? (int)rint(y * (float)KILN_RASTER_UNIT) : 0;
-  projected[i] = (int4)(fixed_x, fixed_y, as_int(KILN_RASTER_FAR - near), good ? 0 : 1);
+  // NaN fails these comparisons.
+  const bool in_view = fabs(p.x) <= 4.0f && fabs(p.y) <= 4.0f && fabs(p.z) <= 4.0f &&
+                    fabs(x) <= 32768.0f && fabs(y) <= 32768.0f && fabs(toward_viewer) <= 0.75f;
+  const int fixed_x = in_view ? (int)rint(x * (float)KILN_RASTER_UNIT) : 0;
+  const int fixed_y = in_view ? (int)rint(y * (float)KILN_RASTER_UNIT) : 0;
+  projected[i] = (int4)(fixed_x, fixed_y, as_int(KILN_RASTER_FAR - toward_viewer), in_view ? 0 : 1);
 }
 
 /// A triangle with its corners in the order that makes the area positive (rows grow downwards).
@@ -87,11 +87,11 @@ static inline bool raster_fetch(const kiln_view* view, uint triangle,
   if (out->x0 > out->x1 || out->y0 > out->y1 || hi.w != 0) return false;
   const long area = (long)(b.x - a.x) * (c.y - a.y) - (long)(b.y - a.y) * (c.x - a.x);
   // Counter-clockwise triangles have a negative area, since rows grow downwards.
-  const bool front = area < 0;
-  if (area == 0 || (!front && (view->flags & KILN_RASTER_TWO_SIDED) == 0)) return false;
+  const bool is_front = area < 0;
+  if (area == 0 || (!is_front && (view->flags & KILN_RASTER_TWO_SIDED) == 0)) return false;
   out->a = a;
-  out->b = front ? c : b;
-  out->c = front ? b : c;
+  out->b = is_front ? c : b;
+  out->c = is_front ? b : c;
   return true;
 }
 
@@ -101,10 +101,11 @@ static inline bool raster_is_small(const raster_triangle* t) {
   return hi.x - lo.x <= KILN_RASTER_SMALL && hi.y - lo.y <= KILN_RASTER_SMALL;
 }
 
-/// True if a depth may still win at a pixel, by a plain read beside other work-items' atomic writes. The
-/// read is 32 bits wide, so it is never torn, and depths only decrease: a stale value accepts more, and
-/// the atomic operation decides. Most triangles are rejected here, since reading is cheaper. With
-/// KILN_CHECK_RACES nothing is read, so that a race detector can check all other accesses.
+/// True if a depth may still win at a pixel. Reads the pixel without an atomic operation, while other
+/// work-items may write it. The read is 32 bits wide, so it is never torn, and depths only decrease: a
+/// stale value accepts too many, and the atomic operation that follows decides. Most triangles are
+/// rejected here, since a read is cheaper than an atomic operation. With KILN_CHECK_RACES nothing is
+/// read, so that a race detector can check all other accesses.
 static inline bool raster_may_win(volatile global const uint* depth, uint bits) {
 #ifdef KILN_CHECK_RACES
   (void)depth;
@@ -115,9 +116,9 @@ static inline bool raster_may_win(volatile global const uint* depth, uint bits) 
 #endif
 }
 
-/// Writes a triangle to a pixel, if nothing nearer is there.
-static inline void raster_put(global raster_key* keys, uint pixel, float depth, uint triangle,
-                              uint pass) {
+/// Writes a triangle to a pixel, unless the pixel holds a nearer one.
+static inline void raster_write_pixel(global raster_key* keys, uint pixel, float depth, uint triangle,
+                                      uint pass) {
   volatile global uint* words = (volatile global uint*)(keys + pixel);
   const uint bits = as_uint(depth);
 #ifdef KILN_RASTER_ATOMIC64
@@ -199,7 +200,7 @@ kernel void kiln_raster_small(const kiln_view view, const uint first, const uint
       for (; bits != 0; bits &= bits - 1) {
         const uint k = mask_lowest(bits);
         const uint pixel = keys_index(view.first, view.width, (uint)x + k, (uint)y);
-        raster_put(keys, pixel, depths[k], triangle, pass);
+        raster_write_pixel(keys, pixel, depths[k], triangle, pass);
       }
     }
     row_c += ab.x * KILN_RASTER_UNIT;
@@ -208,7 +209,8 @@ kernel void kiln_raster_small(const kiln_view view, const uint first, const uint
   }
 }
 
-/// Draws the queued triangles: each work-group draws the rows of one band, row by row between exact ends.
+/// Draws the queued triangles: each work-group draws the rows of one band, between the exact first and last
+/// pixel of each row.
 kernel void kiln_raster_large(const kiln_view view, const uint pass,
                               global const uint* restrict triangles,
                               global const int4* restrict projected,
@@ -235,7 +237,7 @@ kernel void kiln_raster_large(const kiln_view view, const uint pass,
         const float depth =
             large.za + (weight_b * large.zb + weight_c * large.zc) * large.reciprocal;
         const uint pixel = keys_index(view.first, view.width, (uint)x, (uint)y);
-        raster_put(keys, pixel, depth, entry.x, pass);
+        raster_write_pixel(keys, pixel, depth, entry.x, pass);
       }
     }
   }

@@ -19,8 +19,8 @@
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
 //          KILN_BVH_PLAIN       the tree has no prisms (prism.clh)
 //
-// Strengths: neighbouring samples (blocks of 8 x 8, or halves of them) share one walk. Limits: rays that have little in
-// common are walked one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.
+// Strengths: neighbouring samples (blocks of 8 x 8, or halves of them) share one traversal. Limits: rays that have
+// little in common are traced one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.
 #include "accel/beam.clh"
 #include "accel/traverse_scalar.clh"
 #include "lib/call.clh"

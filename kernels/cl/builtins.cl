@@ -1,20 +1,20 @@
 // Declarations of the built-in functions that Kiln's kernels call: a stand-in for Clang's opencl-c.h.
 //
-// PoCL hands opencl-c.h, 18,000 lines, to its compiler before each program: to parse it takes 0.2 processor seconds a
-// program, and to preprocess it, which PoCL does on each run to look a program up in its cache, 0.04. So Kiln defines
-// that header's include guard, _OPENCL_H_, and puts this file before each source (host/cl/program.cpp). Types, as_type()
-// and limits are in opencl-c-base.h, which stays.
+// PoCL includes opencl-c.h, 18,000 lines, before each program: parsing the header takes 0.2 processor seconds a
+// program, and preprocessing it takes 0.04, which PoCL repeats on each run to look a program up in its cache. So Kiln
+// defines that header's include guard, _OPENCL_H_, and puts this file before each source (host/cl/program.cpp).
+// Types, as_type() and limits are in opencl-c-base.h, which stays.
 //
 // A function that is missing here fails to compile, and a source that fails is compiled again with the whole header.
-// tests/cl/build_test.cpp checks that no program of Kiln's needs that, and the lint compiles this file together with
-// the whole header, so that no declaration contradicts it.
+// tests/cl/build_test.cpp checks that all of Kiln's programs compile with the short one, and the lint compiles this
+// file together with the whole header, so that no declaration contradicts it.
 //
 // No kernels. Defines: none. Limits: users' sources (own maps) may call any function, so they get the whole header.
 #define BUILTIN __attribute__((overloadable, const))
 #define BUILTIN_LOAD __attribute__((overloadable, pure))
 #define BUILTIN_STORE __attribute__((overloadable))
 
-// Of one number, and of each lane of N.
+// Functions of one number, and of each lane of N.
 #define BUILTIN_INTEGER(T, UNSIGNED, MASK)                                     \
   T BUILTIN min(T, T);                                                         \
   T BUILTIN max(T, T);                                                         \
@@ -71,7 +71,7 @@ BUILTINS(16)
 int BUILTIN convert_int_sat(float);
 int BUILTIN isfinite(float);
 
-// Of the lanes of a vector and one number, and of all lanes.
+// Functions of a vector and one number, and of all lanes of a vector.
 #define BUILTIN_LANES_OF(T, N)                                                 \
   T##N BUILTIN min(T##N, T);                                                   \
   T##N BUILTIN max(T##N, T);                                                   \
@@ -90,7 +90,7 @@ BUILTIN_LANES(4)
 BUILTIN_LANES(8)
 BUILTIN_LANES(16)
 
-// From and to memory.
+// Functions that load vectors from memory and store them.
 #define BUILTIN_MEMORY_OF(T, N)                                                \
   T##N BUILTIN_LOAD vload##N(size_t, const constant T*);                       \
   T##N BUILTIN_LOAD vload##N(size_t, const global T*);                         \
@@ -127,7 +127,7 @@ ulong BUILTIN_STORE atom_min(volatile global ulong*, ulong);
 #pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : disable
 #endif
 
-// Of work-items.
+// Functions of work-items.
 size_t BUILTIN get_global_id(uint);
 size_t BUILTIN get_local_id(uint);
 size_t BUILTIN get_group_id(uint);

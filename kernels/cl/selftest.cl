@@ -1,15 +1,16 @@
 // Self-test of a device: checks, to the bit, the operations that Kiln's kernels use.
 //
-// The operations of shared/selftest.h, by scalars and by vectors of 4, 8 and 16 lanes; rays through a tiny tree;
-// atomic operations. host/cl/selftest.cpp compares each word with its own result. Features that no kernel uses
-// are not tested: local memory, barriers, images, half.
+// Tested are the operations of shared/selftest.h, on scalars and on vectors of 4, 8 and 16 lanes; rays through a
+// tiny tree; and atomic operations. host/cl/selftest.cpp compares each word with its own result. Features that
+// no kernel uses are not tested: local memory, barriers, images, half.
 //
 // | kernel                  | global size         | local | traffic an item                    |
 // | kiln_selftest_operate   | KILN_SELFTEST_ITEMS | 64    | 20 B, writes 24 words              |
 // | kiln_selftest_operate16 | KILN_SELFTEST_ITEMS | 64    | 20 B, writes 9 words               |
 // | kiln_selftest_trace     | KILN_SELFTEST_ITEMS | 64    | 28 B + tree, writes 4 words        |
 //
-// There are three kernels, since a faulty device may also crash: each is checked before the next is compiled.
+// There are three kernels, since a faulty device may crash: each kernel's results are checked before the next
+// one is compiled.
 //
 // Defines: KILN_SELFTEST_ATOMIC64  the device has 64-bit atomics
 //          KILN_BVH_PLAIN          the tree has no bounding prisms (accel/prism.clh)
@@ -18,8 +19,8 @@
 #include "accel/traverse_wide.clh"
 #include "shared/selftest.h"
 
-// The traversal that bakes use on such a device; testing the other, too, would double the compile
-// time.
+// The traversal that bakes use on this kind of device; testing the other one, too, would double
+// the compile time.
 #ifdef KILN_GPU
 #define SELFTEST_TRACE scalar_trace
 #else
@@ -34,7 +35,8 @@
 #define vload1(at, from) ((from)[at])
 #define vstore1(value, at, to) ((to)[at] = (value))
 
-// selftest_lanes_N: the operations on N inputs from N * at. W is N in names of types, empty for scalars.
+// selftest_lanes_N: the operations on N inputs, from input N * at on. W is N in names of types, empty for
+// scalars.
 #define SELFTEST_KEEP(N, operation, word) \
   vstore##N(word, at, out + (operation)*KILN_SELFTEST_ITEMS)
 #define SELFTEST_DEFINE(N, W)                                                                      \

@@ -3,7 +3,7 @@
 //
 // Two estimates of each texel, from independent rays, are smoothed separately with the same weights, so that
 // each measures the bias of the other (host/detail/ao_denoiser.h). Weights depend on the high poly's points
-// alone, never on the shares: the filter is linear, and the error of a sum is the sum of the errors.
+// alone, never on the shares: the filter is linear, so the error of a sum is the sum of the errors.
 //
 // kernel              global  local  memory traffic an item
 // kiln_share_weights  texels  64     reads 56 B + 8 points (gathered), writes 32 B
@@ -12,8 +12,8 @@
 //
 // A texel's neighbours are consecutive, so that all eight are one vector.
 //
-// Strengths: a step costs as much as reading one ray. Limits: weights do not see shadows: where a shadow's edge
-// crosses a flat face, only the host's choice of the number of steps preserves it.
+// Strengths: a step costs as much as reading one ray. Limits: weights do not depend on shadows: where a
+// shadow's edge crosses a flat face, only the host's choice of the number of steps preserves that edge.
 
 #include "lib/unroll.clh"
 #include "shared/ao_denoiser.h"
@@ -33,9 +33,9 @@ static inline float8 share_gather(global const float* plane, const uint which[8]
   return vload8(0, found);
 }
 
-/// Computes the weight of each neighbour in a step, in 256ths, packed above its index. Weights and the
-/// texel's own sum to 1.
-/// \param neighbours  indices per texel, below 2^24; the texel's own for a missing neighbour
+/// Computes the weight of each neighbour in a step, in 256ths, packed above the neighbour's index.
+/// These weights and the texel's own weight sum to 1.
+/// \param neighbours indices per texel, below 2^24; the texel's own index in place of a missing neighbour
 /// \param points      positions, then unit normals, one plane per component
 kernel void kiln_share_weights(const kiln_share_params params,
                                global uint* restrict neighbours,
@@ -44,9 +44,9 @@ kernel void kiln_share_weights(const kiln_share_params params,
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   const size_t plane = params.points;
-  const uint8 beside = vload8(i, neighbours);
+  const uint8 neighbour_indices = vload8(i, neighbours);
   uint which[KILN_SHARE_NEIGHBOURS];
-  vstore8(beside, 0, which);
+  vstore8(neighbour_indices, 0, which);
   float8 step[3], along[3];
   KILN_UNROLL
   for (int axis = 0; axis < 3; ++axis) {
@@ -57,7 +57,7 @@ kernel void kiln_share_weights(const kiln_share_params params,
   }
   const float8 squares = (step[0] * step[0] + step[1] * step[1]) + step[2] * step[2];
   const float8 away = squares * (float8)(1.0f, 1.0f, 1.0f, 1.0f, 0.5f, 0.5f, 0.5f, 0.5f);
-  const int8 other = beside != (uint8)((uint)i);
+  const int8 other = neighbour_indices != (uint8)((uint)i);
   const float8 counted = select((float8)(INFINITY), away, other & (away > 0.0f));
   const float4 fewer = min(counted.lo, counted.hi);
   const float nearest = min(min(fewer.x, fewer.y), min(fewer.z, fewer.w));
@@ -67,7 +67,7 @@ kernel void kiln_share_weights(const kiln_share_params params,
       select((float8)(0.0f), alike * alike, other & (away <= (float8)(JUMP * JUMP * nearest)));
   const float sum = 1.0f + share.s0 + share.s1 + share.s2 + share.s3 + share.s4 + share.s5 +
                     share.s6 + share.s7;
-  vstore8(beside | convert_uint8(share / sum * 256.0f) << 24u, i, neighbours);
+  vstore8(neighbour_indices | convert_uint8(share / sum * 256.0f) << 24u, i, neighbours);
 }
 
 /// Applies one step to both estimates.
@@ -88,14 +88,14 @@ kernel void kiln_share_smooth(const kiln_share_params params,
   KILN_UNROLL
   for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) sum += part[k] * vload2(which[k], from);
   // Weights are 256ths: their sum is exact in any order.
-  const float4 halves = weight.lo + weight.hi;
-  const float own = 1.0f - ((halves.x + halves.y) + (halves.z + halves.w));
-  vstore2(sum + own * vload2(i, from), i, to);
+  const float4 pair_sums = weight.lo + weight.hi;
+  const float own_weight = 1.0f - ((pair_sums.x + pair_sums.y) + (pair_sums.z + pair_sums.w));
+  vstore2(sum + own_weight * vload2(i, from), i, to);
 }
 
-/// Squared distance, in texels, of the centroid of a texel's weights from the texel, as both values of a pair. A texel
-/// with fewer than three neighbours uses its own weight instead, since little of its noise is averaged out. Neighbours
-/// are in the order of AoDenoiser::prepare().
+/// Squared distance in texels between a texel and the centroid of its weights, written to both values of a pair. A
+/// texel with fewer than three neighbours uses its own weight instead, since little of its noise is averaged out.
+/// Neighbours are in the order of AoDenoiser::prepare().
 kernel void kiln_share_lean(const kiln_share_params params,
                             global const uint* restrict neighbours,
                             global float* restrict lean) {
@@ -106,7 +106,7 @@ kernel void kiln_share_lean(const kiln_share_params params,
   // Weights are 256ths: sums are exact in any order.
   const float x = (weight.s1 + weight.s5 + weight.s7) - (weight.s0 + weight.s4 + weight.s6);
   const float y = (weight.s3 + weight.s6 + weight.s7) - (weight.s2 + weight.s4 + weight.s5);
-  const float4 halves = weight.lo + weight.hi;
-  const float own = 1.0f - ((halves.x + halves.y) + (halves.z + halves.w));
-  vstore2((float2)(x * x + y * y + max(0.0f, own - OWN_WEIGHT)), i, lean);
+  const float4 pair_sums = weight.lo + weight.hi;
+  const float own_weight = 1.0f - ((pair_sums.x + pair_sums.y) + (pair_sums.z + pair_sums.w));
+  vstore2((float2)(x * x + y * y + max(0.0f, own_weight - OWN_WEIGHT)), i, lean);
 }

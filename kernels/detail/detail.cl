@@ -1,13 +1,14 @@
 // Detail: normals at the corresponding points, and averaging of samples to texels.
 //
 // Normals of the high poly are interpolated at the matched point and expressed in the low poly's frame: MikkTSpace's
-// tangent frame (Mikkelsen 2008), object space, or the face's own frame (Wang, Froehlich, Goebel, "Fast Normal Map
-// Generation for Simplified Meshes", section 3). The tangent frame is interpolated and not normalised, as shaders do
-// it, and inverted exactly: so decoding with x * T + y * B + z * N restores the direction of the high poly's normal.
+// tangent frame (Mikkelsen 2008), the axes of object space, or the face's own frame (Wang, Froehlich, Goebel, "Fast
+// Normal Map Generation for Simplified Meshes", section 3). The tangent frame is interpolated and not normalised, as
+// in shaders, and inverted exactly: decoding with x * T + y * B + z * N restores the direction of the high poly's
+// normal.
 //
-// One source, built for 1 sample a work-item (GPUs) or 8 (CPUs): PoCL vectorises across work-items only where
-// a kernel has neither branches nor gathers, which detail has; so lib/lanes.clh writes vectors out. The same
-// operations run in the same order in each lane, so both widths give the same bits.
+// One source is built for 1 sample a work-item (GPUs) or 8 (CPUs). PoCL vectorises across work-items only if
+// a kernel has neither branches nor gathers, and these kernels have both; so lib/lanes.clh writes vectors
+// out. The same operations run in the same order in each lane, so both widths give the same bits.
 //
 // -D           range  default
 // KILN_WIDTH   1, 8   1
@@ -18,9 +19,9 @@
 // kiln_detail_blend    samples / width   64     the same, and of the other match 16 B + 2 triangles' attributes
 // kiln_detail_resolve  texels            64     reads 12 B + 13 B a sample, writes 13 B (scattered)
 //
-// Neighbouring samples mostly lie in one triangle of the low poly: eight samples of one triangle read its attributes
-// once. The high poly's normals and their indices are read four numbers at a time, so both arrays have one padding
-// element.
+// Neighbouring samples mostly lie in one triangle of the low poly: eight samples of one triangle share one read of
+// its attributes. The high poly's normals and their indices are read four numbers at a time, so both arrays have one
+// padding element.
 //
 // Strengths: one pass; half the memory traffic at one sample per texel (kiln_detail_texel). Limits: barycentric
 // interpolation only.
@@ -28,8 +29,8 @@
 #include "detail/detail.clh"
 #include "lib/call.clh"
 
-/// Inputs of a group of samples: attributes of the low poly, and the high poly's normals at their
-/// points.
+/// Inputs of a group of samples: attributes of the low poly, and the high poly's normals at the
+/// matched points.
 typedef struct detail_group {
   detail_low low;
   lanes3 normal;
@@ -55,17 +56,17 @@ static inline detail_group detail_read_group(const kiln_detail_params params, la
 
 static inline void detail_store(lanes3 value, lanes_range at, size_t plane, global float* result) {
   global float* to = result + at.first;
-  if (at.used == KILN_WIDTH) {
-    lanes_keep(value.x, to);
-    lanes_keep(value.y, to + plane);
-    lanes_keep(value.z, to + 2 * plane);
+  if (at.count == KILN_WIDTH) {
+    lanes_store(value.x, to);
+    lanes_store(value.y, to + plane);
+    lanes_store(value.z, to + 2 * plane);
     return;
   }
   float x[KILN_WIDTH], y[KILN_WIDTH], z[KILN_WIDTH];
-  lanes_keep(value.x, x);
-  lanes_keep(value.y, y);
-  lanes_keep(value.z, z);
-  for (uint i = 0u; i < at.used; ++i) {
+  lanes_store(value.x, x);
+  lanes_store(value.y, y);
+  lanes_store(value.z, z);
+  for (uint i = 0u; i < at.count; ++i) {
     to[i] = x[i];
     to[i + plane] = y[i];
     to[i + 2 * plane] = z[i];
@@ -98,13 +99,13 @@ kernel void kiln_detail_normal(const kiln_detail_params params,
                                global const float* restrict normals,
                                global float* restrict result) {
   const lanes_range at = lanes_of_item(params.count);
-  if (at.used == 0u) return;
+  if (at.count == 0u) return;
   detail_normal(at, params, low_triangle, low_barycentric, shading, hit_triangle, hit_barycentric,
                 normal_indices, normals, result);
 }
 
-/// Blends the normals of two correspondences where the other one has a triangle.
-/// \param shares  weight of the first per sample
+/// Blends the normals of two correspondences for samples where the second one has a triangle.
+/// \param shares weight of the first correspondence, per sample
 static KILN_CALL void detail_blend(const lanes_range at, const kiln_detail_params params,
                                    const uint other_capacity,
                                    global const uint* KILN_CALL_RESTRICT low_triangle,
@@ -132,11 +133,11 @@ static KILN_CALL void detail_blend(const lanes_range at, const kiln_detail_param
     const lanes3 other =
         detail_source_normal(params, group.low, triangle, u, v, normal_indices, normals);
     const lanes_float share = lanes_load(shares, at);
-    const lanes_float rest = 1.0f - share;
+    const lanes_float other_share = 1.0f - share;
     lanes3 mixed;
-    mixed.x = normal.x * share + other.x * rest;
-    mixed.y = normal.y * share + other.y * rest;
-    mixed.z = normal.z * share + other.z * rest;
+    mixed.x = normal.x * share + other.x * other_share;
+    mixed.y = normal.y * share + other.y * other_share;
+    mixed.z = normal.z * share + other.z * other_share;
     normal = lanes3_select(both, detail_unit(mixed, normal), normal);
   }
   detail_store(detail_to_map(params, group.low, normal), at, params.out_capacity, result);
@@ -156,7 +157,7 @@ kernel void kiln_detail_blend(const kiln_detail_params params,
                               global const float* restrict normals,
                               global float* restrict result) {
   const lanes_range at = lanes_of_item(params.count);
-  if (at.used == 0u) return;
+  if (at.count == 0u) return;
   detail_blend(at, params, other_capacity, low_triangle, low_barycentric, shading, hit_triangle,
                hit_barycentric, other_triangle, other_barycentric, shares, normal_indices, normals,
                result);
@@ -188,11 +189,11 @@ static KILN_CALL void detail_texel(const lanes_range at, const kiln_detail_param
   }
   float x[KILN_WIDTH], y[KILN_WIDTH], z[KILN_WIDTH];
   int baked[KILN_WIDTH];
-  lanes_keep(value.x, x);
-  lanes_keep(value.y, y);
-  lanes_keep(value.z, z);
-  lanes_keep(found, baked);
-  for (uint i = 0u; i < at.used; ++i) {
+  lanes_store(value.x, x);
+  lanes_store(value.y, y);
+  lanes_store(value.z, z);
+  lanes_store(found, baked);
+  for (uint i = 0u; i < at.count; ++i) {
     const uint texel = texel_index[at.first + i];
     image[3u * (size_t)texel] = x[i];
     image[3u * (size_t)texel + 1u] = y[i];
@@ -214,14 +215,14 @@ kernel void kiln_detail_texel(const kiln_detail_params params,
                               global float* restrict image,
                               global uchar* restrict coverage) {
   const lanes_range at = lanes_of_item(params.count);
-  if (at.used == 0u) return;
+  if (at.count == 0u) return;
   detail_texel(at, params, resolve, texel_index, low_triangle, low_barycentric, shading,
                hit_triangle, hit_barycentric, normal_indices, normals, image, coverage);
 }
 
 #if KILN_WIDTH == 1
 /// Averages a texel's samples, and normalises if there are several. Writes three interleaved floats and a
-/// coverage byte (1 baked, 2 missed) at the texel's place in the band.
+/// coverage byte (1 baked, 2 missed) at the texel's index in the band.
 kernel void kiln_detail_resolve(const kiln_resolve_params params,
                                 global const uint* restrict texel_index,
                                 global const uint* restrict texel_first,
@@ -238,18 +239,18 @@ kernel void kiln_detail_resolve(const kiln_resolve_params params,
   float3 sum = (float3)(0.0f);
   float3 first_value = (float3)(0.0f, 0.0f, 1.0f);
   uint hits = 0u;
-  uint used = 0u;
+  uint hit_count = 0u;
   for (uint s = begin; s < end; ++s) {
     const bool hit = hit_triangle[s] != KILN_NO_TRIANGLE;
     hits += hit ? 1u : 0u;
     if (!hit && params.miss != KILN_MISS_KEEP) continue;
     const float3 value = (float3)(values[s], values[s + capacity], values[s + 2 * capacity]);
-    if (used == 0u) first_value = value;
+    if (hit_count == 0u) first_value = value;
     sum += value;
-    ++used;
+    ++hit_count;
   }
-  float3 value = used == 1u ? first_value : detail_unit(sum, first_value);
-  if (used == 0u) {
+  float3 value = hit_count == 1u ? first_value : detail_unit(sum, first_value);
+  if (hit_count == 0u) {
     value = params.miss == KILN_MISS_MARK ? (float3)(1.0f, -1.0f, 1.0f) : (float3)(0.0f, 0.0f, 1.0f);
   }
   const uint texel = texel_index[i];

@@ -4,16 +4,16 @@
 // (Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", 1998); the mean of the open ones is the bent
 // normal (Landis, "Production-Ready Global Illumination", 2002). Rays of a sample are a spiral on the disk (Vogel
 // 1979), lifted to the hemisphere, which weights them by the cosine. Samples share a few such sets, rotated about
-// the normal; the set and the angle are a hash of the sample's place in the map. The basis about a normal is
+// the normal; the set and the angle are a hash of the sample's position in the map. The basis about a normal is
 // continuous almost everywhere (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
 //
-// A row of rays holds one ray of each sample, so neighbours in memory start beside each other. The rays of a row
-// also have similar directions, despite the rotations: the set is cut into rings, each sorted by angle, and a
-// rotated sample starts at another ray of the ring. This only changes the order of a sample's rays. For nearest
-// hits rows have mixed directions, since beams of rays that diverge widen until they reach all nodes. If few
-// samples, far apart, cast many rays each, the rays of a row share no nodes; then the rays of one sample are
-// consecutive instead (by_sample). Origins are pushed off the face along its geometric normal, to the side of the
-// ray, so that no ray hits the face that it starts from.
+// A row of rays holds one ray of each sample, so rays that are neighbours in memory start near each other. The
+// rays of a row also have similar directions, despite the rotations: the set is cut into rings, each sorted by
+// angle, and a rotated sample starts at another ray of the ring. This only changes the order of a sample's rays.
+// For nearest hits rows have mixed directions, since beams of rays that diverge widen until they reach all nodes.
+// If few samples, far apart, cast many rays each, the rays of a row share no nodes; then the rays of one sample
+// are consecutive instead (by_sample). Origins are offset from the face along its geometric normal (the push), to
+// the side of the ray, so that no ray hits the face that it starts from.
 //
 // kernel                   global               local  memory traffic an item
 // kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
@@ -36,8 +36,8 @@
 #include "lib/call.clh"
 #include "lib/hash.clh"
 
-/// Rotation of each sample's rays, and below it the index of the set. It depends on the texel's place in
-/// the map; samples of a texel have evenly spaced rotations.
+/// Rotation of each sample's rays, and below it the index of the set. It depends on the texel's position
+/// in the map; samples of a texel have evenly spaced rotations.
 kernel void kiln_hemisphere_turns(const kiln_turn_params params,
                                   global const uint* restrict texel_index,
                                   global const uint* restrict texel_first,
@@ -54,8 +54,8 @@ kernel void kiln_hemisphere_turns(const kiln_turn_params params,
   }
 }
 
-/// The place of each sample's texel along a Morton curve, the finest digit first, which hemisphere_turn shuffles.
-/// The curve continues within the texel.
+/// The index of each sample's texel along a Morton curve, finest digit first; hemisphere_turn() shuffles it. The
+/// curve continues within the texel.
 kernel void kiln_hemisphere_keys(const kiln_turn_params params,
                                  global const uint* restrict texel_index,
                                  global const uint* restrict texel_first,
@@ -63,9 +63,9 @@ kernel void kiln_hemisphere_keys(const kiln_turn_params params,
                                  global uint* restrict keys) {
   const size_t i = get_global_id(0);
   if (i >= params.texel_count) return;
-  const uint place = params.first_texel + texel_index[i];
-  const uint x = place % params.width;
-  const uint y = place / params.width;
+  const uint texel = params.first_texel + texel_index[i];
+  const uint x = texel % params.width;
+  const uint y = texel / params.width;
   uint key = 0;
   for (uint bit = 0; bit < 16; ++bit) {
     key |= (x >> bit & 1u) << (31 - 2 * bit) | (y >> bit & 1u) << (30 - 2 * bit);
@@ -88,7 +88,8 @@ kernel void kiln_hemisphere_pick(const kiln_pick_params params,
                                  global const float* restrict low_points,
                                  global const uint* restrict hit_triangle,
                                  global const float* restrict hit_barycentric,
-                                 global const uint* restrict turns,  // rotations, or keys
+                                 // rotations, or keys (params.by_key)
+                                 global const uint* restrict turns,
                                  global uint* restrict to_low_triangle,
                                  global float* restrict to_low_barycentric,
                                  global float* restrict to_points,
@@ -121,7 +122,7 @@ kernel void kiln_hemisphere_turn_more(const kiln_pick_params params,
   to_turns[i] = hemisphere_turn(keys[samples[i]], params.round);
 }
 
-/// A unit vector along v, however short; 0 for a vector without a direction.
+/// A unit vector along v, even for very short v; 0 if v is 0 or not finite.
 static inline float3 hemisphere_unit(float3 v) {
 #pragma OPENCL FP_CONTRACT OFF
   const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
@@ -167,8 +168,8 @@ static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_par
     float u = 0.0f;
     float v = 0.0f;
     if (triangle == KILN_NO_TRIANGLE) {
-      const size_t next = params.low_capacity;
-      position = (float3)(low_points[s], low_points[s + next], low_points[s + 2 * next]);
+      const size_t low_plane = params.low_capacity;
+      position = (float3)(low_points[s], low_points[s + low_plane], low_points[s + 2 * low_plane]);
       face = low.face_normal;
     } else {
       u = hit_barycentric[s];
@@ -222,25 +223,25 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
                                  global float* restrict rays) {
 #pragma OPENCL FP_CONTRACT OFF
   // A work-item handles one ray of each of 8 samples, or 8 rays of one sample.
-  const bool own = params.by_sample != 0u;
-  const uint groups = own ? (params.rays + LANES - 1) / LANES : params.stride / LANES;
+  const bool by_sample = params.by_sample != 0u;
+  const uint groups = by_sample ? (params.rays + LANES - 1) / LANES : params.stride / LANES;
   const uint item = (uint)get_global_id(0);
-  if (item >= groups * (own ? params.stride : params.rays)) return;
+  if (item >= groups * (by_sample ? params.stride : params.rays)) return;
   const uint outer = item / groups;
   const uint inner = (item - outer * groups) * LANES;
-  const uint first_row = own ? inner : outer;
-  const uint lane = own ? outer : inner;
-  const uint all = params.all_rays;
+  const uint first_row = by_sample ? inner : outer;
+  const uint lane = by_sample ? outer : inner;
+  const uint total_rays = params.all_rays;
   uint8 row = (uint8)(params.first_ray + first_row);
   uint8 ring_first = (uint8)(rings[params.first_ray + first_row]);
-  uint8 ring_size = (uint8)(rings[params.first_ray + first_row + all]);
+  uint8 ring_size = (uint8)(rings[params.first_ray + first_row + total_rays]);
   uint8 code;
-  if (own) {
+  if (by_sample) {
     uint rows[LANES], firsts[LANES], sizes[LANES];
     for (uint k = 0; k < LANES; ++k) {
       rows[k] = params.first_ray + min(first_row + k, params.rays - 1);
       firsts[k] = rings[rows[k]];
-      sizes[k] = rings[rows[k] + all];
+      sizes[k] = rings[rows[k] + total_rays];
     }
     row = vload8(0, rows);
     ring_first = vload8(0, firsts);
@@ -250,32 +251,32 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
     code = vload8(0, turns + params.first + lane);
   }
   hemisphere_lanes lanes;
-  hemisphere_load(params, points + params.first_point + lane, own, code, turn_table, &lanes);
+  hemisphere_load(params, points + params.first_point + lane, by_sample, code, turn_table, &lanes);
   float8 origin[3], opposite[3];
   hemisphere_ray(params, &lanes, row, ring_first, ring_size, directions, origin, opposite);
   const size_t plane = params.ray_capacity;
-  global float* to =
-      rays + (own ? (size_t)lane * params.rays + first_row
+  global float* target =
+      rays + (by_sample ? (size_t)lane * params.rays + first_row
                   : (size_t)first_row * params.stride + lane);
-  const uint whole = own ? params.rays - first_row : LANES;
+  const uint ray_count = by_sample ? params.rays - first_row : LANES;
   for (int axis = 0; axis < 3; ++axis) {
-    if (whole >= LANES) {
-      vstore8(origin[axis], 0, to + axis * plane);
-      vstore8(opposite[axis], 0, to + (3 + axis) * plane);
+    if (ray_count >= LANES) {
+      vstore8(origin[axis], 0, target + axis * plane);
+      vstore8(opposite[axis], 0, target + (3 + axis) * plane);
       continue;
     }
-    float origins[LANES], along[LANES];
+    float origins[LANES], direction_values[LANES];
     vstore8(origin[axis], 0, origins);
-    vstore8(opposite[axis], 0, along);
-    for (uint k = 0; k < whole; ++k) {
-      to[k + axis * plane] = origins[k];
-      to[k + (3 + axis) * plane] = along[k];
+    vstore8(opposite[axis], 0, direction_values);
+    for (uint k = 0; k < ray_count; ++k) {
+      target[k + axis * plane] = origins[k];
+      target[k + (3 + axis) * plane] = direction_values[k];
     }
   }
 }
 
-/// Frame of the kernels that sum over rows of rays: `planes` sums for each of a work-item's samples. `add` is
-/// the expression that a row adds to sum[], for the lanes from `from` on.
+/// Body of the kernels that sum over rows of rays: `planes` sums for each of a work-item's samples. `add` is
+/// the statement that adds a row's values, from index `at` on, to sum[].
 #define HEMISPHERE_ADD_ROWS(vector, planes, result, add)                                        \
   const uint lane = (uint)get_global_id(0) * LANES;                                             \
   if (lane >= params.stride) return;                                                            \
@@ -285,7 +286,7 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
     sum[p] = vload8(0, result + params.first + lane + p * result_plane);                        \
   }                                                                                             \
   for (uint row = 0; row < params.rays; ++row) {                                                \
-    const size_t from = (size_t)row * params.stride + lane;                                     \
+    const size_t at = (size_t)row * params.stride + lane;                                     \
     add                                                                                         \
   }                                                                                             \
   for (int p = 0; p < planes; ++p) {                                                            \
@@ -296,33 +297,34 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
 kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
                                  global const uchar* restrict hit,
                                  global uint* restrict open) {
-  HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + from)); })
+  HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + at)); })
 }
 
-/// The same for params.by_sample = 1.
+/// Adds each sample's number of rays without a hit, for params.by_sample = 1.
 kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
                                 global const uchar* restrict hit,
                                 global uint* restrict open) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
-  global const uchar* own = hit + i * params.rays;
+  global const uchar* hits_of_sample = hit + i * params.rays;
   uint hits = 0;
-  for (uint ray = 0; ray < params.rays; ++ray) hits += own[ray];
+  for (uint ray = 0; ray < params.rays; ++ray) hits += hits_of_sample[ray];
   open[params.first + i] += params.rays - hits;
 }
 
-/// The same for rays towards the light: samples that face away from it have none, and count as unlit.
+/// Adds each sample's number of rays towards the light without a hit. Samples that face away from the light
+/// have no rays, and count as unlit.
 kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
                                 global const uchar* restrict hit,
                                 global const float* restrict rays,
                                 global uint* restrict lit) {
   const size_t plane = params.ray_capacity;
-  global const float* along = rays + 3 * plane;
+  global const float* directions = rays + 3 * plane;
   HEMISPHERE_ADD_ROWS(uint8, 1, lit, {
-    const int8 live = (vload8(0, along + from) != 0.0f) |
-                      (vload8(0, along + plane + from) != 0.0f) |
-                      (vload8(0, along + 2 * plane + from) != 0.0f);
-    sum[0] += select((uint8)(0u), 1u - convert_uint8(vload8(0, hit + from)), live);
+    const int8 has_ray = (vload8(0, directions + at) != 0.0f) |
+                      (vload8(0, directions + plane + at) != 0.0f) |
+                      (vload8(0, directions + 2 * plane + at) != 0.0f);
+    sum[0] += select((uint8)(0u), 1u - convert_uint8(vload8(0, hit + at)), has_ray);
   })
 }
 
@@ -332,19 +334,19 @@ kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
                                  global const float* restrict rays,
                                  global float* restrict bent_sum) {
 #pragma OPENCL FP_CONTRACT OFF
-  global const float* along = rays + 3 * (size_t)params.ray_capacity;
+  global const float* directions = rays + 3 * (size_t)params.ray_capacity;
   HEMISPHERE_ADD_ROWS(float8, 3, bent_sum, {
-    float8 open = 1.0f - convert_float8(vload8(0, hit + from));
+    float8 open = 1.0f - convert_float8(vload8(0, hit + at));
     float8 direction[3];
     for (int axis = 0; axis < 3; ++axis) {
-      direction[axis] = vload8(0, along + axis * (size_t)params.ray_capacity + from);
+      direction[axis] = vload8(0, directions + axis * (size_t)params.ray_capacity + at);
     }
     if (params.unequal != 0u) open *= hemisphere_per_length(direction);
     for (int axis = 0; axis < 3; ++axis) sum[axis] -= open * direction[axis];
   })
 }
 
-/// Adds each sample's sum of hit distances, as shares of `reach`, at most 1.
+/// Adds each sample's sum of hit distances, each as a share of `reach`, at most 1.
 kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
                                   global const uint* restrict triangle,
                                   global const float* restrict distance,
@@ -352,8 +354,8 @@ kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
 #pragma OPENCL FP_CONTRACT OFF
   const float8 reach = (float8)(params.reach);
   HEMISPHERE_ADD_ROWS(float8, 1, depth, {
-    const int8 found = vload8(0, triangle + from) != (uint8)(KILN_NO_TRIANGLE);
-    const float8 way = min(fabs(vload8(0, distance + from)), reach) / reach;
+    const int8 found = vload8(0, triangle + at) != (uint8)(KILN_NO_TRIANGLE);
+    const float8 way = min(fabs(vload8(0, distance + at)), reach) / reach;
     sum[0] += select((float8)(1.0f), way, found);
   })
 }
@@ -373,9 +375,9 @@ static inline float3 hemisphere_bent(const kiln_detail_params params,
 }
 
 /// Bent normals in the map's space, blended with those of the other correspondence for samples
-/// where that one has a triangle.
+/// where the other one has a triangle.
 /// \param other_capacity  0: there is no other correspondence
-/// \param shares          weight of the first per sample
+/// \param shares weight of the first correspondence, per sample
 kernel void kiln_hemisphere_bent(const kiln_detail_params params,
                                  const uint other_capacity,
                                  global const uint* restrict low_triangle,

@@ -1,15 +1,15 @@
 // Generates, casts and counts rays over hemispheres in one kernel, by streams (accel/occlusion_block.clh).
 //
 // The kernels of hemisphere.cl pass rays through memory, 25 bytes each, written once and read three times. Here a
-// work-item handles the rays of some neighbouring samples, block by block; a block's data stays in a core's cache,
-// and values common to a sample's rays are computed once per block.
+// work-item handles the rays of a few neighbouring samples, block by block; a block's data stays in a core's
+// cache, and values common to a sample's rays are computed once per block.
 //
 // kernel                     global size                  local  per work-item
 // kiln_hemisphere_cast       samples / block_samples, up  1      reads 40 B a sample and the tree, 48 KB of its own
 // kiln_hemisphere_cast_own   samples                      1      the same
 //
-// The second is for few samples with many rays: a block holds rays of one sample. They start at one point, so that
-// each stream, sorted by direction, is a narrow cone.
+// The second kernel is for few samples with many rays: a block holds rays of one sample. They start at one point,
+// so that each stream, sorted by direction, is a narrow cone.
 //
 // Results are those of hemisphere.cl and occlusion.cl, bit by bit: the same rays, tests independent of the order,
 // sums in the order of rows. Limits: drivers that map work-items to lanes, see occlusion.cl. Defines:
@@ -19,8 +19,8 @@
 #include "accel/occlusion_block.clh"
 #include "detail/hemisphere_fill.clh"
 
-/// Adds each sample's number of rays without a hit; \param bent_sum  0, or also receives the sums of their
-/// directions
+/// Adds each sample's number of rays without a hit. \param bent_sum receives the sums of their directions;
+/// may be null
 /// \param unequal  as in kiln_hemisphere_params
 static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global const float* rays,
                                   global const uchar* hit, global uint* open, global float* bent_sum,
@@ -34,15 +34,15 @@ static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global 
     }
     for (uint row = 0; row < rows; ++row) {
       const uint at = row * samples + i;
-      const uint8 missed = 1u - convert_uint8(vload8(0, hit + at));
-      count += missed;
+      const uint8 open_rays = 1u - convert_uint8(vload8(0, hit + at));
+      count += open_rays;
       if (bent_sum == 0) continue;
-      float8 share = convert_float8(missed), along[3];
+      float8 share = convert_float8(open_rays), direction[3];
       for (int axis = 0; axis < 3; ++axis) {
-        along[axis] = vload8(0, rays + at + (3 + axis) * KILN_OCCLUSION_BLOCK);
+        direction[axis] = vload8(0, rays + at + (3 + axis) * KILN_OCCLUSION_BLOCK);
       }
-      if (unequal != 0u) share *= hemisphere_per_length(along);
-      for (int axis = 0; axis < 3; ++axis) sum[axis] -= share * along[axis];
+      if (unequal != 0u) share *= hemisphere_per_length(direction);
+      for (int axis = 0; axis < 3; ++axis) sum[axis] -= share * direction[axis];
     }
     vstore8(count, 0, open + i);
     for (int axis = 0; axis < 3 && bent_sum != 0; ++axis) {
@@ -87,8 +87,8 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
   }
 }
 
-/// Generates rays [first_row, first_row + rows) of one sample in their own order, since rings serve rows of many
-/// samples.
+/// Generates rays [first_row, first_row + rows) of one sample in the set's order, since rings are only useful
+/// for rows of many samples.
 static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
                                           global const float* point, uint code,
                                           global const float* turn_table,
@@ -96,19 +96,19 @@ static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
                                           uint rows, global float* rays) {
   hemisphere_lanes lanes;
   hemisphere_load(params, point, true, (uint8)(code), turn_table, &lanes);
-  const uint all = params.all_rays;
-  global const float* of_set = directions + lanes.set.s0 * (3 * all) + first_row;
+  const uint total_rays = params.all_rays;
+  global const float* of_set = directions + lanes.set.s0 * (3 * total_rays) + first_row;
   for (uint i = 0; i < rows; i += LANES) {
-    const uint from = min(i, rows - LANES);  // the last rays may be generated twice
+    const uint first_ray = min(i, rows - LANES);  // the last rays may be generated twice
     float8 disk[3];
     KILN_UNROLL
-    for (int axis = 0; axis < 3; ++axis) disk[axis] = vload8(0, of_set + axis * all + from);
+    for (int axis = 0; axis < 3; ++axis) disk[axis] = vload8(0, of_set + axis * total_rays + first_ray);
     float8 origin[3], opposite[3];
-    hemisphere_turned(params, &lanes, disk, origin, opposite);
+    hemisphere_rotate(params, &lanes, disk, origin, opposite);
     KILN_UNROLL
     for (int axis = 0; axis < 3; ++axis) {
-      vstore8(origin[axis], 0, rays + axis * KILN_OCCLUSION_BLOCK + from);
-      vstore8(opposite[axis], 0, rays + (3 + axis) * KILN_OCCLUSION_BLOCK + from);
+      vstore8(origin[axis], 0, rays + axis * KILN_OCCLUSION_BLOCK + first_ray);
+      vstore8(opposite[axis], 0, rays + (3 + axis) * KILN_OCCLUSION_BLOCK + first_ray);
     }
   }
 }
@@ -130,7 +130,7 @@ kernel void kiln_hemisphere_cast_own(const kiln_hemisphere_params params,
   if (item >= params.count) return;
   global float* rays = scratch + (size_t)item * (6 * KILN_OCCLUSION_BLOCK);
   global uchar* hit = hits + (size_t)item * KILN_OCCLUSION_BLOCK;
-  uint missed = 0;
+  uint open_rays = 0;
   const uint block_count = (params.rays + KILN_OCCLUSION_BLOCK - 1) / KILN_OCCLUSION_BLOCK;
   const uint block = (params.rays + block_count - 1) / block_count;
   for (uint row = 0; row < params.rays; row += block) {
@@ -138,7 +138,7 @@ kernel void kiln_hemisphere_cast_own(const kiln_hemisphere_params params,
     hemisphere_fill_own(params, points + params.first_point + item, turns[params.first + item],
                         turn_table, directions, params.first_ray + row, rows, rays);
     occlusion_block(query, nodes, blocks, rays, 0, rows, hit);
-    for (uint i = 0; i < rows; ++i) missed += 1u - hit[i];
+    for (uint i = 0; i < rows; ++i) open_rays += 1u - hit[i];
   }
-  open[params.first + item] += missed;
+  open[params.first + item] += open_rays;
 }

@@ -5,8 +5,8 @@
 // kiln_hemisphere_cast_depth  samples / block_samples, up  1      reads 40 B a sample and the tree, 56 KB of its own
 //
 // Results are those of hemisphere.cl and ray.cl, bit by bit, as in hemisphere_cast.cl. Rays of a row have mixed
-// directions, so beams do not help: traced one by one they take six times as long. Limits: see occlusion.cl. Defines:
-// KILN_BVH_PLAIN  see accel/prism.clh
+// directions, so beams do not help, and tracing them one by one takes six times as long. Limits: see occlusion.cl.
+// Defines: KILN_BVH_PLAIN see accel/prism.clh
 
 #define STREAM_CONES 1
 #define STREAM_NEAREST 1

@@ -14,8 +14,8 @@
 //          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
 //
 // Strengths: a sample costs a projection and one pixel read per view; all samples share their directions, so
-// there is no grain. Limits: occluders narrower than a pixel may be missed, and contacts closer than a pixel
-// are; few directions cause banding.
+// there is no grain. Limits: occluders narrower than a pixel may be missed; contacts closer than a pixel are
+// always missed; few directions cause banding.
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
 #include "accel/visibility_lanes.clh"
@@ -79,7 +79,7 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
 #endif
   if (base >= params.count) return;
   const int last = (int)params.view_size - 1;
-  const float least = KILN_VISIBILITY_LEAST_COSINE * KILN_VISIBILITY_LEAST_COSINE;
+  const float min_squared = KILN_VISIBILITY_LEAST_COSINE * KILN_VISIBILITY_LEAST_COSINE;
   for (int j = 0; j < vectors; ++j) {
     const size_t at = base + j * VISIBILITY_LANES;
     global const float* sample = points + at;
@@ -120,28 +120,28 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
       const vfloat depth = KILN_RASTER_FAR - ((px * tx + py * ty) + pz * tz);
       const vint column = clamp(visibility_to_int(x), (vint)(0), (vint)(last));
       const vint row = clamp(visibility_to_int(y), (vint)(0), (vint)(last));
-      const vfloat beside = (visibility_to_float(column) + 0.5f) - x;
-      const vfloat below = (visibility_to_float(row) + 0.5f) - y;
+      const vfloat offset_x = (visibility_to_float(column) + 0.5f) - x;
+      const vfloat offset_y = (visibility_to_float(row) + 0.5f) - y;
       const vfloat facing = (fx * tx + fy * ty) + fz * tz;
       const vfloat slope_x = (fx * rx + fy * ry) + fz * rz;
       const vfloat slope_y = (fx * ux + fy * uy) + fz * uz;
       global const float* picture = depths + (size_t)k * params.view_size * params.view_size;
       const vfloat shown = visibility_gather(picture, row * (last + 1) + column);
-      // Pictures cover all occluders: points outside of them are open.
-      const vint outside = max(beside * beside, below * below) > (vfloat)(1.0f);
+      // Pictures cover all occluders: points outside of the picture are unoccluded.
+      const vint outside = max(offset_x * offset_x, offset_y * offset_y) > (vfloat)(1.0f);
       // Both sides multiplied by the cosine, so that the face's orientation does not matter.
       const vfloat squared = facing * facing;
-      const vint seen = (squared > (vfloat)(least)) &
-                        ((slope_x * beside - slope_y * below) * facing <=
+      const vint seen = (squared > (vfloat)(min_squared)) &
+                        ((slope_x * offset_x - slope_y * offset_y) * facing <=
                          ((shown + params.bias) - depth) * (squared * view->scale));
       const vfloat share = (over & (seen | outside)) ? cosine : (vfloat)(0.0f);
-      const vfloat whole = over ? cosine : (vfloat)(0.0f);
+      const vfloat weight = over ? cosine : (vfloat)(0.0f);
       if (((params.first_view + k) & 1u) == 0u) {
         open_even += share;
-        all_even += whole;
+        all_even += weight;
       } else {
         open_odd += share;
-        all_odd += whole;
+        all_odd += weight;
       }
 #ifdef KILN_HEMISPHERE_BENT_SUM
       along_x += share * tx;

@@ -1,7 +1,7 @@
 // User-defined maps: gathers each sample's point and calls the user's function.
 //
-// The user's source follows this file in the program, so that it sees own.clh. This file uses only its
-// kiln_map().
+// The user's source follows this file in the program, so it can use the declarations of own.clh. Of
+// the user's source this file uses only kiln_map().
 //
 // kernel           global    local  memory traffic an item
 // kiln_own_values  samples   64     reads 41 B + 2 triangles (gathered), writes 16 B; and the reads of kiln_map()
@@ -13,10 +13,10 @@
 #include "detail/detail.clh"
 #include "detail/own.clh"
 
-static inline float3 own_unit(float3 v, float3 otherwise) {
+static inline float3 own_unit(float3 v, float3 fallback) {
 #pragma OPENCL FP_CONTRACT OFF
   const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
-  if (!(largest > 1e-30f)) return otherwise;
+  if (!(largest > 1e-30f)) return fallback;
   const float3 scaled = v / largest;
   return scaled / sqrt(dot3(scaled, scaled));
 }

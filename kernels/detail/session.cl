@@ -1,4 +1,5 @@
-// Re-baking some of a band's texels: their samples' inputs are copied into compact arrays.
+// Session: when only some of a band's texels are baked again, the inputs of their samples are copied into
+// compact arrays.
 #include "shared/common.h"
 
 /// Copies the low poly's points and the correspondences of chosen texels' samples.

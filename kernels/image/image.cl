@@ -47,18 +47,19 @@ typedef ushort gutter_offset;
 #endif
 #define GUTTER_BIAS (1 << (GUTTER_SHIFT - 1))
 #define GUTTER_DISTANCE_SHIFT (2 * GUTTER_SHIFT)
-// Larger than the key of any distance, also after dx^2 is added, without overflow.
+// A key for "no source": larger than that of any distance, even after dx^2 is added, and the sum does not
+// overflow.
 #define GUTTER_NONE ((gutter_key)GUTTER_FAR << GUTTER_DISTANCE_SHIFT)
 
-// One more than the distance before, or 0 on a source; clamped to `limit`.
-static int8 gutter_step(int8 before, uchar8 mask, int limit) {
+// The previous texel's distance plus 1, or 0 on a source; clamped to `limit`.
+static int8 gutter_step(int8 previous, uchar8 mask, int limit) {
   const int8 empty = convert_int8(mask) - 1;  // -1 (all bits) for texels without a source, else 0
-  return min(before + 1, (int8)limit) & empty;
+  return min(previous + 1, (int8)limit) & empty;
 }
 
-/// Keys of the nearest source in each column. mask: [height][stride] 1 for a source, else 0. keys:
-/// [row_count][pad + stride + pad]; the caller fills the padding with bytes of 0x7F, larger than
-/// any distance.
+/// Keys of the nearest source in each column. mask: [height][stride], 1 for a source, else 0.
+/// keys: [row_count][pad + stride + pad]; the caller fills the pad columns with bytes of 0x7F,
+/// larger than any distance.
 kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
                                       global const uchar* restrict mask,
                                       global gutter_key* restrict keys) {
@@ -74,30 +75,30 @@ kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
   const int bottom = (int)(band.first_row + last);  // one past the last row
 
   // Upward pass: stores the distance to the nearest source below in place of the key.
-  int8 below = (int8)limit;
+  int8 distance_below = (int8)limit;
   for (int y = min(bottom - 1 + (int)band.radius, (int)band.height - 1); y >= top; --y) {
-    below = gutter_step(below, vload8(0, mask + (size_t)y * band.stride + x), limit);
+    distance_below = gutter_step(distance_below, vload8(0, mask + (size_t)y * band.stride + x), limit);
     if (y < bottom) {
-      vstore8(to_key8(below), 0,
+      vstore8(to_key8(distance_below), 0,
               keys + (size_t)(y - (int)band.first_row) * key_stride + band.pad + x);
     }
   }
   // Downward pass: the distance to the nearest source above, and the nearer of the two; above wins
   // ties.
-  int8 above = (int8)limit;
+  int8 distance_above = (int8)limit;
   for (int y = max(top - (int)band.radius, 0); y < bottom; ++y) {
-    above = gutter_step(above, vload8(0, mask + (size_t)y * band.stride + x), limit);
+    distance_above = gutter_step(distance_above, vload8(0, mask + (size_t)y * band.stride + x), limit);
     if (y < top) continue;
     global gutter_key* key = keys + (size_t)(y - (int)band.first_row) * key_stride + band.pad + x;
-    below = convert_int8(vload8(0, key));
-    const int8 distance = min(above, below);
-    const int8 offset = select(below, -above, above <= below);
-    const gutter_key8 found =
+    distance_below = convert_int8(vload8(0, key));
+    const int8 distance = min(distance_above, distance_below);
+    const int8 offset = select(distance_below, -distance_above, distance_above <= distance_below);
+    const gutter_key8 nearest_key =
         (to_key8(distance * distance) << GUTTER_DISTANCE_SHIFT) |
         (to_key8(offset + GUTTER_BIAS) << GUTTER_SHIFT);
-    // All bits set for texels without a source, in the key's own width.
-    const gutter_key8 none = (gutter_key8)0 - to_key8((uint8)1 & as_uint8(distance >= limit));
-    vstore8((found & ~none) | ((gutter_key8)GUTTER_NONE & none), 0, key);
+    // All bits of the key set for texels without a source, else 0.
+    const gutter_key8 no_source = (gutter_key8)0 - to_key8((uint8)1 & as_uint8(distance >= limit));
+    vstore8((nearest_key & ~no_source) | ((gutter_key8)GUTTER_NONE & no_source), 0, key);
   }
 }
 
@@ -107,8 +108,8 @@ static gutter_key gutter_largest(gutter_key8 keys) {
   return max(b.s0, b.s1);
 }
 
-/// Offsets to the nearest source, 0 on sources and if there is none within the radius. offsets:
-/// [row_count][stride].
+/// Offsets to the nearest source; 0 on sources, and for texels without a source within the
+/// radius. offsets: [row_count][stride].
 kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
                                    global const uchar* restrict mask,
                                    global const gutter_key* restrict keys,
@@ -136,8 +137,8 @@ kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
     best = min(best, vload8(0, at - dx) + (far - dx));
     best = min(best, vload8(0, at + dx) + (far + dx));
   }
-  const gutter_key8 found = best >> GUTTER_DISTANCE_SHIFT;
+  const gutter_key8 squared = best >> GUTTER_DISTANCE_SHIFT;
   const gutter_key8 low = best & (((gutter_key)1 << GUTTER_DISTANCE_SHIFT) - 1);
-  const gutter_key8 within = (gutter_key8)1 & as_key8(found <= radius * radius);
-  vstore8(to_offset8(low * within * (1 - to_key8(source))), 0, out);
+  const gutter_key8 in_radius = (gutter_key8)1 & as_key8(squared <= radius * radius);
+  vstore8(to_offset8(low * in_radius * (1 - to_key8(source))), 0, out);
 }

@@ -1,4 +1,5 @@
-// Steps between two searches, without a round trip to the host: directions are changed, and hits limited or selected.
+// Steps between two searches, without a round trip to the host: these kernels change directions, and limit or
+// select hits.
 //
 // kernel              global  local  memory traffic an item
 // kiln_match_end      sample  64     reads 53 B, writes 17 B if the point lies too deep
@@ -8,12 +9,12 @@
 #include "lib/shell.clh"
 #include "shared/match.h"
 
-/// Marks samples as misses whose point lies beyond an inner shell.
+/// Turns samples into misses if their point lies beyond the inner shell.
 kernel void kiln_match_end(const uint count,
                            const uint capacity,
                            const uint hit_capacity,
-                           global const float* restrict shell,  // per triangle 6: unit normal,
-                                                                // depths
+                           // per triangle 6: unit normal, depths
+                           global const float* restrict shell,
                            global const uint* restrict triangle,
                            global const float* restrict barycentric,
                            global const float* restrict points,
@@ -33,7 +34,8 @@ kernel void kiln_match_end(const uint count,
   hit_status[i] = KILN_STATUS_MISS;
 }
 
-/// Copies points, with directions along an axis, on the side of the sample's own direction.
+/// Copies points, with directions replaced by an axis, which is negated if it opposes the sample's own
+/// direction.
 kernel void kiln_match_axis(const uint count,
                             const uint capacity,
                             const float x,
@@ -68,15 +70,15 @@ kernel void kiln_match_limit(const uint count,
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;
-  float most = farthest;
+  float max_distance = farthest;
   if (met[i] != KILN_NO_TRIANGLE) {
     float along = 0.0f;
     for (size_t axis = 0; axis < 3; ++axis) {
       along = fma(normals[3 * (size_t)met[i] + axis], points[(3 + axis) * capacity + i], along);
     }
-    most = along > 0.0f ? 0.0f : distance[i];
+    max_distance = along > 0.0f ? 0.0f : distance[i];
   }
-  limit[first + i] = most;
+  limit[first + i] = max_distance;
 }
 
 /// Selects the outer of two hits, if it is on another face.

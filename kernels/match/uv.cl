@@ -5,13 +5,13 @@
 // 2006). The paper uses a GPU's rasteriser; here exact edge functions are used.
 //
 // Algorithm: integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon Rasterization") with
-// the top-left rule, the same as texel.cl's. Triangles are small and many, so a work-item draws one (or a
-// tile of a large one) and writes its samples with an atomic minimum: the lowest index wins in any order. A
-// sample that is written twice also gets the highest index, by an atomic maximum. On CPUs, where atomics
-// are slow and threads few, a work-item draws all triangles of a run of rows in order, eight samples at a
-// time. The weights of a sample are quotients of differences of products. Two more fused multiply-adds make
-// these accurate to the last bits (Kahan; Jeannerod, Louvet, Muller, "Further analysis of Kahan's algorithm
-// for the accurate computation of 2 x 2 determinants", 2013).
+// the top-left rule, the same as texel.cl's. Most triangles are small, so a work-item draws one triangle
+// (or a tile of a large one) and writes its samples with an atomic minimum: the lowest index wins in any
+// order. A sample that is written twice also stores the highest index, by an atomic maximum. On CPUs, where
+// atomics are slow and threads few, a work-item draws all triangles of a run of rows in order, eight
+// samples at a time. The weights of a sample are quotients of differences of products. Two more fused
+// multiply-adds make these accurate to the last bits (Kahan; Jeannerod, Louvet, Muller, "Further analysis
+// of Kahan's algorithm for the accurate computation of 2 x 2 determinants", 2013).
 //
 // kernel            global       local  memory traffic an item
 // kiln_uv_cover     tasks        64     reads 48 B; 4 B a sample inside, atomic
@@ -43,7 +43,7 @@
 #define KILN_UV_CLIPPED 0
 #endif
 
-/// Writes a task's samples.
+/// Draws one task: writes the piece's index to the samples that it covers.
 kernel void kiln_uv_cover(const kiln_uv_params params,
                           global const kiln_uv_task* restrict tasks,
                           global const kiln_uv_piece* restrict pieces,
@@ -63,8 +63,8 @@ kernel void kiln_uv_cover(const kiln_uv_params params,
     long e0 = edges.row[0], e1 = edges.row[1], e2 = edges.row[2];
     for (int x = 0; x < width; ++x) {
       if ((e0 | e1 | e2) >= 0) {
-        const uint before = atomic_min(lowest + place + x, task.piece);
-        if (before != KILN_UV_EMPTY) atomic_max(highest + place + x, max(before, task.piece) + 1u);
+        const uint previous = atomic_min(lowest + place + x, task.piece);
+        if (previous != KILN_UV_EMPTY) atomic_max(highest + place + x, max(previous, task.piece) + 1u);
       }
       e0 += edges.step_x[0];
       e1 += edges.step_x[1];
@@ -75,17 +75,17 @@ kernel void kiln_uv_cover(const kiln_uv_params params,
   }
 }
 
-/// True if 32 bits hold a piece's edge functions within its box and up to eight samples to the right
+/// True if a piece's edge functions fit 32 bits, within its box and up to eight samples to the right
 /// of it.
 static bool uv_is_small(const kiln_uv_piece* p, const uint shift) {
   const long across = (long)max(max(p->x[0], p->x[1]), p->x[2]) - min(min(p->x[0], p->x[1]), p->x[2]);
   const long down = (long)max(max(p->y[0], p->y[1]), p->y[2]) - min(min(p->y[0], p->y[1]), p->y[2]);
-  const long most = max(across, down);
-  return most < (1L << 26) && ((2L * most * most) >> shift) + 10L * most < (1L << 31);
+  const long longest = max(across, down);
+  return longest < (1L << 26) && ((2L * longest * longest) >> shift) + 10L * longest < (1L << 31);
 }
 
-/// Writes one sample of a piece that follows all pieces written before.
-static void uv_take(const uint piece, const uint count, global uint* lowest, global uint* highest) {
+/// Writes one sample of a piece whose index is higher than those of all pieces written before.
+static void uv_append(const uint piece, const uint count, global uint* lowest, global uint* highest) {
   if (*lowest == KILN_UV_EMPTY) {
     *lowest = piece;
   } else if (count != 0u) {
@@ -128,7 +128,7 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
         long e0 = edges.row[0], e1 = edges.row[1], e2 = edges.row[2];
         for (int x = 0; x < width; ++x) {
           if ((e0 | e1 | e2) >= 0) {
-            uv_take(task.piece, params.count_overlap, lowest + place + x, highest + place + x);
+            uv_append(task.piece, params.count_overlap, lowest + place + x, highest + place + x);
           }
           e0 += edges.step_x[0];
           e1 += edges.step_x[1];
@@ -155,16 +155,16 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
           int lanes[8];
           vstore8(inside, 0, lanes);
           for (int i = 0; i < width - x && i < 8; ++i) {
-            if (lanes[i] != 0) uv_take(task.piece, params.count_overlap, low + i, high + i);
+            if (lanes[i] != 0) uv_append(task.piece, params.count_overlap, low + i, high + i);
           }
           continue;
         }
-        const uint8 now = vload8(0, low);
-        const int8 free = now == KILN_UV_EMPTY;
-        vstore8(select(now, (uint8)(task.piece), as_uint8(inside & free)), 0, low);
-        if (params.count_overlap != 0u && wide_any(inside & ~free)) {
-          const uint8 most = vload8(0, high);
-          vstore8(select(most, (uint8)(task.piece + 1u), as_uint8(inside & ~free)), 0, high);
+        const uint8 current = vload8(0, low);
+        const int8 is_empty = current == KILN_UV_EMPTY;
+        vstore8(select(current, (uint8)(task.piece), as_uint8(inside & is_empty)), 0, low);
+        if (params.count_overlap != 0u && wide_any(inside & ~is_empty)) {
+          const uint8 current_highest = vload8(0, high);
+          vstore8(select(current_highest, (uint8)(task.piece + 1u), as_uint8(inside & ~is_empty)), 0, high);
         }
       }
       row0 += (int)edges.step_y[0];
@@ -175,7 +175,7 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
   }
 }
 
-/// Counts a row's samples, and those covered by more than one piece.
+/// Counts a row's covered samples, and those that more than one piece covers.
 kernel void kiln_uv_count(const kiln_uv_params params,
                           global const uint* restrict lowest,
                           global const uint* restrict highest,
@@ -204,33 +204,33 @@ kernel void kiln_uv_count(const kiln_uv_params params,
 static int uv_row(const int index, const int width) {
 #pragma OPENCL FP_CONTRACT OFF
   int row = (int)(convert_float(index) / convert_float(width));
-  const int rest = index - row * width;
-  row -= rest < 0 ? 1 : 0;
-  return row + (rest >= width ? 1 : 0);
+  const int column = index - row * width;
+  row -= column < 0 ? 1 : 0;
+  return row + (column >= width ? 1 : 0);
 }
 
-/// a d - b c
+/// The determinant a d - b c.
 static float uv_determinant(const int a, const int b, const int c, const int d) {
 #pragma OPENCL FP_CONTRACT OFF
 #if KILN_UV_LARGE
   return convert_float((long)a * d - (long)b * c);
 #else
   const float product = convert_float(b) * convert_float(c);
-  const float rest = fma(-convert_float(b), convert_float(c), product);
-  return fma(convert_float(a), convert_float(d), -product) + rest;
+  const float error = fma(-convert_float(b), convert_float(c), product);
+  return fma(convert_float(a), convert_float(d), -product) + error;
 #endif
 }
 
-/// The same for eight determinants whose inputs are exact in floats.
+/// Eight determinants a d - b c whose inputs are exact in floats.
 static float8 uv_determinant8(const float8 a, const float8 b, const float8 c, const float8 d) {
 #pragma OPENCL FP_CONTRACT OFF
   const float8 product = b * c;
-  const float8 rest = fma(-b, c, product);
-  return fma(a, d, -product) + rest;
+  const float8 error = fma(-b, c, product);
+  return fma(a, d, -product) + error;
 }
 
 /// Looks up the piece that covers each sample of a texel, and the sample's barycentrics in it.
-/// There is at least one piece; uncovered samples use the first and discard the result, since
+/// Uncovered samples use the first piece (there is at least one) and discard the result, since
 /// branch-free code is vectorised.
 kernel void kiln_uv_match(const kiln_uv_params params,
                           global const uint* restrict texel_index,
@@ -272,7 +272,7 @@ kernel void kiln_uv_match(const kiln_uv_params params,
     const int py = (((params.row_begin + y) << params.shift) + half_sample) - y0;
     const int ax = p->x[1] - x0, ay = p->y[1] - y0;
     const int bx = p->x[2] - x0, by = p->y[2] - y0;
-    // Numerators and denominator have the same sign for either winding.
+    // Numerators and denominator have the same sign, for either winding.
     const float area = uv_determinant(ax, ay, bx, by);
     float u = min(max(uv_determinant(px, py, bx, by) / area, 0.0f), 1.0f);
     float v = min(max(uv_determinant(ax, ay, px, py) / area, 0.0f), 1.0f - u);
@@ -297,7 +297,8 @@ kernel void kiln_uv_match(const kiln_uv_params params,
   }
 }
 
-/// The same for CPUs and one sample per texel: eight texels per work-item, if no piece is clipped or large.
+/// kiln_uv_match for CPUs and one sample per texel: eight texels per work-item, if no piece is clipped or
+/// large.
 kernel void kiln_uv_match_wide(const kiln_uv_params params,
                                global const uint* restrict texel_index,
                                global const uint* restrict lowest,
@@ -309,17 +310,17 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params,
 #pragma OPENCL FP_CONTRACT OFF
   const uint first = (uint)get_global_id(0) * 8u;
   if (first >= params.texel_count) return;
-  const bool whole = first + 8u <= params.texel_count;
+  const bool is_full_group = first + 8u <= params.texel_count;
   const uint8 lanes = min(first + (uint8)(0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u), params.texel_count - 1u);
-  const int8 index = as_int8(whole ? vload8(0, texel_index + first)
+  const int8 index = as_int8(is_full_group ? vload8(0, texel_index + first)
                                    : wide_gather_uint(texel_index, lanes));
   const int width = (int)params.width;
   int8 y = convert_int8(convert_float8(index) / (float8)(convert_float(width)));
   int8 x = index - y * width;
-  const int8 below = x < 0;
-  const int8 above = x >= width;
-  y += below - above;
-  x += (above - below) * width;
+  const int8 out_left = x < 0;
+  const int8 out_right = x >= width;
+  y += out_left - out_right;
+  x += (out_right - out_left) * width;
 
   const uint8 id = wide_gather_uint(lowest, as_uint8(index));  // one sample per texel: indices of
                                                                // samples and texels are equal
@@ -344,7 +345,7 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params,
       convert_uchar8(select((uint8)(KILN_STATUS_MISS), (uint8)(KILN_STATUS_UV), as_uint8(found)));
   global float* to_u = hit_barycentric + first;
   global float* to_v = to_u + params.hit_capacity;
-  if (whole) {
+  if (is_full_group) {
     vstore8(triangle, 0, hit_triangle + first);
     vstore8(u, 0, to_u);
     vstore8(v, 0, to_v);

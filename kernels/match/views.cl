@@ -2,10 +2,10 @@
 //
 // Wang, Froehlich, Goebel, "Fast Normal Map Generation for Simplified Meshes", section 2: each sample is
 // projected into each view, and the view with the nearest depth decides (or, section 6, the one closest to
-// the normal). The key gives the triangle (an item buffer); the point is the exact intersection of the
-// view's line through the sample with that triangle, or with a triangle of one of the 4 surrounding pixels.
-// A view without such a point on a face turned towards the sample is skipped, and the next best one
-// decides. So the result is the best of all views, independent of batches.
+// the normal). The key gives the triangle (an item buffer); the point is the exact intersection of that
+// triangle, or a triangle of one of the 4 surrounding pixels, with the line through the sample along the
+// view's direction. A view without such a point on a face turned towards the sample is skipped, and the
+// next best one decides. So the result is the best of all views, independent of batches.
 //
 // kernel            global   local  memory traffic an item
 // kiln_views_match  samples  64     reads 24 B + 8 B a view (gathered) + triangles; writes 21 B if better
@@ -29,7 +29,7 @@ static inline views_sample views_load(global const float* points, size_t i, size
   return sample;
 }
 
-/// A line through the sample, with two directions perpendicular to it.
+/// A line through the sample, given by two directions perpendicular to it.
 typedef struct {
   float3 right, up;
 } views_line;
@@ -41,7 +41,7 @@ static inline views_line views_line_of_view(global const kiln_view* view) {
 
 /// Two directions perpendicular to a unit vector (Duff et al. 2017, "Building an orthonormal basis,
 /// revisited").
-static inline views_line views_line_along(float3 d) {
+static inline views_line views_line_of_direction(float3 d) {
 #pragma OPENCL FP_CONTRACT OFF
   const float side = d.z < 0.0f ? -1.0f : 1.0f;
   const float p = -1.0f / (side + d.z);
@@ -55,22 +55,22 @@ typedef struct {
   uint triangle;
   float u, v;
   float3 offset;  // from the sample to the point
-  float beside;   // squared distance from the line; 0 if it meets the triangle
+  float line_distance_squared;   // 0 if the line intersects the triangle
 } views_point;
 
-/// The pixel of a point in a view. Returns false if that is outside the picture.
-static inline bool views_place(global const kiln_view* view, float3 point, float* x, float* y) {
+/// Projects a point to a pixel of a view. Returns false if it is outside the picture.
+static inline bool views_project_point(global const kiln_view* view, float3 point, float* x, float* y) {
 #pragma OPENCL FP_CONTRACT OFF
   *x = dot3(vload3(0, view->right), point) * view->scale + view->left;
   *y = view->top - dot3(vload3(0, view->up), point) * view->scale;
   return *x >= 0.0f && *y >= 0.0f && *x < (float)view->width && *y < (float)view->height;
 }
 
-/// The point of one triangle on (or nearest to) a line through the sample. Returns false if the face is
-/// turned away from the sample's direction, or seen edge on.
-static inline bool views_meet(const views_line* line, const views_sample* sample, uint triangle,
-                              bool two_sided, global const uint* restrict triangles,
-                              global const float* restrict positions, views_point* out) {
+/// Intersects a line through the sample with one triangle, or finds the triangle's nearest point to the
+/// line. Returns false if the face is turned away from the sample's direction, or seen edge-on.
+static inline bool views_intersect(const views_line* line, const views_sample* sample, uint triangle,
+                                   bool two_sided, global const uint* restrict triangles,
+                                   global const float* restrict positions, views_point* out) {
 #pragma OPENCL FP_CONTRACT OFF
   const uint3 index = vload3(triangle, triangles);
   const float3 a = vload3(index.x, positions) - sample->position;
@@ -88,7 +88,7 @@ static inline bool views_meet(const views_line* line, const views_sample* sample
   const float weight_c = ax * by - ay * bx;
   const float area = (weight_a + weight_b) + weight_c;
   if (!(fabs(area) > 0.0f)) return false;
-  // Outside: clamp to the nearest place, which lies on the triangle.
+  // Outside: the point is clamped to the triangle's nearest point.
   const float u = weight_b / area;
   const float v = weight_c / area;
   out->triangle = triangle;
@@ -98,59 +98,61 @@ static inline bool views_meet(const views_line* line, const views_sample* sample
   out->offset = (a * (1.0f - out->u - out->v) + b * out->u) + c * out->v;
   const float x = dot3(right, out->offset);
   const float y = dot3(up, out->offset);
-  out->beside = inside ? 0.0f : x * x + y * y;
+  out->line_distance_squared = inside ? 0.0f : x * x + y * y;
   return isfinite(out->u) && isfinite(out->v);
 }
 
-/// The best point among the triangles of the 4 pixels whose centres surround a place of the picture. The
-/// triangle at the place itself takes precedence if it meets the line.
-static inline bool views_find(global const kiln_view* view, const views_line* line,
-                              const views_sample* sample, float x, float y, float max_distance,
-                              global const ulong* restrict keys, global const uchar* restrict drawn,
-                              global const uint* restrict triangles,
-                              global const float* restrict positions, views_point* best) {
+/// Finds the best point among the triangles of the 4 pixels whose centres surround (x, y). The triangle
+/// of the pixel that holds (x, y) takes precedence if the line intersects it.
+static inline bool views_find_best(global const kiln_view* view, const views_line* line,
+                                   const views_sample* sample, float x, float y, float max_distance,
+                                   global const ulong* restrict keys, global const uchar* restrict drawn,
+                                   global const uint* restrict triangles,
+                                   global const float* restrict positions, views_point* best) {
 #pragma OPENCL FP_CONTRACT OFF
   const int x0 = (int)floor(x - 0.5f);
   const int y0 = (int)floor(y - 0.5f);
   const bool two_sided = (view->flags & KILN_RASTER_TWO_SIDED) != 0;
   const float3 toward = vload3(0, view->toward);
-  const int home = (((int)y - y0) << 1 | ((int)x - x0)) & 3;
-  uint tried[4];
+  const int nearest_pixel = (((int)y - y0) << 1 | ((int)x - x0)) & 3;
+  uint tried_triangles[4];
   bool found = false;
   float best_near = 0.0f;
   for (int step = 0; step < 4; ++step) {
-    const int k = step ^ home;
+    const int k = step ^ nearest_pixel;
     const int column = clamp(x0 + (k & 1), 0, (int)view->width - 1);
     const int row = clamp(y0 + (k >> 1), 0, (int)view->height - 1);
     const uint triangle =
         (uint)keys_at(keys, drawn, keys_index(view->first, view->width, (uint)column, (uint)row));
-    tried[step] = triangle;
-    bool again = triangle == KILN_NO_TRIANGLE;
-    for (int i = 0; i < step; ++i) again |= tried[i] == triangle;
+    tried_triangles[step] = triangle;
+    bool is_repeated = triangle == KILN_NO_TRIANGLE;
+    for (int i = 0; i < step; ++i) is_repeated |= tried_triangles[i] == triangle;
     views_point point;
-    if (again || !views_meet(line, sample, triangle, two_sided, triangles, positions, &point))
+    if (is_repeated || !views_intersect(line, sample, triangle, two_sided, triangles, positions, &point))
       continue;
     if (!(dot3(point.offset, point.offset) <= max_distance * max_distance)) continue;
     const float near = dot3(toward, point.offset);
-    // Smaller distance from the line, then nearer to the viewer, then the lower triangle.
-    const bool better = !found || point.beside < best->beside ||
-                        (point.beside == best->beside &&
+    // The smaller distance from the line wins, then the smaller distance to the viewer, then the lower
+    // triangle.
+    const bool better = !found || point.line_distance_squared < best->line_distance_squared ||
+                        (point.line_distance_squared == best->line_distance_squared &&
                          (near > best_near || (near == best_near && triangle < best->triangle)));
     if (better) {
       *best = point;
       best_near = near;
       found = true;
     }
-    if (step == 0 && found && best->beside == 0.0f) return true;
+    if (step == 0 && found && best->line_distance_squared == 0.0f) return true;
   }
   return found;
 }
 
 /// Searches the point on the line along the sample's own direction, iteratively: a point of that
-/// line is projected into the view, and the line is intersected with the triangles of its pixels,
-/// which gives the next point (as relief mapping searches a depth image; Policarpo, Oliveira, Comba
-/// 2005). Pixels show only some of the triangles smaller than a pixel, so if the line meets none,
-/// the nearest point within a pixel of it counts. Returns false if there is none.
+/// line is projected into the view, and the line is intersected with the triangles of the
+/// surrounding pixels, which gives the next point (as relief mapping searches a depth image;
+/// Policarpo, Oliveira, Comba 2005). Of the triangles smaller than a pixel, pictures show only
+/// some. So if the line intersects none, the nearest point within a pixel of the line counts.
+/// Returns false if there is no such point.
 /// \param along  distance along the line at which the search begins
 static inline bool views_refine(global const kiln_view* view, const views_sample* sample,
                                 float along, float max_distance, global const ulong* restrict keys,
@@ -158,42 +160,42 @@ static inline bool views_refine(global const kiln_view* view, const views_sample
                                 global const uint* restrict triangles,
                                 global const float* restrict positions, views_point* point) {
 #pragma OPENCL FP_CONTRACT OFF
-  const views_line line = views_line_along(sample->direction);
-  float least = 1.0f / (view->scale * view->scale);
+  const views_line line = views_line_of_direction(sample->direction);
+  float min_distance_squared = 1.0f / (view->scale * view->scale);
   bool found = false;
   for (int round = 0; round < 5; ++round) {
-    const float3 place = sample->position + sample->direction * along;
+    const float3 target = sample->position + sample->direction * along;
     float x, y;
-    if (!views_place(view, place, &x, &y)) break;
+    if (!views_project_point(view, target, &x, &y)) break;
     views_point next;
-    if (!views_find(view, &line, sample, x, y, max_distance, keys, drawn, triangles, positions,
-                    &next))
+    if (!views_find_best(view, &line, sample, x, y, max_distance, keys, drawn, triangles, positions,
+                         &next))
       break;
-    if (next.beside < least) {
+    if (next.line_distance_squared < min_distance_squared) {
       *point = next;
-      least = next.beside;
+      min_distance_squared = next.line_distance_squared;
       found = true;
     }
-    if (next.beside == 0.0f) break;
+    if (next.line_distance_squared == 0.0f) break;
     along = dot3(next.offset, sample->direction);
   }
   return found;
 }
 
-/// The pixel of a sample in a view. Returns false if it is outside the picture or seen at too flat an
-/// angle.
-static inline bool views_project(global const kiln_view* view, const views_sample* sample,
-                                 float cosine, const kiln_views_params* params, float* x,
-                                 float* y) {
+/// Projects a sample to a pixel of a view. Returns false if it is outside the picture, or the view
+/// sees it at too flat an angle.
+static inline bool views_project_sample(global const kiln_view* view, const views_sample* sample,
+                                        float cosine, const kiln_views_params* params, float* x,
+                                        float* y) {
 #pragma OPENCL FP_CONTRACT OFF
   if (!(cosine >= params->least_cosine)) return false;
-  return views_place(view, sample->position, x, y);
+  return views_project_point(view, sample->position, x, y);
 }
 
-/// Depth of a sample behind its pixel's surface; infinite for an empty pixel.
-static inline float views_difference(global const kiln_view* view, const views_sample* sample,
-                                     float x, float y, global const ulong* restrict keys,
-                                     global const uchar* restrict drawn) {
+/// Depth of a sample minus the depth of its pixel; infinite for an empty pixel.
+static inline float views_depth_difference(global const kiln_view* view, const views_sample* sample,
+                                           float x, float y, global const ulong* restrict keys,
+                                           global const uchar* restrict drawn) {
 #pragma OPENCL FP_CONTRACT OFF
   const ulong key = keys_at(keys, drawn, keys_index(view->first, view->width, (uint)x, (uint)y));
   if (key == KILN_RASTER_EMPTY) return INFINITY;
@@ -215,58 +217,58 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   const views_sample sample = views_load(points, i, params.capacity);
-  ulong left_out = 0;
+  ulong excluded_views = 0;
   for (;;) {
-    float best = score[i];
-    uint chosen = params.view_count;
+    float best_score = score[i];
+    uint chosen_view = params.view_count;
     float chosen_x = 0.0f;
     float chosen_y = 0.0f;
     float chosen_along = 0.0f;
     views_point point;
     for (uint k = 0; k < params.view_count; ++k) {
-      if ((left_out >> k & 1) != 0) continue;
+      if ((excluded_views >> k & 1) != 0) continue;
       global const kiln_view* view = views + k;
       const float cosine = dot3(vload3(0, view->toward), sample.direction);
-      if (params.criterion == KILN_VIEWS_ANGLE && !(-cosine < best)) continue;
+      if (params.criterion == KILN_VIEWS_ANGLE && !(-cosine < best_score)) continue;
       float x, y;
-      if (!views_project(view, &sample, cosine, &params, &x, &y)) continue;
-      const float ahead = views_difference(view, &sample, x, y, keys, drawn);
+      if (!views_project_sample(view, &sample, cosine, &params, &x, &y)) continue;
+      const float ahead = views_depth_difference(view, &sample, x, y, keys, drawn);
       const float difference = fabs(ahead);
       if (!(difference <= params.max_distance)) continue;
       float along = cosine * ahead;
       float value = params.criterion == KILN_VIEWS_ANGLE ? -cosine : difference;
       if (params.criterion == KILN_VIEWS_DISTANCE) {
-        views_point exact;
+        views_point line_point;
         const views_line line = views_line_of_view(view);
-        if (!views_find(view, &line, &sample, x, y, params.max_distance, keys, drawn, triangles,
-                        positions, &exact)) {
+        if (!views_find_best(view, &line, &sample, x, y, params.max_distance, keys, drawn, triangles,
+                             positions, &line_point)) {
           continue;
         }
-        value = dot3(exact.offset, exact.offset);
-        along = dot3(exact.offset, sample.direction);
-        if (value < best) point = exact;
+        value = dot3(line_point.offset, line_point.offset);
+        along = dot3(line_point.offset, sample.direction);
+        if (value < best_score) point = line_point;
       }
-      if (value < best) {
-        best = value;
-        chosen = k;
+      if (value < best_score) {
+        best_score = value;
+        chosen_view = k;
         chosen_x = x;
         chosen_y = y;
         chosen_along = along;
       }
     }
-    if (chosen == params.view_count) return;
+    if (chosen_view == params.view_count) return;
     bool found = params.refine != 0 &&
-                 views_refine(views + chosen, &sample, chosen_along, params.max_distance, keys,
+                 views_refine(views + chosen_view, &sample, chosen_along, params.max_distance, keys,
                               drawn, triangles, positions, &point);
     found |= params.criterion == KILN_VIEWS_DISTANCE;
     if (!found) {
-      const views_line line = views_line_of_view(views + chosen);
-      found = views_find(views + chosen, &line, &sample, chosen_x, chosen_y, params.max_distance,
-                         keys, drawn, triangles, positions, &point);
+      const views_line line = views_line_of_view(views + chosen_view);
+      found = views_find_best(views + chosen_view, &line, &sample, chosen_x, chosen_y, params.max_distance,
+                              keys, drawn, triangles, positions, &point);
     }
     if (found) {
       const float length = sqrt(dot3(point.offset, point.offset));
-      score[i] = best;
+      score[i] = best_score;
       hit_triangle[i] = point.triangle;
       hit_barycentric[i] = point.u;
       hit_barycentric[i + params.result_capacity] = point.v;
@@ -274,7 +276,7 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
       hit_status[i] = KILN_STATUS_VIEW;
       return;
     }
-    left_out |= (ulong)1 << chosen;
+    excluded_views |= (ulong)1 << chosen_view;
   }
 }
 
@@ -292,8 +294,8 @@ kernel void kiln_views_probe(const kiln_views_params params, global const kiln_v
     const float cosine = dot3(vload3(0, view->toward), sample.direction);
     float x, y;
     const bool seen =
-        views_project(view, &sample, cosine, &params, &x, &y) &&
-        fabs(views_difference(view, &sample, x, y, keys, drawn)) <= params.max_distance;
+        views_project_sample(view, &sample, cosine, &params, &x, &y) &&
+        fabs(views_depth_difference(view, &sample, x, y, keys, drawn)) <= params.max_distance;
     quality[(size_t)k * params.count + i] = seen ? cosine : 0.0f;
   }
 }

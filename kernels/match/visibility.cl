@@ -1,9 +1,9 @@
-// Visibility directions: mean direction from which each place of the low poly is seen, past the mesh
-// itself.
+// Visibility directions: the mean of the directions from which each point of the low poly is seen,
+// past the mesh itself.
 //
 // After Tarini, Cignoni, Scopigno, "Visibility Based Methods and Assessment for Detail-Recovery" (2003),
-// section 3.3: the mesh is drawn from many directions all around, and each place sums the directions
-// that see it. A direction is weighted by its cosine to the face, as counting pixels does.
+// section 3.3: the mesh is drawn from many directions all around, and for each point the directions that
+// see it are summed. A direction is weighted by its cosine to the face, as counting pixels does.
 //
 // kernel                    global        local  memory traffic an item
 // kiln_visibility_depths    pixels        64     reads 8 B, writes 4 B
@@ -68,9 +68,9 @@ kernel void kiln_visibility_prepare(const kiln_visibility_params params,
   prepared[i + 5 * out] = normal.z;
 }
 
-/// Adds the directions of a batch of views that see each sample: the sample's pixel shows nothing
-/// nearer, at the pixel's centre, than the plane of the sample's face. So no face hides itself at
-/// any angle.
+/// Adds the directions of a batch of views that see each sample. A view sees a sample if the
+/// surface in the sample's pixel is, at the pixel's centre, no nearer than the plane of the
+/// sample's face. So no face hides itself at any angle.
 /// \param prepared  6 planes: position, unit normal of the face
 /// \param weights   weight of each view
 /// \param sums      4 planes: sum of directions x y z, sum of weights
@@ -121,12 +121,12 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
       const vfloat depth = KILN_RASTER_FAR - ((px * tx + py * ty) + pz * tz);
       const vint column = clamp(visibility_to_int(x), (vint)(0), (vint)(last));
       const vint row = clamp(visibility_to_int(y), (vint)(0), (vint)(last));
-      const vfloat beside = (visibility_to_float(column) + 0.5f) - x;
-      const vfloat below = (visibility_to_float(row) + 0.5f) - y;
+      const vfloat offset_x = (visibility_to_float(column) + 0.5f) - x;
+      const vfloat offset_y = (visibility_to_float(row) + 0.5f) - y;
       const vfloat slope_x = (nx * rx + ny * ry) + nz * rz;
       const vfloat slope_y = (nx * ux + ny * uy) + nz * uz;
       const vfloat shown = visibility_gather(picture, row * (last + 1) + column);
-      const vint seen = facing & (slope_x * beside - slope_y * below <=
+      const vint seen = facing & (slope_x * offset_x - slope_y * offset_y <=
                                   ((shown + params.bias) - depth) * (cosine * view->scale));
       if (!visibility_any(seen)) continue;
 #ifdef KILN_VISIBILITY_SEEN
@@ -145,7 +145,7 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
   }
 }
 
-/// Sets samples' directions towards a view, for rays; samples whose faces look away get no
+/// Sets samples' directions towards a view, for rays; samples on faces turned away get no
 /// direction, and so no ray.
 kernel void kiln_visibility_aim(const kiln_visibility_params params,
                                 global const kiln_view* restrict views, const uint view,
@@ -194,8 +194,8 @@ kernel void kiln_visibility_add(const kiln_visibility_params params,
   sums[i + 3 * plane] += share;
 }
 
-/// Adds the directions of a batch of views to the corners of each triangle: in each view its visible
-/// pixels, distributed by their barycentric weights.
+/// Adds the directions of a batch of views to the corners of each triangle: each visible pixel of
+/// the triangle adds the view's direction to the three corners, by the pixel's barycentric weights.
 /// \param corners  [triangle][corner][sum of directions x y z, sum of weights]
 kernel void kiln_visibility_corners(
     const kiln_visibility_params params, global const kiln_view* restrict views,
@@ -282,16 +282,16 @@ kernel void kiln_visibility_smooth(const uint count, const uint width,
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count || kind[i] != KILN_VISIBILITY_INNER) return;
-  const size_t above = i - width;
-  const size_t below = i + width;
+  const size_t row_above = i - width;
+  const size_t row_below = i + width;
   const float4 near4 =
-      (vload4(above, from) + vload4(below, from)) + (vload4(i - 1, from) + vload4(i + 1, from));
-  const float4 far = (vload4(above - 1, from) + vload4(above + 1, from)) +
-                     (vload4(below - 1, from) + vload4(below + 1, from));
+      (vload4(row_above, from) + vload4(row_below, from)) + (vload4(i - 1, from) + vload4(i + 1, from));
+  const float4 far = (vload4(row_above - 1, from) + vload4(row_above + 1, from)) +
+                     (vload4(row_below - 1, from) + vload4(row_below + 1, from));
   vstore4((vload4(i, from) * 4.0f + near4 * 2.0f + far) * 0.0625f, i, to);
 }
 
-/// The same for texels with neighbours across a seam.
+/// The same smoothing pass for texels with neighbours across a seam.
 /// \param links  [9 * count] the texel, then its neighbours: left, right, above, below, and the diagonal
 ///               ones; the texel itself replaces those with KILN_VISIBILITY_NO_LINK
 kernel void kiln_visibility_link(const uint count, global const uint* restrict links,
@@ -309,11 +309,11 @@ kernel void kiln_visibility_link(const uint count, global const uint* restrict l
   vstore4(sum * 0.0625f, texel, to);
 }
 
-/// Writes a band's samples with their visibility directions. For the hybrid these are blended with
-/// their own direction: (1 - s) of the first, s of the second. s is the standard deviation of the
-/// directions that see them (section 3.4, equation 3).
-/// \param field  mean directions, whose length measures their agreement: per texel, or [3 * triangles]
-///               per corner; w is 1, or 0 for none
+/// Writes a band's samples with their visibility directions. For the hybrid, (1 - s) of the
+/// visibility direction is blended with s of the sample's own direction, s being the standard
+/// deviation of the directions that see the sample (section 3.4, equation 3).
+/// \param field mean directions, whose length measures their agreement: per texel, or [3 * triangles]
+///               per corner; w is 1, or 0 if no direction sees it
 /// \param chart  chart of each triangle
 /// \param normals  normals of the low poly's faces
 kernel void kiln_visibility_direct(

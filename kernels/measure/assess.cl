@@ -43,7 +43,7 @@ kernel void kiln_assess_aim(const kiln_assess_params params, global const float*
   points[i + 5 * plane] = faces ? toward.z : 0.0f;
 }
 
-/// Adds the distances from matched points to the rays, and clears the directions of hidden samples.
+/// Adds the distances from matched points to the viewing rays, and clears the directions of hidden samples.
 /// \param offsets  from the sample to its matched point
 /// \param hidden   hidden by the low poly; 0 if no ray was cast
 /// \param sums     KILN_ASSESS_SUMS planes

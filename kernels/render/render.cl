@@ -1,13 +1,13 @@
 // Render: orthographic pictures of meshes, shaded to make small detail readable.
 //
-// Camera rays go through the ray family, or a z-buffer of the raster family names each pixel's triangle;
-// this file holds the steps around both. Normals are interpolated over the hit triangle, or read from a
+// The kernels of ray.cl trace the camera's rays, or those of raster.cl find each pixel's triangle; this
+// file holds the steps before and after. Normals are interpolated over the hit triangle, or read from a
 // normal map: the exact inverse of kernels/detail/detail.cl (tangent frames after Mikkelsen 2008,
 // interpolated and not normalised). Light is a wrapped key, a fill and a rim light that travel with the
 // camera, and a broad highlight. A sky is dimmed by ambient occlusion: directions with a cosine
-// distribution (Malley's method on Vogel's spiral, 1979). Each pixel turns them by an angle of the R2
-// sequence (Roberts 2018). Light is bounced between near surfaces after Jimenez et al. 2016, "Practical
-// Realtime Strategies for Accurate Indirect Occlusion", section 5.
+// distribution (Malley's method on Vogel's spiral, 1979). Each pixel rotates them by an angle of the R2
+// sequence (Roberts 2018). Light reflected between near surfaces follows Jimenez et al. 2016,
+// "Practical Realtime Strategies for Accurate Indirect Occlusion", section 5.
 //
 // kernel                     global    local  memory traffic an item
 // kiln_render_camera         samples   64     writes 28 B
@@ -53,9 +53,9 @@ static void render_store(float3 value, global float* planes, size_t index, size_
 /// tiles.
 static uint2 render_pixel(const kiln_render_params* params, uint pixel) {
   const uint tile = params->first_tile + pixel / TILE_PIXELS;
-  const uint within = pixel % TILE_PIXELS;
-  return (uint2)(tile % params->tile_columns * KILN_RENDER_TILE + within % KILN_RENDER_TILE,
-                 tile / params->tile_columns * KILN_RENDER_TILE + within / KILN_RENDER_TILE);
+  const uint pixel_in_tile = pixel % TILE_PIXELS;
+  return (uint2)(tile % params->tile_columns * KILN_RENDER_TILE + pixel_in_tile % KILN_RENDER_TILE,
+                 tile / params->tile_columns * KILN_RENDER_TILE + pixel_in_tile / KILN_RENDER_TILE);
 }
 
 /// Rays of the part's samples, from beyond the mesh's bounding sphere (radius 1/2 around the origin).
@@ -79,8 +79,8 @@ kernel void kiln_render_camera(const kiln_render_params params, global float* re
   points[i + 6 * capacity] = 0.0f;
 }
 
-/// The z-buffer's surface at the centres of the part's pixels, in the form of ray hits: one sample per
-/// pixel.
+/// Converts the depth picture at the centres of the part's pixels to the form of ray hits: one sample
+/// per pixel.
 /// \param keys  keys of one view with the picture's pixels
 kernel void kiln_render_keys(const kiln_render_params params,
                              global const ulong* restrict keys,
@@ -207,11 +207,11 @@ kernel void kiln_render_map(const kiln_render_map_params params,
   const float fx = x - x_floor;
   const float fy = y - y_floor;
   const int width = (int)params.width;
-  const float3 above = render_texel(map, x0, y0, width) * (1.0f - fx) +
+  const float3 upper_row = render_texel(map, x0, y0, width) * (1.0f - fx) +
                        render_texel(map, x1, y0, width) * fx;
-  const float3 below = render_texel(map, x0, y1, width) * (1.0f - fx) +
+  const float3 lower_row = render_texel(map, x0, y1, width) * (1.0f - fx) +
                        render_texel(map, x1, y1, width) * fx;
-  const float3 texel = above * (1.0f - fy) + below * fy;
+  const float3 texel = upper_row * (1.0f - fy) + lower_row * fy;
   if (params.space == KILN_RENDER_COLORS) {
     const float3 color = texel * (1.0f / KILN_RENDER_MAP_ONE);
     render_store(color, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
@@ -268,7 +268,8 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     const uint per_pixel = params.samples * params.samples;
     const uint2 pixel = render_pixel(&params, (uint)i / per_pixel);
     const float2 point = vload2((uint)i % per_pixel + pass * per_pixel, disc);
-    // Rotation by the pixel's own angle: its quadrant, and the rest by the tangent of half the angle.
+    // Rotation by the pixel's angle: by its quadrant, then by the remaining angle, computed from the tangent
+    // of half of it.
     const uint turn = pixel.x * 0xC13FA9A9u + pixel.y * 0x91E10DA5u;
     const float t = (float)(turn >> 16 & 0x3FFFu) * (1.0f / 16384.0f);
     const float scale = 1.0f / (1.0f + t * t);
@@ -289,8 +290,8 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     direction = s_axis * x + t_axis * y + n * z;
     // The hemisphere around an interpolated normal extends below the face: such directions are
     // mirrored, so that they do not hit the face itself.
-    const float below = dot3(direction, face);
-    if (below < 0.0f) direction -= face * (2.0f * below);
+    const float face_cosine = dot3(direction, face);
+    if (face_cosine < 0.0f) direction -= face * (2.0f * face_cosine);
     direction = render_unit(direction, face);
   }
   render_store(position, points, i, capacity);
@@ -305,8 +306,8 @@ kernel void kiln_render_ambient_add(const kiln_render_params params,
                                     global uchar* restrict open) {
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;
-  const uint before = pass == 0u ? 0u : (uint)open[i];
-  open[i] = (uchar)(before + (hit[i] == 0 ? 1u : 0u));
+  const uint previous = pass == 0u ? 0u : (uint)open[i];
+  open[i] = (uchar)(previous + (hit[i] == 0 ? 1u : 0u));
 }
 
 /// Colours the part's pixels. With show_normals: the normal in world space as n/2 + 1/2, averaged over the

@@ -14,14 +14,14 @@ typedef struct kiln_assess_params kiln_assess_params;
 KILN_CHECK_SIZE(kiln_assess_params, 32);
 
 /// Planes of the sums of a sample over all directions.
-#define KILN_ASSESS_SEEN 0           ///< Sum of cosines to the viewer over directions that see the
-                                     ///< sample
-#define KILN_ASSESS_ACROSS 1         ///< Sum of cosine times the matched point's distance to the
-                                     ///< ray
+/// Sum of cosines to the viewer over directions that see the sample
+#define KILN_ASSESS_SEEN 0
+/// Sum of cosine times the matched point's distance to the ray
+#define KILN_ASSESS_ACROSS 1
 #define KILN_ASSESS_ACROSS_SQUARE 2  ///< Sum of cosine times its square
 #define KILN_ASSESS_MET 3    ///< Sum of cosines over rays that hit a front face of the high poly
-#define KILN_ASSESS_APART 4  ///< Sum of cosine times the distance from the matched point to that
-                             ///< hit
+/// Sum of cosine times the distance from the matched point to that hit
+#define KILN_ASSESS_APART 4
 #define KILN_ASSESS_APART_SQUARE 5  ///< Sum of cosine times its square
 #define KILN_ASSESS_SUMS 6
 

@@ -11,16 +11,17 @@
 /// the last place of 1. Hit points move by rounding; they stay within the widened box.
 #define KILN_BVH_EPSILON (1.0f / 524288.0f)
 
-/// Maximum depth of a tree in levels of nodes; stacks hold 7 entries per level.
+/// Maximum number of levels of nodes in a tree; stacks hold 7 entries per level.
 #define KILN_BVH_MAX_DEPTH 26
 #define KILN_BVH_STACK (KILN_BVH_MAX_DEPTH * (KILN_BVH_WIDTH - 1) + 1)
 
-/// Flag of a child that is a leaf, with the index of its block; other children are indices of
-/// nodes. Unused children are leaves with inverted infinite bounds, which no ray hits.
+/// Flag of a child that is a leaf; the other bits are the index of its block. Other children
+/// are indices of nodes. Unused children are leaves with inverted infinite bounds, which no ray
+/// hits.
 #define KILN_BVH_LEAF 0x80000000u
 
-/// Flag of a child that is a node behind a bounding prism, with the index of the prism, which lies right before its
-/// node.
+/// Flag of a child that is a node with a bounding prism; the other bits are the index of the prism, and the node
+/// follows it.
 #define KILN_BVH_PRISM 0x40000000u
 
 /// Boxes of the children as structure of arrays: planes[axis][0] are lower bounds, [axis][1] upper.
@@ -38,20 +39,20 @@ KILN_CHECK_SIZE(kiln_bvh_node, 256);
 ///
 /// The prism is larger than the triangles by KILN_BVH_PRISM_MARGIN on every side. Rays from within
 /// KILN_BVH_PRISM_REACH on each axis are sheared as for a triangle. A difference of coordinates then has an
-/// error of at most 2^-20; so has its product with a shear of at most 1. The sum's error is 2^-19, thus 2^-18
-/// for a corner of the prism or of a triangle, in each of two directions. The margin is larger than both
-/// together.
+/// error of at most 2^-20; the product with a shear of at most 1 has the same error. The error of their sum
+/// is 2^-19, so the error is 2^-18 for a corner of the prism or of a triangle, in each of two directions. The
+/// margin is larger than the sum of both.
 struct kiln_bvh_prism {
   kiln_float corner[3][KILN_BVH_WIDTH];  // [axis][corner]: 3 of the base, 3 of the top, 2 unused
-  kiln_float plane[4][KILN_BVH_WIDTH];   // outward normals, and distances from 0: sides, floor,
-                                         // roof
-  kiln_float slack, tilt;                // see prism_between in kernels/accel/prism.clh
+  // outward normals, and distances from 0: sides, floor, roof
+  kiln_float plane[4][KILN_BVH_WIDTH];
+  kiln_float slack, tilt;                // see prism_may_hit_between() in kernels/accel/prism.clh
   kiln_uint pad[KILN_BVH_WIDTH - 2];
 };
 typedef struct kiln_bvh_prism kiln_bvh_prism;
 KILN_CHECK_SIZE(kiln_bvh_prism, 256);
 
-/// Lanes of `plane`.
+/// Lanes of `plane` that hold the floor and the roof of the prism.
 #define KILN_BVH_PRISM_FLOOR 3
 #define KILN_BVH_PRISM_ROOF 4
 

@@ -17,7 +17,7 @@ typedef float kiln_float;
 #define KILN_CHECK_SIZE(type, bytes) \
   typedef char kiln_size_of_##type##_is_##bytes[sizeof(type) == (bytes) ? 1 : -1]
 
-/// A triangle index for "none".
+/// The triangle index of "no triangle".
 #define KILN_NO_TRIANGLE 0xFFFFFFFFu
 
 #endif

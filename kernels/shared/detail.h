@@ -18,7 +18,8 @@ KILN_CHECK_SIZE(kiln_low_shading, 128);
 #define KILN_SPACE_TANGENT 0
 #define KILN_SPACE_OBJECT 1
 #define KILN_SPACE_FACE 2
-#define KILN_SPACE_TANGENT_VERTEX 4  // the bitangent is computed at corners and interpolated
+// tangent space with bitangents that are computed at corners and interpolated
+#define KILN_SPACE_TANGENT_VERTEX 4
 
 typedef struct kiln_detail_params {
   kiln_uint count;          // number of samples
@@ -26,7 +27,7 @@ typedef struct kiln_detail_params {
   kiln_uint hit_capacity;   // elements of one plane of the correspondence's
   kiln_uint out_capacity;   // elements of one plane of the result
   kiln_int space;           // KILN_SPACE_*
-  kiln_float y_scale;       // -1: green points down
+  kiln_float y_scale;       // 1: green points up; -1: down
   kiln_uint two_sided;      // 1: normals that point away from the low poly are flipped
   kiln_uint padding;
 } kiln_detail_params;

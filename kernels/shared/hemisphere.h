@@ -8,8 +8,8 @@
 #define KILN_HEMISPHERE_TURN_BITS 10
 #define KILN_HEMISPHERE_TURNS (1 << KILN_HEMISPHERE_TURN_BITS)
 
-/// log2 of the number of ray sets, of which a sample uses one: they differ in elevations, so that errors do
-/// not line up.
+/// log2 of the number of ray sets, of which a sample uses one. Sets differ in their elevations, so that
+/// errors of neighbours do not line up.
 #define KILN_HEMISPHERE_SET_BITS 3
 #define KILN_HEMISPHERE_SETS (1 << KILN_HEMISPHERE_SET_BITS)
 
@@ -32,17 +32,17 @@ struct kiln_hemisphere_params {
   kiln_uint out_capacity;  // elements of one plane of the sums of directions
   kiln_uint keep;          // 1: misses use the low poly's own point and normal
   kiln_uint two_sided;     // 1: normals that point away from the low poly are flipped
-  kiln_float side;         // 1: hemispheres about the normal; -1: about its opposite
+  kiln_float side;         // 1: hemispheres about the normal; -1: about the opposite direction
   kiln_float push;         // offset of origins from the face, frame units
   kiln_float reach;        // distance of maximum thickness, frame units
   kiln_uint aligned;       // 1: rays of a row have similar directions; 0: mixed directions
-  kiln_uint lit;           // 1: rays around the light, for samples that face it; 0: around the
-                           // normal
+  // 1: rays around the light's direction, for samples that face it; 0: around the normal
+  kiln_uint lit;
   kiln_float light_x;      // unit direction towards the light
   kiln_float light_y;
   kiln_float light_z;
-  kiln_uint by_sample;  // 1: a sample's rays are consecutive; 0: a row of rays holds one of each
-                        // sample
+  // 1: a sample's rays are consecutive; 0: a row of rays holds one of each sample
+  kiln_uint by_sample;
   kiln_uint first_point;  // index of the first sample in the points
   kiln_uint plane;        // elements of one plane of the points
   kiln_uint by_list;      // 1: points of listed samples; 0: of those from `first` on
@@ -57,16 +57,16 @@ struct kiln_pick_params {
   kiln_uint hit_capacity;  // elements of one plane of the correspondence
   kiln_uint out_capacity;  // elements of one plane of all outputs
   kiln_uint by_key;        // 1: rotations are computed from keys (kiln_hemisphere_keys); 0: copied
-  kiln_uint round;         // with keys: number of the round; each has other rays
+  kiln_uint round;         // with keys: index of the round; each round has other rays
 };
 typedef struct kiln_pick_params kiln_pick_params;
 KILN_CHECK_SIZE(kiln_pick_params, 24);
 
-/// Modes of kiln_hemisphere_cast.
+/// Parameters of kiln_hemisphere_cast: the shape of its blocks of rays.
 struct kiln_cast_params {
   kiln_uint samples;     // samples per work-item, a multiple of the lanes
-  kiln_uint rows;        // rows of rays cast at a time: samples * rows is at most
-                         // KILN_OCCLUSION_BLOCK
+  // rows of rays cast at a time: samples * rows is at most KILN_OCCLUSION_BLOCK
+  kiln_uint rows;
   kiln_uint wants_bent_sum;  // 1: also sum directions
 };
 typedef struct kiln_cast_params kiln_cast_params;
@@ -76,7 +76,7 @@ struct kiln_turn_params {
   kiln_uint texel_count;
   kiln_uint first_texel;  // index in the map of the band's first texel
   kiln_uint width;        // width of the map
-  kiln_uint slot_bits;    // bits of a sample's place within a texel
+  kiln_uint slot_bits;    // bits of a sample's index within a texel
 };
 typedef struct kiln_turn_params kiln_turn_params;
 KILN_CHECK_SIZE(kiln_turn_params, 16);

@@ -13,10 +13,10 @@ struct kiln_hemisphere_views_params {
   kiln_uint bent_sum_plane;   // elements of one plane of the sums of directions
   kiln_uint view_count;
   kiln_uint view_size;    // pixels a side of a view
-  kiln_uint first_view;   // number of the batch's first direction
-  kiln_float bias;        // depth tolerance: surfaces nearer than a sample by less do not hide it;
-                          // the pictures' units
-  kiln_float scale;       // factor of the points
+  kiln_uint first_view;   // index of the batch's first direction
+  // depth tolerance in the pictures' units: a surface hides a sample only if it is nearer by more than this
+  kiln_float bias;
+  kiln_float scale;       // converts the points to the pictures' units
 };
 typedef struct kiln_hemisphere_views_params kiln_hemisphere_views_params;
 KILN_CHECK_SIZE(kiln_hemisphere_views_params, 32);

@@ -1,4 +1,4 @@
-// Shared by kernels/image and host/image/gutter.cpp.
+// Structs and formats of padding, shared by kernels/image and host/image/gutter.cpp.
 #ifndef KILN_SHARED_IMAGE_H
 #define KILN_SHARED_IMAGE_H
 
@@ -16,9 +16,10 @@
 /// A band of rows whose empty texels are filled from the nearest source.
 typedef struct kiln_gutter_band {
   kiln_uint height;     ///< Height of the image
-  kiln_uint stride;     ///< Row stride of mask and offsets, texels: the width rounded up to 8, or
-                        ///< more
-  kiln_uint pad;        ///< Padding keys ("none") on each side of a row of keys; at least radius
+  /// Row stride of mask and offsets, texels: the width rounded up to 8, or more
+  kiln_uint stride;
+  /// Extra keys ("no source") on each side of a row of keys; at least `radius`
+  kiln_uint pad;
   kiln_uint radius;     ///< 1 to KILN_GUTTER_*_RADIUS
   kiln_uint first_row;  ///< First row of the band
   kiln_uint row_count;  ///< Rows of the band

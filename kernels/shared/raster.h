@@ -15,8 +15,8 @@
 /// Largest side of a picture, pixels, so that coordinates are exact as floats.
 #define KILN_RASTER_LARGEST 16384
 
-/// Pictures are stored tile by tile, in rows of tiles, and row by row within a tile: squares of this many
-/// pixels (log2) a side, padded at the right and lower borders.
+/// log2 of a tile's side in pixels. Pictures are stored tile by tile, in rows of tiles, and row by row
+/// within a tile; tiles at the right and lower borders extend past the picture.
 #define KILN_RASTER_TILE_SHIFT 6
 #define KILN_RASTER_TILE 64
 #define KILN_RASTER_TILE_PIXELS 4096
@@ -30,8 +30,9 @@
 /// Number of bands of rows that kiln_raster_large distributes.
 #define KILN_RASTER_BANDS 64
 
-/// A pixel's key: the depth's bits above, the triangle below. The smallest key wins: the nearest
-/// triangle, and the lowest of equally near ones. All bits set: empty.
+/// The key of an empty pixel: all bits set. A pixel's key holds the depth in its upper 32 bits,
+/// the triangle in the lower ones. The smallest key wins: the nearest triangle, and the lowest
+/// of equally near ones.
 #define KILN_RASTER_EMPTY 0xFFFFFFFFFFFFFFFFul
 
 /// Offset of depths, so that they are positive and their bits have the same order: depth =
@@ -51,8 +52,8 @@ struct kiln_view {
   kiln_float top;
   kiln_uint width;
   kiln_uint height;
-  kiln_uint
-      first;  ///< Its first pixel in the array of keys: a multiple of KILN_RASTER_TILE_PIXELS
+  /// Index of the view's first pixel in the array of keys: a multiple of KILN_RASTER_TILE_PIXELS
+  kiln_uint first;
   kiln_uint flags;
 };
 typedef struct kiln_view kiln_view;
@@ -61,8 +62,8 @@ KILN_CHECK_SIZE(kiln_view, 64);
 /// Tiles per row of a picture of this width.
 #define KILN_RASTER_TILES(size) (((size) + KILN_RASTER_TILE - 1u) >> KILN_RASTER_TILE_SHIFT)
 
-/// Neighbouring triangles with their own vertices. Padding triangles have three corners at vertex 0,
-/// and draw nothing.
+/// A chunk of neighbouring triangles with their own vertices. Unused triangles have three corners at
+/// vertex 0, and draw nothing.
 struct kiln_raster_chunk {
   kiln_float position[3][KILN_RASTER_CHUNK];
   kiln_uint triangle[KILN_RASTER_CHUNK];  ///< Indices in the mesh

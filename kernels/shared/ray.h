@@ -9,10 +9,11 @@
 #define KILN_RAY_OUTWARD_FIRST 4u  ///< Nearest hit with t >= 0, else nearest with t < 0
 #define KILN_RAY_TWO_SIDED 8u      ///< Faces turned away from the sample's direction count too
 #define KILN_RAY_OUTERMOST 16u     ///< The hit with the greatest t
-#define KILN_RAY_LIMITED 32u       ///< With OUTERMOST: no t above the sample's own reach
+/// With OUTERMOST: hits with t above the sample's own reach do not count
+#define KILN_RAY_LIMITED 32u
 
-/// Bit of the status, set by OUTERMOST beside the provenance: the ray has hits at two or more
-/// different t >= 0.
+/// Bit of the status, added to the provenance by KILN_RAY_OUTERMOST: the ray has hits at two or
+/// more different t >= 0.
 #define KILN_RAY_SEVERAL 128u
 
 /// Origins with a coordinate beyond this many frame units miss, since their arithmetic could

@@ -34,8 +34,8 @@ typedef struct kiln_render_params {
   kiln_uint ambient_passes;  // rays per sample for ambient occlusion; 0: none
   kiln_uint show_colors;     // 1: the map's channels, unlit
   kiln_uint height;          // height of the picture, pixels
-  kiln_float key[3];         // direction of the key light: unit, seen from the camera (right, up,
-                             // towards the viewer)
+  // direction of the key light: unit, seen from the camera (right, up, towards the viewer)
+  kiln_float key[3];
   kiln_uint show_depth;      // 1: depth towards the viewer, frame units; and coverage
   kiln_float half_way[3];    // half vector: unit, between the key light and the viewer
   kiln_uint padding;
@@ -48,7 +48,7 @@ typedef struct kiln_render_map_params {
   kiln_uint width;     // width of the map, texels
   kiln_uint height;
   kiln_int space;      // KILN_SPACE_* (shared/detail.h), or KILN_RENDER_COLORS
-  kiln_float y_scale;  // -1: green points down
+  kiln_float y_scale;  // 1: green points up; -1: down
   kiln_uint padding[2];
 } kiln_render_map_params;
 KILN_CHECK_SIZE(kiln_render_map_params, 32);

@@ -6,8 +6,8 @@
 
 #define KILN_SELFTEST_ITEMS 1024
 
-// For inputs i: result `operation` by scalars, + 8 by vectors of 4, + 16 by vectors of 8, + 24 by vectors of
-// 16.
+// Operations on input i, each an index r of results: computed by scalars at r, by vectors of 4 at r + 8, by
+// vectors of 8 at r + 16, by vectors of 16 at r + 24.
 #define KILN_SELFTEST_SUMS 0        ///< Float products and sums, not contracted
 #define KILN_SELFTEST_FMA 1         ///< Float fused multiply-add
 #define KILN_SELFTEST_DIVISION 2    ///< Float division and square root

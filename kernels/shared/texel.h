@@ -21,7 +21,7 @@ typedef struct kiln_texel_piece {
   kiln_uint triangle;  // triangle of the low poly
   kiln_uint first;     // first piece of the same triangle (several if it was clipped)
   kiln_uint closed;    // bit k: a sample on edge k belongs to this piece (top-left rule)
-  kiln_uint drop;      // right shift of E_k so that it fits 31 bits ...
+  kiln_uint drop;      // right shift that makes E_k fit 31 bits
 } kiln_texel_piece;
 KILN_CHECK_SIZE(kiln_texel_piece, 64);
 
@@ -31,18 +31,18 @@ typedef struct kiln_texel_corners {
   kiln_float direction[9];
   kiln_float weight1[3];  // the triangle's barycentrics at the piece's corners
   kiln_float weight2[3];
-  kiln_float reciprocal;  // ... and factor that then gives barycentrics
+  kiln_float reciprocal;  // factor that converts E_k >> drop to barycentrics
   kiln_float padding[3];
 } kiln_texel_corners;
 KILN_CHECK_SIZE(kiln_texel_corners, 112);
 
 /// A block is a square of texels whose samples are handled by one work-item. Its samples are called
-/// slots: texel by texel along a Morton curve, row by row within a texel.
+/// slots. They are ordered texel by texel along a Morton curve, row by row within a texel.
 typedef struct kiln_texel_params {
   kiln_uint block_count;
   kiln_uint group_count;    // groups of 8 slots in a block, the last one padded
   kiln_uint block_texels;   // texels in a block
-  kiln_uint texel_samples;  // samples in a texel, N * N
+  kiln_uint texel_samples;  // samples in a texel: N * N
   kiln_uint samples;        // N
   kiln_uint shift;          // fixed-point bits below one sample
   kiln_int sample_width;    // width of the map, samples
@@ -57,9 +57,10 @@ KILN_CHECK_SIZE(kiln_texel_params, 48);
 /// A block of texels: its position, the pieces that may overlap it, and the position of its
 /// results.
 typedef struct kiln_texel_block {
-  kiln_int x;  // first sample
+  kiln_int x;  // column of the block's first sample
   kiln_int y;
-  kiln_uint list_begin;  // pieces that may overlap it, in ascending order
+  // begin, in the lists, of the pieces that may overlap the block, in ascending order
+  kiln_uint list_begin;
   kiln_uint list_end;
 } kiln_texel_block;
 KILN_CHECK_SIZE(kiln_texel_block, 16);

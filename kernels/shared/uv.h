@@ -48,7 +48,7 @@ typedef struct kiln_uv_params {
   kiln_uint hit_capacity;   // elements of one plane of the correspondence's barycentrics
   kiln_uint first_run;      // first run of KILN_UV_TILE rows of samples that overlaps the band
   kiln_uint run_count;
-  kiln_uint count_overlap;  // 0: overlaps are not recorded
+  kiln_uint count_overlap;  // 1: overlaps are recorded; 0: they are not
   kiln_uint padding;
 } kiln_uv_params;
 KILN_CHECK_SIZE(kiln_uv_params, 64);
@@ -58,7 +58,7 @@ typedef struct kiln_uv_row {
   kiln_uint covered;
   kiln_uint overlapping;
   kiln_uint column;  // column of the first overlap
-  kiln_uint lower;   // pieces that overlap there
+  kiln_uint lower;   // the two pieces that overlap there
   kiln_uint upper;
   kiln_uint padding[3];
 } kiln_uv_row;

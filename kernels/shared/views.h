@@ -4,11 +4,11 @@
 
 #include "shared/common.h"
 
-/// Criterion that selects among the views whose depth is within the distance.
+/// Criterion that selects one of the views whose depth difference is within the distance.
 #define KILN_VIEWS_DEPTH 0u     ///< Smallest depth difference at the pixel (Wang et al., section 2)
 #define KILN_VIEWS_DISTANCE 1u  ///< Smallest distance to the point under the sample's own position
-#define KILN_VIEWS_ANGLE 2u     ///< Smallest angle to the sample's direction (Wang et al., section
-                                ///< 6)
+/// Smallest angle to the sample's direction (Wang et al., section 6)
+#define KILN_VIEWS_ANGLE 2u
 
 struct kiln_views_params {
   kiln_uint count;            ///< Number of samples
@@ -18,8 +18,8 @@ struct kiln_views_params {
   kiln_uint criterion;
   kiln_float max_distance;
   kiln_float least_cosine;    ///< Views at a smaller cosine to the face are ignored
-  kiln_uint refine;           ///< Move to the point on the sample's own direction, if the view
-                              ///< shows it
+  /// 1: move to the point on the line along the sample's own direction, if the view shows that point
+  kiln_uint refine;
 };
 typedef struct kiln_views_params kiln_views_params;
 KILN_CHECK_SIZE(kiln_views_params, 32);

@@ -4,15 +4,15 @@
 
 #include "shared/common.h"
 
-/// Smallest cosine at which a face counts as seen. Also bounds the angle between a face and a ray that
-/// leaves it.
+/// Smallest cosine between a view and a face's normal at which the face counts as seen. Also the
+/// smallest cosine between the normal and a ray that leaves the face.
 #define KILN_VISIBILITY_LEAST_COSINE 0.02f
 
 /// Smallest cosine between a matching direction and its face.
 ///
-/// Beside a ridge the mean of the directions that see both sides may run along the wall, or into it, so
-/// that the ray would run far over the face, or under it. It is raised along the face's normal, the
-/// smallest change that suffices.
+/// Near a ridge, the mean of the directions that see both sides may run along the wall or into it; the
+/// ray would then run far along the face, or under it. Such a direction is raised along the face's
+/// normal, by the smallest change that suffices.
 #define KILN_VISIBILITY_LEAST_RISE 0.1f
 
 /// Depth of an empty pixel.
@@ -33,9 +33,9 @@ struct kiln_visibility_params {
   kiln_uint capacity;  ///< Elements of one plane of the points and of the sums
   kiln_uint view_count;
   kiln_uint view_size;  ///< Pixels a side
-  kiln_float bias;      ///< Depth tolerance: surfaces nearer than a sample by less do not hide it;
-                        ///< frame units
-  kiln_float scale;     ///< Factor of the points
+  /// Depth tolerance in frame units: a surface hides a sample only if it is nearer by more than this
+  kiln_float bias;
+  kiln_float scale;     ///< Converts the points to the pictures' units
   kiln_uint out_capacity;     ///< Elements of one plane of the output of kiln_visibility_prepare
   kiln_uint first_direction;  ///< First direction of the batch
 };

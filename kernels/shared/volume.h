@@ -1,4 +1,4 @@
-// Shared by kernels/volume and host/volume.
+// Structs of the contours of volumes and of their maps, shared by kernels/volume and host/volume.
 #ifndef KILN_SHARED_VOLUME_H
 #define KILN_SHARED_VOLUME_H
 
@@ -18,8 +18,8 @@ typedef uint64_t kiln_ulong;
 /// of bits set before its own (rank: Jacobson 1989, "Space-efficient static trees and graphs"), so that
 /// positions are converted to indices without a search. Edges count along x first, then y, then z.
 typedef struct kiln_volume_word {
-  kiln_ulong edge[3];  ///< Bit: the edge along x, y, z is crossed
-  kiln_ulong cell;     ///< Bit: the surface crosses the cell
+  kiln_ulong edge[3];  ///< Bit set of the positions whose edge along x, y, z is crossed
+  kiln_ulong cell;     ///< Bit set of the positions whose cell the surface crosses
   kiln_uint edge_base;
   kiln_uint cell_base;
 } kiln_volume_word;
@@ -49,8 +49,8 @@ typedef struct kiln_volume_crossing {
 } kiln_volume_crossing;
 KILN_CHECK_SIZE(kiln_volume_crossing, 16);
 
-/// Sum over crossings (point p, unit normal n), relative to the cell's lowest corner:
-/// E(x) = x' A x - 2 b' x + c.
+/// Quadric error function of crossings (point p, unit normal n), relative to the cell's lowest
+/// corner: E(x) = x' A x - 2 b' x + c.
 typedef struct kiln_volume_qef {
   kiln_float a[6];     ///< sum n n': xx xy xz yy yz zz
   kiln_float b[3];     ///< sum n (n . p)
@@ -80,19 +80,21 @@ KILN_CHECK_SIZE(kiln_volume_vertex, 24);
 /// corner 0 to corner 2: (0, 1, 2) and (0, 2, 3). Texels are local to the rectangle, rows from the top;
 /// whole numbers are their centres.
 typedef struct kiln_volume_chart {
-  kiln_float project[2][2]
-                    [4];  ///< Per triangle: affine weights of its 2nd and 3rd corner at a
-  kiln_float weights[2][2][3];  ///< ... at a texel (x, y, 1)
+  /// Per triangle: affine functions that give the weights of its 2nd and 3rd corner at a point (x, y, z, 1)
+  kiln_float project[2][2][4];
+  /// The same weights as affine functions of a texel (x, y, 1)
+  kiln_float weights[2][2][3];
   kiln_float texel[4][2];       ///< Texels of the corners
   kiln_float normal[2][3];      ///< Unit normals of the triangles
   kiln_uint corner[4];          ///< Vertices of the low poly
   kiln_uint size[2];            ///< Width, height
   kiln_uint first_texel;        ///< Index in the pool, at level 0
-  kiln_uint triangle;           ///< The first of its triangles in the low poly
+  kiln_uint triangle;           ///< Index of its first triangle in the low poly
   kiln_uint triangles;          ///< 1 or 2
   kiln_uint corners;            ///< 3 or 4
   kiln_uint place[2];           ///< Position of its first texel in the map
-  kiln_uint first_ring;  ///< Index of its boundary texels, one side after the other, ends included
+  /// Index of its first boundary texel; these are stored one side after the other, ends included
+  kiln_uint first_ring;
   kiln_uint padding;
 } kiln_volume_chart;
 KILN_CHECK_SIZE(kiln_volume_chart, 224);
@@ -104,7 +106,7 @@ typedef struct kiln_volume_level {
   kiln_uint level;
   kiln_uint charts;
   kiln_int space;      ///< KILN_SPACE_*
-  kiln_float y_scale;  ///< -1: green points down
+  kiln_float y_scale;  ///< 1: green points up; -1: down
   kiln_float scale;    ///< Written values are n scale + offset
   kiln_float offset;
   kiln_float reach;  ///< Width of the band along a seam that its correction changes, texels

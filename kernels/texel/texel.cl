@@ -4,10 +4,10 @@
 // covered samples, compacted, barycentric weights, the point on the surface and the ray direction.
 //
 // Algorithm: exact integer edge functions (Pineda 1988, "A Parallel Algorithm for Polygon
-// Rasterization") with the top-left rule, evaluated for eight samples at a time. The host lists for each
-// block of about 8x8 samples the pieces (triangles, or parts of clipped ones) that may touch it, in
+// Rasterization") with the top-left rule, evaluated for eight samples at a time. For each block of about
+// 8 x 8 samples, the host lists the pieces (triangles, or parts of clipped ones) that may overlap it, in
 // ascending order; one work-item processes a block's list, so the lowest triangle wins without atomics.
-// The host turns the counts into offsets; the second kernel compacts.
+// The host converts the counts to offsets, and the second kernel compacts the samples.
 //
 // | kernel            | one work-item | traffic                                                     |
 // | kiln_texel_cover  | block         | 64 B a listed piece; 4 B a sample, hot in cache              |
@@ -40,11 +40,11 @@ static KILN_CALL void texel_cover(const size_t index, const kiln_texel_params pa
   const kiln_texel_block block = blocks[index];
   const uint groups = params.group_count;
   const size_t pitch = 8u * (size_t)groups;
-  global uint* own = ids + index * pitch;
+  global uint* block_ids = ids + index * pitch;
   global const int* slot_x = slots + TEXEL_PLANE_X * pitch;
   global const int* slot_y = slots + TEXEL_PLANE_Y * pitch;
 
-  for (uint g = 0u; g < groups; ++g) vstore8((uint8)(KILN_TEXEL_EMPTY), g, own);
+  for (uint g = 0u; g < groups; ++g) vstore8((uint8)(KILN_TEXEL_EMPTY), g, block_ids);
 
   for (uint entry = block.list_begin; entry < block.list_end; ++entry) {
     const uint id = lists[entry];
@@ -67,11 +67,11 @@ static KILN_CALL void texel_cover(const size_t index, const kiln_texel_params pa
       const long8 e = (lx * a0 + ly * b0 + c0) | (lx * a1 + ly * b1 + c1) | (lx * a2 + ly * b2 + c2);
       const int8 inside = (convert_int8(e >> 32) >= 0) & (x + block.x < params.sample_width) &
                           (y + block.y < params.sample_height);
-      const uint8 now = vload8(g, own);
-      const int8 fresh = inside & (now == KILN_TEXEL_EMPTY);
-      const int8 again = inside & ((now & KILN_TEXEL_EMPTY) < first);
-      const uint8 next = select(now, (uint8)(id), as_uint8(fresh));
-      vstore8(select(next, now | KILN_TEXEL_OVERLAP, as_uint8(again)), g, own);
+      const uint8 current_ids = vload8(g, block_ids);
+      const int8 fresh = inside & (current_ids == KILN_TEXEL_EMPTY);
+      const int8 is_overlap = inside & ((current_ids & KILN_TEXEL_EMPTY) < first);
+      const uint8 new_ids = select(current_ids, (uint8)(id), as_uint8(fresh));
+      vstore8(select(new_ids, current_ids | KILN_TEXEL_OVERLAP, as_uint8(is_overlap)), g, block_ids);
     }
   }
 
@@ -81,7 +81,7 @@ static KILN_CALL void texel_cover(const size_t index, const kiln_texel_params pa
   for (uint t = 0u; t < params.block_texels; ++t) {
     uint covered = 0u;
     for (uint s = 0u; s < params.texel_samples; ++s) {
-      const uint id = own[t * params.texel_samples + s];
+      const uint id = block_ids[t * params.texel_samples + s];
       covered += id != KILN_TEXEL_EMPTY ? 1u : 0u;
       overlaps += id >> 31;
     }
@@ -103,14 +103,14 @@ kernel void kiln_texel_cover(const kiln_texel_params params,
   texel_cover(index, params, blocks, lists, pieces, slots, ids, counts);
 }
 
-/// Barycentric weight of a corner: its edge function over the doubled area. Exact up to the last
-/// bits of a 31-bit fraction and one rounding each of conversion, reciprocal and product.
+/// Barycentric weight of a corner: its edge function divided by the doubled area. Errors: the
+/// last bits of a 31-bit fraction, and one rounding each of conversion, reciprocal and product.
 float8 texel_weight(const long a, const long b, const long c, const int8 x, const int8 y,
                     const uint shift, const uint drop, const float reciprocal) {
 #pragma OPENCL FP_CONTRACT OFF
   const long8 e = ((convert_long8(x) * a + convert_long8(y) * b) << (long8)((long)shift)) + c;
-  const int8 whole = convert_int8(as_ulong8(e) >> (ulong8)((ulong)drop));
-  return min(convert_float8(whole) * reciprocal, 1.0f);
+  const int8 fraction = convert_int8(as_ulong8(e) >> (ulong8)((ulong)drop));
+  return min(convert_float8(fraction) * reciprocal, 1.0f);
 }
 
 float8 texel_blend(const float v0, const float v1, const float v2, const float8 w0, const float8 w1,
@@ -125,7 +125,7 @@ int texel_count(const int8 lanes) {
   return -(pairs.x + pairs.y + pairs.z + pairs.w);
 }
 
-/// Unit normal of a triangle: used if interpolation gives no direction.
+/// Unit normal of a triangle, used where interpolated directions cancel out.
 float3 texel_face_normal(global const kiln_texel_corners* corners) {
 #pragma OPENCL FP_CONTRACT OFF
   const float3 p = vload3(0, corners->position);
@@ -155,10 +155,10 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
   const kiln_texel_block block = blocks[index];
   const size_t pitch = 8u * (size_t)params.group_count;
   const size_t plane = params.capacity;
-  global const uint* own = ids + index * pitch;
+  global const uint* block_ids = ids + index * pitch;
   uint sample = first_samples[index];
 
-  // Texels of the block, and the position of their samples.
+  // Writes the block's texels, and the index of each texel's first sample.
   const uint origin = ((uint)block.y / params.samples - params.first_row) * params.width +
                       (uint)block.x / params.samples;
   uint texel = first_texels[index];
@@ -166,7 +166,7 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
   for (uint t = 0u; t < params.block_texels; ++t) {
     uint covered = 0u;
     for (uint s = 0u; s < params.texel_samples; ++s) {
-      covered += own[t * params.texel_samples + s] != KILN_TEXEL_EMPTY ? 1u : 0u;
+      covered += block_ids[t * params.texel_samples + s] != KILN_TEXEL_EMPTY ? 1u : 0u;
     }
     if (covered == 0u) continue;
     texel_index[texel] = origin + (uint)slots[TEXEL_PLANE_TEXEL * pitch + t];
@@ -176,7 +176,7 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
   }
 
   for (uint g = 0u; g < params.group_count; ++g) {
-    uint8 id = vload8(g, own) & KILN_TEXEL_EMPTY;
+    uint8 id = vload8(g, block_ids) & KILN_TEXEL_EMPTY;
     const int8 covered = id != KILN_TEXEL_EMPTY;
     const int count = texel_count(covered);
     if (count == 0) continue;
@@ -190,44 +190,44 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
     // One iteration per distinct piece among the eight samples: mostly one.
     uint pending[8];
     vstore8(id, 0, pending);
-    int left = count;
-    for (uint lane = 0u; lane < 8u && left > 0; ++lane) {
-      const uint current = pending[lane];
-      if (current == KILN_TEXEL_EMPTY) continue;
-      global const kiln_texel_piece* p = pieces + current;
-      global const kiln_texel_corners* c = corners + current;
+    int remaining = count;
+    for (uint lane = 0u; lane < 8u && remaining > 0; ++lane) {
+      const uint piece = pending[lane];
+      if (piece == KILN_TEXEL_EMPTY) continue;
+      global const kiln_texel_piece* p = pieces + piece;
+      global const kiln_texel_corners* c = corners + piece;
       float8 w1 = texel_weight(p->a[1], p->b[1], p->c[1], x, y, params.shift, p->drop, c->reciprocal);
       float8 w2 = texel_weight(p->a[2], p->b[2], p->c[2], x, y, params.shift, p->drop, c->reciprocal);
       w2 = min(w2, 1.0f - w1);
       const float8 w0 = 1.0f - w1 - w2;
-      const int8 mine = id == current;
-      left -= texel_count(mine);
-      owner = select(owner, (uint8)(p->triangle), as_uint8(mine));
+      const int8 lane_mask = id == piece;
+      remaining -= texel_count(lane_mask);
+      owner = select(owner, (uint8)(p->triangle), as_uint8(lane_mask));
       const float8 u_whole = min(
           max(texel_blend(c->weight1[0], c->weight1[1], c->weight1[2], w0, w1, w2), 0.0f), 1.0f);
       const float8 v_whole =
           max(texel_blend(c->weight2[0], c->weight2[1], c->weight2[2], w0, w1, w2), 0.0f);
-      u = select(u, u_whole, mine);
-      v = select(v, min(v_whole, 1.0f - u_whole), mine);
-      px = select(px, texel_blend(c->position[0], c->position[3], c->position[6], w0, w1, w2), mine);
-      py = select(py, texel_blend(c->position[1], c->position[4], c->position[7], w0, w1, w2), mine);
-      pz = select(pz, texel_blend(c->position[2], c->position[5], c->position[8], w0, w1, w2), mine);
-      dx = select(dx, texel_blend(c->direction[0], c->direction[3], c->direction[6], w0, w1, w2), mine);
-      dy = select(dy, texel_blend(c->direction[1], c->direction[4], c->direction[7], w0, w1, w2), mine);
-      dz = select(dz, texel_blend(c->direction[2], c->direction[5], c->direction[8], w0, w1, w2), mine);
-      vstore8(select(vload8(0, pending), (uint8)(KILN_TEXEL_EMPTY), as_uint8(mine)), 0, pending);
+      u = select(u, u_whole, lane_mask);
+      v = select(v, min(v_whole, 1.0f - u_whole), lane_mask);
+      px = select(px, texel_blend(c->position[0], c->position[3], c->position[6], w0, w1, w2), lane_mask);
+      py = select(py, texel_blend(c->position[1], c->position[4], c->position[7], w0, w1, w2), lane_mask);
+      pz = select(pz, texel_blend(c->position[2], c->position[5], c->position[8], w0, w1, w2), lane_mask);
+      dx = select(dx, texel_blend(c->direction[0], c->direction[3], c->direction[6], w0, w1, w2), lane_mask);
+      dy = select(dy, texel_blend(c->direction[1], c->direction[4], c->direction[7], w0, w1, w2), lane_mask);
+      dz = select(dz, texel_blend(c->direction[2], c->direction[5], c->direction[8], w0, w1, w2), lane_mask);
+      vstore8(select(vload8(0, pending), (uint8)(KILN_TEXEL_EMPTY), as_uint8(lane_mask)), 0, pending);
     }
 
     const float8 squared = fma(dz, dz, fma(dy, dy, dx * dx));
-    const int8 vanishing = squared < 1e-30f;
-    const float8 reach = select(sqrt(squared), (float8)(0.0f), vanishing);
-    const float8 divisor = select(reach, (float8)(1.0f), vanishing);
+    const int8 is_zero = squared < 1e-30f;
+    const float8 reach = select(sqrt(squared), (float8)(0.0f), is_zero);
+    const float8 divisor = select(reach, (float8)(1.0f), is_zero);
     dx = dx / divisor;
     dy = dy / divisor;
     dz = dz / divisor;
-    const int8 lost = vanishing & covered;
-    const int4 lost_pairs = lost.lo | lost.hi;
-    if ((lost_pairs.x | lost_pairs.y | lost_pairs.z | lost_pairs.w) != 0) {
+    const int8 needs_normal = is_zero & covered;
+    const int4 normal_pairs = needs_normal.lo | needs_normal.hi;
+    if ((normal_pairs.x | normal_pairs.y | normal_pairs.z | normal_pairs.w) != 0) {
       float fallback[24];
       vstore8(dx, 0, fallback);
       vstore8(dy, 1, fallback);
@@ -235,7 +235,7 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
       uint piece_of[8];
       int is_lost[8];
       vstore8(id, 0, piece_of);
-      vstore8(lost, 0, is_lost);
+      vstore8(needs_normal, 0, is_lost);
       for (uint lane = 0u; lane < 8u; ++lane) {
         if (is_lost[lane] == 0) continue;
         const float3 normal = texel_face_normal(corners + piece_of[lane]);
@@ -248,9 +248,9 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
       dz = vload8(2, fallback);
     }
 
-    const uint8 place = as_uint8(vload8(g, slots + TEXEL_PLANE_PLACE * pitch));
+    const uint8 slot_in_texel = as_uint8(vload8(g, slots + TEXEL_PLANE_PLACE * pitch));
     if (count == 8) {
-      vstore8(place, 0, sample_slot + sample);
+      vstore8(slot_in_texel, 0, sample_slot + sample);
       vstore8(owner, 0, triangle + sample);
       vstore8(u, 0, barycentric + sample);
       vstore8(v, 0, barycentric + plane + sample);
@@ -264,27 +264,27 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
       sample += 8u;
       continue;
     }
-    uint whole[24];
-    float part[72];
-    vstore8(as_uint8(covered), 0, whole);
-    vstore8(place, 1, whole);
-    vstore8(owner, 2, whole);
-    vstore8(u, 0, part);
-    vstore8(v, 1, part);
-    vstore8(px, 2, part);
-    vstore8(py, 3, part);
-    vstore8(pz, 4, part);
-    vstore8(dx, 5, part);
-    vstore8(dy, 6, part);
-    vstore8(dz, 7, part);
-    vstore8(reach, 8, part);
+    uint integers[24];
+    float floats[72];
+    vstore8(as_uint8(covered), 0, integers);
+    vstore8(slot_in_texel, 1, integers);
+    vstore8(owner, 2, integers);
+    vstore8(u, 0, floats);
+    vstore8(v, 1, floats);
+    vstore8(px, 2, floats);
+    vstore8(py, 3, floats);
+    vstore8(pz, 4, floats);
+    vstore8(dx, 5, floats);
+    vstore8(dy, 6, floats);
+    vstore8(dz, 7, floats);
+    vstore8(reach, 8, floats);
     for (uint lane = 0u; lane < 8u; ++lane) {
-      if (whole[lane] == 0u) continue;
-      sample_slot[sample] = whole[8u + lane];
-      triangle[sample] = whole[16u + lane];
-      barycentric[sample] = part[lane];
-      barycentric[plane + sample] = part[8u + lane];
-      for (uint k = 0u; k < 7u; ++k) points[k * plane + sample] = part[16u + 8u * k + lane];
+      if (integers[lane] == 0u) continue;
+      sample_slot[sample] = integers[8u + lane];
+      triangle[sample] = integers[16u + lane];
+      barycentric[sample] = floats[lane];
+      barycentric[plane + sample] = floats[8u + lane];
+      for (uint k = 0u; k < 7u; ++k) points[k * plane + sample] = floats[16u + 8u * k + lane];
       ++sample;
     }
   }
@@ -310,13 +310,13 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
              texel_index, texel_first, sample_slot, triangle, barycentric, points);
 }
 
-/// Gathers chosen samples' values; `to` is padded with zeros.
+/// Gathers the values of chosen samples; the rest of `to` is filled with zeros.
 kernel void kiln_texel_pick(const uint count,
                             const uint planes,
                             const uint from_capacity,
                             const uint to_capacity,
                             global const uint* restrict samples,
-                            global const uint* restrict from,  // any 4 bytes each
+                            global const uint* restrict from,  // values of any 4-byte type
                             global uint* restrict to) {
   const size_t i = get_global_id(0);
   if (i >= to_capacity) return;
@@ -325,7 +325,7 @@ kernel void kiln_texel_pick(const uint count,
   }
 }
 
-/// The same for single bytes.
+/// Gathers the values of chosen samples, for single bytes.
 kernel void kiln_texel_pick_bytes(const uint count,
                                   const uint planes,
                                   const uint from_capacity,

@@ -23,9 +23,8 @@ kernel void kiln_texel_turn(const uint count,
                             global const float* restrict normals,    // 9 per triangle
                             global const float* restrict weights,    // 3 per triangle, if painted
                             global const uint* restrict first_edges, // per triangle, then the end
-                            global const float* restrict edges,      // 7 per edge: a corner, the
-                                                                     // vector to the other, the
-                                                                     // width
+                            // 7 per edge: a corner, the vector to the other, the width
+                            global const float* restrict edges,
                             global const uint* restrict triangle,
                             global const float* restrict barycentric,
                             global float* restrict points) {
@@ -50,17 +49,17 @@ kernel void kiln_texel_turn(const uint count,
   float s = 1.0f;
   for (uint e = first_edges[t]; e < first_edges[t + 1]; ++e) {
     global const float* edge = edges + 7 * (size_t)e;
-    float along = 0.0f;
+    float projection = 0.0f;
     float size = 0.0f;
     for (int axis = 0; axis < 3; ++axis) {
-      along = fma(p[axis] - edge[axis], edge[3 + axis], along);
+      projection = fma(p[axis] - edge[axis], edge[3 + axis], projection);
       size = fma(edge[3 + axis], edge[3 + axis], size);
     }
-    const float at = min(max(along / size, 0.0f), 1.0f);
+    const float at = min(max(projection / size, 0.0f), 1.0f);
     float distance = 0.0f;
     for (int axis = 0; axis < 3; ++axis) {
-      const float off = p[axis] - fma(at, edge[3 + axis], edge[axis]);
-      distance = fma(off, off, distance);
+      const float delta = p[axis] - fma(at, edge[3 + axis], edge[axis]);
+      distance = fma(delta, delta, distance);
     }
     s = min(s, sqrt(distance) / edge[6]);
   }
@@ -84,8 +83,8 @@ kernel void kiln_texel_turn(const uint count,
 /// height over a triangle is interpolated from its corners.
 kernel void kiln_texel_reach(const uint count,
                              const uint capacity,
-                             global const float* restrict shell,  // 6 per triangle: unit normal,
-                                                                  // heights
+                             // 6 per triangle: unit normal, heights
+                             global const float* restrict shell,
                              global const uint* restrict triangle,
                              global const float* restrict barycentric,
                              global float* restrict points) {

@@ -56,9 +56,9 @@ kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOX
     const int x = first + group;
     if (x >= 0 && x + 8 <= last) {
       const float8 value = convert_float8(vload8(0, line + x));
-      const int8 within = grid.below != 0 ? (value < grid.iso) & (value >= -FLT_MAX)
+      const int8 is_inside = grid.below != 0 ? (value < grid.iso) & (value >= -FLT_MAX)
                                           : (value >= grid.iso) & (value <= FLT_MAX);
-      const int8 bit = within & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+      const int8 bit = is_inside & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
       const int4 half4 = bit.lo | bit.hi;
       const int2 quarter = half4.lo | half4.hi;
       bits |= (ulong)(uint)(quarter.x | quarter.y) << group;
@@ -73,7 +73,7 @@ kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOX
 }
 
 /// Crossings of edges. edges: x, y, z of the padded voxel at which each starts, 16 bits each from the
-/// lowest; then two bits for the axis, and one that is set if that voxel is inside.
+/// lowest; then two bits for the axis, and one bit that is set if that voxel is inside.
 ///
 /// The hint prevents vectorisation across items: Intel's compiler (2026.22) would combine 4 to 16 of them
 /// with wrong masks in volume_gradient's second loop, which gives wrong normals or a crash.
@@ -95,7 +95,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
   const float3 direction = convert_float3(step);
   float t;
   float3 normal;
-  if (along < 0) {  // a lies outside the volume: the solid is cut off at b
+  if (along < 0) {  // a lies outside the volume: the solid ends at b
     t = 1.0f;
     normal = -direction;
   } else if (along + 1 >= (int)side) {
@@ -106,11 +106,11 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
     const float fb = volume_fetch(&grid, voxels, b.x, b.y, b.z);
     const float3 along_edge = inside != 0 ? direction : -direction;
     if (volume_is_inside(&grid, fa) == volume_is_inside(&grid, fb)) {
-      // Both outside: the cap of a closed gap.
+      // Both ends are outside: the edge crosses the cap of a closed gap.
       t = 0.5f;
       normal = along_edge;
     } else {
-      // Halved to avoid overflow.
+      // Values are halved to avoid overflow.
       const float rise = fb * 0.5f - fa * 0.5f;
       t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
       if (!(t >= 0.0f)) t = 0.5f;
@@ -118,7 +118,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
       const float3 at_b = volume_gradient(&grid, voxels, b);
       const float3 gradient = volume_blend(fa - grid.iso, fb - grid.iso, at_a, at_b, axis, &t);
       const float outward = grid.below != 0 ? 1.0f : -1.0f;
-      // Along the edge if the field is flat around it.
+      // If the field is constant around the edge, the normal runs along the edge.
       normal = volume_unit(gradient * outward, along_edge);
     }
   }
@@ -133,16 +133,16 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
 static void volume_rotate(float8* app, float8* aqq, float8* apq, float8* arp, float8* arq,
                           float8 vp[3], float8 vq[3]) {
 #pragma OPENCL FP_CONTRACT OFF
-  const float8 off = *apq;
+  const float8 off_diagonal = *apq;
   const float8 difference = *aqq - *app;
   // tan of the angle: the smaller root of t^2 + 2 theta t - 1 = 0, theta = difference / (2 off).
-  const float8 scale = fabs(difference) + sqrt(difference * difference + 4.0f * off * off);
-  const float8 twice = difference < 0.0f ? -2.0f * off : 2.0f * off;
-  const float8 tangent = scale > 0.0f ? twice / scale : (float8)(0.0f);
+  const float8 scale = fabs(difference) + sqrt(difference * difference + 4.0f * off_diagonal * off_diagonal);
+  const float8 doubled_off = difference < 0.0f ? -2.0f * off_diagonal : 2.0f * off_diagonal;
+  const float8 tangent = scale > 0.0f ? doubled_off / scale : (float8)(0.0f);
   const float8 cosine = 1.0f / sqrt(tangent * tangent + 1.0f);
   const float8 sine = tangent * cosine;
-  *app -= tangent * off;
-  *aqq += tangent * off;
+  *app -= tangent * off_diagonal;
+  *aqq += tangent * off_diagonal;
   *apq = (float8)(0.0f);
   const float8 rp = *arp;
   const float8 rq = *arq;
@@ -156,7 +156,7 @@ static void volume_rotate(float8* app, float8* aqq, float8* apq, float8* arp, fl
   }
 }
 
-/// Adds the part of the correction along one eigenvector.
+/// Adds the component of the correction along one eigenvector.
 static void volume_advance(const float8 axis[3], float8 value, float8 limit,
                            const float8 residual[3], float8 place[3]) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -165,7 +165,7 @@ static void volume_advance(const float8 axis[3], float8 value, float8 limit,
   for (int k = 0; k < 3; ++k) place[k] += axis[k] * step;
 }
 
-/// The minimum of E for eight vertices at once. place: in: start; out: the minimum.
+/// Minimises E for eight vertices at once. place: in: start; out: minimum.
 static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) {
 #pragma OPENCL FP_CONTRACT OFF
   float8 xx = a[0], xy = a[1], xz = a[2], yy = a[3], yz = a[4], zz = a[5];
@@ -188,12 +188,12 @@ static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) 
   volume_advance(vz, zz, limit, residual, place);
 }
 
-/// Rank of a crossed edge: its index among all.
+/// Rank of a crossed edge: its index among all crossed edges.
 static uint volume_edge(const kiln_volume_grid* grid, global const kiln_volume_word* words,
                         uint axis, uint x, uint y, uint z) {
   global const kiln_volume_word* word = words + volume_row(grid, y, z) + (x >> 6);
-  const ulong before = (1ul << (x & 63u)) - 1ul;
-  ulong rank = popcount(word->edge[axis] & before);
+  const ulong lower_bits = (1ul << (x & 63u)) - 1ul;
+  ulong rank = popcount(word->edge[axis] & lower_bits);
   if (axis > 0u) rank += popcount(word->edge[0]);
   if (axis > 1u) rank += popcount(word->edge[1]);
   return word->edge_base + (uint)rank;
@@ -263,13 +263,13 @@ kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong
     for (int k = 0; k < 3; ++k) b[k][lane] = qef.b[k];
     for (int k = 0; k < 3; ++k) middle[k][lane] = qef.mass[k] / count;
 
-    // Crossings that cancel each other out: any direction is used.
+    // If the crossings' normals cancel out, an arbitrary direction is used.
     const float3 normal = volume_unit(mean, (float3)(0.0f, 0.0f, 1.0f));
-    const float3 turned = volume_unit((float3)(dot3(vload3(0, grid.normal_to_world), normal),
-                                               dot3(vload3(1, grid.normal_to_world), normal),
-                                               dot3(vload3(2, grid.normal_to_world), normal)),
+    const float3 world_normal = volume_unit((float3)(dot3(vload3(0, grid.normal_to_world), normal),
+                                                     dot3(vload3(1, grid.normal_to_world), normal),
+                                                     dot3(vload3(2, grid.normal_to_world), normal)),
                                       normal);
-    vstore3(turned, 0, vertices[item].normal);
+    vstore3(world_normal, 0, vertices[item].normal);
   }
 
   float8 matrix[6];

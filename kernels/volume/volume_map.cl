@@ -28,37 +28,37 @@ static float3 map_weights(float second, float third) {
   return (float3)(1.0f - second - third, second, third);
 }
 
-static float map_least(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
+static float map_min(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
 
-/// The chart's triangle that contains a point, or is nearest to it, and the point's weights there.
-/// A point beyond one triangle's diagonal would fall into the other's half of the rectangle,
-/// although it may project outside of both if their widths differ: it is then assigned to the
-/// other, or, above a ridge between the two, to the diagonal.
+/// Finds the chart's triangle that contains a point, or is nearest to it, and the point's weights
+/// there. A point beyond the diagonal of one triangle lies in the other triangle's half of the
+/// rectangle, and is assigned to the other triangle if its projection is on that side, too. Above
+/// a ridge between the two it may project outside of both; it is then assigned to the diagonal.
 static uint map_project(global const kiln_volume_chart* chart, float3 point, float3* weights) {
 #pragma OPENCL FP_CONTRACT OFF
   uint best = 0u;
-  bool best_own = false;
+  bool best_in_own_half = false;
   for (uint k = 0u; k < chart->triangles; ++k) {
     global const float* second = chart->project[k][0];
     global const float* third = chart->project[k][1];
     const float3 at = map_weights(dot3(vload3(0, second), point) + second[3],
                                   dot3(vload3(0, third), point) + third[3]);
-    const bool own = chart->triangles == 1u || (k == 0u ? at.y : at.z) >= 0.0f;
-    if (k == 0u || (own && !best_own) || (own == best_own && map_least(at) > map_least(*weights))) {
+    const bool in_own_half = chart->triangles == 1u || (k == 0u ? at.y : at.z) >= 0.0f;
+    if (k == 0u || (in_own_half && !best_in_own_half) || (in_own_half == best_in_own_half && map_min(at) > map_min(*weights))) {
       *weights = at;
       best = k;
-      best_own = own;
+      best_in_own_half = in_own_half;
     }
   }
-  if (best_own) return best;
-  const float across = best == 0u ? weights->y : weights->z;
-  weights->x += across * 0.5f;
+  if (best_in_own_half) return best;
+  const float diagonal_weight = best == 0u ? weights->y : weights->z;
+  weights->x += diagonal_weight * 0.5f;
   if (best == 0u) {
     weights->y = 0.0f;
-    weights->z += across * 0.5f;
+    weights->z += diagonal_weight * 0.5f;
   } else {
     weights->z = 0.0f;
-    weights->y += across * 0.5f;
+    weights->y += diagonal_weight * 0.5f;
   }
   return best;
 }
@@ -88,7 +88,7 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
       const uint k = map_project(chart, vload3(0, leaf->position), &weights);
       const float3 normal = vload3(0, leaf->normal);
       // A normal that points the opposite way belongs to another side of the surface; one at a large angle belongs to
-      // the polygon beyond a crease, and has little weight.
+      // the polygon beyond a crease, and gets a small weight.
       const float facing = dot3(normal, vload3(0, chart->normal[k]));
       if (!(facing > 0.0f)) continue;
       const float weight = (facing * facing) * (facing * facing);
@@ -113,16 +113,16 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
       }
     }
   }
-  uint known = 0u;
+  uint known_count = 0u;
   for (int i = 0; i < width * height; ++i) {
     const float4 sum = out[i];
     if (sum.w == 0.0f) continue;
-    ++known;
+    ++known_count;
     out[i] = (float4)(map_unit(sum.xyz, vload3(0, chart->normal[0])), 1.0f);
   }
-  splatted[item] = known;
-  if (known != 0u) return;
-  // No vertex fell in: use the polygon's own vertex normals.
+  splatted[item] = known_count;
+  if (known_count != 0u) return;
+  // If no fine vertex was splatted, the polygon's own vertex normals are used.
   for (uint c = 0u; c < chart->corners; ++c) {
     const int at = (int)chart->texel[c][1] * width + (int)chart->texel[c][0];
     out[at] = (float4)(vload3(chart->corner[c], low_normals), 1.0f);
@@ -182,9 +182,9 @@ kernel void kiln_volume_map_pull(const kiln_volume_level params,
   global float4* out = map_level(texels, first_texels, params.charts, level, chart) + row * width;
   for (int x = 0; x < width; ++x) {
     if (out[x].w != 0.0f) continue;
-    const float4 near = coarse[(row >> 1) * coarse_width + (x >> 1)];
+    const float4 coarser = coarse[(row >> 1) * coarse_width + (x >> 1)];
     const float4 sum = map_coarser(coarse, coarse_width, coarse_height, x, row);
-    out[x] = (float4)(map_unit(sum.xyz, near.xyz), 1.0f);
+    out[x] = (float4)(map_unit(sum.xyz, coarser.xyz), 1.0f);
   }
 }
 
@@ -221,7 +221,7 @@ kernel void kiln_volume_map_encode(const kiln_volume_level params,
       for (uint k = 0u; k < chart->triangles; ++k) {
         const float3 here = map_weights(dot3(vload3(0, chart->weights[k][0]), at),
                                         dot3(vload3(0, chart->weights[k][1]), at));
-        if (k == 0u || map_least(here) > map_least(weights)) {
+        if (k == 0u || map_min(here) > map_min(weights)) {
           weights = here;
           best = k;
         }

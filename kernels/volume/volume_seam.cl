@@ -1,9 +1,9 @@
 // Seams of a volume's map: charts that meet at an edge of the low poly hold the same normals along it.
 //
 // Algorithm: each chart is filled separately (volume_map.cl), so the two sides of an edge differ slightly.
-// They are changed to one common curve of normals along the edge; the change fades out within a cell of the
-// volume. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5) name such
-// blending as future work.
+// Both sides are replaced by one common curve of normals along the edge; the change fades out within a cell
+// of the volume. Barry and Wood ("Direct Extraction of Normal Mapped Meshes from Volume Data", section 5)
+// name such blending as future work.
 //   1. At a corner: the mean of all charts that meet there.
 //   2. At the nodes of the side with the fewest texels: the mean of the sides, corrected near the corners so
 //      that it ends in their means. Other sides interpolate between the nodes, so that all read the same
@@ -11,7 +11,8 @@
 //   3. Differences between the curve and a chart's own texels are spread by push-pull, as for unknown
 //      texels, but only by levels whose texels are at most two cells wide: farther from the seam the chart's
 //      texels hold data of fine vertices, which must not change.
-// Creases are preserved: the weight between sides falls from 30 degrees between them on, to 0 at 50.
+// Creases are preserved: the weight between two sides is 1 up to 30 degrees between their normals, and falls
+// to 0 at 50 degrees.
 //
 // A side's texels lie in a row from corner to corner, the diagonal of a single triangle's square included.
 // Bilinear filtering there also reads texels beyond the triangle, which are mirrored at the diagonal.
@@ -43,7 +44,7 @@ typedef struct seam_side {
   int x, y;    // Texel of its first corner
   int dx, dy;  // Step to the next texel
   int steps;
-  int turned;  // 1: runs from the vertex with the higher index to the lower
+  int reversed;  // 1: runs from the vertex with the higher index to the one with the lower index
 } seam_side;
 
 static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
@@ -51,12 +52,12 @@ static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
   seam_side side;
   side.x = (int)chart->texel[k][0];
   side.y = (int)chart->texel[k][1];
-  const int across = (int)chart->texel[next][0] - side.x;
-  const int down = (int)chart->texel[next][1] - side.y;
-  side.dx = (across > 0) - (across < 0);
-  side.dy = (down > 0) - (down < 0);
-  side.steps = max(abs(across), abs(down));
-  side.turned = chart->corner[k] > chart->corner[next] ? 1 : 0;
+  const int step_columns = (int)chart->texel[next][0] - side.x;
+  const int step_rows = (int)chart->texel[next][1] - side.y;
+  side.dx = (step_columns > 0) - (step_columns < 0);
+  side.dy = (step_rows > 0) - (step_rows < 0);
+  side.steps = max(abs(step_columns), abs(step_rows));
+  side.reversed = chart->corner[k] > chart->corner[next] ? 1 : 0;
   return side;
 }
 
@@ -74,14 +75,14 @@ static float seam_fade(float reach, uint level) {
 }
 
 /// A side's value at node j of m, counted from the vertex with the lower index.
-static float3 seam_read(global const kiln_volume_chart* charts, global const float4* texels,
-                        uint member, int j, int m) {
+static float3 seam_value(global const kiln_volume_chart* charts, global const float4* texels,
+                         uint member, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
   global const kiln_volume_chart* chart = charts + (member >> 2);
   const seam_side side = seam_get(chart, member & 3u);
-  const ulong place = (ulong)(side.turned != 0 ? m - j : j) * (ulong)side.steps;
-  const int first = min((int)(place / (ulong)m), side.steps - 1);
-  const float share = (float)(place - (ulong)first * (ulong)m) / (float)m;
+  const ulong scaled_index = (ulong)(side.reversed != 0 ? m - j : j) * (ulong)side.steps;
+  const int first = min((int)(scaled_index / (ulong)m), side.steps - 1);
+  const float share = (float)(scaled_index - (ulong)first * (ulong)m) / (float)m;
   global const float4* at = texels + chart->first_texel;
   const int width = (int)chart->size[0];
   const float3 a = at[(side.y + first * side.dy) * width + side.x + first * side.dx].xyz;
@@ -90,21 +91,21 @@ static float3 seam_read(global const kiln_volume_chart* charts, global const flo
   return a * (1.0f - share) + b * share;
 }
 
-/// The mean of all sides at a node, weighted by their similarity to one of them.
+/// The mean of all sides at a node, weighted by their similarity to the side `self`.
 static float3 seam_mean(global const kiln_volume_chart* charts, global const float4* texels,
                         global const uint* members, uint begin, uint end, uint self, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
-  const float3 own = map_unit(seam_read(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
+  const float3 own_normal = map_unit(seam_value(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
   float3 sum = (float3)(0.0f);
   for (uint i = begin; i < end; ++i) {
-    const float3 value = map_unit(seam_read(charts, texels, members[i], j, m), own);
-    sum += value * seam_weight(own, value);
+    const float3 value = map_unit(seam_value(charts, texels, members[i], j, m), own_normal);
+    sum += value * seam_weight(own_normal, value);
   }
-  return map_unit(sum, own);
+  return map_unit(sum, own_normal);
 }
 
-/// agreed: the mean of the charts that meet at each corner. begins, members: corners by vertex of the low
-/// poly.
+/// Computes the mean of the charts that meet at each corner. agreed: receives the means. begins, members:
+/// corners by vertex of the low poly.
 kernel void kiln_volume_seam_corners(const kiln_volume_level params,
                                      global const kiln_volume_chart* restrict charts,
                                      global const uint* restrict begins,
@@ -117,7 +118,7 @@ kernel void kiln_volume_seam_corners(const kiln_volume_level params,
   global const kiln_volume_chart* chart = charts + (item >> 2);
   const uint k = item & 3u;
   if (k >= chart->corners) return;
-  const float3 own = texels[chart->first_texel + (uint)chart->texel[k][1] * chart->size[0] +
+  const float3 own_normal = texels[chart->first_texel + (uint)chart->texel[k][1] * chart->size[0] +
                             (uint)chart->texel[k][0]]
                          .xyz;
   float3 sum = (float3)(0.0f);
@@ -127,13 +128,14 @@ kernel void kiln_volume_seam_corners(const kiln_volume_level params,
     global const float* at = other->texel[members[i] & 3u];
     const float3 value =
         texels[other->first_texel + (uint)at[1] * other->size[0] + (uint)at[0]].xyz;
-    sum += value * seam_weight(own, value);
+    sum += value * seam_weight(own_normal, value);
   }
-  agreed[item] = (float4)(map_unit(sum, own), 1.0f);
+  agreed[item] = (float4)(map_unit(sum, own_normal), 1.0f);
 }
 
-/// ring: new values of the texels on each chart's sides. edges: per side, SEAM_NONE if there is
-/// none. begins, members: sides by edge. agreed: of the corners.
+/// Computes the common curve along each side. ring: receives the new values of the texels on
+/// each chart's sides. edges: index of the edge per side, SEAM_NONE if no other chart meets it.
+/// begins, members: sides by edge. agreed: means at the corners.
 kernel void kiln_volume_seam_sides(
     const kiln_volume_level params, global const kiln_volume_chart* restrict charts,
     global const uint* restrict edges, global const uint* restrict begins,
@@ -154,35 +156,35 @@ kernel void kiln_volume_seam_sides(
     m = min(m, seam_get(charts + (members[i] >> 2), members[i] & 3u).steps);
   }
   const uint next = k + 1u == chart->corners ? 0u : k + 1u;
-  const float3 first = agreed[(item & ~3u) + (side.turned != 0 ? next : k)].xyz;
-  const float3 last = agreed[(item & ~3u) + (side.turned != 0 ? k : next)].xyz;
+  const float3 first = agreed[(item & ~3u) + (side.reversed != 0 ? next : k)].xyz;
+  const float3 last = agreed[(item & ~3u) + (side.reversed != 0 ? k : next)].xyz;
   const float3 move_first = first - seam_mean(charts, texels, members, begin, end, item, 0, m);
   const float3 move_last = last - seam_mean(charts, texels, members, begin, end, item, m, m);
   const float reach = min(max(params.reach, 1.0f), (float)m);
   float3 a = first;
   float3 b = first;
-  int reached = 0;  // a and b are the nodes reached - 1 and reached
+  int last_node = 0;  // a and b are the values at nodes last_node - 1 and last_node
   for (int i = 0; i <= side.steps; ++i) {
-    const ulong place = (ulong)i * (ulong)m;
-    const int node = min((int)(place / (ulong)side.steps) + 1, m);
-    while (reached < node) {
+    const ulong scaled_index = (ulong)i * (ulong)m;
+    const int node = min((int)(scaled_index / (ulong)side.steps) + 1, m);
+    while (last_node < node) {
       a = b;
-      ++reached;
-      const float3 mean = seam_mean(charts, texels, members, begin, end, item, reached, m);
-      const float from_first = max(1.0f - (float)reached / reach, 0.0f);
-      const float from_last = max(1.0f - (float)(m - reached) / reach, 0.0f);
-      b = reached == m ? last
+      ++last_node;
+      const float3 mean = seam_mean(charts, texels, members, begin, end, item, last_node, m);
+      const float from_first = max(1.0f - (float)last_node / reach, 0.0f);
+      const float from_last = max(1.0f - (float)(m - last_node) / reach, 0.0f);
+      b = last_node == m ? last
                        : map_unit(mean + (move_first * from_first + move_last * from_last), mean);
     }
-    const float share = (float)(place - (ulong)(node - 1) * (ulong)side.steps) / (float)side.steps;
+    const float share = (float)(scaled_index - (ulong)(node - 1) * (ulong)side.steps) / (float)side.steps;
     const float3 value = map_unit(a * (1.0f - share) + b * share, a);
-    out[side.turned != 0 ? side.steps - i : i] = (float4)(value, 1.0f);
+    out[side.reversed != 0 ? side.steps - i : i] = (float4)(value, 1.0f);
   }
 }
 
-/// A texel's new value if it lies on a side; else w is 0.
-static float4 seam_ring(global const kiln_volume_chart* chart, global const float4* ring, int x,
-                        int y) {
+/// The new value of a texel that lies on a side of its chart; w is 0 for other texels.
+static float4 seam_texel(global const kiln_volume_chart* chart, global const float4* ring, int x,
+                         int y) {
   // Most texels of a quad share no row and no column with its corners.
   global const float* first = chart->texel[0];
   global const float* across = chart->texel[2];
@@ -202,8 +204,8 @@ static float4 seam_ring(global const kiln_volume_chart* chart, global const floa
   return (float4)(0.0f);
 }
 
-/// Writes the differences on the sides to level 1. row_charts, first_rows, first_texels: as in
-/// volume_map.cl.
+/// Writes the differences of the texels on sides to level 1. row_charts, first_rows,
+/// first_texels: as in volume_map.cl.
 kernel void kiln_volume_seam_gather(const kiln_volume_level params,
                                     global const kiln_volume_chart* restrict charts,
                                     global const uint* restrict row_charts,
@@ -226,7 +228,7 @@ kernel void kiln_volume_seam_gather(const kiln_volume_level params,
       const int fx = 2 * x + (k & 1);
       const int fy = 2 * row + (k >> 1);
       if (fx >= fine_width || fy >= (int)chart->size[1]) continue;
-      const float4 value = seam_ring(chart, ring, fx, fy);
+      const float4 value = seam_texel(chart, ring, fx, fy);
       if (value.w != 0.0f) sum += (float4)(value.xyz - fine[fy * fine_width + fx].xyz, 1.0f);
     }
     out[x] = sum.w == 0.0f ? sum : sum / sum.w;
@@ -285,7 +287,8 @@ kernel void kiln_volume_seam_pull(const kiln_volume_level params,
   }
 }
 
-/// Level 0: sides get their common values, other texels the spread differences.
+/// Writes level 0, the map itself: texels on a side of a chart get the common curve's normals, other texels
+/// the interpolated differences.
 kernel void kiln_volume_seam_finish(const kiln_volume_level params,
                                     global const kiln_volume_chart* restrict charts,
                                     global const uint* restrict row_charts,
@@ -305,7 +308,7 @@ kernel void kiln_volume_seam_finish(const kiln_volume_level params,
   global float4* out = texels + chart->first_texel + row * width;
   const float share = 0.0625f * seam_fade(params.reach, 1u);
   for (int x = 0; x < width; ++x) {
-    const float4 value = seam_ring(chart, ring, x, row);
+    const float4 value = seam_texel(chart, ring, x, row);
     if (value.w != 0.0f) {
       out[x] = value;
       continue;
@@ -315,8 +318,8 @@ kernel void kiln_volume_seam_finish(const kiln_volume_level params,
   }
 }
 
-/// Mirrors texels beyond the diagonal of single triangles, so that bilinear filtering along it returns
-/// its own texels.
+/// Mirrors texels at the diagonal of single triangles, so that bilinear filtering along the diagonal
+/// returns the diagonal's texels.
 kernel void kiln_volume_seam_mirror(const kiln_volume_level params,
                                     global const kiln_volume_chart* restrict charts,
                                     global float4* restrict texels) {

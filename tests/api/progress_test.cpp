@@ -29,7 +29,7 @@
 
 namespace kiln {
 
-extern std::chrono::milliseconds pause_of_progress;
+extern std::chrono::milliseconds min_progress_interval;
 
 namespace {
 
@@ -122,8 +122,8 @@ TEST(Progress, EveryCallMayCancel) {
 
 /// While it lives, each poll calls, not one in 50 ms: what is counted then does not depend on the machine's speed.
 struct EachPollCalls {
-  EachPollCalls() { pause_of_progress = std::chrono::milliseconds(0); }
-  ~EachPollCalls() { pause_of_progress = std::chrono::milliseconds(50); }
+  EachPollCalls() { min_progress_interval = std::chrono::milliseconds(0); }
+  ~EachPollCalls() { min_progress_interval = std::chrono::milliseconds(50); }
   EachPollCalls(const EachPollCalls&) = delete;
   EachPollCalls& operator=(const EachPollCalls&) = delete;
 };

@@ -18,7 +18,7 @@
 
 namespace kiln {
 
-extern std::chrono::milliseconds pause_of_progress;
+extern std::chrono::milliseconds min_progress_interval;
 
 namespace {
 
@@ -222,7 +222,7 @@ TEST(Session, ABakeThatWasStoppedLeavesTheNextOneWhole) {
   BakeOptions options = small(MatchMethod::uv);
   options.maps = {MapKind::normal, MapKind{"ao"}, MapKind{"position"}};
   options.occlusion.rays = 4;
-  const std::chrono::milliseconds pause = std::exchange(pause_of_progress, {});
+  const std::chrono::milliseconds pause = std::exchange(min_progress_interval, {});
   BakeSession session(*test::device(), inset(bumpy_plane(24, true)), low, options);
   session.bake();
   int stopped = 0;
@@ -244,7 +244,7 @@ TEST(Session, ABakeThatWasStoppedLeavesTheNextOneWhole) {
     if (stopped % 5 == 0) shake(session, 300, 200, 8);
     EXPECT_EQ(difference(session, low, options), "") << "stopped at " << last;
   }
-  pause_of_progress = pause;
+  min_progress_interval = pause;
   EXPECT_GT(stopped, 5);
 }
 

@@ -95,10 +95,10 @@ double place(std::uint32_t column, std::uint32_t size) {
 }
 
 TEST(PartDirections, FindsWhatLiesTogether) {
-  const std::vector<SeeingDirection> directions = {{{0.8, 0.1, 0.59}, 1},
-                                                   {{-0.8, 0.05, 0.6}, 1},
-                                                   {{0.8, -0.1, 0.59}, 1},
-                                                   {{-0.8, -0.05, 0.6}, 3}};
+  const std::vector<SeenDirection> directions = {{{0.8, 0.1, 0.59}, 1},
+                                                 {{-0.8, 0.05, 0.6}, 1},
+                                                 {{0.8, -0.1, 0.59}, 1},
+                                                 {{-0.8, -0.05, 0.6}, 3}};
   const std::vector<Vec3d> two = part_directions(directions, 2);
   ASSERT_EQ(two.size(), 2U);
   EXPECT_LT(angle(two[0], {1.6, 0, 1.18}), 1e-6);

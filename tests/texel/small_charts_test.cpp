@@ -204,7 +204,7 @@ TEST(SmallCharts, GetTheTexelsThatBruteForceGives) {
     std::vector<std::uint32_t> without;
     std::set_difference(charts.begin(), charts.end(), has.begin(), has.end(),
                         std::back_inserter(without));
-    EXPECT_EQ(small.without, without);
+    EXPECT_EQ(small.triangles_without_texel, without);
   }
 }
 
@@ -299,12 +299,12 @@ TEST(SmallCharts, AreCountedWhereNoTexelIsFree) {
   const SmallCharts small = SmallCharts::of(surface, TexelPieces::of(surface, 32, 32), 32, 32, 1);
   EXPECT_TRUE(small.texels.empty());
   EXPECT_EQ(small.triangles, (std::vector<std::uint32_t>{2, 3}));
-  EXPECT_EQ(small.without, small.triangles);
+  EXPECT_EQ(small.triangles_without_texel, small.triangles);
   // On a map of one texel the first chart has it.
   const LowSurface two = flat_surface(quad(0.1, 0.1, 0.2, 0.2, 1, 1));
   const SmallCharts one = SmallCharts::of(two, TexelPieces::of(two, 1, 1), 1, 1, 1);
   ASSERT_EQ(one.texels.size(), 1U);
-  EXPECT_EQ(one.without.size(), 1U);
+  EXPECT_EQ(one.triangles_without_texel.size(), 1U);
 }
 
 /// Triangles that touch a chart with samples are part of it: padding serves them.

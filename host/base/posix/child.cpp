@@ -22,7 +22,8 @@ namespace kiln {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-// wall-clock limit as a multiple of processor time: on a busy machine, a process gets a tenth
+// wall-clock limit as a multiple of the limit of processor time, since on a busy machine a process may get a
+// tenth of a processor
 constexpr std::uint64_t kClockFactor = 10;
 
 /// Size of this process's address space, on Linux; 0: unknown.
@@ -30,9 +31,9 @@ rlim_t address_space() {
   std::FILE* const file = std::fopen("/proc/self/statm", "r");
   if (file == nullptr) return 0;
   unsigned long pages = 0;
-  const bool read = std::fscanf(file, "%lu", &pages) == 1;
+  const bool has_read = std::fscanf(file, "%lu", &pages) == 1;
   std::fclose(file);
-  return read ? rlim_t{pages} * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
+  return has_read ? rlim_t{pages} * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
 /// Runs in the child: executes the work within limits, writes its result, and exits.
@@ -41,7 +42,7 @@ rlim_t address_space() {
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) std::signal(signal, SIG_DFL);
   std::set_terminate([] { _exit(1); });
   const int nowhere = open("/dev/null", O_WRONLY);
-  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // silences messages of the C library
+  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // discards messages of the C library
   const auto limit = [](auto what, rlim_t most) {
     const rlimit both{most, most};
     setrlimit(what, &both);
@@ -49,18 +50,20 @@ rlim_t address_space() {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, limits.seconds);
   if (const rlim_t now = address_space(); now != 0) limit(RLIMIT_AS, now + limits.bytes);
-  std::string said;
+  std::string answer_text;
   try {
-    said = work();
+    answer_text = work();
   } catch (...) {
-    said = "it takes too much memory";
+    answer_text = "it takes too much memory";
   }
 #ifdef __GLIBC__
-  // Walks the free blocks, so that a heap corrupted by the work crashes the child rather than its parent later.
+  // Traverses the free blocks, so that a heap that the work corrupted crashes the child and not, later, the
+  // parent.
   malloc_trim(0);
 #endif
-  const bool written = write(to, said.data(), said.size()) == static_cast<ssize_t>(said.size());
-  _exit(written ? 0 : 1);
+  const bool is_written =
+      write(to, answer_text.data(), answer_text.size()) == static_cast<ssize_t>(answer_text.size());
+  _exit(is_written ? 0 : 1);
 }
 
 }  // namespace

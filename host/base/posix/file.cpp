@@ -73,7 +73,7 @@ int create_file(const fs::path& path, unsigned permissions) noexcept {
 int create_unnamed(const fs::path& folder) noexcept {
 #ifdef O_TMPFILE
   const int file = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
-  // name_file() needs /proc to give the file a name, so it is required now.
+  // name_file() needs /proc to assign a name, so a file is only created if /proc is available.
   if (file < 0 || access(("/proc/self/fd/" + std::to_string(file)).c_str(), F_OK) == 0) return file;
   ::close(file);
 #endif
@@ -145,17 +145,17 @@ std::string line_of(const char* path) {
   return line;
 }
 
-/// On Linux, the user id that root's files appear to have in a user namespace without root; otherwise none.
+/// On Linux: the user id that root's files have in a user namespace that does not map root; else nullopt.
 std::optional<uid_t> root_without_number() {
   std::ifstream map("/proc/self/uid_map");
   unsigned long inside = 0, outside = 0, count = 0;
-  bool any = false;
+  bool has_member = false;
   while (map >> inside >> outside >> count) {
-    any = true;
+    has_member = true;
     if (inside == 0) return std::nullopt;
   }
   const std::string shown = line_of("/proc/sys/kernel/overflowuid");
-  if (!any || shown.empty()) return std::nullopt;
+  if (!has_member || shown.empty()) return std::nullopt;
   return static_cast<uid_t>(std::strtoul(shown.c_str(), nullptr, 10));
 }
 
@@ -195,37 +195,37 @@ fs::path shared_level(const fs::path& path) {
     return parts;
   };
   std::error_code error;
-  std::list<fs::path> left = parts_of(fs::absolute(path, error));
+  std::list<fs::path> remaining = parts_of(fs::absolute(path, error));
   if (error) return path;
   fs::path at;
-  bool open_to_all = false;   // others may create names in the folder `at`
-  bool among_others = false;  // others may create names in a level above
-  for (int links = 0; !left.empty();) {
-    const fs::path part = left.front();
-    left.pop_front();
+  bool others_may_create = false;        // others may create files in the folder `at`
+  bool others_may_create_above = false;  // others may create files in a level above
+  for (int links = 0; !remaining.empty();) {
+    const fs::path part = remaining.front();
+    remaining.pop_front();
     if (part == "..") {
-      // resolved again, starting at the root
-      left.splice(left.begin(), parts_of(at.parent_path()));
+      // the link's target is resolved from the root
+      remaining.splice(remaining.begin(), parts_of(at.parent_path()));
       at.clear();
       continue;
     }
     const fs::path next = at / part;
     struct stat status {};
-    // A missing level will be created by this process, unless others may create it first.
-    if (lstat(next.c_str(), &status) != 0) return open_to_all ? next : fs::path();
+    // This process will create a missing level, unless others can create it first.
+    if (lstat(next.c_str(), &status) != 0) return others_may_create ? next : fs::path();
     const bool is_trusted = status.st_uid == geteuid() || status.st_uid == 0 ||
-                            (!among_others && status.st_uid == system);
+                            (!others_may_create_above && status.st_uid == system);
     if (!is_trusted) return next;
     if (S_ISLNK(status.st_mode)) {
       const fs::path to = fs::read_symlink(next, error);
       if (error || ++links > kMaxLinks) return next;
-      left.splice(left.begin(), parts_of(to));
+      remaining.splice(remaining.begin(), parts_of(to));
       continue;
     }
     at = next;
-    open_to_all = others_may_write(status);
-    among_others = among_others || open_to_all;
-    if (open_to_all && ((status.st_mode & S_ISVTX) == 0 || left.empty())) return at;
+    others_may_create = others_may_write(status);
+    others_may_create_above = others_may_create_above || others_may_create;
+    if (others_may_create && ((status.st_mode & S_ISVTX) == 0 || remaining.empty())) return at;
   }
   return {};
 }
@@ -235,7 +235,7 @@ void create_private_folders(const fs::path& path) noexcept {
     fs::path folder;
     for (const fs::path& part : path) {
       folder /= part;
-      // ignored if it exists; other errors show at its first use
+      // an existing folder is not an error; other errors are reported at its first use
       if (mkdir(folder.c_str(), 0700) != 0) errno = 0;
     }
   } catch (const std::exception&) {
@@ -250,7 +250,7 @@ void set_variable(const char* name, const char* value) noexcept {
 
 long process_id() noexcept { return getpid(); }
 const std::string& process_mark() {
-  static const std::string made = [] {
+  static const std::string folder_path = [] {
     std::string text = line_of("/proc/sys/kernel/random/boot_id");
     std::array<char, 256> name{};
     if (text.empty() && gethostname(name.data(), name.size() - 1) == 0) text = name.data();
@@ -260,7 +260,7 @@ const std::string& process_mark() {
                   static_cast<unsigned long long>(fnv1a(text)));
     return std::string(name.data());
   }();
-  return made;
+  return folder_path;
 }
 bool is_gone(long process) noexcept {
   return process > 0 && kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
@@ -271,8 +271,8 @@ fs::path create_temporary_folder(const std::string& start_of_name) {
   return mkdtemp(folder.data()) == nullptr ? "" : folder;
 }
 fs::path temporary_folder() {
-  const char* const given = std::getenv("TMPDIR");
-  return given != nullptr && *given != '\0' ? given : "/tmp";
+  const char* const variable_value = std::getenv("TMPDIR");
+  return variable_value != nullptr && *variable_value != '\0' ? variable_value : "/tmp";
 }
 
 }  // namespace kiln::os

@@ -47,14 +47,15 @@ void own_folder(std::span<char> to) noexcept {
 
 std::vector<fs::path> programs_of_path(const std::string& name, const std::string& unset) {
   const char* const set = std::getenv("PATH");
-  std::vector<fs::path> found;
-  for (std::string_view left = set == nullptr ? std::string_view(unset) : set; !left.empty();) {
-    const std::size_t size = std::min(left.find(':'), left.size());
-    const fs::path file = fs::path(left.substr(0, size)) / name;
-    if (size != 0 && access(file.c_str(), X_OK) == 0) found.push_back(file);
-    left.remove_prefix(std::min(size + 1, left.size()));
+  std::vector<fs::path> programs;
+  for (std::string_view remaining = set == nullptr ? std::string_view(unset) : set;
+       !remaining.empty();) {
+    const std::size_t size = std::min(remaining.find(':'), remaining.size());
+    const fs::path file = fs::path(remaining.substr(0, size)) / name;
+    if (size != 0 && access(file.c_str(), X_OK) == 0) programs.push_back(file);
+    remaining.remove_prefix(std::min(size + 1, remaining.size()));
   }
-  return found;
+  return programs;
 }
 
 int become_program(const char* program, char** argv) noexcept {
@@ -70,11 +71,11 @@ bool run_own_program(const std::vector<std::string>& words,
   pid_t child = 0;
   if (posix_spawn(&child, kOwnProgram, nullptr, nullptr, arguments.data(), environ) != 0)
     return false;
-  bool told = false;
+  bool is_interrupt_sent = false;
   for (int status = 0; waitpid(child, &status, WNOHANG) == 0;) {
-    if (interrupted() && !told) {
+    if (interrupted() && !is_interrupt_sent) {
       kill(child, SIGINT);
-      told = true;
+      is_interrupt_sent = true;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
@@ -91,9 +92,9 @@ void* function_of(void* library, const char* name) noexcept { return dlsym(libra
 
 namespace {
 
-// All that a handler of signals needs: nothing can be allocated in one.
-constexpr std::size_t kMostVariables = 4096;
-std::array<char*, kMostVariables + 2> restart_environment;
+// Data that the signal handler needs, since handlers cannot allocate.
+constexpr std::size_t kMaxVariables = 4096;
+std::array<char*, kMaxVariables + 2> restart_environment;
 std::array<char, 64> restart_variable{};
 char** restart_arguments = nullptr;
 
@@ -110,7 +111,7 @@ void prepare_restart(char** argv, const std::string& variable) {
   variable.copy(restart_variable.data(), restart_variable.size() - 1);
   const std::size_t name = variable.find('=') + 1;
   std::size_t count = 0;
-  for (char** entry = environ; *entry != nullptr && count < kMostVariables; ++entry) {
+  for (char** entry = environ; *entry != nullptr && count < kMaxVariables; ++entry) {
     if (std::strncmp(*entry, variable.c_str(), name) != 0) restart_environment[count++] = *entry;
   }
   restart_environment[count++] = restart_variable.data();
@@ -129,7 +130,7 @@ SplitEnd split_process() {
   copy = fork();
   if (copy == 0) return {SplitEnd::Kind::copy, 0};
   if (copy < 0) return {};
-  signal(SIGINT, SIG_IGN);  // a terminal's goes to both
+  signal(SIGINT, SIG_IGN);  // a terminal sends the signal to both processes
   signal(SIGTERM, pass_on);
   signal(SIGHUP, pass_on);
   int status = 0;

@@ -23,7 +23,7 @@ extern char** environ;
 namespace kiln {
 
 struct RunningProgram::Process {
-  /// Both ends are closed with it.
+  /// A pipe; the destructor closes both ends.
   struct Pipe {
     int read_end = -1, write_end = -1;
     Pipe() {
@@ -42,19 +42,19 @@ struct RunningProgram::Process {
     }
   };
 
-  pid_t id = 0;  ///< 0: has ended
+  pid_t id = 0;  ///< process id; 0 after the program has ended
   Pipe input, output, errors;
-  std::string given;                   ///< To its standard input
-  std::function<bool()> interrupted;   ///< Ends it
-  std::future<ProgramResult> working;  ///< From begin() on
+  std::string input_bytes;                   ///< data for the program's standard input
+  std::function<bool()> interrupted;         ///< the program is killed when this returns true
+  std::future<ProgramResult> future_result;  ///< the running exchange; valid after begin()
 
   ~Process() {
     if (id != 0) kill(id, SIGKILL);
-    if (working.valid()) working.wait();
+    if (future_result.valid()) future_result.wait();
     wait();
   }
-  bool exchange(std::string_view left, double limit_seconds, ProgramResult& result);
-  /// \returns its status, once it has ended
+  bool exchange(std::string_view remaining, double limit_seconds, ProgramResult& result);
+  /// Waits for the program. \returns its exit status
   int wait() {
     int status = 0;
     if (id == 0) return status;
@@ -75,10 +75,11 @@ constexpr int kNice = 5;
 
 }  // namespace
 
-/// Writes to it and reads from it until it closes both: in turn, so that no pipe fills up and stops either.
-/// \param left  what is to be written
-/// \returns false where it took too long, or was interrupted
-bool RunningProgram::Process::exchange(std::string_view left, double limit_seconds,
+/// Writes the program's input and reads its output until it closes its pipes. Both are interleaved, so that
+/// no full pipe blocks either process.
+/// \param remaining the input that is to be written
+/// \returns false on a timeout, or if it was interrupted
+bool RunningProgram::Process::exchange(std::string_view remaining, double limit_seconds,
                                        ProgramResult& result) {
   const auto deadline =
       std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_seconds);
@@ -87,7 +88,7 @@ bool RunningProgram::Process::exchange(std::string_view left, double limit_secon
   fcntl(input.write_end, F_SETFL, O_NONBLOCK);
   std::array<int*, 2> ends = {&output.read_end, &errors.read_end};
   while (*ends[0] >= 0 || *ends[1] >= 0) {
-    if (left.empty()) Pipe::close_end(input.write_end);
+    if (remaining.empty()) Pipe::close_end(input.write_end);
     std::array<pollfd, 3> polled = {
         {{*ends[0], POLLIN, 0}, {*ends[1], POLLIN, 0}, {input.write_end, POLLOUT, 0}}};
     constexpr int kMilliseconds = 100;
@@ -105,11 +106,11 @@ bool RunningProgram::Process::exchange(std::string_view left, double limit_secon
       }
     }
     if (input.write_end < 0 || polled[2].revents == 0) continue;
-    const ssize_t count = write(input.write_end, left.data(), left.size());
+    const ssize_t count = write(input.write_end, remaining.data(), remaining.size());
     if (count > 0) {
-      left.remove_prefix(static_cast<std::size_t>(count));
+      remaining.remove_prefix(static_cast<std::size_t>(count));
     } else if (count < 0 && errno != EINTR && errno != EAGAIN) {
-      left = {};  // It does not read any more.
+      remaining = {};  // the program has closed its input
     }
   }
   return true;
@@ -137,7 +138,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
   posix_spawn_file_actions_adddup2(&actions, process->output.write_end, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, process->errors.write_end, STDERR_FILENO);
   posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  // Signals that we ignore (see catch_interrupts) the program should not.
+  // Signals that this process ignores (catch_interrupts()) are reset to their defaults in the program.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t defaults;
@@ -153,7 +154,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
   posix_spawnattr_destroy(&attributes);
   if (status == ENOENT || status == EACCES || status == ENOTDIR) return std::nullopt;
   if (status != 0) not_started(command[0], status);
-  // Whoever starts it works meanwhile, and should not wait for it.
+  // The program gets a lower priority than this process, which works at the same time.
   setpriority(PRIO_PROCESS, static_cast<id_t>(id), kNice);
   process->id = id;
   Process::Pipe::close_end(process->input.read_end);
@@ -164,26 +165,28 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
 
 void RunningProgram::begin(std::string input, double limit_seconds,
                            std::function<bool()> interrupted) {
-  process_->given = std::move(input);
+  process_->input_bytes = std::move(input);
   process_->interrupted = std::move(interrupted);
-  process_->working = std::async(std::launch::async, [process = process_.get(), limit_seconds] {
-    ProgramResult result;
-    if (!process->exchange(process->given, limit_seconds, result)) {
-      kill(process->id, SIGKILL);
-      result.errors += "stopped after " + std::to_string(std::lround(limit_seconds)) + " seconds";
-    }
-    return result;
-  });
+  process_->future_result =
+      std::async(std::launch::async, [process = process_.get(), limit_seconds] {
+        ProgramResult result;
+        if (!process->exchange(process->input_bytes, limit_seconds, result)) {
+          kill(process->id, SIGKILL);
+          result.errors +=
+              "stopped after " + std::to_string(std::lround(limit_seconds)) + " seconds";
+        }
+        return result;
+      });
 }
 
-bool RunningProgram::began() const { return process_->working.valid(); }
+bool RunningProgram::began() const { return process_->future_result.valid(); }
 
 bool RunningProgram::began_with(std::string_view input) const {
-  return began() && process_->given == input;
+  return began() && process_->input_bytes == input;
 }
 
 ProgramResult RunningProgram::finish() {
-  ProgramResult result = process_->working.get();
+  ProgramResult result = process_->future_result.get();
   const int ended = process_->wait();
   result.exit_code = WIFEXITED(ended) ? WEXITSTATUS(ended) : 128 + WTERMSIG(ended);
   return result;

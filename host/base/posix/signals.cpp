@@ -20,7 +20,7 @@ void (*deadline)() = nullptr;
 extern "C" void on_alarm(int) { deadline(); }
 
 extern "C" void on_interrupt(int) {
-  if (interrupt_came.exchange(true)) deadline();  // a second one does not wait
+  if (interrupt_came.exchange(true)) deadline();  // a second request ends the wait
   itimerval timer{};
   timer.it_value.tv_usec = kMicrosecondsToEnd;
   setitimer(ITIMER_REAL, &timer, nullptr);
@@ -30,7 +30,7 @@ void handle(int number, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART;
-  // Signals that a parent ignores (nohup) stay ignored.
+  // Signals that the parent process ignores (nohup) stay ignored.
   struct sigaction before {};
   if (number != SIGALRM && sigaction(number, nullptr, &before) == 0 &&
       before.sa_handler == SIG_IGN) {
@@ -59,7 +59,7 @@ bool interrupted() noexcept { return interrupt_came.load(); }
 void catch_crashes(void (*on_crash)(int number)) noexcept {
   for (std::size_t i = 0; i < kCrashSignals.size(); ++i) {
     struct sigaction before {};
-    // A sanitizer's or a parent's is the better one.
+    // Existing handlers, such as a sanitizer's, are kept.
     if (sigaction(kCrashSignals[i], nullptr, &before) != 0 || before.sa_handler != SIG_DFL)
       continue;
     struct sigaction action {};

@@ -16,7 +16,7 @@ void prepare_streams() noexcept {}
 bool reserve_streams() noexcept {
   for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor) {
     if (fcntl(descriptor, F_GETFD) >= 0) continue;
-    // The lowest that is free.
+    // open() returns the lowest free descriptor.
     if (open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) != descriptor)
       return false;
   }
@@ -25,7 +25,7 @@ bool reserve_streams() noexcept {
 
 bool is_terminal(std::FILE* stream) noexcept {
   if (isatty(fileno(stream)) == 0) return false;
-  // Without a name it says nothing of what it can do.
+  // Without TERM, the terminal's capabilities are unknown.
   const char* kind = std::getenv("TERM");
   return kind != nullptr && *kind != '\0' && std::string_view(kind) != "dumb";
 }

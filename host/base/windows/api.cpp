@@ -7,9 +7,10 @@ namespace kiln::os {
 namespace fs = std::filesystem;
 
 std::wstring api_path(const fs::path& path) {
-  // Folders end 12 characters before files do (MAX_PATH), to leave room for a short name.
+  // Paths of folders must be 12 characters shorter than MAX_PATH, which leaves space for a short file name.
   constexpr DWORD kMaxPlainLength = MAX_PATH - 12 - 1, kMaxLength = 32768;
-  // A relative path is as long as its whole one. libstdc++'s absolute() takes a share of a server for a folder.
+  // The length of the absolute path counts. libstdc++'s absolute() is not used, since it treats a network
+  // share as a folder.
   std::wstring whole(kMaxLength, L'\0');
   const DWORD length = GetFullPathNameW(path.c_str(), kMaxLength, whole.data(), nullptr);
   if (length < kMaxPlainLength || length >= kMaxLength) return path.native();

@@ -1,4 +1,4 @@
-// The Windows API, without its macros for names of the standard library, and what all of windows/ needs of it.
+// The Windows API, without its macros for names of the standard library, and helpers for windows/.
 #pragma once
 
 #ifndef NOMINMAX
@@ -15,8 +15,8 @@
 
 namespace kiln::os {
 
-/// A path as the API's wide calls take it at any length: a long one becomes absolute, with the prefix `\\?\`, so that
-/// neither the system's settings nor the program's manifest matter.
+/// Converts a path for the API's wide functions: a long path becomes absolute, with the prefix `\\?\`, so that any
+/// length works regardless of the system's settings and the program's manifest.
 std::wstring api_path(const std::filesystem::path& path);
 
 std::wstring to_wide(std::string_view utf8);

@@ -20,11 +20,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// As on POSIX, an open file may be renamed and removed, by this process and by others.
+/// Share mode: as on POSIX, this process and others may rename and remove an open file.
 constexpr DWORD kShareAll = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
 constexpr DWORD kMaxBytesPerCall = DWORD{1} << 30;
 
-/// Closed with it.
+/// A handle, which the destructor closes.
 class Handle {
  public:
   explicit Handle(HANDLE handle) : handle_(handle) {}
@@ -54,7 +54,7 @@ HANDLE open_handle(const fs::path& path, DWORD access, DWORD creation, DWORD fla
   return CreateFileW(api_path(path).c_str(), access, kShareAll, nullptr, creation, flags, nullptr);
 }
 
-/// Nanoseconds since 1970, of 100 ns since 1601.
+/// Converts units of 100 ns since 1601 to nanoseconds since 1970.
 std::int64_t unix_nanoseconds(std::int64_t file_time) {
   constexpr std::int64_t kTicksTo1970 = 116444736000000000;
   return file_time <= 0 ? 0 : (file_time - kTicksTo1970) * 100;
@@ -81,7 +81,7 @@ std::optional<FileFacts> facts_of_handle(HANDLE handle) noexcept {
 }
 
 std::optional<FileFacts> facts_of(const fs::path& path, DWORD flags) noexcept {
-  // Folders are opened as backup programs do; no access but to attributes is asked for.
+  // Folders can only be opened with backup semantics; only access to attributes is requested.
   const Handle file(
       open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS | flags));
   if (!succeeded(file.good())) return std::nullopt;
@@ -121,7 +121,8 @@ int create_unnamed(const fs::path& /*folder*/) noexcept {
 }
 
 int lock_folder(const fs::path& folder, double seconds) noexcept {
-  // A file that one process at a time can have open, and that goes when it is closed, however its process ends.
+  // A lock is a file that only one process at a time can open, and that is deleted when it is closed, even if
+  // the process crashes.
   constexpr std::chrono::milliseconds kRetryInterval(20);
   const fs::path name = folder / ".kiln-lock";
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
@@ -132,7 +133,7 @@ int lock_folder(const fs::path& folder, double seconds) noexcept {
     if (handle != INVALID_HANDLE_VALUE) return descriptor_of(handle, _O_WRONLY);
     const DWORD error = GetLastError();
     set_errno();
-    // Access is denied while another process's is being removed, too.
+    // Access is also denied while another process's file is being deleted.
     const bool is_held = error == ERROR_SHARING_VIOLATION ||
                          (error == ERROR_ACCESS_DENIED &&
                           GetFileAttributesW(api_path(name).c_str()) != INVALID_FILE_ATTRIBUTES);
@@ -185,7 +186,7 @@ bool may_write_in(const fs::path& folder) noexcept {
   return succeeded(opened.good());
 }
 bool replace(const fs::path& from, const fs::path& to) noexcept {
-  // A search index or a virus scanner may have either file open for a moment.
+  // A search indexer or virus scanner may have a file open for a moment, so the operation is retried.
   constexpr int kAttempts = 25;
   constexpr std::chrono::milliseconds kRetryInterval(40);
   const std::wstring source = api_path(from), target = api_path(to);
@@ -208,7 +209,8 @@ bool remove_folder(const wchar_t* path) noexcept {
   return succeeded(RemoveDirectoryW(api_path(path).c_str()) != FALSE);
 }
 
-fs::path shared_level(const fs::path& /*path*/) { return {}; }  // access lists are not looked into
+// access control lists are not checked
+fs::path shared_level(const fs::path& /*path*/) { return {}; }
 void create_private_folders(const fs::path& path) noexcept {
   std::error_code error;
   fs::create_directories(path, error);
@@ -222,7 +224,7 @@ fs::path create_temporary_folder(const std::string& start_of_name) {
   static std::atomic<unsigned> number{0};
   const std::string start = start_of_name + std::to_string(process_id()) + "-";
   std::error_code error;
-  // One of a process of the same number may have been left.
+  // A folder of an earlier process with the same number may exist.
   for (int attempt = 0; attempt < 1000; ++attempt) {
     const fs::path folder = temporary_folder() / (start + std::to_string(number++));
     if (fs::create_directory(folder, error)) return folder;
@@ -230,7 +232,7 @@ fs::path create_temporary_folder(const std::string& start_of_name) {
   }
   return {};
 }
-// The system's temporary folder is each user's own.
+// Each user has a temporary folder of their own.
 fs::path user_folder() { return temporary_folder() / "kiln"; }
 void set_variable(const char* name, const char* value) noexcept {
   _putenv_s(name, value == nullptr ? "" : value);

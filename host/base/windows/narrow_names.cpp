@@ -1,6 +1,6 @@
-// Narrow names are UTF-8 in paths. libstdc++ 12 makes UTF-8 of wide paths, but takes narrow ones letter for letter by this
-// facet, which of msvcrt.dll knows no UTF-8. The definitions here stand in the place of the library's, all of its object
-// file, so that the linker takes none from there.
+// Makes narrow names UTF-8 in paths. libstdc++ 12 converts wide paths to UTF-8, but narrow ones by this facet, which
+// does not support UTF-8 with msvcrt.dll. The definitions here replace all those of the library's object file, so
+// that the linker does not use it.
 #include <codecvt>
 #include <locale>
 

@@ -4,7 +4,7 @@
 #include <cwchar>
 
 #include "base/windows/api.h"
-// After the API's own header, whose types it needs.
+// Must follow the API's header, whose types it needs.
 #include <shellapi.h>
 
 namespace kiln::os {
@@ -34,7 +34,7 @@ std::vector<std::string> own_words() {
 }
 
 fs::path own_program() {
-  constexpr std::size_t kMaxLength = 32768;  // of any path
+  constexpr std::size_t kMaxLength = 32768;  // maximum length of a path
   std::wstring path(kMaxLength, L'\0');
   path.resize(GetModuleFileNameW(nullptr, path.data(), kMaxLength));
   return path;
@@ -51,7 +51,7 @@ int become_program(const char* /*program*/, char** /*argv*/) noexcept { return E
 
 namespace {
 
-/// A word such that CommandLineToArgvW() reads it as it is: backslashes count double before a quotation mark alone.
+/// Quotes a word for CommandLineToArgvW(), which halves backslashes only before a quotation mark.
 std::wstring quoted(const std::wstring& word) {
   std::wstring text = L"\"";
   std::size_t strokes = 0;
@@ -77,7 +77,7 @@ bool run_own_program(const std::vector<std::string>& words,
     return false;
   }
   CloseHandle(started.hThread);
-  // Ctrl-C goes to all processes of a console, so that nothing is passed on.
+  // All processes of a console receive Ctrl-C, so it need not be passed on.
   WaitForSingleObject(started.hProcess, INFINITE);
   CloseHandle(started.hProcess);
   return true;

@@ -15,7 +15,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> /*c
   return std::nullopt;
 }
 
-// None starts, so that none of these is called.
+// RunningProgram is not supported on Windows, so these functions are never called.
 void RunningProgram::begin(std::string /*input*/, double /*limit_seconds*/,
                            std::function<bool()> /*interrupted*/) {}
 bool RunningProgram::began() const { return false; }

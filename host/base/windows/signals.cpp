@@ -18,11 +18,12 @@ const DWORD main_thread = GetCurrentThreadId();
 BOOL WINAPI on_control(DWORD /*event*/) {
   if (!interrupt_came.exchange(true)) Sleep(kMillisecondsToEnd);
   deadline();
-  stop_thread();  // outputs are being put in place, and the program ends after
+  // the main thread finishes outputs that are being moved into place, and ends the program
+  stop_thread();
 }
 
 void (*crash)(int number) = nullptr;
-constexpr int kException = 0;  // of the system, in the place of a signal's number
+constexpr int kException = 0;  // number of system exceptions, which have no signal number
 
 LONG WINAPI on_exception(EXCEPTION_POINTERS* /*pointers*/) {
   crash(kException);
@@ -40,7 +41,7 @@ bool interrupted() noexcept { return interrupt_came.load(); }
 
 void catch_crashes(void (*on_crash)(int number)) noexcept {
   crash = on_crash;
-  // No window that somebody has to close.
+  // Suppresses error dialogs, which would block until a user closes them.
   SetErrorMode(SEM_FAILCRITICALERRORS | SEM_NOGPFAULTERRORBOX);
   SetUnhandledExceptionFilter(on_exception);
   std::signal(SIGABRT, on_crash);

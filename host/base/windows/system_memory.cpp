@@ -2,7 +2,7 @@
 
 #include "base/control_group.h"
 #include "base/windows/api.h"
-// After the API's own header, whose types it needs.
+// Must follow the API's header, whose types it needs.
 #include <psapi.h>
 
 namespace kiln::os {
@@ -22,7 +22,7 @@ std::uint64_t peak_resident_memory() noexcept { return counters().PeakWorkingSet
 std::uint64_t free_in_machine() {
   MEMORYSTATUSEX status{};
   status.dwLength = sizeof status;
-  // The page file grows into what is left of it; without one, this is memory alone.
+  // The available commit charge: memory and page file; without a page file, memory only.
   return GlobalMemoryStatusEx(&status) == FALSE ? kNoNumber : status.ullAvailPageFile;
 }
 

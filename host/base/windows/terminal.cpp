@@ -16,7 +16,8 @@ HANDLE handle_of(std::FILE* stream) noexcept {
   return file < 0 ? INVALID_HANDLE_VALUE : reinterpret_cast<HANDLE>(_get_osfhandle(file));
 }
 
-UINT output_page = 0, input_page = 0;  // of the console before, which outlives the program
+// previous code pages of the console, which outlives the program
+UINT output_page = 0, input_page = 0;
 void restore_console() {
   SetConsoleOutputCP(output_page);
   SetConsoleCP(input_page);
@@ -45,7 +46,7 @@ void prepare_streams() noexcept {
 bool reserve_streams() noexcept {
   for (int descriptor = 0; descriptor <= 2; ++descriptor) {
     if (_get_osfhandle(descriptor) != -1) continue;
-    // The lowest that is free.
+    // _wopen() returns the lowest free descriptor.
     if (_wopen(L"NUL", descriptor == 0 ? _O_WRONLY : _O_RDONLY) != descriptor) return false;
   }
   return true;
@@ -66,7 +67,7 @@ std::size_t terminal_columns() noexcept {
 }
 
 bool reader_left(std::FILE* stream) noexcept {
-  // Nothing else lets writing to a pipe fail.
+  // Writing to a pipe only fails if it has no reader.
   return GetFileType(handle_of(stream)) == FILE_TYPE_PIPE;
 }
 
