@@ -40,14 +40,15 @@ std::string joined(const std::string& folder, const std::string& path) {
   return folder.ends_with('/') ? folder + path : folder + "/" + path;
 }
 
-/// A pattern below the setting's folder. The folder's name is escaped, since it is no pattern.
+/// A pattern below the setting's folder. The folder's name is escaped, since it is not a pattern.
 std::string in_folder(const Setting& setting, const std::string& word) {
   return joined(escape_pattern(setting.folder), word);
 }
 
 std::string identity(const fs::path& path) {
   std::error_code error;
-  // Of a relative path whose first folder is not there yet, the canonical one is relative, too.
+  // If the first folder of a relative path does not exist yet, weakly_canonical() returns a relative path, so the
+  // path is made absolute first.
   const fs::path found = fs::weakly_canonical(fs::absolute(path), error);
   return (error ? fs::absolute(path).lexically_normal() : found).generic_string();
 }
@@ -76,7 +77,7 @@ class Expander {
   Batch expand() {
     for (const std::string& only : options_.only) only_.emplace_back(only);
     for (std::size_t rule = 0; rule < file_.bakes.size(); ++rule) expand_rule(rule);
-    name_apart();
+    make_names_unique();
     check_outputs();
     check_sidecars();
     check_next_inputs();
@@ -109,7 +110,7 @@ class Expander {
   static PathPattern pattern_of(const Setting& setting, const std::string& word) {
     try {
       const PathPattern pattern(in_folder(setting, word));
-      // ".." after a capture would leave the captured folder again.
+      // ".." after a capture would lead out of the captured folder.
       const std::string& text = pattern.text();
       const std::size_t open = std::min({text.find('{'), text.find('*'), text.size()});
       if (!pattern.captures().empty() && text.find("/..", open) != std::string::npos) {
@@ -152,29 +153,29 @@ class Expander {
     const Setting& first = low != nullptr ? *low : *high;
     const PathPattern primary = pattern_of(first, first.words[0]);
     if (has_wildcards(primary)) primaries_.push_back({primary, skip, rule, &first});
-    // Assets are in the order of their first files.
+    // Assets are created in the order of their first files.
     std::vector<Group> groups;
     std::map<Captures, std::size_t> places;
-    std::size_t matched = 0;
+    std::size_t matched_files = 0;
     for (FileLister::Found& file : find(first, primary, {})) {
-      ++matched;
+      ++matched_files;
       if (is_skipped(skip, file.path)) continue;
       const auto [place, added] = places.try_emplace(file.captures, groups.size());
       if (added) groups.push_back({file.captures, {}});
       groups[place->second].files.push_back(std::move(file.path));
     }
-    if (matched == 0) {
+    if (matched_files == 0) {
       fail_in(first,
               has_wildcards(primary)
                   ? "no file matches '" + primary.text() + "'" + where() + ": check the path."
                   : "there is no file '" + primary.path({}) + "'" + where() + ": check the path.");
     }
-    std::set<std::string> used;
+    std::set<std::string> used_stems;
     for (const Group& group : groups) {
       check_formats(first, group.files);
-      expand_asset(rule, group, used);
+      expand_asset(rule, group, used_stems);
     }
-    if (low != nullptr) check_unpaired(*high, skip, used);
+    if (low != nullptr) check_unpaired(*high, skip, used_stems);
   }
 
   std::string where() const {
@@ -183,13 +184,13 @@ class Expander {
 
   /// Warns about high polys without a low poly of that name, which would otherwise be skipped silently.
   void check_unpaired(const Setting& high, const std::vector<PathPattern>& skip,
-                      const std::set<std::string>& used) {
+                      const std::set<std::string>& used_stems) {
     std::vector<std::string> unpaired;
     for (const std::string& word : high.words) {
       const PathPattern pattern = pattern_of(high, word);
       if (pattern.captures().empty()) continue;
       for (const FileLister::Found& file : find(high, pattern, {})) {
-        if (used.count(file.path) == 0 && !is_skipped(skip, file.path))
+        if (used_stems.count(file.path) == 0 && !is_skipped(skip, file.path))
           unpaired.push_back(file.path);
       }
     }
@@ -202,7 +203,8 @@ class Expander {
                                unpaired.size()});
   }
 
-  /// All files of a side; empty if none matches. \param problem out: why there is none
+  /// All files of a side; empty if none matches.
+  /// \param problem  receives the reason if there is no file
   std::vector<std::string> files_of(const Setting& setting, const Captures& captures,
                                     std::string& problem) {
     std::vector<std::string> files;
@@ -211,15 +213,15 @@ class Expander {
       for (const std::string& name : pattern.captures()) {
         fail_in(setting, "{" + name + "} is not captured" + captures_in_words(captures));
       }
-      std::vector<std::string> some;
+      std::vector<std::string> matching_files;
       for (FileLister::Found& file : find(setting, pattern, {}))
-        some.push_back(std::move(file.path));
-      if (some.empty() && problem.empty()) {
+        matching_files.push_back(std::move(file.path));
+      if (matching_files.empty() && problem.empty()) {
         problem = "there is no " + setting.key + " '" +
                   (pattern.is_plain() ? pattern.path({}) : pattern.text()) + "' (" +
                   setting.origin.place() + ")";
       }
-      files.insert(files.end(), some.begin(), some.end());
+      files.insert(files.end(), matching_files.begin(), matching_files.end());
     }
     check_formats(setting, files);
     return files;
@@ -233,26 +235,28 @@ class Expander {
   }
 
   /// Merges a layer into the effective settings. Later layers override earlier ones.
-  void add_layer(std::map<std::string, Setting>& in_force, const OptionLayer& layer) const {
+  void add_layer(std::map<std::string, Setting>& effective_settings,
+                 const OptionLayer& layer) const {
     for (const Setting& setting : layer.settings) {
-      // A setting removes earlier ones that it excludes, such as --cage and --cage-mesh.
+      // A setting removes earlier settings that it excludes: --cage and --cage-mesh, for example, exclude each other.
       const OptionRow* const row = find_option_row(setting.key);
-      for (auto other = in_force.begin(); row != nullptr && other != in_force.end();) {
+      for (auto other = effective_settings.begin();
+           row != nullptr && other != effective_settings.end();) {
         const OptionRow* const their = find_option_row(other->first);
         const bool excluded =
             their != nullptr && layer.find(other->first) == nullptr &&
             ((" " + row->excludes + " ").find(" " + their->flag + " ") != std::string::npos ||
              (" " + their->excludes + " ").find(" " + row->flag + " ") != std::string::npos);
-        other = excluded ? in_force.erase(other) : std::next(other);
+        other = excluded ? effective_settings.erase(other) : std::next(other);
       }
-      in_force[setting.key] = setting;
+      effective_settings[setting.key] = setting;
     }
   }
 
   /// The path of NAME.kiln.toml beside a mesh, where NAME is its stem or the capture {name}; empty if there is none.
   std::string sidecar_of(const std::vector<std::string>& meshes, const Captures& captures) {
     std::set<std::string> found;
-    const auto look = [&](const std::string& folder, const std::string& stem) {
+    const auto find_sidecar = [&](const std::string& folder, const std::string& stem) {
       const std::string name = stem + std::string(kSidecarEnding);
       const std::vector<std::string>& files = lister_.files_of(folder);
       if (std::binary_search(files.begin(), files.end(), name)) found.insert(joined(folder, name));
@@ -260,9 +264,9 @@ class Expander {
     for (const std::string& mesh : meshes) {
       const std::string folder = fs::path(mesh).parent_path().string();
       sidecar_folders_.insert(folder);
-      look(folder, fs::path(mesh).stem().string());
+      find_sidecar(folder, fs::path(mesh).stem().string());
       if (const auto name = captures.find("name"); name != captures.end())
-        look(folder, name->second);
+        find_sidecar(folder, name->second);
     }
     if (found.size() > 1) {
       throw Error(ErrorCode::usage, "'" + *found.begin() + "' and '" + *found.rbegin() +
@@ -272,7 +276,7 @@ class Expander {
     return found.empty() ? "" : *found.begin();
   }
 
-  void expand_asset(std::size_t rule, const Group& group, std::set<std::string>& used) {
+  void expand_asset(std::size_t rule, const Group& group, std::set<std::string>& used_stems) {
     const OptionLayer& bake = file_.bakes[rule];
     const Setting* const high = bake.find("high");
     const Setting* const low = bake.find("low");
@@ -282,21 +286,21 @@ class Expander {
     (low != nullptr ? lows : highs) = group.files;
     const Setting& first = low != nullptr ? *low : *high;
     if (first.words.size() > 1) {
-      Setting rest = first;
-      rest.words.erase(rest.words.begin());
+      Setting remaining_setting = first;
+      remaining_setting.words.erase(remaining_setting.words.begin());
       std::vector<std::string>& files = low != nullptr ? lows : highs;
-      for (std::string& file : files_of(rest, group.captures, asset.problem))
+      for (std::string& file : files_of(remaining_setting, group.captures, asset.problem))
         files.push_back(std::move(file));
     }
     if (low != nullptr) highs = files_of(*high, group.captures, asset.problem);
-    used.insert(highs.begin(), highs.end());
-    used.insert(lows.begin(), lows.end());
+    used_stems.insert(highs.begin(), highs.end());
+    used_stems.insert(lows.begin(), lows.end());
     std::vector<std::string> meshes = lows;
     meshes.insert(meshes.end(), highs.begin(), highs.end());
-    std::map<std::string, Setting> in_force;
-    add_layer(in_force, file_.defaults);
-    if (file_.profile) add_layer(in_force, *file_.profile);
-    add_layer(in_force, bake);
+    std::map<std::string, Setting> effective_settings;
+    add_layer(effective_settings, file_.defaults);
+    if (file_.profile) add_layer(effective_settings, *file_.profile);
+    add_layer(effective_settings, bake);
     if (const std::string sidecar = sidecar_of(meshes, group.captures); !sidecar.empty()) {
       const OptionLayer layer =
           read_sidecar(file_.folder / sidecar, fs::path(sidecar).parent_path().string());
@@ -307,10 +311,10 @@ class Expander {
         }
         if (skip->words[0] == "true") return;
       }
-      add_layer(in_force, layer);
+      add_layer(effective_settings, layer);
     }
-    add_layer(in_force, options_.command_line);
-    in_force.erase("skip");
+    add_layer(effective_settings, options_.command_line);
+    effective_settings.erase("skip");
     std::string name;
     for (const std::string& capture : capture_order(first)) {
       const auto value = group.captures.find(capture);
@@ -318,21 +322,21 @@ class Expander {
         name += (name.empty() ? "" : "/") + value->second;
     }
     if (name.empty()) name = fs::path(group.files.front()).stem().string();
-    if (const auto setting = in_force.find("name"); setting != in_force.end()) {
+    if (const auto setting = effective_settings.find("name"); setting != effective_settings.end()) {
       name = plain_path(setting->second, setting->second.words[0], group.captures);
     }
     asset.name = name;
-    run_settings(asset, in_force);
-    const auto faces = in_force.find("faces");
+    run_settings(asset, effective_settings);
+    const auto faces = effective_settings.find("faces");
     const std::vector<std::string> levels =
-        faces == in_force.end() ? std::vector<std::string>() : faces->second.words;
+        faces == effective_settings.end() ? std::vector<std::string>() : faces->second.words;
     for (std::size_t level = 0; level < std::max<std::size_t>(1, levels.size()); ++level) {
       BatchAsset one = asset;
       if (levels.size() > 1) {
-        in_force["faces"].words = {levels[level]};
+        effective_settings["faces"].words = {levels[level]};
         if (level > 0) one.name += "_lod" + std::to_string(level);
       }
-      make_job(one, in_force, highs, lows, group.captures, level);
+      make_job(one, effective_settings, highs, lows, group.captures, level);
       batch_.assets.push_back(std::move(one));
     }
   }
@@ -341,18 +345,18 @@ class Expander {
     return pattern_of(first, first.words[0]).captures();
   }
 
-  void run_settings(BatchAsset& asset, std::map<std::string, Setting>& in_force) const {
+  void run_settings(BatchAsset& asset, std::map<std::string, Setting>& effective_settings) const {
     double number = 0;
-    if (const auto s = in_force.find("retries");
-        s != in_force.end() && read_number(s->second.words[0], number)) {
+    if (const auto s = effective_settings.find("retries");
+        s != effective_settings.end() && read_number(s->second.words[0], number)) {
       asset.retries = static_cast<unsigned>(number);
     }
-    if (const auto s = in_force.find("timeout"); s != in_force.end())
+    if (const auto s = effective_settings.find("timeout"); s != effective_settings.end())
       read_number(s->second.words[0], asset.timeout);
     for (const auto& [key, member] :
          {std::pair{"before", &BatchAsset::before}, std::pair{"after", &BatchAsset::after}}) {
-      const auto s = in_force.find(key);
-      if (s == in_force.end()) continue;
+      const auto s = effective_settings.find(key);
+      if (s == effective_settings.end()) continue;
       if (!options_.allow_hooks) {
         fail_in(s->second,
                 "the file names a command, which would run with your rights: read it, and add "
@@ -389,23 +393,24 @@ class Expander {
     OptionWords words;
     for (const std::string& word : setting.words) {
       bool there = true;
-      OptionWords several;
+      OptionWords substituted_words;
       const std::string placed = with_path(row, word, [&](const std::string& path) {
         const std::string whole = in_folder(setting, path);
         const PathPattern pattern =
             kind == PathOption::input ? pattern_of(setting, path).with(captures) : PathPattern();
         if (kind == PathOption::input && pattern.captures().empty() && has_wildcards(pattern)) {
-          // Pictures and sources are listed with their extension.
+          // The extension is part of the pattern for pictures and kernel sources.
           for (const FileLister::Found& file : lister_.find(pattern))
-            several.push_back(base_path(file.path));
-          there = !several.empty();
+            substituted_words.push_back(base_path(file.path));
+          there = !substituted_words.empty();
           if (!there && !setting.optional)
             fail_in(setting, "no file matches '" + pattern.text() + "'" + where() + ".");
-          if (several.size() > 1 && !row.value.repeats) {
-            fail_in(setting, "'" + several[0] + "' and '" + several[1] + "' match '" +
-                                 pattern.text() + "', but this option takes one file.");
+          if (substituted_words.size() > 1 && !row.value.repeats) {
+            fail_in(setting, "'" + substituted_words[0] + "' and '" + substituted_words[1] +
+                                 "' match '" + pattern.text() +
+                                 "', but this option takes one file.");
           }
-          return there ? several[0] : path;
+          return there ? substituted_words[0] : path;
         }
         const std::string file = base_path(plain_path(setting, whole, captures));
         std::error_code error;
@@ -413,9 +418,9 @@ class Expander {
         return file;
       });
       if (!there) continue;
-      if (several.size() > 1 && row.flag == "--ao-occluders") {
-        words.insert(words.end(), several.begin(), several.end());
-      } else if (several.size() > 1) {
+      if (substituted_words.size() > 1 && row.flag == "--ao-occluders") {
+        words.insert(words.end(), substituted_words.begin(), substituted_words.end());
+      } else if (substituted_words.size() > 1) {
         fail_in(setting, "'" + word + "' matches several files: name one.");
       } else {
         words.push_back(placed);
@@ -431,45 +436,46 @@ class Expander {
     return (file_.folder / path).lexically_normal().string();
   }
 
-  /// True for settings of layers that apply to all bakes. They may be irrelevant to some of these.
+  /// True for settings of layers that apply to all bakes, and may be irrelevant to some of them.
   bool is_general(const Setting& setting) const {
     const std::string& layer = setting.origin.layer;
     return layer == file_.defaults.name || (file_.profile && layer == file_.profile->name) ||
            layer == options_.command_line.name;
   }
 
-  /// True if a map or match of a bake obeys an option. `ao_rays` of [defaults], for example, does not serve bakes
-  /// without occlusion.
-  static bool is_served_by(const std::map<std::string, Setting>& in_force, const OptionRow& row) {
+  /// True if a map or the match of a bake uses an option. Bakes without occlusion, for example, do not use `ao_rays`
+  /// of [defaults].
+  static bool is_served_by(const std::map<std::string, Setting>& effective_settings,
+                           const OptionRow& row) {
     if (!row.is_of_maps() && !row.is_of_matches()) return true;
     Job job;
     job.high = {"high.obj"};
     try {
-      if (in_force.count("low") != 0) job.low = JobLow("low.obj");
+      if (effective_settings.count("low") != 0) job.low = JobLow("low.obj");
       for (const char* const key :
            {"maps", "match", "fallback", "out", "pack", "load_match", "cage", "transfer"}) {
-        const auto setting = in_force.find(key);
-        if (setting != in_force.end()) set_option(job, key, setting->second.words);
+        const auto setting = effective_settings.find(key);
+        if (setting != effective_settings.end()) set_option(job, key, setting->second.words);
       }
       return is_served(row, settled(job));
     } catch (const Error&) {
-      return true;  // The check of the job reports the error.
+      return true;  // The check of the job reports the error
     }
   }
 
-  void make_job(BatchAsset& asset, const std::map<std::string, Setting>& in_force,
+  void make_job(BatchAsset& asset, const std::map<std::string, Setting>& effective_settings,
                 const std::vector<std::string>& highs, const std::vector<std::string>& lows,
                 const Captures& captures, std::size_t level) {
     for (const std::string& file : highs) asset.job.high.emplace_back(base_path(file));
     for (const std::string& file : lows) asset.job.low.given.emplace_back(base_path(file));
-    for (const auto& [key, given] : in_force) {
+    for (const auto& [key, given] : effective_settings) {
       Setting setting = given;
       const OptionRow* const row = find_option_row(key);
       if (row == nullptr) {
         asset.settings.push_back(setting);
         continue;
       }
-      if (is_general(setting) && !is_served_by(in_force, *row)) continue;
+      if (is_general(setting) && !is_served_by(effective_settings, *row)) continue;
       if (key == "high" || key == "low") {
         setting.words = key == "high" ? highs : lows;
         asset.settings.push_back(setting);
@@ -531,8 +537,8 @@ class Expander {
     asset.expected_seconds = expected_seconds(asset.job);
   }
 
-  /// Checks options within values, such as those of a map's variant. Files need not exist yet, since a hook may make
-  /// them.
+  /// Checks options within values, such as those of a map's variant. Files need not exist yet, since a hook may
+  /// create them.
   static void check_values(const Job& job) {
     try {
       options_of(settled(job));
@@ -541,8 +547,8 @@ class Expander {
     }
   }
 
-  /// Makes names unique, since two [[bake]] rules may capture the same one.
-  void name_apart() {
+  /// Makes names unique, since two [[bake]] rules may capture the same name.
+  void make_names_unique() {
     std::map<std::string, std::size_t> counts;
     for (const BatchAsset& asset : batch_.assets) ++counts[asset.name];
     for (BatchAsset& asset : batch_.assets) {
@@ -563,7 +569,7 @@ class Expander {
                         output + "': give each a place of its own, such as out/{dir}/{name}.");
       }
     }
-    // If one bake writes what another reads, the result depends on their order.
+    // If one bake writes a file that another reads, the result depends on their order.
     for (const BatchAsset& asset : batch_.assets) {
       std::vector<std::string> inputs = high_files(asset.job);
       const std::vector<std::string> low = low_files(asset.job);
@@ -642,11 +648,11 @@ class Expander {
                   "--only '" + only.text() + "' is the name of no asset" +
                       (near.empty() ? ": --list shows them." : "; did you mean " + near + "?"));
     }
-    std::vector<BatchAsset> some;
+    std::vector<BatchAsset> selected_assets;
     for (std::size_t i = 0; i < names.size(); ++i) {
-      if (kept[i]) some.push_back(std::move(batch_.assets[i]));
+      if (kept[i]) selected_assets.push_back(std::move(batch_.assets[i]));
     }
-    batch_.assets = std::move(some);
+    batch_.assets = std::move(selected_assets);
   }
 
   struct Primary {
@@ -689,8 +695,10 @@ std::vector<std::string> known_outputs(const Job& job) {
 }
 
 double expected_seconds(const Job& job) {
-  // Two cores of 2026: a job's own cost, bytes that are parsed, and samples of each map. Occlusion casts rays.
-  constexpr double kOwn = 0.05, kBytes = 4e7, kSamples = 6e6, kRays = 1e7;
+  // Costs on two cores of 2026: seconds per job, and per second the parsed bytes, the samples of maps, and the rays
+  // of occlusion.
+  constexpr double kJobSeconds = 0.05, kBytesPerSecond = 4e7, kSamplesPerSecond = 6e6,
+                   kRaysPerSecond = 1e7;
   double bytes = 0;
   for (const auto* const side : {&job.high, &job.low.given}) {
     for (const JobInput& input : *side) {
@@ -700,13 +708,14 @@ double expected_seconds(const Job& job) {
   }
   const double samples =
       static_cast<double>(job.bake.width) * job.bake.height * job.bake.samples * job.bake.samples;
-  double seconds = kOwn + bytes / kBytes;
+  double seconds = kJobSeconds + bytes / kBytesPerSecond;
   for (const MapKind map : job.bake.maps) {
     const MapInfo& info = find_map(map.name);
-    seconds += samples / kSamples +
-               (obeys(info, "occlusion.rays") ? samples * job.bake.occlusion.rays / kRays : 0);
+    seconds +=
+        samples / kSamplesPerSecond +
+        (obeys(info, "occlusion.rays") ? samples * job.bake.occlusion.rays / kRaysPerSecond : 0);
   }
-  return seconds + samples / kSamples;
+  return seconds + samples / kSamplesPerSecond;
 }
 
 }  // namespace kiln

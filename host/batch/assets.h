@@ -13,14 +13,14 @@ namespace kiln {
 
 /// One bake of a job file.
 struct BatchAsset {
-  std::string name;  ///< Unique: the texts of its captures, or its first file's name
+  std::string name;  ///< Unique name: the texts of the captures, or the first file's name
   Job job;
   std::vector<Setting> settings;  ///< Effective settings, sorted by key
-  std::size_t rule = 0;           ///< Index of its [[bake]]
-  std::string problem;            ///< Why it cannot be baked; empty if no problem is known
+  std::size_t rule = 0;           ///< Index of the [[bake]] rule
+  std::string problem;            ///< Why the asset cannot be baked; empty if no problem is known
   unsigned retries = 0;
-  double timeout = 0;         ///< Seconds; 0: no limit
-  std::string before, after;  ///< Hooks: shell commands; empty: none
+  double timeout = 0;         ///< Maximum time of the bake in seconds; 0: no limit
+  std::string before, after;  ///< Shell commands that run before and after the bake; empty: none
   double expected_seconds = 0;
 };
 
@@ -28,7 +28,7 @@ struct ExpandOptions {
   bool allow_outside = false;     ///< Outputs may be outside the job file's folder
   bool allow_own_maps = false;    ///< The file may use own maps, which are OpenCL C code
   bool allow_hooks = false;       ///< The file may contain hooks, which are shell commands
-  std::vector<std::string> only;  ///< Patterns of asset names; empty: all
+  std::vector<std::string> only;  ///< Patterns of the names of assets to bake; empty: all
   OptionLayer command_line{"command line", {}};
 };
 
@@ -44,10 +44,11 @@ Batch expand_job_file(const JobFile& file, const ExpandOptions& options);
 /// The output that names a job in messages and checks: its folder and stem, or its file.
 std::string output_name(const Job& job);
 
-/// Absolute paths of the files that a job writes, as far as they are known before: with the maps of one texture set.
+/// Absolute paths of the files that a job writes, as far as they are known before the bake: with the maps of one
+/// texture set.
 std::vector<std::string> known_outputs(const Job& job);
 
-/// Estimated seconds of a job, from sizes of files and maps. For order and lists.
+/// Estimated seconds of a job, from sizes of files and maps; used to order and to list jobs.
 double expected_seconds(const Job& job);
 
 }  // namespace kiln

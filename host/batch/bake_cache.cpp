@@ -27,27 +27,28 @@ namespace fs = std::filesystem;
 constexpr const char* kFormat =
     "1";  // Version of keys, records and entries; a change invalidates all of them
 constexpr std::int64_t kCoarsest =
-    2000000000;  // Nanoseconds: time resolution of the coarsest file system (FAT)
-constexpr std::size_t kMaxLists = 64;  // Lists of dependencies per key
-constexpr const char* kGone = "none";  // Identity of a file that cannot be read
+    2000000000;  // Time resolution of the coarsest file system (FAT), in nanoseconds
+constexpr std::size_t kMaxLists = 64;         // Maximum number of dependency lists per key
+constexpr const char* kMissingFile = "none";  // Identity of a file that cannot be read
 
-/// Size, times and inode number of a file; empty if there is none. \param proves out: true if an equal state later
-/// proves that the file did not change
-std::string state_of(const fs::path& path, bool& proves) {
+/// Size, times and inode number of a file; empty if there is no file.
+/// \param proves_unchanged  receives true if an equal state at a later time proves that the file has not changed
+std::string state_of(const fs::path& path, bool& proves_unchanged) {
   const std::optional<os::FileFacts> facts = os::facts_of(path);
   if (!facts || !facts->is_regular) return {};
   const auto now = std::chrono::duration_cast<std::chrono::nanoseconds>(
                        std::chrono::system_clock::now().time_since_epoch())
                        .count();
-  // A file changed just now, or with a time in the future, may change again without a new time.
+  // A file that has just changed, or whose time is in the future, may change again without a new time.
   const std::int64_t last = std::max(facts->modified_ns, facts->changed_ns);
-  proves = facts->changed_ns != 0 && now - last > kCoarsest;
+  proves_unchanged = facts->changed_ns != 0 && now - last > kCoarsest;
   return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
          std::to_string(facts->changed_ns) + ":" + std::to_string(facts->id.device) + ":" +
          std::to_string(facts->id.file);
 }
 
-/// True if one of the user's own maps has an #include. The OpenCL compiler reads such files, so InputLog does not see them.
+/// True if a user-defined map has an #include. The OpenCL compiler reads such files, so InputLog does not see
+/// them.
 bool includes_files(const Job& job) {
   for (const std::string& map : job.own_maps) {
     std::ifstream in(map.substr(map.find('=') + 1), std::ios::binary);
@@ -57,7 +58,7 @@ bool includes_files(const Job& job) {
   return false;
 }
 
-std::string answer_now(const fs::path& path, const std::string& question) {
+std::string current_answer(const fs::path& path, const std::string& question) {
   if (question == kTilesQuestion) {
     const auto name = TileName::by_token(path);
     std::string answer;
@@ -94,7 +95,9 @@ std::string BakeCache::relative(const fs::path& path) const {
 
 fs::path BakeCache::whole(const std::string& path) const { return folder_ / path; }
 
-std::string BakeCache::identify(const fs::path& path) { return file_hash(path).value_or(kGone); }
+std::string BakeCache::identify(const fs::path& path) {
+  return file_hash(path).value_or(kMissingFile);
+}
 
 /// All options of an asset, with paths relative to the folder.
 Json BakeCache::options_of(const BatchAsset& asset) const {
@@ -105,7 +108,7 @@ Json BakeCache::options_of(const BatchAsset& asset) const {
     return with_path(*row, word, [&](const std::string& path) { return relative(path); });
   };
   for (const std::string& key : json.keys()) {
-    if (key == "quiet" || key == "device") continue;  // These do not change the result.
+    if (key == "quiet" || key == "device") continue;  // These do not change the result
     const OptionRow* const row = find_option_row(key);
     const Json& value = json.at(key);
     if (value.is_array()) {
@@ -154,7 +157,7 @@ std::optional<BakeCache::Record> BakeCache::load(const BatchAsset& asset) const 
   std::ifstream in(record_path(asset), std::ios::binary);
   if (!in) return std::nullopt;
   const std::string text(std::istreambuf_iterator<char>(in), {});
-  // The record begins with the hash of the rest, which detects truncation and changes.
+  // The record begins with the hash of the other bytes, which detects truncation and changes.
   if (text.size() < 33 || content_hash(std::string_view(text).substr(33)) != text.substr(0, 32))
     return std::nullopt;
   Json json = Json::parse(std::string_view(text).substr(33));
@@ -212,30 +215,30 @@ void BakeCache::save(const BatchAsset& asset, const Record& record) const {
 }
 
 std::string BakeCache::hash_now(const std::string& path) {
-  bool proves = false;
-  const std::string state = state_of(path, proves);
-  if (state.empty()) return kGone;
+  bool proves_unchanged = false;
+  const std::string state = state_of(path, proves_unchanged);
+  if (state.empty()) return kMissingFile;
   {
     const std::lock_guard lock(mutex_);
     const auto known = hashes_.find(path);
-    if (proves && known != hashes_.end() && known->second.first == state)
+    if (proves_unchanged && known != hashes_.end() && known->second.first == state)
       return known->second.second;
   }
   const std::string hash = identify(path);
   const std::lock_guard lock(mutex_);
-  if (proves) hashes_[path] = {state, hash};
+  if (proves_unchanged) hashes_[path] = {state, hash};
   return hash;
 }
 
 bool BakeCache::is_same(const std::string& path, File& file, bool& renewed, bool output) {
-  bool proves = false;
+  bool proves_unchanged = false;
   const std::string name = whole(path).string();
-  const std::string state = state_of(name, proves);
-  if (state.empty()) return file.hash == kGone;
+  const std::string state = state_of(name, proves_unchanged);
+  if (state.empty()) return file.hash == kMissingFile;
   if (!file.state.empty() && file.state == state) return true;
   if ((output ? identify(name) : hash_now(name)) != file.hash) return false;
-  // The file was touched but has the same contents.
-  const std::string now = proves ? state : "";
+  // The file's time has changed, but its contents have not.
+  const std::string now = proves_unchanged ? state : "";
   renewed = renewed || now != file.state;
   file.state = now;
   return true;
@@ -252,7 +255,7 @@ std::string BakeCache::why_changed(Record& record, bool& renewed) {
     if (fs::is_regular_file(whole(path), error)) return path + " is new";
   }
   for (const auto& [of, answer] : record.answers) {
-    if (answer_now(whole(of.first), of.second) != answer) {
+    if (current_answer(whole(of.first), of.second) != answer) {
       return of.first + " has other files (" + of.second + ")";
     }
   }
@@ -378,7 +381,8 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
   for (const HeldOutput& output : outputs)
     written[relative(output.destination)] = output.bytes.string();
   for (const auto& [path, hash] : inputs.files) {
-    // The bake's own outputs are no inputs, even if it read them to check whether they may be replaced.
+    // The bake's own outputs do not count as inputs, even if the bake has read them to check whether they may be
+    // replaced.
     if (written.count(relative(path)) != 0) continue;
     if (identify(path) != hash) return relative(path) + " changed while it was baked";
     record.inputs[relative(path)] = {hash, ""};
@@ -390,7 +394,8 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
     record.absent.push_back(relative(path));
   }
   for (const auto& [of, answer] : inputs.answers) {
-    if (answer_now(of.first, of.second) != answer) return of.first + " changed while it was baked";
+    if (current_answer(of.first, of.second) != answer)
+      return of.first + " changed while it was baked";
     record.answers[{relative(of.first), of.second}] = answer;
   }
   // An entry is a JSON header, followed by the bytes of all files.
@@ -485,7 +490,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
     const std::string path = unescape_bytes(file.at("path").text());
     const auto bytes = static_cast<std::size_t>(file.at("bytes").number());
     const fs::path name = whole(path).lexically_normal();
-    // A shared cache is untrusted input: it may write only to the asset's own outputs.
+    // A shared cache is untrusted input: only the asset's own outputs may be written from it.
     if (!is_ours(name) || bytes > entry->size() - at) return false;
     files.emplace_back(name, std::string_view(*entry).substr(at, bytes));
     record.outputs[path] = {content_hash(files.back().second), ""};

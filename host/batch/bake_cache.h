@@ -18,11 +18,11 @@
 
 namespace kiln {
 
-/// How an asset gets its outputs, and why.
+/// How the outputs of an asset are obtained, and why.
 struct CacheDecision {
   enum class Kind : unsigned char {
     unchanged,  ///< Inputs, options and outputs have not changed
-    restored,   ///< Its outputs can be copied from the cache
+    restored,   ///< The outputs can be copied from the cache
     bake,
   };
   Kind kind = Kind::bake;
@@ -35,11 +35,11 @@ struct CacheDecision {
 
 /// Records of each asset's dependencies, and a store of results.
 ///
-/// A result is found by two keys, like in the direct mode of ccache. The first key is a hash of the options, this
+/// A result is found by two keys, as in the direct mode of ccache. The first key is a hash of the options, this
 /// program and the device class. It leads to lists of dependencies, one for each bake with these options: files with
-/// hashes, files that were searched for but missing, and answers of folders. If all dependencies of a list are
-/// unchanged, its second key, the hash of the first key and the list, names the entry. A record stores the same for an
-/// asset's last bake, together with the state of its outputs.
+/// hashes, missing files that were searched for, and answers to questions about folders. If all dependencies of a
+/// list are unchanged, its second key, the hash of the first key and the list, names the entry. A record stores the
+/// same for an asset's last bake, together with the state of its outputs.
 ///
 /// A file whose size, times and inode number equal the recorded ones is not read again, unless it changed within the
 /// two seconds before the record was written, because file systems have coarse clocks. Thread-safe.
@@ -54,7 +54,7 @@ class BakeCache {
   /// Sets the device class, which is part of keys: devices of one class give the same bytes.
   void set_device(const DeviceInfo& info);
 
-  /// Decides whether an asset must be baked. Writes nothing but records whose files were hashed again.
+  /// Decides whether an asset must be baked. Only writes records whose files were hashed again.
   CacheDecision decide(const BatchAsset& asset);
   /// Writes an entry's outputs to the open OutputSet. \returns false if the entry is missing or damaged
   bool restore(const BatchAsset& asset, CacheDecision& decision);
@@ -63,19 +63,20 @@ class BakeCache {
 
   /// Stores a result before its outputs are placed, from their temporary files.
   /// \param report  JSON of the bake
-  /// \returns which input changed during the bake, in which case nothing is stored; else empty
+  /// \returns the name of an input that changed during the bake, in which case nothing is stored; otherwise an empty
+  ///          text
   std::string keep(const BatchAsset& asset, const InputLog::Inputs& inputs,
                    const std::vector<HeldOutput>& outputs, const std::vector<std::string>& files,
                    const Json& warnings, double missed);
-  /// Records the state of an asset's outputs after they were placed. \param read true to hash them again, since a hook
-  /// may have changed them
+  /// Records the state of an asset's outputs after they were placed.
+  /// \param read  true to hash the outputs again, since a hook may have changed them
   void note_outputs(const BatchAsset& asset, bool read);
 
-  /// A key for data derived from an asset's inputs and outputs, such as its pictures: the hash of options, this
-  /// program, the contents of its meshes and of `files`, and the kind `what` of the data.
+  /// Key for data that is derived from an asset's inputs and outputs, such as its pictures: a hash of the options,
+  /// this program, the contents of the meshes and of `files`, and the kind `what` of the data.
   std::string beside_key(const BatchAsset& asset, const std::vector<std::string>& files,
                          std::string_view what) const;
-  /// Loads the data stored under such a key; nullopt if there is none.
+  /// Loads the data stored under a key from beside_key(); nullopt if there is none.
   std::optional<std::string> get_beside(const std::string& key);
   void put_beside(const std::string& key, std::string_view text);
 
@@ -84,7 +85,8 @@ class BakeCache {
 
  private:
   struct File {
-    /// `state`: size, times and inode number; empty if they cannot prove that the file is unchanged
+    /// Hash of the contents, and state: size, times and inode number; the state is empty if it cannot prove that the
+    /// file is unchanged
     std::string hash, state;
   };
   struct Record {
@@ -106,7 +108,8 @@ class BakeCache {
   std::filesystem::path record_path(const BatchAsset& asset) const;
   std::optional<Record> load(const BatchAsset& asset) const;
   void save(const BatchAsset& asset, const Record& record) const;
-  /// Which input differs from a record; empty if none does. \param renewed out: true if a file was hashed again
+  /// Name of an input that differs from a record; empty if all are equal.
+  /// \param renewed  receives true if a file was hashed again
   std::string why_changed(Record& record, bool& renewed);
   std::string why_outputs_changed(Record& record, bool& renewed);
   bool is_same(const std::string& path, File& file, bool& renewed, bool output);
@@ -119,7 +122,7 @@ class BakeCache {
   std::string program_, device_class_;
   std::mutex mutex_;
   std::map<std::string, std::pair<std::string, std::string>>
-      hashes_;                          ///< State and hash by path, for this run
+      hashes_;                          ///< States and hashes of files by path, for this run
   std::map<std::string, Record> kept_;  ///< Records of results whose outputs are not placed yet
 };
 

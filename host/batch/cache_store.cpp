@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kSealBytes = 32;
 constexpr std::chrono::hours kLeftoverAge(
-    24);  // Age after which a temporary file is abandoned by its writer
+    24);  // Age after which a temporary file counts as abandoned by its writer
 
 }  // namespace
 
@@ -48,9 +48,10 @@ std::optional<std::string> FolderStore::load(const std::string& name) {
   std::string bytes(size, '\0');
   in.read(bytes.data(), static_cast<std::streamsize>(size));
   bytes.resize(static_cast<std::size_t>(in.gcount()));
-  fs::last_write_time(path, fs::file_time_type::clock::now(),
-                      // Marks the entry as recently used; fails without effect in a read-only cache
-                      error);
+  fs::last_write_time(
+      path, fs::file_time_type::clock::now(),
+      // Marks the entry as recently used; in a read-only cache this fails, without effect
+      error);
   return bytes;
 }
 

@@ -15,9 +15,9 @@ namespace kiln {
 class CacheStore {
  public:
   virtual ~CacheStore() = default;
-  /// Nullopt if the entry is missing or damaged.
+  /// The bytes of an entry; nullopt if it is missing or damaged.
   std::optional<std::string> get(const std::string& name);
-  /// \returns false if it cannot be stored, which does not fail the run
+  /// \returns false if the entry cannot be stored, which is not an error of the run
   bool put(const std::string& name, std::string_view bytes);
 
  private:
@@ -25,11 +25,11 @@ class CacheStore {
   virtual bool store(const std::string& name, std::string_view bytes) = 0;
 };
 
-/// A folder, also on a network file system. Entries appear atomically by renaming.
+/// Stores entries in a folder, which may be on a network file system. Entries appear atomically by renaming.
 class FolderStore : public CacheStore {
  public:
   explicit FolderStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  /// Removes the least recently used entries until the rest has at most `most_bytes`.
+  /// Removes the least recently used entries until the remaining ones have at most `most_bytes`.
   void prune(std::uint64_t most_bytes);
 
  private:

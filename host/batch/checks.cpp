@@ -28,7 +28,7 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The map whose name ends a file's stem; the longest such name wins. Null if there is none.
+/// The map whose name ends a file's stem; of several such maps, the one with the longest name. Null if there is none.
 const MapInfo* map_of(const fs::path& file) {
   const std::string stem = file.stem().string();
   const MapInfo* found = nullptr;
@@ -78,7 +78,7 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
   const CheckLimit* const max = limit_of(rules, map, "max");
   const CheckLimit* const mean = limit_of(rules, map, "mean");
   const CheckLimit* const outliers = limit_of(rules, map, "outliers");
-  // Without limits, all texels must be equal. A limit of the mean alone bounds no single texel.
+  // Without limits, all texels must be equal. If only the mean has a limit, single texels have none.
   const double most = max != nullptr                           ? max->value
                       : mean != nullptr && outliers == nullptr ? HUGE_VAL
                                                                : 0;
@@ -89,7 +89,7 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
     ++count;
     sum += double{value};
     greatest = std::max(greatest, double{value});
-    // Differences have single precision, so decimal limits get a tolerance.
+    // Differences have single precision, so limits in decimal digits need a tolerance.
     beyond += double{value} > most * (1 + 1e-6) ? 1 : 0;
   }
   if (count == 0) return {};
@@ -108,7 +108,7 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
   return {};
 }
 
-/// Stem of the `mask` file that belongs to a map's file; empty if the file is no map.
+/// Stem of the `mask` file that belongs to a map's file; empty if the file is not a map.
 std::string mask_stem(const fs::path& file) {
   const MapInfo* const info = map_of(file);
   if (info == nullptr) return {};
@@ -339,7 +339,8 @@ std::string junit_text(const std::string& name, const Json& assets) {
 }
 
 std::vector<std::size_t> shards_of(const std::vector<BatchAsset>& assets, std::size_t count) {
-  // Greedy: by falling expected time, each asset goes to the shard with the least total so far. Names break ties.
+  // Greedy distribution: in order of decreasing expected time (ties: by name), each asset is added to the shard with
+  // the smallest total so far.
   std::vector<std::size_t> order(assets.size()), shards(assets.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

@@ -35,15 +35,19 @@ std::filesystem::path mask_beside(const std::filesystem::path& map);
 std::string pixel_hash(const std::filesystem::path& path);
 /// Hash of a decoded picture's size, channels and values.
 std::string pixel_hash(const Image& image);
-/// Formats hashes as lines of "HASH PATH". \param hashes by path
+/// Formats hashes as lines of "HASH PATH".
+/// \param hashes  hashes by path
 std::string hashes_text(const std::map<std::string, std::string>& hashes);
-/// The inverse of hashes_text(). \param file for messages \throws Error(input)
+/// The inverse of hashes_text().
+/// \param file  file name for messages
+/// \throws Error(input)
 std::map<std::string, std::string> parse_hashes(const std::string& text, const std::string& file);
 /// The differences of two lists of hashes, one sentence per file.
 std::vector<std::string> compare_hashes(const std::map<std::string, std::string>& wanted,
                                         const std::map<std::string, std::string>& found);
 
-/// Results as JUnit XML, one test case per asset. \param assets a list of to_json()
+/// Results as JUnit XML, one test case per asset.
+/// \param assets  a list of results of to_json()
 std::string junit_text(const std::string& name, const Json& assets);
 
 /// Distributes assets over `count` shards of about equal expected time. \returns the shard of each asset; identical on

@@ -12,7 +12,7 @@
 namespace kiln {
 
 struct ContentHash::State {
-  // Allocated by xxHash, because the state needs an alignment of 64 bytes, which a replaced operator new may not
+  // xxHash allocates the state, because it needs an alignment of 64 bytes, which a replaced operator new may not
   // support.
   State() : state(XXH3_createState()) {
     if (state == nullptr) throw std::bad_alloc();

@@ -1,5 +1,5 @@
 // A 128-bit content hash (xxHash, XXH3): accidental collisions are negligible. It is not cryptographic, so deliberate
-// ones are possible.
+// collisions are possible.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ class ContentHash {
     add(std::as_bytes(std::span(&size, 1)));
     add(std::as_bytes(std::span(array)));
   }
-  /// 32 hexadecimal digits.
+  /// The hash as 32 hexadecimal digits.
   std::string text() const;
 
  private:

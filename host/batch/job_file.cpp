@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxSidecarBytes = std::size_t{1} << 20;
 constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before", "after"};
-/// Options that concern the whole run and are thus limited to the command line.
+/// Options that apply to the whole run, and are thus allowed on the command line only.
 constexpr std::array kWholeRun = {"device", "quiet"};
 
 [[noreturn]] void fail_in(const Origin& origin, const std::string& key, const Message& problem) {
@@ -42,7 +42,7 @@ std::string without_dashes(std::string key) {
   return key;
 }
 
-/// "; did you mean size?", or a list of the known keys.
+/// The end of a message about an unknown key: "; did you mean size?", or a list of the known keys.
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
   const std::string near = nearest_word(word, known);
   if (!near.empty()) return "; did you mean " + near + "?";
@@ -215,7 +215,7 @@ class Reader {
               std::string("it is ") + value.kind_name() + ": give " + what + ".");
     };
     if (key == "skip") {
-      if (value.kind == TomlValue::Kind::truth) {  // `skip` of a sidecar
+      if (value.kind == TomlValue::Kind::truth) {  // `skip` in a sidecar
         setting.words = {value.text};
         return;
       }
@@ -269,19 +269,19 @@ void check_version(const Origin& origin, const TomlValue& value) {
     std::size_t parts = 0;
     const char* from = one.data() + digits;
     const char* const last = one.data() + one.size();
-    bool good = from != last;
-    while (good && from != last) {
-      if (parts == 3) good = false;
-      if (!good) break;
+    bool is_valid = from != last;
+    while (is_valid && from != last) {
+      if (parts == 3) is_valid = false;
+      if (!is_valid) break;
       const auto [next, error] = std::from_chars(from, last, wanted[parts++]);
-      good = error == std::errc() && (next == last || (*next == '.' && next + 1 != last));
+      is_valid = error == std::errc() && (next == last || (*next == '.' && next + 1 != last));
       from = next == last ? next : next + 1;
     }
     const bool known =
         sign == ">=" || sign == ">" || sign == "<=" || sign == "<" || sign == "==" || sign == "=";
-    if (!good || !known)
+    if (!is_valid || !known)
       fail_in(origin, "kiln", "'" + text + "' is no version: give \">=0.3\", or \">=0.3, <1\".");
-    // "==0.3" matches any 0.3.x.
+    // "==0.3" matches all versions 0.3.x.
     if (sign.find('=') == 0)
       std::fill(have.begin() + static_cast<std::ptrdiff_t>(parts), have.end(), 0);
     const bool fits = sign == ">="   ? have >= wanted
@@ -426,7 +426,7 @@ OptionLayer read_sidecar(const fs::path& path, const std::string& folder) {
 JobFile parse_job_file(std::string_view text, const fs::path& path, const std::string& profile) {
   const std::string file = path.string();
   const TomlValue root = parse_toml(text, file);
-  // The version is checked first, since a file for another version may have unknown keys.
+  // The version is checked first, since a file for another version may contain unknown keys.
   if (const TomlValue* const kiln = root.find("kiln"))
     check_version({"file", file, kiln->line}, *kiln);
   check_keys(root, file, "a job file", {"kiln", "defaults", "profile", "bake", "check"});
@@ -448,20 +448,22 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
     not_allowed(job.defaults, {"high", "low", "name", "skip"});
   }
   std::vector<std::string> profiles;
-  if (const TomlValue* const all = root.find("profile")) {
-    const Origin origin{"profile", file, all->line};
-    if (!all->is_table()) fail_in(origin, "profile", "write it as a table: [profile.NAME].");
-    for (std::size_t i = 0; i < all->keys.size(); ++i) {
-      const std::string name = "profile." + all->keys[i];
+  if (const TomlValue* const profile_tables = root.find("profile")) {
+    const Origin origin{"profile", file, profile_tables->line};
+    if (!profile_tables->is_table())
+      fail_in(origin, "profile", "write it as a table: [profile.NAME].");
+    for (std::size_t i = 0; i < profile_tables->keys.size(); ++i) {
+      const std::string name = "profile." + profile_tables->keys[i];
       const Reader reader(file, name, "");
-      if (!all->elements[i].is_table()) {
-        fail_in(reader.origin(all->elements[i]), name, "write it as a table: [" + name + "].");
+      if (!profile_tables->elements[i].is_table()) {
+        fail_in(reader.origin(profile_tables->elements[i]), name,
+                "write it as a table: [" + name + "].");
       }
       // Profiles that are not selected are checked, too.
-      OptionLayer layer = reader.layer_of(all->elements[i]);
+      OptionLayer layer = reader.layer_of(profile_tables->elements[i]);
       not_allowed(layer, {"high", "low", "name", "skip"});
-      profiles.push_back(all->keys[i]);
-      if (all->keys[i] == profile) job.profile = std::move(layer);
+      profiles.push_back(profile_tables->keys[i]);
+      if (profile_tables->keys[i] == profile) job.profile = std::move(layer);
     }
   }
   if (!profile.empty() && !job.profile) {
@@ -469,17 +471,19 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
                 file + ": there is no [profile." + profile + "]" +
                     (profiles.empty() ? ", nor any other." : did_you_mean(profile, profiles)));
   }
-  const TomlValue* const bakes = root.find("bake");
-  if (bakes == nullptr) {
+  const TomlValue* const bake_rules = root.find("bake");
+  if (bake_rules == nullptr) {
     throw Error(ErrorCode::usage, file + ": there is no [[bake]]: add one with high and out.");
   }
-  if (!bakes->is_list() || bakes->elements.empty()) {
-    fail_in({"bake", file, bakes->line}, "bake", "write each as [[bake]].");
+  if (!bake_rules->is_list() || bake_rules->elements.empty()) {
+    fail_in({"bake", file, bake_rules->line}, "bake", "write each as [[bake]].");
   }
-  for (const TomlValue& bake : bakes->elements) {
-    const Reader reader(
-        file, bakes->elements.size() == 1 ? "bake" : "bake " + std::to_string(job.bakes.size() + 1),
-        "");
+  for (const TomlValue& bake : bake_rules->elements) {
+    const Reader reader(file,
+                        bake_rules->elements.size() == 1
+                            ? "bake"
+                            : "bake " + std::to_string(job.bakes.size() + 1),
+                        "");
     if (!bake.is_table()) fail_in(reader.origin(bake), "bake", "write each as [[bake]].");
     OptionLayer layer = reader.layer_of(bake);
     if (layer.find("high") == nullptr)
@@ -533,9 +537,10 @@ std::string job_file_schema() {
   properties["after"] = {{"type", "string"},
                          {"description", "A command that is run after each bake"}};
   const auto table = [&](Json more, Json required) {
-    Json all = properties;
-    if (more.is_object()) all.update(more);
-    Json schema = {{"type", "object"}, {"properties", all}, {"additionalProperties", false}};
+    Json profile_tables = properties;
+    if (more.is_object()) profile_tables.update(more);
+    Json schema = {
+        {"type", "object"}, {"properties", profile_tables}, {"additionalProperties", false}};
     if (!required.empty()) schema["required"] = required;
     return schema;
   };

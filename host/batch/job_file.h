@@ -14,13 +14,13 @@
 
 namespace kiln {
 
-/// The origin of a value, for messages.
+/// The file and line of a value, for messages.
 struct Origin {
   std::string layer;  ///< "defaults", "profile.ci", "bake 2", "sidecar", "command line"
-  std::string file;   ///< Empty if not from a file
+  std::string file;   ///< Path of the file; empty if the value is not from a file
   std::uint32_t line = 0;
 
-  /// "job.toml:12", or the layer's name without a file.
+  /// File and line, "job.toml:12"; the layer's name if there is no file.
   std::string place() const;
 };
 
@@ -28,7 +28,7 @@ struct Origin {
 struct Setting {
   std::string key;  ///< As in a job's JSON: "max_distance"
   OptionWords words;
-  bool optional = false;  ///< Names a file that may be missing
+  bool optional = false;  ///< True if the value names a file that may be missing
   Origin origin;
   std::string folder;  ///< Base of relative paths; absolute, or relative to the job file's folder
 };
@@ -44,9 +44,9 @@ struct OptionLayer {
 
 /// A limit in [check]: "normal.mean = 0.5", "missed = 5%".
 struct CheckLimit {
-  std::string map;      ///< Empty: all maps, or the bake as a whole
-  std::string measure;  ///< mean, max, outliers, missed
-  double value = 0;     ///< Percentages are stored as shares of 1
+  std::string map;      ///< Name of the map; empty: all maps, or the whole bake
+  std::string measure;  ///< Name of the measure: mean, max, outliers or missed
+  double value = 0;     ///< Value of the limit; percentages are stored as shares of 1
   Origin origin;
 };
 
@@ -59,7 +59,7 @@ struct CheckRules {
 
 struct JobFile {
   std::filesystem::path path;
-  std::filesystem::path folder;  ///< Base of its relative paths; empty: the current folder
+  std::filesystem::path folder;  ///< Base of relative paths in the table; empty: the current folder
   OptionLayer defaults;
   std::optional<OptionLayer> profile;  ///< The selected profile
   std::vector<OptionLayer> bakes;
@@ -69,13 +69,15 @@ struct JobFile {
 /// Maximum size of a job file. Ten thousand named bakes are about 2 MB.
 inline constexpr std::size_t kMaxJobFileBytes = std::size_t{16} << 20;
 
-/// \param profile  NAME of [profile.NAME]; empty: none
+/// \param profile  NAME of [profile.NAME]; empty: no profile
 /// \throws Error(usage) with "FILE:LINE: key", Error(input) if the file cannot be read
 JobFile read_job_file(const std::filesystem::path& path, const std::string& profile);
-/// Parses the text of a job file. \param path for messages, and the base of relative paths
+/// Parses the text of a job file.
+/// \param path  path for messages, and for the base of relative paths
 JobFile parse_job_file(std::string_view text, const std::filesystem::path& path,
                        const std::string& profile);
-/// Reads the settings of NAME.kiln.toml. \param folder base of relative paths in it
+/// Reads the settings of NAME.kiln.toml.
+/// \param folder  base of relative paths in the file
 OptionLayer read_sidecar(const std::filesystem::path& path, const std::string& folder);
 
 /// True for keys that control the run instead of the job: retries, timeout, before, after, skip, name.
@@ -85,20 +87,22 @@ const OptionRow* find_option_row(std::string_view key);
 /// The key of a row: "max_distance".
 std::string option_key(const OptionRow& row);
 
-/// Whether the words of an option name files or folders, and for which access.
+/// Kind of access to the files or folders that the words of an option name.
 enum class PathOption : std::uint8_t {
   none,
-  input,   ///< Read
-  output,  ///< Written
+  input,   ///< The files are read
+  output,  ///< The files are written
 };
 PathOption path_option(const OptionRow& row);
-/// A word with its path replaced; words without a path are unchanged. \param change maps the old path to the new one
+/// A word with its path replaced; words without a path are unchanged.
+/// \param change  function that returns the new path for an old one
 std::string with_path(const OptionRow& row, const std::string& word,
                       const std::function<std::string(const std::string&)>& change);
 
 /// A JSON Schema (2020-12) of job files.
 std::string job_file_schema();
-/// A job file with one bake for a job. \param json from to_json()
+/// A job file with one bake for a job.
+/// \param json  the job as written by to_json()
 std::string job_file_of(std::string_view json);
 
 }  // namespace kiln

@@ -12,12 +12,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxExpansions = 256;  // Combinations of alternatives in braces
-constexpr std::size_t kMaxMatchSteps =
-    200000;                                   // Steps of one match, including those of backtracking
-constexpr std::size_t kMaxEntries = 2000000;  // Folder entries that a search visits
-constexpr std::size_t kMaxFiles = 200000;     // Files that match
-constexpr std::size_t kMaxDepth = 64;         // Nested folders
+// Maximum number of combinations of alternatives in braces
+constexpr std::size_t kMaxExpansions = 256;
+// Maximum number of steps of one match, including those of backtracking
+constexpr std::size_t kMaxMatchSteps = 200000;
+// Maximum number of folder entries that a search visits
+constexpr std::size_t kMaxEntries = 2000000;
+constexpr std::size_t kMaxFiles = 200000;  // Maximum number of files that match
+constexpr std::size_t kMaxDepth = 64;      // Maximum depth of nested folders
 
 /// Length in bytes of `[*]` and similar escapes at a position; 0 if there is none.
 std::size_t literal_at(std::string_view text, std::size_t at) {
@@ -101,7 +103,7 @@ PathPattern::Tokens PathPattern::tokens_of(std::string_view text) {
                            (at == 0 || text[at - 1] == '/');
       tokens.push_back({folders ? Kind::folder_capture : Kind::capture, name});
       at = end + 1;
-      // The token includes the slash, since it may match zero folders, which are not followed by one.
+      // The token includes the slash, since it may match zero folders, which no slash follows.
       if (folders && at < text.size()) ++at;
     } else if (text.substr(at, 3) == "**/" && (at == 0 || text[at - 1] == '/')) {
       tokens.push_back({Kind::folders, {}});
@@ -125,8 +127,8 @@ PathPattern::PathPattern(std::string_view text) : text_(with_slashes(text)) {
   std::vector<std::string> all;
   expand(text_, 0, all);
   for (const std::string& way : all) {
-    ways_.push_back(tokens_of(way));
-    for (const Token& token : ways_.back()) {
+    expansions_.push_back(tokens_of(way));
+    for (const Token& token : expansions_.back()) {
       const bool capture = token.kind == Kind::capture || token.kind == Kind::folder_capture;
       if (capture && std::find(captures_.begin(), captures_.end(), token.text) == captures_.end()) {
         captures_.push_back(token.text);
@@ -136,9 +138,9 @@ PathPattern::PathPattern(std::string_view text) : text_(with_slashes(text)) {
 }
 
 bool PathPattern::is_plain() const {
-  return ways_.size() == 1 && std::all_of(ways_[0].begin(), ways_[0].end(), [](const Token& token) {
-           return token.kind == Kind::text;
-         });
+  return expansions_.size() == 1 &&
+         std::all_of(expansions_[0].begin(), expansions_[0].end(),
+                     [](const Token& token) { return token.kind == Kind::text; });
 }
 
 /// One match by backtracking, which tries the longest text first.
@@ -183,7 +185,7 @@ struct PathPattern::Matching {
     return false;
   }
 
-  /// Matches as many folders as possible with their slashes, or none. The last token of a pattern has no final slash.
+  /// Matches as many folders as possible, with their slashes; at the end of a pattern, the last folder has no slash.
   bool try_folders(std::size_t token, std::size_t at, const std::string* name) {
     const bool last = token + 1 == tokens.size();
     const auto with = [&](std::string_view folders, std::size_t next) {
@@ -205,7 +207,7 @@ struct PathPattern::Matching {
 };
 
 bool PathPattern::matches(std::string_view path, const Captures& known, Captures& captured) const {
-  for (const Tokens& tokens : ways_) {
+  for (const Tokens& tokens : expansions_) {
     Matching match{tokens, path, known};
     if (match.from(0, 0)) {
       captured = std::move(match.captures);
@@ -232,7 +234,7 @@ std::string PathPattern::path(const Captures& captures) const {
     }
     fail_usage("'" + text_ + "' has * or ?, but must be a single path.");
   }
-  return filled.ways_[0].empty() ? std::string() : filled.ways_[0][0].text;
+  return filled.expansions_[0].empty() ? std::string() : filled.expansions_[0][0].text;
 }
 
 PathPattern PathPattern::with(const Captures& captures) const {
@@ -253,14 +255,14 @@ PathPattern PathPattern::with(const Captures& captures) const {
     }
     text += escape_pattern(known->second);
     at = end + 1;
-    // Zero folders have no slash.
+    // If the capture is zero folders, there is no slash after it.
     if (known->second.empty() && at < text_.size() && text_[at] == '/') ++at;
   }
   return PathPattern(text);
 }
 
 bool PathPattern::has_open_ending() const {
-  return std::any_of(ways_.begin(), ways_.end(), [](const Tokens& tokens) {
+  return std::any_of(expansions_.begin(), expansions_.end(), [](const Tokens& tokens) {
     return !tokens.empty() && tokens.back().kind != Kind::text;
   });
 }
@@ -274,7 +276,7 @@ std::string escape_pattern(std::string_view text) {
   return escaped;
 }
 
-const FileLister::Folder& FileLister::folder_at(const std::string& path) {
+const FileLister::Folder& FileLister::list_folder(const std::string& path) {
   const auto [entry, added] = folders_.try_emplace(path);
   if (!added) return entry->second;
   const fs::path folder = path.empty() ? base_ : base_ / path;
@@ -294,7 +296,7 @@ const FileLister::Folder& FileLister::folder_at(const std::string& path) {
     }
   }
   if (error) {
-    // An error, because its files would otherwise be skipped silently.
+    // This is an error, because files of the folder would otherwise be skipped silently.
     throw Error(ErrorCode::input, "The folder '" + folder.string() + "' cannot be read (" +
                                       error.message() + "): check its permissions.");
   }
@@ -307,7 +309,7 @@ const std::vector<std::string>& FileLister::files_of(const std::string& folder) 
   std::error_code error;
   static const std::vector<std::string> none;
   if (!fs::is_directory(base_ / folder, error)) return none;
-  return folder_at(folder).files;
+  return list_folder(folder).files;
 }
 
 void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t deepest,
@@ -317,7 +319,7 @@ void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t 
   refuse_if(depth > kMaxDepth, "'" + (base_ / folder).string() + "' lies more than " +
                                    std::to_string(kMaxDepth) +
                                    " folders deep: is there a link to a folder above?");
-  const Folder& here = folder_at(folder);
+  const Folder& here = list_folder(folder);
   for (const std::string& name : here.files) {
     const std::string path =
         folder.empty() || folder.ends_with('/') ? folder + name : folder + "/" + name;
@@ -339,8 +341,8 @@ void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t 
 std::vector<FileLister::Found> FileLister::find(const PathPattern& given, const Captures& known) {
   const PathPattern pattern = given.with(known);
   std::vector<Found> found;
-  for (const PathPattern::Tokens& tokens : pattern.ways_) {
-    // The search starts at the folders before the first wildcard, and is as deep as the pattern allows.
+  for (const PathPattern::Tokens& tokens : pattern.expansions_) {
+    // The search starts in the folder before the first wildcard, and its depth is that of the pattern.
     std::string fixed;
     std::size_t at = 0;
     for (; at < tokens.size() && tokens[at].kind == PathPattern::Kind::text; ++at)
@@ -368,7 +370,7 @@ std::vector<FileLister::Found> FileLister::find(const PathPattern& given, const 
                      text.end(), '/'));
     }
     PathPattern one = pattern;
-    one.ways_ = {tokens};
+    one.expansions_ = {tokens};
     std::error_code error;
     if (!fs::is_directory(base_ / folder, error)) continue;
     walk(folder, 0, deepest, one, known, found);

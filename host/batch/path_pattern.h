@@ -17,7 +17,8 @@ using Captures = std::map<std::string, std::string>;
 /// A pattern of paths. `*` matches any text within a name, `?` one character, `**/` any number of folders. `{a,b}`
 /// matches either text. `{name}` captures a non-empty text within a name; `{dir}/` captures any number of folders. A
 /// capture that occurs twice must match the same text both times. `[*]`, `[?]`, `[{]` and `[}]` match the literal
-/// characters. `\` is read as `/`. Of several ways to match, the one with the longest earlier captures is used.
+/// characters. `\` is read as `/`. If there are several matches, the one with the longest captures is used, of which
+/// earlier captures have priority.
 class PathPattern {
  public:
   PathPattern() = default;
@@ -27,17 +28,18 @@ class PathPattern {
   const std::string& text() const { return text_; }
   /// Names of captures, in the order of the pattern.
   const std::vector<std::string>& captures() const { return captures_; }
-  /// False if it has captures, or may match more than one path.
+  /// True if the pattern has no captures and matches a single path only.
   bool is_plain() const;
-  /// \param known  required values of captures \param captured out: values of all captures, if it matches
+  /// \param known  required values of captures
+  ///        \param captured  receives the values of all captures if the pattern matches
   bool matches(std::string_view path, const Captures& known, Captures& captured) const;
-  /// True if it matches the path, or a folder that contains the path.
+  /// True if the pattern matches the path, or a folder that contains the path.
   bool covers(std::string_view path) const;
   /// The path, with captures substituted. \throws Error(usage) if a capture or wildcard remains
   std::string path(const Captures& captures) const;
   /// The pattern with known captures substituted. Other captures and wildcards remain.
   PathPattern with(const Captures& captures) const;
-  /// True if its last name ends in a wildcard, such as "{name}_low.*".
+  /// True if the last name in the pattern ends in a wildcard, such as "{name}_low.*".
   bool has_open_ending() const;
 
  private:
@@ -53,7 +55,7 @@ class PathPattern {
   static Tokens tokens_of(std::string_view text);
 
   std::string text_;
-  std::vector<Tokens> ways_;  ///< Tokens for each combination of alternatives
+  std::vector<Tokens> expansions_;  ///< Tokens of the pattern, for each combination of alternatives
   std::vector<std::string> captures_;
 };
 
@@ -68,10 +70,12 @@ class FileLister {
       : base_(base.empty() ? std::filesystem::path(".") : std::move(base)) {}
 
   struct Found {
-    std::string path;  ///< With `/` as separator; relative to the base if the pattern is relative
+    /// Path with `/` as separator, relative to the base if the pattern is relative
+    std::string path;
     Captures captures;
   };
-  /// All regular files that match, sorted by name. Names that begin with a dot match only patterns that do, too.
+  /// All regular files that match, sorted by name. A name that begins with a dot only matches if the name in the
+  /// pattern begins with a dot, too.
   /// \throws Error(usage) for too many files, Error(input) for folders that cannot be read
   std::vector<Found> find(const PathPattern& pattern, const Captures& known = {});
   /// Sorted names of a folder's regular files; empty if there is no such folder.
@@ -79,9 +83,9 @@ class FileLister {
 
  private:
   struct Folder {
-    std::vector<std::string> files, folders;  ///< Sorted
+    std::vector<std::string> files, folders;  ///< Sorted names
   };
-  const Folder& folder_at(const std::string& path);
+  const Folder& list_folder(const std::string& path);
   void walk(const std::string& folder, std::size_t depth, std::size_t deepest,
             const PathPattern& pattern, const Captures& known, std::vector<Found>& found);
 

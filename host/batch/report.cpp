@@ -24,10 +24,10 @@ constexpr std::size_t kMaxReportBytes = std::size_t{1} << 30;
 struct Worse {
   static constexpr double kFailed = 1000, kMissedShare = 100, kWarning = 0.1, kPixels = 0.001;
 };
-/// Minimum reported differences; smaller ones are rounding.
+/// Smallest differences of degrees and of shares that are reported; smaller ones are rounding errors.
 constexpr double kLeastDegrees = 0.005, kLeastShare = 0.0005;
-/// A longer run time is reported from this factor on, if it is at least kLeastSeconds.
-constexpr double kSlower = 2, kLeastSeconds = 1;
+/// A longer run time is reported if it exceeds the former one by this factor and is at least kLeastSeconds.
+constexpr double kMinSlowdown = 2, kLeastSeconds = 1;
 
 bool is_failure(const Json& asset) {
   const std::string& state = asset.at("state").text();
@@ -50,8 +50,8 @@ class Comparison {
  public:
   Json of(const Json& former, const Json& now) {
     const bool failed = is_failure(now), had_failed = is_failure(former);
-    if (failed && !had_failed) say(Worse::kFailed, "it failed, which it did not before");
-    if (!failed && had_failed) say(-Worse::kFailed, "it failed before");
+    if (failed && !had_failed) add_change(Worse::kFailed, "it failed, which it did not before");
+    if (!failed && had_failed) add_change(-Worse::kFailed, "it failed before");
     if (!failed && !had_failed) {
       compare_figures(former, now);
       compare_maps(former.at("maps"), now.at("maps"));
@@ -61,7 +61,7 @@ class Comparison {
   }
 
  private:
-  void say(double worse, const std::string& what) {
+  void add_change(double worse, const std::string& what) {
     worse_ += worse;
     what_.push_back(what);
   }
@@ -70,48 +70,51 @@ class Comparison {
     const Json &was = former.at("rendered.mean_degrees"), &is = now.at("rendered.mean_degrees");
     if (was.is_number() && is.is_number() &&
         std::abs(is.number() - was.number()) >= kLeastDegrees) {
-      say(is.number() - was.number(),
+      add_change(
+          is.number() - was.number(),
           formatted("rendered normals are %.2f degrees off, not %.2f", is.number(), was.number()));
     }
     const double missed = now.at("missed").number(), missed_before = former.at("missed").number();
     if (std::abs(missed - missed_before) >= kLeastShare) {
-      say(Worse::kMissedShare * (missed - missed_before),
-          formatted("%.3g%% of the samples are missed, not %.3g%%", 100 * missed,
-                    100 * missed_before));
+      add_change(Worse::kMissedShare * (missed - missed_before),
+                 formatted("%.3g%% of the samples are missed, not %.3g%%", 100 * missed,
+                           100 * missed_before));
     }
     const bool both = former.at("state").text() == name_of(AssetState::baked) &&
                       now.at("state").text() == name_of(AssetState::baked);
     const double seconds = now.at("seconds").number(), before = former.at("seconds").number();
-    if (both && seconds >= kLeastSeconds && seconds > kSlower * before)
-      say(0, formatted("it took %.3g s, not %.3g s", seconds, before));
+    if (both && seconds >= kLeastSeconds && seconds > kMinSlowdown * before)
+      add_change(0, formatted("it took %.3g s, not %.3g s", seconds, before));
   }
 
   void compare_maps(const Json& former, const Json& now) {
-    // Reports that were not embedded in a page have no maps.
+    // Reports from outside of a page contain no maps.
     if (!former.is_array() || !now.is_array()) return;
     const auto before = by_text(former, "name"), after = by_text(now, "name");
     for (const auto& [name, map] : after) {
       const auto old = before.find(name);
       if (old == before.end()) {
-        say(0, name + " is new");
+        add_change(0, name + " is new");
       } else if (size_text(*old->second) != size_text(*map)) {
-        say(Worse::kPixels, name + " is " + size_text(*map) + ", not " + size_text(*old->second));
+        add_change(Worse::kPixels,
+                   name + " is " + size_text(*map) + ", not " + size_text(*old->second));
       } else if (old->second->at("hash").text() != map->at("hash").text()) {
-        say(Worse::kPixels, name + " has other pixels");
+        add_change(Worse::kPixels, name + " has other pixels");
       }
     }
     for (const auto& [name, map] : before) {
-      if (after.count(name) == 0) say(Worse::kPixels, name + " is gone");
+      if (after.count(name) == 0) add_change(Worse::kPixels, name + " is gone");
     }
   }
 
   void compare_warnings(const Json& former, const Json& now) {
     const auto before = by_text(former, "code"), after = by_text(now, "code");
     for (const auto& [code, warning] : after) {
-      if (before.count(code) == 0) say(Worse::kWarning, "it warns now: " + code);
+      if (before.count(code) == 0) add_change(Worse::kWarning, "it warns now: " + code);
     }
     for (const auto& [code, warning] : before) {
-      if (after.count(code) == 0) say(-Worse::kWarning, "it does not warn any more: " + code);
+      if (after.count(code) == 0)
+        add_change(-Worse::kWarning, "it does not warn any more: " + code);
     }
   }
 
@@ -119,7 +122,8 @@ class Comparison {
   std::vector<std::string> what_;
 };
 
-/// Parses a report's shard "2/8". \returns false if it has none
+/// Parses a report's shard "2/8".
+/// \returns false if the report has no shard
 bool read_shard(const Json& report, double& part, double& count) {
   const std::string& text = report.at("shard").text();
   const std::size_t slash = text.find('/');
@@ -318,7 +322,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
     throw Error(ErrorCode::usage, formatted("--merge: part %.0f/%.0f is missing: ", part, count) +
                                       "give the reports of all parts.");
   }
-  // Sorted by name as in one run, since shards interleave.
+  // Sorts the assets by name, as in a single run, since the assets of shards interleave.
   std::vector<Json> sorted = assets.elements();
   std::sort(sorted.begin(), sorted.end(), [](const Json& a, const Json& b) {
     return a.at("asset").text() < b.at("asset").text();

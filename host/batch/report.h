@@ -13,12 +13,12 @@
 
 namespace kiln {
 
-/// The data of a report that concern the whole run.
+/// Data of a report about the whole run.
 struct ReportHead {
-  std::string job;      ///< Path of the job file as given
-  std::string profile;  ///< Empty: none
+  std::string job;      ///< Path of the job file as the caller gave it
+  std::string profile;  ///< Name of the profile; empty: none
   std::string shard;    ///< "2/8"; empty: all
-  double seconds = 0;   ///< Wall-clock time
+  double seconds = 0;   ///< Wall-clock time of the run
 };
 
 /// The report that `kiln run --json FILE` writes.
@@ -38,17 +38,18 @@ std::string report_in_page(const Json& report);
 /// \param what  start of messages: "--baseline 'old.json'" \throws Error(input)
 Json read_report(const std::filesystem::path& path, const std::string& what);
 
-/// Merges the reports of all shards of a run. \param names of the files, for messages
+/// Merges the reports of all shards of a run.
+/// \param names  names of the files, for messages
 /// \throws Error(usage) if they have different job files, profiles or versions, share an asset, or if a shard is
 ///         missing
 Json merge_reports(const std::vector<Json>& reports, const std::vector<std::string>& names);
 
 /// Adds the difference to a former report to each asset: "baseline" with `state` (same, changed, new), `what`
-/// (sentences) and `worse` (positive: worse, negative: better). The report's "gone" lists assets that the former report
-/// alone has.
+/// (sentences) and `worse` (positive: worse, negative: better). The report's "gone" lists the assets that only the
+/// former report has.
 void add_baseline(Json& report, const Json& former);
 
-/// Numbers of assets in each state.
+/// Number of assets in each state.
 Json states_of(const Json& assets);
 
 /// Encodes bytes as base64 (RFC 4648).

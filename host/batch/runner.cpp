@@ -31,8 +31,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Estimated memory of a bake in bytes, from sizes of files and maps. It limits concurrency, so it is an upper
-/// estimate.
+/// Estimated memory of a bake in bytes, from sizes of files and maps. It limits concurrency, so it is an upper bound
+/// rather than a mean.
 std::uint64_t expected_bytes(const Job& job) {
   constexpr std::uint64_t kOwn = std::uint64_t{32} << 20, kOfMesh = 8, kOfSample = 96, kOfMap = 24;
   std::uint64_t bytes = kOwn;
@@ -48,8 +48,8 @@ std::uint64_t expected_bytes(const Job& job) {
                            kOfMap * std::max<std::uint64_t>(1, maps));
 }
 
-/// Why the outputs of a job could not be placed: a folder or a file there that this process may not write to. Empty:
-/// nothing is known to be in the way. Looked for before any work, since a bake may take hours.
+/// Why the outputs of a job could not be placed: a folder or a file in the way to which this process may not write.
+/// Empty if no such obstacle is known. Computed before any work, since a bake may take hours.
 std::string unwritable_output(const Job& job) {
   for (const std::string& output : known_outputs(job)) {
     const auto there = os::facts_of(fs::path(output));
@@ -71,7 +71,10 @@ std::string unwritable_output(const Job& job) {
 class BatchRun {
  public:
   BatchRun(const std::vector<BatchAsset>& assets, const RunBatchOptions& options)
-      : assets_(assets), options_(options), results_(assets.size()), shares_(assets.size(), 0) {
+      : assets_(assets),
+        options_(options),
+        results_(assets.size()),
+        finished_shares_(assets.size(), 0) {
     at_once_ = options.at_once != 0 ? options.at_once : thread_count() > 1 ? 2 : 1;
     sources_.emplace(at_once_);
     for (std::size_t i = 0; i < assets.size(); ++i) {
@@ -105,13 +108,13 @@ class BatchRun {
   void work() {
     std::size_t i = 0;
     std::uint64_t bytes = 0;
-    while (take(i, bytes)) {
+    while (next_asset(i, bytes)) {
       results_[i] = run_asset(i);
-      give_back(bytes);
+      release_memory(bytes);
       try {
-        tell(i);
+        report_result(i);
       } catch (...) {
-        // Results cannot be reported any more, so the run ends.
+        // Results can no longer be reported, so the run ends.
         const std::lock_guard lock(mutex_);
         if (!error_) error_ = std::current_exception();
         next_ = assets_.size();
@@ -119,14 +122,15 @@ class BatchRun {
     }
   }
 
-  /// Waits until memory suffices for the next asset beside the running ones. \returns false if there is none
-  bool take(std::size_t& i, std::uint64_t& bytes) {
+  /// Waits until memory suffices for the next asset in addition to the running ones.
+  /// \returns false if no asset is left
+  bool next_asset(std::size_t& i, std::uint64_t& bytes) {
     std::unique_lock lock(mutex_);
     if (next_ == assets_.size() || interrupted()) return false;
     i = next_++;
     bytes = expected_bytes(assets_[i].job);
-    // Running bakes have already allocated a part of their estimate, which thus counts twice: this errs towards fewer
-    // concurrent bakes.
+    // Running bakes have already allocated a part of their estimate, which thus counts twice; so fewer bakes run
+    // concurrently than memory would allow.
     while (running_ > 0 && running_bytes_ + bytes > memory_left()) {
       done_.wait_for(lock, std::chrono::milliseconds(50));
       if (interrupted()) return false;
@@ -136,24 +140,25 @@ class BatchRun {
     return true;
   }
 
-  void give_back(std::uint64_t bytes) {
+  void release_memory(std::uint64_t bytes) {
     const std::lock_guard lock(mutex_);
     --running_;
     running_bytes_ -= bytes;
     done_.notify_all();
   }
 
-  void tell(std::size_t i) {
+  void report_result(std::size_t i) {
     const std::lock_guard lock(told_);
-    shares_[i] = 1;
+    finished_shares_[i] = 1;
     if (options_.on_result) options_.on_result(assets_[i], results_[i]);
-    show({});
+    show_progress({});
   }
 
-  void show(std::string_view stage) {
+  void show_progress(std::string_view stage) {
     if (!options_.on_progress) return;
     double done = 0;
-    for (std::size_t i = 0; i < shares_.size(); ++i) done += shares_[i] * weight(i);
+    for (std::size_t i = 0; i < finished_shares_.size(); ++i)
+      done += finished_shares_[i] * weight(i);
     options_.on_progress(done / total_, stage);
   }
 
@@ -175,22 +180,22 @@ class BatchRun {
       result.name = asset.name;
       result.attempts = attempt + 1;
       try_asset(i, result);
-      // Retries cannot help against wrong options.
+      // Wrong options are not retried.
       const bool again = result.state == AssetState::failed &&
                          result.error_code != static_cast<int>(ErrorCode::usage);
       if (!again || interrupted()) break;
     }
-    const bool is_there = result.state == AssetState::baked ||
-                          result.state == AssetState::unchanged ||
-                          result.state == AssetState::restored;
-    if (is_there && options_.check) hold(assets_[i], result);
+    const bool has_outputs = result.state == AssetState::baked ||
+                             result.state == AssetState::unchanged ||
+                             result.state == AssetState::restored;
+    if (has_outputs && options_.check) run_checks(assets_[i], result);
     result.seconds = watch.total();
     return result;
   }
 
-  /// Runs the checks of an asset, and marks it as failed if any finds a problem.
-  void hold(const BatchAsset& asset, AssetResult& result) const {
-    // Files that checks read are no inputs of concurrent bakes.
+  /// Runs the checks of an asset, and sets its state to failed if one of them finds a problem.
+  void run_checks(const BatchAsset& asset, AssetResult& result) const {
+    // Files that checks read must not count as inputs of concurrent bakes.
     InputLog none([](const fs::path&) { return std::string(); });
     const InputLogScope scope(&none);
     std::vector<std::string> problems;
@@ -255,7 +260,7 @@ class BatchRun {
   void bake(std::size_t i, AssetResult& result) {
     using Clock = std::chrono::steady_clock;
     const BatchAsset& asset = assets_[i];
-    // Where nothing is left to bake, outputs may be read-only. That can be only where it was baked before.
+    // Read-only outputs are an error only if something must be baked; assets that were baked before may be unchanged.
     const std::string unwritable = unwritable_output(asset.job);
     const bool may_be_unchanged =
         options_.cache != nullptr && !options_.rebake && !options_.cache->inputs_of(asset).empty();
@@ -272,16 +277,16 @@ class BatchRun {
     } const discard{log};
     if (options_.cache != nullptr && take_from_cache(asset, log, unwritable, result)) return;
     const Clock::time_point start = Clock::now();
-    bool late = false;
+    bool is_timed_out = false;
     const auto progress = [&](double share, std::string_view stage) {
       {
         const std::lock_guard lock(told_);
-        shares_[i] = share;
-        show(asset.name + ": " + std::string(stage));
+        finished_shares_[i] = share;
+        show_progress(asset.name + ": " + std::string(stage));
       }
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      late = late || (asset.timeout > 0 && seconds > asset.timeout);
-      return !late && !interrupted();
+      is_timed_out = is_timed_out || (asset.timeout > 0 && seconds > asset.timeout);
+      return !is_timed_out && !interrupted();
     };
     RunHooks hooks;
     hooks.make_source = [this](const Device& device, const Mesh& mesh, RayTraversal traversal) {
@@ -289,7 +294,7 @@ class BatchRun {
     };
     JobResult made = run_job([this] { return device(); }, asset.job, progress, hooks);
     if (made.cancelled) {
-      if (!late) {
+      if (!is_timed_out) {
         result.state = AssetState::cancelled;
         return;
       }
@@ -323,10 +328,11 @@ class BatchRun {
     finish(asset, result);
   }
 
-  /// \param unwritable  why nothing can be written; empty: it can \returns true if nothing is left to bake
+  /// \param unwritable  why outputs cannot be written; empty if they can
+  ///        \returns true if the asset need not be baked
   bool take_from_cache(const BatchAsset& asset, const InputLog& log, const std::string& unwritable,
                        AssetResult& result) {
-    device();  // keys have its class
+    device();  // Keys contain the device class
     if (options_.rebake) {
       result.reason = "all were asked for";
       return false;
@@ -349,7 +355,7 @@ class BatchRun {
     return true;
   }
 
-  /// Runs the `after` hook and records outputs, once they are placed.
+  /// Runs the `after` hook and records the outputs, after they were placed.
   void finish(const BatchAsset& asset, const AssetResult& result) {
     if (!asset.after.empty()) run_hook(asset, asset.after, "after", result);
     if (options_.cache != nullptr) options_.cache->note_outputs(asset, !asset.after.empty());
@@ -374,15 +380,16 @@ class BatchRun {
 
   void run_hook(const BatchAsset& asset, const std::string& command, const char* name,
                 const AssetResult& result) {
-    std::string said;
+    std::string command_output;
     const int status =
         options_.run_command
-            ? options_.run_command(command, to_json(asset, result).dump() + "\n", said)
+            ? options_.run_command(command, to_json(asset, result).dump() + "\n", command_output)
             : -1;
     if (status == 0) return;
     throw Error(ErrorCode::input,
                 std::string("the command of ") + name + " failed with exit code " +
-                    std::to_string(status) + ": " + command + (said.empty() ? "" : "\n" + said),
+                    std::to_string(status) + ": " + command +
+                    (command_output.empty() ? "" : "\n" + command_output),
                 "hook");
   }
 
@@ -394,7 +401,7 @@ class BatchRun {
   std::size_t next_ = 0;
   unsigned at_once_ = 1, running_ = 0;
   std::uint64_t running_bytes_ = 0;
-  std::vector<double> shares_;
+  std::vector<double> finished_shares_;
   double total_ = 0;
   std::optional<Device> device_;
   std::optional<SourceCache> sources_;

@@ -16,11 +16,11 @@
 namespace kiln {
 
 enum class AssetState : std::uint8_t {
-  not_run,  ///< The run ended before its turn
+  not_run,  ///< The run ended before the asset was started
   baked,
-  unchanged,  ///< Up to date
-  restored,   ///< Its files were copied from the cache
-  failed,     ///< Its files were not written, unless it only exceeded a limit
+  unchanged,  ///< The outputs are up to date
+  restored,   ///< The files were copied from the cache
+  failed,     ///< The files were not written, unless the asset only exceeded a limit
   cancelled,  ///< The run was interrupted
 };
 const char* name_of(AssetState state);
@@ -31,29 +31,33 @@ struct AssetResult {
   AssetState state = AssetState::not_run;
   double seconds = 0;  ///< Wall-clock time of all attempts
   unsigned attempts = 0;
-  std::string error;     ///< Why it failed
+  std::string error;     ///< Why the asset failed
   std::string error_id;  ///< Error::id() of the failure
   int error_code = 0;    ///< ErrorCode of the failure; 1: a limit was exceeded
   std::vector<std::string> files;
   std::vector<Warning> causes;
   Json warnings = Json::array();
   double missed = 0;   ///< Share of missed samples, 0 to 1
-  std::string reason;  ///< Why it was baked or restored
+  std::string reason;  ///< Why the asset was baked or restored
   std::string report;  ///< JSON report of the bake, as from `kiln bake --json`; empty: none
 };
 
 struct RunBatchOptions {
-  std::string device;          ///< See --device
-  BakeCache* cache = nullptr;  ///< Earlier results; null: bakes all assets and stores nothing
-  bool rebake = false;         ///< Bakes all assets, and stores the results
-  unsigned at_once =
-      0;  ///< Concurrent bakes; 0: two if there are two threads, fewer if memory is short
-  std::function<bool()> interrupted;  ///< Polled; true cancels the run. Empty: never cancelled
-  /// Runs a shell command with `input` on its standard input. \param said out: its output \returns its exit code
+  std::string device;  ///< Name of the device, as for --device
+  /// Cache of results; if null, all assets are baked and no result is stored
+  BakeCache* cache = nullptr;
+  bool rebake = false;  ///< True: bakes all assets, and stores the results
+  /// Number of concurrent bakes; 0: two if there are two threads, but fewer if memory is short
+  unsigned at_once = 0;
+  /// Polled during the run, and cancels it by returning true; may be empty
+  std::function<bool()> interrupted;
+  /// Runs a shell command with `input` on its standard input.
+  /// \param said  receives the command's output
+  /// \returns the command's exit code
   std::function<int(const std::string& command, const std::string& input, std::string& said)>
       run_command;
-  /// Checks an asset that is baked, unchanged or restored. It fails if any problem is returned. Called concurrently.
-  /// Empty: no checks
+  /// Checks an asset that was baked, unchanged or restored, and returns its problems; with one or more, the asset
+  /// fails. Called concurrently. May be empty
   std::function<std::vector<std::string>(const BatchAsset&, const AssetResult&)> check;
   /// Called after each asset, from one thread at a time. May be empty.
   std::function<void(const BatchAsset&, const AssetResult&)> on_result;
@@ -62,12 +66,13 @@ struct RunBatchOptions {
 };
 
 /// Runs all bakes; a failure does not stop the others. Needs an open OutputSet: the files of an asset are placed
-/// together as soon as it is done, and discarded if it fails.
+/// together as soon as the asset is finished, and discarded if it fails.
 /// \returns one result per asset, in the same order
 std::vector<AssetResult> run_batch(const std::vector<BatchAsset>& assets,
                                    const RunBatchOptions& options);
 
-/// Decides for each asset whether it would be baked, and why (a dry run). \param device see RunBatchOptions::device
+/// Decides for each asset whether it would be baked, and why (a dry run).
+/// \param device  see RunBatchOptions::device
 std::vector<CacheDecision> plan_batch(const std::vector<BatchAsset>& assets, BakeCache& cache,
                                       const std::string& device);
 

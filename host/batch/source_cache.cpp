@@ -11,7 +11,8 @@ namespace {
 
 /// Hash of all data of a mesh, so that any difference gives another key.
 std::string key_of(const Mesh& mesh, RayTraversal traversal) {
-  // Names all members of Mesh, so that a new one fails to compile here until it is hashed below, too.
+  // Lists all members of Mesh, so that this line fails to compile when a member is added, until the new member is
+  // hashed below.
   [[maybe_unused]] const auto& [name, origin, positions, triangles, uvs, uv_triangles, normals,
                                 normal_triangles, tangents, colors, groups, group_names, objects,
                                 object_names, materials, material_names, material_files, polygons,
@@ -51,7 +52,7 @@ Source SourceCache::get(const Device& device, const Mesh& mesh, RayTraversal tra
   const std::string key = key_of(mesh, traversal);
   std::promise<Source> promise;
   std::shared_future<Source> source;
-  bool mine = false;
+  bool is_builder = false;
   {
     const std::lock_guard lock(mutex_);
     const auto known = std::find_if(entries_.begin(), entries_.end(),
@@ -60,19 +61,19 @@ Source SourceCache::get(const Device& device, const Mesh& mesh, RayTraversal tra
       entries_.splice(entries_.begin(), entries_, known);
       source = known->source;
     } else {
-      mine = true;
-      ++made_;
+      is_builder = true;
+      ++built_count_;
       source = promise.get_future().share();
       entries_.push_front({key, source});
       if (entries_.size() > kept_) entries_.pop_back();
     }
   }
-  if (!mine) return source.get();
+  if (!is_builder) return source.get();
   try {
     promise.set_value(Source(device, mesh, traversal));
   } catch (...) {
     promise.set_exception(std::current_exception());
-    // Failures are not cached: memory may suffice later.
+    // Failures are not cached, since memory may suffice later.
     const std::lock_guard lock(mutex_);
     entries_.remove_if([&](const Entry& entry) { return entry.key == key; });
   }
@@ -81,7 +82,7 @@ Source SourceCache::get(const Device& device, const Mesh& mesh, RayTraversal tra
 
 std::size_t SourceCache::made() const {
   const std::lock_guard lock(mutex_);
-  return made_;
+  return built_count_;
 }
 
 }  // namespace kiln

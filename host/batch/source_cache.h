@@ -11,13 +11,14 @@
 
 namespace kiln {
 
-/// Sources by the contents of their meshes, so that bakes of one high poly share one BVH. Keeps the `kept` most
-/// recently used ones. Thread-safe.
+/// Sources by the contents of their meshes, so that bakes of one high poly share one BVH. The `kept` most recently
+/// used sources stay in memory. Thread-safe.
 class SourceCache {
  public:
   explicit SourceCache(std::size_t kept) : kept_(kept) {}
 
-  /// The source of an equal mesh, or a new one. Threads that request the same mesh wait until it is built.
+  /// Returns the cached source of an equal mesh, or builds a new source. Threads that request the same mesh wait
+  /// until its source is built.
   Source get(const Device& device, const Mesh& mesh, RayTraversal traversal);
   /// Number of sources that were built.
   std::size_t made() const;
@@ -29,8 +30,8 @@ class SourceCache {
   };
   const std::size_t kept_;
   mutable std::mutex mutex_;
-  std::list<Entry> entries_;  // most recently used first
-  std::size_t made_ = 0;
+  std::list<Entry> entries_;  // Entries, the most recently used one first
+  std::size_t built_count_ = 0;
 };
 
 }  // namespace kiln

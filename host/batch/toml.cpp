@@ -20,8 +20,8 @@
 namespace kiln {
 namespace {
 
-/// Maximum parts of one key, "a.b.c". toml++ destroys tables recursively, so a key of a million parts would overflow
-/// the stack. It limits lists and inline tables itself.
+/// Maximum number of parts of one key, such as "a.b.c". toml++ destroys tables recursively, so a key of a million
+/// parts would overflow the stack. toml++ itself limits the depth of lists and inline tables.
 constexpr std::size_t kMaxKeyParts = 16;
 
 [[noreturn]] void fail_at(const std::string& file, std::size_t line, std::size_t column,
@@ -38,7 +38,7 @@ std::size_t skip_string(std::string_view text, std::size_t at, std::size_t& line
   at += many ? 3 : 1;
   while (at < text.size()) {
     if (text[at] == '\n') {
-      if (!many) return at;  // Invalid TOML, which the parser will report.
+      if (!many) return at;  // Invalid TOML, which the parser will report
       ++line;
     }
     if (quote == '"' && text[at] == '\\') {

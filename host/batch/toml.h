@@ -1,5 +1,5 @@
-// TOML as a value with line numbers. It hides toml++, whose headers add seconds to the compile time of each file that
-// includes them; only toml.cpp does.
+// TOML as a value with line numbers. It hides toml++: only toml.cpp includes its headers, which add seconds to
+// compile times.
 #pragma once
 
 #include <cstdint>
@@ -17,18 +17,19 @@ struct TomlValue {
   std::string text;                 ///< Text of scalars: "0.5", "true"; of strings without quotes
   std::vector<TomlValue> elements;  ///< Elements of a list, or values of a table
   std::vector<std::string> keys;    ///< Keys of a table, in the order of the file
-  std::uint32_t line = 0;           ///< Starts at 1
+  std::uint32_t line = 0;           ///< Line of the value, from 1 on
 
   bool is_table() const { return kind == Kind::table; }
   bool is_list() const { return kind == Kind::list; }
   bool is_text() const { return kind == Kind::text; }
   /// The value of a key; null if there is none.
   const TomlValue* find(std::string_view key) const;
-  /// "a text", "a list", for messages.
+  /// The kind of the value for messages, such as "a text" or "a list".
   const char* kind_name() const;
 };
 
-/// \param file  for messages \throws Error(usage) "FILE:LINE:COLUMN: ..." for invalid or too deeply nested TOML
+/// \param file  file name for messages
+///        \throws Error(usage) "FILE:LINE:COLUMN: ..." for invalid or too deeply nested TOML
 TomlValue parse_toml(std::string_view text, const std::string& file);
 
 /// Quotes and escapes a text as a TOML string.

@@ -1,4 +1,4 @@
-// Jobs in the C interface: kiln::run() with options by name.
+// Jobs of the C interface: kiln::run() with options by name.
 #include <optional>
 #include <string>
 #include <utility>

@@ -65,8 +65,8 @@ std::vector<std::string> texts_of(const std::vector<Warning>& warnings) {
   return texts;
 }
 
-/// Refuses a map without any matched texel, as the command does. \throws Error(input) with the warning that names
-/// the cause
+/// Rejects a map without any matched texel, as the command does.
+/// \throws Error(input) with the warning that names the cause
 void check_found(const BakeReport& report) {
   if (report.missed < report.samples) return;
   const char* const id = report.samples == 0 ? "no-texels" : "many-misses";
@@ -77,8 +77,8 @@ void check_found(const BakeReport& report) {
   throw Error(ErrorCode::input, message, id);
 }
 
-/// Merges the caller's struct, perhaps of an older header, into the defaults; null: the defaults. `reserved` members
-/// must be 0, so that later versions can use them.
+/// Copies the caller's struct, which may be that of an older header, over the defaults; a null pointer gives the
+/// defaults. `reserved` members must be 0, so that later versions can use them.
 template <typename Options>
 Options given(const Options* options, void (*init)(Options*)) {
   Options all;
@@ -113,7 +113,8 @@ std::filesystem::path path_of(const char* path) {
   return std::u8string(text.begin(), text.end());
 }
 
-/// The path to save at. \throws Error(usage) if it is one of the input files
+/// The path at which to save.
+/// \throws Error(usage) if it is one of the input files
 std::filesystem::path path_beside(const Files& read, const char* path) {
   std::filesystem::path file = path_of(path);
   for (const std::filesystem::path& other : read) {
@@ -465,7 +466,7 @@ kiln_status kiln_map_save(const kiln_map* map, const char* path) {
     SaveImageOptions options;
     options.format = format_of(file);
     Image image{m.width, m.height, m.channels, {}};
-    // Larger sizes are refused by save_image(), so their pixels must not be read.
+    // Largest size that save_image() accepts; pixels of larger images must not be read.
     constexpr std::uint32_t kMaxImageSide = 65536, kMaxImageChannels = 4;
     if (std::max(m.width, m.height) <= kMaxImageSide && m.channels <= kMaxImageChannels) {
       image.pixels.assign(m.pixels, m.pixels + std::size_t{m.width} * m.height * m.channels);

@@ -15,17 +15,18 @@
 #include "kiln/mesh.h"
 #include "kiln/simplify.h"
 
-/// Input files of an object: no result may be saved over one.
+/// Input files of an object; no result may overwrite any of them.
 using Files = std::vector<std::filesystem::path>;
 
 struct kiln_mesh {
   kiln::Mesh mesh;
   Files read = {};
-  std::optional<kiln::SimplifyReport> made = {};  ///< Set if kiln_simplify() made the mesh
+  /// Report of the simplification, if kiln_simplify() created the mesh
+  std::optional<kiln::SimplifyReport> made = {};
 };
 namespace kiln {
 
-// State of the calling thread. Functions, since MinGW's linker duplicates inline thread_local variables.
+// State of the calling thread. These are functions because MinGW's linker duplicates inline thread_local variables.
 std::string& last_message() noexcept;  ///< kiln_error_message()
 std::string& last_code() noexcept;     ///< kiln_error_code()
 
@@ -34,7 +35,7 @@ inline kiln_status failed(kiln_status status, const char* message, const char* c
     last_message() = message;
     last_code() = code;
   } catch (...) {
-    last_message().clear();  // out of memory: the status alone reports it
+    last_message().clear();  // Out of memory: only the status reports it
     last_code().clear();
   }
   return status;

@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-/// Largest share of the area that may be floaters; larger shares are there on purpose.
+/// Largest share of the area that may be removed as floaters; a larger share is assumed to be intended.
 constexpr double kMaxFloaterShare = 0.1;
 /// Largest number of grid cells that triangles touch, which bounds the time.
 constexpr double kMaxTouchedCells = 8e6;
@@ -24,9 +24,9 @@ constexpr int kMaxScales = 4;
 
 /// Pixels that a part must cover in all views to count as hidden.
 constexpr std::uint32_t kMinHiddenPixels = 256;
-/// First views without back faces, which occlude least; then views with back faces, for leaves of which only the back
-/// is visible. The first 32 directions are drawn in rounds: each round shows most parts, and those need not be
-/// counted in the next.
+/// The first views have no back faces, so that least is occluded; the later ones have back faces, for leaves of which
+/// only the back is visible. The first 32 directions are drawn in rounds: each round shows most of the remaining
+/// parts, which are not counted in later rounds.
 constexpr std::array<OutsideViews, 6> kViews{{{.step = 8, .first = 0, .backs = false},
                                               {.step = 8, .first = 4, .backs = false},
                                               {.step = 4, .first = 2, .backs = false},
@@ -46,7 +46,7 @@ struct SharedParts {
       sets.join(t[0], t[1]);
       sets.join(t[1], t[2]);
     }
-    // By vertex, the number of its component + 1; 0: none yet
+    // Index of each vertex's component + 1; 0: none yet
     std::vector<std::uint32_t> number(mesh.positions.size(), 0);
     for (std::size_t t = 0; t < of.size(); ++t) {
       std::uint32_t& part = number[sets.find(corners[t][0])];
@@ -61,7 +61,7 @@ bool is_finite_triangle(const Mesh& mesh, const Triangle& t) {
          is_finite(mesh.positions[t[2]]);
 }
 
-/// Clusters of parts with gaps below the size of a grid cell, each named by one of its parts.
+/// Clusters of parts with gaps below the size of a grid cell, each identified by one of its parts.
 class Bodies {
  public:
   Bodies(const Mesh& mesh, const SharedParts& parts, const Vec3d& low, double cell)
@@ -88,8 +88,8 @@ class Bodies {
       for (int k = 0; k <= steps - i; ++k) {
         const double step = steps == 0 ? 0 : 1.0 / steps;
         const Place place{cell_of(a + u * (i * step) + v * (k * step)), part};
-        // Neighbouring triangles mostly touch the same cells: a small cache drops most repeats, and sorting finds the
-        // rest.
+        // Neighbouring triangles mostly touch the same cells: a small cache removes most repetitions, and sorting
+        // finds the others.
         const std::uint64_t mixed =
             place.first ^ place.first >> (kBits - 4) ^ place.first >> 2 * (kBits - 4);
         Place& recent = recent_[mixed % recent_.size()];
@@ -98,7 +98,7 @@ class Bodies {
     }
   }
   std::uint64_t cell_of(const Vec3d& p) const {
-    // Cell numbers start at 1, so that each cell has predecessors, even for parts of no extent.
+    // Cell coordinates start at 1, so that each cell has preceding cells, even if the parts have no extent.
     const auto along = [&](double x) {
       return static_cast<std::uint64_t>(std::clamp(x / cell_ + 1, 1.0, (1 << kBits) - 2.0));
     };
@@ -134,7 +134,7 @@ class Bodies {
   double cell_;
   DisjointSets sets_;
   std::vector<Place> places_;
-  std::array<Place, 4096> recent_{};  ///< Cache of recent places, by slot
+  std::array<Place, 4096> recent_{};  ///< Cache of recent places, indexed by a hash
 };
 
 }  // namespace
@@ -178,9 +178,9 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
     }
     const auto largest = std::max_element(area_of.begin(), area_of.end()) - area_of.begin();
     const double own = of_body[static_cast<std::size_t>(largest)].diagonal();
-    const bool again = own < kMaxRescaleShare * diagonal;
+    const bool rescale = own < kMaxRescaleShare * diagonal;
     diagonal = own;
-    if (!again) break;
+    if (!rescale) break;
   }
   double floating = 0;
   Cleaned found;
@@ -205,22 +205,23 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   const auto is_hidden = [](const SeenPixels& of) {
     return of.front + of.back == 0 && of.drawn >= kMinHiddenPixels;
   };
-  std::vector<std::uint8_t> unseen;  // By part, 1 if not visible so far
+  std::vector<std::uint8_t> is_unseen;  // For each part, 1 if no view has shown it so far
   for (const OutsideViews& views : kViews) {
     const std::vector<SeenPixels> more =
-        look_from_outside(mesh, parts.of, parts.count, views, unseen);
+        look_from_outside(mesh, parts.of, parts.count, views, is_unseen);
     for (std::size_t p = 0; p < seen.size(); ++p) {
-      if (!unseen.empty() && unseen[p] == 0) continue;
+      if (!is_unseen.empty() && is_unseen[p] == 0) continue;
       seen[p].drawn += more[p].drawn;
       seen[p].front += more[p].front;
       seen[p].back += more[p].back;
     }
-    unseen.resize(parts.count);
-    std::transform(seen.begin(), seen.end(), unseen.begin(),
+    is_unseen.resize(parts.count);
+    std::transform(seen.begin(), seen.end(), is_unseen.begin(),
                    [](const SeenPixels& of) { return of.front + of.back == 0; });
     const bool is_round = views.step > 2;  // Later views may cover more pixels of a part
     if (!is_round && std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
-    if (is_round && std::none_of(unseen.begin(), unseen.end(), [](auto is) { return is != 0; })) {
+    if (is_round &&
+        std::none_of(is_unseen.begin(), is_unseen.end(), [](auto is) { return is != 0; })) {
       return {};
     }
   }

@@ -39,7 +39,7 @@ double diagonal_of(const Mesh& mesh) {
   return box.diagonal();
 }
 
-/// Finds degenerate and duplicate triangles. Non-finite triangles are kept.
+/// Finds degenerate and duplicate triangles. Non-finite ones are not included.
 std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
   const std::vector<Triangle> corners = welded_triangles(mesh);
   std::vector<std::uint8_t> dropped(corners.size(), 0);
@@ -72,7 +72,7 @@ std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
   return dropped;
 }
 
-/// \returns the number of removed triangles; 0 if it would be all of them, which are kept
+/// \returns the number of removed triangles; 0 if all triangles would be removed, in which case all are kept
 std::uint64_t drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
   const auto count = static_cast<std::size_t>(std::count(dropped.begin(), dropped.end(), 1));
   if (count == 0 || count == dropped.size()) return 0;
@@ -160,29 +160,30 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   const std::uint64_t given = mesh.triangles.size();
   std::uint64_t floating = 0, hidden = 0;
   const double diagonal = diagonal_of(mesh);
-  const bool whole = !options.windings_alone;
+  const bool full_cleaning = !options.windings_alone;
   // Runs the enabled steps in order, with progress and cancellation between steps.
   constexpr int kSteps = 9;
-  int done = 0;
+  int finished_steps = 0;
   const auto step = [&](bool is, const auto& body) {
     if (is) body();
-    ProgressGuard::poll_at(static_cast<double>(++done) / kSteps, "cleaning");
+    ProgressGuard::poll_at(static_cast<double>(++finished_steps) / kSteps, "cleaning");
   };
   // Duplicates hide open edges, so they are removed first, and again after welding, which may create more.
-  step(whole, [&] { drop(mesh, find_useless(mesh, report)); });
-  step(whole && options.weld > 0,
+  step(full_cleaning, [&] { drop(mesh, find_useless(mesh, report)); });
+  step(full_cleaning && options.weld > 0,
        [&] { report.welded = weld_near(mesh, options.weld * diagonal); });
   step(report.welded.count != 0, [&] { drop(mesh, find_useless(mesh, report)); });
-  step(whole && options.weld > 0,
+  step(full_cleaning && options.weld > 0,
        [&] { report.junctions = cut_at_junctions(mesh, options.weld * diagonal); });
-  step(whole && options.floater > 0,
+  step(full_cleaning && options.floater > 0,
        [&] { drop(mesh, find_fins(mesh, options.floater * diagonal, report.fins)); });
   step(options.orient, [&] { turn_outward(mesh, options.windings_alone, report); });
-  step(whole && options.max_hole > 0,
+  step(full_cleaning && options.max_hole > 0,
        [&] { report.holes = fill_small_holes(mesh, options.max_hole * diagonal); });
-  step(whole && options.floater > 0,
+  step(full_cleaning && options.floater > 0,
        [&] { floating = drop(mesh, find_floaters(mesh, options.floater, report.floaters)); });
-  step(whole && !options.keep_inner, [&] { hidden = drop(mesh, find_inner(mesh, report.inner)); });
+  step(full_cleaning && !options.keep_inner,
+       [&] { hidden = drop(mesh, find_inner(mesh, report.inner)); });
   report.faces_outwards =
       report.faces_outwards && options.windings_alone && report.turned.count == 0;
   add_warnings(mesh, options, report, given, floating, hidden);

@@ -19,8 +19,9 @@ namespace {
 
 /// Meaning of an object's name.
 enum class Shape {
-  shown,  ///< Name of no hull: the object is drawn
-  both,   ///< Drawn and a hull as well (Godot's -col); only a hull if anything else of LOW is drawn
+  /// The object is drawn and is a hull (Godot's -col); it is only a hull if other objects of LOW are drawn
+  shown,  ///< The name is not that of a hull: the object is drawn
+  both,
   hidden,  ///< A hull that is never drawn
 };
 
@@ -33,7 +34,7 @@ Shape shape_of(const std::string& name) {
     if (text.starts_with(prefix)) return Shape::hidden;
   }
   const std::size_t last = text.find_last_not_of("0123456789. ");
-  text = text.substr(0, last + 1);  // npos + 1 is 0: an empty text
+  text = text.substr(0, last + 1);  // npos + 1 is 0, which gives an empty text
   for (const char* ending : {"-colonly", "-convcolonly"}) {
     if (text.ends_with(ending)) return Shape::hidden;
   }
@@ -74,7 +75,7 @@ void drop_unused(std::vector<Triangle>& of, std::vector<T>& pool) {
 }
 
 /// Removes triangles, and all data that only they used.
-Mesh without(Mesh mesh, const std::vector<std::uint8_t>& dropped) {
+Mesh without_triangles(Mesh mesh, const std::vector<std::uint8_t>& dropped) {
   drop_triangles(mesh, dropped);
   drop_unused(mesh.uv_triangles, mesh.uvs);
   drop_unused(mesh.normal_triangles, mesh.normals);
@@ -90,7 +91,8 @@ std::vector<Shape> shapes_of(const std::vector<std::string>& names) {
   return shapes;
 }
 
-/// Of groups: one of OBJ may have several names ("g skin UCX_crate"), and is a hull by any of them.
+/// Shapes of groups. A group of an OBJ file may have several names ("g skin UCX_crate"), and is a hull if any of
+/// these names is a hull's.
 std::vector<Shape> shapes_of_groups(const std::vector<std::string>& names) {
   std::vector<Shape> shapes;
   for (const std::string& name : names) {
@@ -102,7 +104,7 @@ std::vector<Shape> shapes_of_groups(const std::vector<std::string>& names) {
   return shapes;
 }
 
-/// Name of a hull's triangle: its object, or else its group, as in OBJ files.
+/// Name of a hull's triangle: that of its object, or else of its group, as in OBJ files.
 const std::string& hull_name(const Mesh& hulls, const std::vector<Shape>& objects, std::size_t t) {
   const bool by_object =
       !hulls.objects.empty() && (hulls.groups.empty() || objects[hulls.objects[t]] != Shape::shown);
@@ -123,7 +125,7 @@ std::vector<Shape> shapes_of_triangles(const Mesh& mesh) {
 }
 
 /// Names of hulls, in the order of their first triangles.
-/// \param of  [out] by triangle, the number of its name
+/// \param of  [out] index of each triangle's name
 std::vector<std::string> list_hulls(const Mesh& hulls, std::vector<std::uint32_t>& of) {
   std::vector<std::string> names;
   const std::vector<Shape> objects = shapes_of(hulls.object_names);
@@ -153,8 +155,9 @@ std::string quote_names(const std::vector<std::string>& names) {
 std::vector<std::uint8_t> collision_hulls(const Mesh& low) {
   const std::vector<Shape> shapes = shapes_of_triangles(low);
   // If LOW consists of -col objects only, they are drawn.
-  const bool others = std::find(shapes.begin(), shapes.end(), Shape::shown) != shapes.end();
-  const Shape least = others ? Shape::both : Shape::hidden;
+  const bool has_shown_objects =
+      std::find(shapes.begin(), shapes.end(), Shape::shown) != shapes.end();
+  const Shape least = has_shown_objects ? Shape::both : Shape::hidden;
   std::vector<std::uint8_t> is_hull(shapes.size());
   std::transform(shapes.begin(), shapes.end(), is_hull.begin(),
                  [least](Shape shape) { return shape >= least ? 1 : 0; });
@@ -167,7 +170,7 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
   if (found == 0) return {};
   std::vector<std::uint8_t> is_shown;
   for (const std::uint8_t hull : is_hull) is_shown.push_back(1 - hull);
-  Mesh hulls = without(low, is_shown);
+  Mesh hulls = without_triangles(low, is_shown);
   std::vector<std::uint32_t> of;
   const std::vector<std::string> names = list_hulls(hulls, of);
   hulls.objects = std::move(of);
@@ -190,7 +193,7 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
                              option("keep_hulls") + ".",
                          names.size()});
   }
-  low = without(std::move(low), is_hull);
+  low = without_triangles(std::move(low), is_hull);
   return hulls;
 }
 
@@ -204,7 +207,7 @@ void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
   const auto found = static_cast<std::uint64_t>(std::count(is_hull.begin(), is_hull.end(), 1));
   if (found == 0 || found == shapes.size()) return;
   std::vector<std::uint32_t> of;
-  const std::vector<std::string> names = list_hulls(without(high, is_shown), of);
+  const std::vector<std::string> names = list_hulls(without_triangles(high, is_shown), of);
   warnings.push_back({"collision-hulls",
                       "'" + high.name + "': " + counted(names.size(), "collision hull") + " (" +
                           quote_names(names) + "; " + counted(found, "triangle") + ")" +
@@ -213,7 +216,7 @@ void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
                           "or add " +
                           option("keep_hulls") + ".",
                       names.size()});
-  high = without(std::move(high), is_hull);
+  high = without_triangles(std::move(high), is_hull);
 }
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Fins: few faces attached to an edge of two others.
+// Finds fins: few faces that are attached to an edge of two other faces.
 #include <algorithm>
 
 #include "clean/steps.h"
@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Largest share of the area that may be fins; larger shares are there on purpose.
+/// Largest share of the area that may be removed as fins; a larger share is assumed to be intended.
 constexpr double kMaxFinShare = 0.1;
 
 }  // namespace

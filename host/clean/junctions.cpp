@@ -1,4 +1,4 @@
-// T-junctions: open edges on which vertices of other open edges lie.
+// Repairs T-junctions: open edges on which vertices of other open edges lie.
 #include <algorithm>
 #include <limits>
 
@@ -10,15 +10,15 @@
 namespace kiln {
 namespace {
 
-/// Smallest piece of a split edge as a share of its length, and rounds, in each of which a triangle is split at one
-/// edge.
+/// Smallest piece of a split edge as a share of the edge's length; and number of rounds, in each of which a triangle
+/// is split at one edge.
 constexpr double kMinPieceShare = 0.02;
 constexpr int kSplitRounds = 3;
-/// Largest number of open edges at a vertex that is tested as a junction. More belong to sheets that share a vertex,
-/// which is no junction, and testing all pairs would be quadratic.
+/// Largest number of open edges at a vertex that is tested as a junction. A vertex with more open edges is where
+/// sheets touch, not a junction, and testing all pairs of edges would take quadratic time.
 constexpr std::size_t kMaxOpenEdgesAtVertex = 256;
 
-/// Open edges by both of their ends.
+/// Open edges, indexed by both of their vertices.
 class OpenEdges {
  public:
   OpenEdges(const Mesh& mesh, std::span<const Triangle> corners)
@@ -31,7 +31,8 @@ class OpenEdges {
 
   const std::vector<std::uint32_t>& sides() const { return sides_; }
 
-  /// Vertices along a side: the chain of other open edges from one end to the other; empty if there is no such chain.
+  /// Vertices along a side: the chain of other open edges from the side's first to its last vertex; empty if there is
+  /// no such chain.
   std::vector<OnEdge> along(std::uint32_t side, double distance) const {
     const std::uint32_t a = end_of(side, 0), b = end_of(side, 1);
     const Vec3d from = point_of(mesh_, a), way = point_of(mesh_, b) - from;
@@ -81,20 +82,20 @@ class OpenEdges {
 Cleaned cut_at_junctions(Mesh& mesh, double distance) {
   Cleaned cut;
   for (int round = 0; round < kSplitRounds; ++round) {
-    const std::uint64_t before = cut.count;
+    const std::uint64_t cuts_before = cut.count;
     const std::vector<Triangle> corners = welded_triangles(mesh);
     const OpenEdges open(mesh, corners);
-    std::vector<std::uint8_t> done(corners.size(), 0);
+    std::vector<std::uint8_t> is_done(corners.size(), 0);
     for (const std::uint32_t side : open.sides()) {
       const std::uint32_t t = side / 3;
-      if (done[t] != 0) continue;
+      if (is_done[t] != 0) continue;
       const std::vector<OnEdge> points = open.along(side, distance);
       if (points.empty()) continue;
-      done[t] = 1;
+      is_done[t] = 1;
       if (cut.count++ == 0) cut.example = mesh.positions[points[0].vertex];
       cut_triangle(mesh, t, side % 3, points);
     }
-    if (cut.count == before) break;
+    if (cut.count == cuts_before) break;
   }
   return cut;
 }

@@ -14,7 +14,8 @@ namespace {
 
 /// Largest motion of a vertex, as a share of its shortest edge.
 constexpr double kMaxMoveShare = 0.25;
-/// Largest number of vertices tested per cell; where vertices are dense, edges are too short for welding.
+/// Largest number of vertices that are tested per cell; where more vertices are dense, edges are too short for
+/// welding.
 constexpr int kMaxPerCell = 64;
 
 /// Hash grid of vertices; each cell is a linked list.

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// Times as many pixels that show backs as fronts, from which on a mesh is a room.
+/// Ratio of pixels that show backs to pixels that show fronts from which on the mesh counts as a room.
 constexpr std::uint64_t kMinRoomRatio = 2;
 
 }  // namespace
@@ -19,7 +19,7 @@ std::vector<OpenShells> find_open_shells(const Mesh& mesh) {
   const FacingParts parts(corners, mesh.positions.size());
   const auto is_open = [](const FacingParts::Part& part) { return !part.closed; };
   if (std::none_of(parts.parts.begin(), parts.parts.end(), is_open)) return {};
-  // Group 0 has all closed parts; each material has one for its open parts.
+  // Group 0 contains all closed parts; the open parts of each material form another group.
   const auto of = [&](std::size_t t) { return mesh.materials.empty() ? 0 : mesh.materials[t]; };
   const std::size_t materials = std::max<std::size_t>(
       1, mesh.materials.empty()

@@ -20,13 +20,13 @@ namespace {
 
 /// Subpixel steps per pixel. Integer coordinates leave no gaps at shared edges.
 constexpr std::int32_t kSubpixelSteps = 256;
-/// Depths that differ by less than this share of the radius are equal.
+/// Depths that differ by less than this share of the radius count as equal.
 constexpr float kDepthTolerance = 1e-6F;
 /// Triangles in a block.
 constexpr std::uint32_t kTrianglesPerBlock = 32;
-/// Mean number of times that triangles may cover a picture. Above it, pictures are smaller, so that the time is
-/// linear in the number of triangles. Closed bodies cover a picture one to ten times; kMinPictureSide is only reached
-/// by meshes that overlap themselves tens of thousands of times.
+/// Mean number of times that triangles may cover a picture. If the mean is larger, pictures are smaller, so that the
+/// time is linear in the number of triangles. Closed bodies cover a picture one to ten times; kMinPictureSide is only
+/// reached by meshes that overlap themselves tens of thousands of times.
 constexpr double kMaxMeanCover = 32;
 constexpr std::uint32_t kMinPictureSide = 16;
 /// Side of a tile in pixels, a power of two.
@@ -39,7 +39,7 @@ struct Ball {
   double radius = 0;
 };
 
-/// Box of triangles that are tested together for occlusion.
+/// Bounding box of triangles that are tested together for occlusion.
 struct Block {
   Vec3d middle{}, half{};
 };
@@ -52,8 +52,8 @@ Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
   return {(box.low + box.high) * 0.5, 0.5 * box.diagonal()};
 }
 
-/// Side of pictures for a mesh's area. Over all directions, a triangle's mean projected area is half of its area
-/// (Cauchy).
+/// Side of pictures, bounded by the mesh's area. Over all directions, a triangle's mean projected area is half of its
+/// area (Cauchy).
 std::uint32_t bounded_side(const Mesh& mesh, const Ball& ball, std::uint32_t pixels) {
   double area = 0;
   for (const Triangle& t : mesh.triangles) area += area_of(mesh, t);
@@ -106,7 +106,7 @@ class Picture {
   }
   struct Pixel {
     float depth = -kFar;
-    /// Twice the visible triangle, plus 1 if its back is visible; or kNothing.
+    /// Twice the index of the visible triangle, plus 1 if its back is visible; or kNothing.
     std::uint32_t id = kNothing;
   };
   const std::vector<Pixel>& pixels() const { return pixels_; }
@@ -126,7 +126,7 @@ class Picture {
       ++tile.shown;
     }
   }
-  /// Clears the pixels that would show this triangle if all triangles had been drawn in order.
+  /// Clears the pixels that this triangle would cover if all triangles had been drawn in order.
   void hide(std::uint32_t t) {
     each_pixel(t, [&](Pixel& at, float depth, std::uint32_t id) {
       if (depth < at.depth - kDepthTolerance) return;
@@ -162,7 +162,7 @@ class Picture {
   }
 
  private:
-  /// Pixels whose centres lie in a box, from first to last.
+  /// The range of pixels whose centres lie in a box.
   struct Extent {
     std::int32_t x0, x1, y0, y1;
   };
@@ -190,8 +190,8 @@ class Picture {
   static bool is_front(std::uint32_t id) { return (id & 1) == 0; }
   /// A square of pixels. Triangles behind all of its pixels are rejected without testing each pixel.
   struct Tile {
-    float farthest = kFar;    ///< Smallest visible depth: nothing is visible behind it.
-    std::uint32_t shown = 0;  ///< Number of pixels that show a triangle.
+    float farthest = kFar;    ///< Smallest visible depth; nothing behind it is visible
+    std::uint32_t shown = 0;  ///< Number of pixels that show a triangle
   };
   Tile& tile_at(std::uint32_t x, std::uint32_t y) {
     return tiles_[std::size_t{y / kTileSide} * tiles_side_ + x / kTileSide];
@@ -254,7 +254,7 @@ class Picture {
         if ((w0 | w1 | w2) < 0) continue;
         ++count;
         if (top < row[px].depth - kDepthTolerance) continue;
-        // Integers below 2^53 are exact: only the depth is rounded.
+        // Integers below 2^53 are exact in double precision, so only the depth is rounded.
         const auto of = [](std::int64_t w, const PicturePoint& dot) {
           return static_cast<double>(w) * dot.depth;
         };
@@ -270,15 +270,15 @@ class Picture {
   const OutsideViews& views_;
   Ball ball_;
   Vec3d toward_{}, right_{}, up_{};
-  double scale_ = 0;  ///< Steps per unit of length
+  double scale_ = 0;  ///< Subpixel steps per unit of length
   std::vector<PicturePoint> points_;
   std::vector<Pixel> pixels_;
-  std::vector<Tile> tiles_;  ///< By tile; empty while drawing
+  std::vector<Tile> tiles_;  ///< Tiles; empty while drawing
   std::uint32_t tiles_side_ = 0;
 };
 
 /// For each triangle the first one that has the same corners in the same order, which covers the same pixels.
-std::vector<std::uint32_t> first_alike(const Mesh& mesh) {
+std::vector<std::uint32_t> first_repetitions(const Mesh& mesh) {
   const std::vector<std::uint32_t> place = weld_vertices(mesh.positions);
   const VertexLists lists(
       mesh.positions.size(), mesh.triangles.size(),
@@ -291,8 +291,8 @@ std::vector<std::uint32_t> first_alike(const Mesh& mesh) {
   for (std::size_t v = 0; v < lists.vertices(); ++v) {
     const std::span<const VertexLists::Item> items = lists.of(v);
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const bool same = i > 0 && items[i].key == items[i - 1].key;
-      first[items[i].index] = same ? first[items[i - 1].index] : items[i].index;
+      const bool repeats_previous = i > 0 && items[i].key == items[i - 1].key;
+      first[items[i].index] = repeats_previous ? first[items[i - 1].index] : items[i].index;
     }
   }
   return first;
@@ -330,20 +330,23 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   std::vector<Triangle> triangles = mesh.triangles;
   for (Triangle& t : triangles) {
     const auto finite = [&](std::uint32_t v) { return is_finite(mesh.positions[v]); };
-    if (!std::all_of(t.begin(), t.end(), finite)) t = {};  // A triangle that covers no pixel
+    // Replaced by a triangle that covers no pixel
+    if (!std::all_of(t.begin(), t.end(), finite)) t = {};
   }
-  // Where pictures are smaller, triangles repeat each other. What repeats an earlier one hides nothing of it: where both lie
-  // in one place, the earlier one is seen.
+  // In the smaller pictures of large meshes, repeated triangles are drawn once. A repetition hides nothing of the
+  // earlier triangle: where both cover a pixel, the earlier one is visible.
   const bool repeats = views.pixels < wanted.pixels && others.empty();
   const std::vector<std::uint32_t> first =
-      repeats ? first_alike(mesh) : std::vector<std::uint32_t>();
-  std::mutex mutex;  // Whole numbers are summed: their order does not matter.
+      repeats ? first_repetitions(mesh) : std::vector<std::uint32_t>();
+  std::mutex mutex;  // The sums are of integers, so their order does not matter
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
   parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
     const auto view = views.first + static_cast<std::uint32_t>(number) * views.step;
     Picture picture(mesh, triangles, ball, direction(view, views.count), views);
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;  // of runs of one group
-    std::vector<std::uint32_t> covered(first.size());            // pixels, of first ones
+    // Drawn pixels of each run of triangles of one group
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;
+    // Covered pixels of the first triangle of each repetition
+    std::vector<std::uint32_t> covered(first.size());
     for (const std::uint32_t t : shown) {
       std::uint32_t pixels = 0;
       if (!repeats) {

@@ -1,4 +1,4 @@
-// Orientation of parts by what views from outside show.
+// Orients parts so that views from outside show their fronts.
 #include <algorithm>
 #include <array>
 
@@ -11,17 +11,18 @@
 namespace kiln {
 namespace {
 
-/// Fewest visible pixels of a part for a decision, and how many times as many pixels must show one side as the other:
-/// for inconsistently oriented parts (kMinInconsistentRatio) and for consistent ones (kMinConsistentRatio).
+/// Smallest number of visible pixels of a part for a decision; and smallest ratio of the pixels that show one side to
+/// those that show the other, for inconsistently oriented parts (kMinInconsistentRatio) and for consistent ones
+/// (kMinConsistentRatio).
 constexpr std::uint64_t kMinVisiblePixels = 16, kMinInconsistentRatio = 2, kMinConsistentRatio = 8;
 /// Smallest share of a consistent part's pixels, hidden ones included, that must show its back for reversal. A
 /// reversed body shows half of its pixels; a covered sheet (a shirt below a jacket) shows few, and its back is only
-/// visible through openings, which means nothing.
+/// visible through openings, which does not show its orientation.
 constexpr double kMinBackShare = 0.25;
 /// Ratio of visible backs to fronts above which the mesh is meant to be seen from inside.
 constexpr std::uint64_t kMaxInwardRatio = 3;
 
-/// True if pixels show clearly which way triangles face.
+/// True if the numbers of pixels clearly show the triangles' orientation.
 bool is_clear(std::uint64_t front, std::uint64_t back) {
   return front + back >= kMinVisiblePixels &&
          std::max(front, back) > kMinInconsistentRatio * std::min(front, back);
@@ -46,19 +47,20 @@ bool may_face_inwards(const Mesh& mesh) {
   return volume < 0;
 }
 
-/// What sums tell of the parts, before any view.
+/// Orientation of the parts by their signed volumes, before any view is drawn.
 struct Facing {
-  bool outwards = false;  ///< All agree, are closed, and have a volume of 0 or more
-  bool wrongly = true;    ///< Views could find a part that faces the wrong way
+  /// True if all parts are consistent, closed, and have a volume of 0 or more
+  bool outwards = false;
+  bool may_be_reversed = true;  ///< True if views could find a part that faces inwards
 };
 
 Facing facing_of(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
-  const auto all = [&](const auto& is) {
+  const auto all_parts = [&](const auto& is) {
     return std::all_of(parts.parts.begin(), parts.parts.end(), is);
   };
-  if (!all([](const FacingParts::Part& part) { return part.agrees; })) return {};
+  if (!all_parts([](const FacingParts::Part& part) { return part.agrees; })) return {};
   const bool one = parts.parts.size() < 2;
-  if (!all([](const FacingParts::Part& part) { return part.closed; })) {
+  if (!all_parts([](const FacingParts::Part& part) { return part.closed; })) {
     return {false, !one || (!open_alone && may_face_inwards(mesh))};
   }
   std::vector<double> volume(parts.parts.size(), 0);
@@ -67,7 +69,7 @@ Facing facing_of(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
     volume[parts.of[t]] += volume_of(mesh, mesh.triangles[t], middle);
   }
   const bool outwards =
-      all([](const FacingParts::Part& part) { return !part.one_sided; }) &&
+      all_parts([](const FacingParts::Part& part) { return !part.one_sided; }) &&
       std::all_of(volume.begin(), volume.end(), [](double of) { return of >= 0; });
   const bool any_below =
       std::any_of(volume.begin(), volume.end(), [](double of) { return of < 0; });
@@ -81,7 +83,7 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
   const FacingParts parts(corners, mesh.positions.size());
   const Facing facing = facing_of(mesh, parts, open_alone);
   report.faces_outwards = facing.outwards;
-  if (!facing.wrongly) return;
+  if (!facing.may_be_reversed) return;
   std::vector<std::uint32_t> group(corners.size());
   for (std::size_t t = 0; t < group.size(); ++t) group[t] = 2 * parts.of[t] + parts.side[t];
   const std::vector<SeenPixels> seen = look_from_outside(mesh, group, 2 * parts.parts.size(), {});
@@ -96,39 +98,41 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
   std::vector<std::array<std::uint32_t, 2>> counts(parts.parts.size());
   for (std::size_t t = 0; t < group.size(); ++t) ++counts[parts.of[t]][parts.side[t]];
   enum : std::uint8_t { kNoSide = 2, kBoth = 3 };
-  std::vector<std::uint8_t> wrong(parts.parts.size(), kNoSide);
-  for (std::size_t p = 0; p < wrong.size(); ++p) {
+  std::vector<std::uint8_t> reversed_side(parts.parts.size(), kNoSide);
+  for (std::size_t p = 0; p < reversed_side.size(); ++p) {
     const FacingParts::Part& part = parts.parts[p];
     if (part.one_sided) continue;
-    // Counts in the orientation of the first triangle.
+    // Pixel counts in the orientation of the part's first triangle.
     const SeenPixels first = seen[2 * p], other{0, seen[2 * p + 1].back, seen[2 * p + 1].front};
     std::uint64_t front = std::uint64_t{first.front} + other.front;
     std::uint64_t back = std::uint64_t{first.back} + other.back;
-    const bool tells = !is_inward && front + back >= kMinVisiblePixels;
+    const bool has_enough_pixels = !is_inward && front + back >= kMinVisiblePixels;
     const double drawn = static_cast<double>(seen[2 * p].drawn) + seen[2 * p + 1].drawn;
     const bool shown = static_cast<double>(back) >= kMinBackShare * drawn;
     if (!part.agrees) {
-      bool clear = tells && is_clear(front, back);
-      // A large flap shows both sides, which would mask the result of the other group in the sum.
+      bool clear = has_enough_pixels && is_clear(front, back);
+      // Both groups are tested separately, too: a large flap shows both sides, which would mask the result of the
+      // other group in the sum.
       const bool by_first = is_clear(first.front, first.back);
-      if (!clear && tells && by_first != is_clear(other.front, other.back)) {
+      if (!clear && has_enough_pixels && by_first != is_clear(other.front, other.back)) {
         clear = true;
         front = by_first ? first.front : other.front;
         back = by_first ? first.back : other.back;
       }
-      // A large triangle may have more area than all others: without views, the number of triangles must agree, too.
-      const bool few = 2 * counts[p][less[p]] < part.triangles;
-      wrong[p] = clear                ? (front > back ? 1 : 0)
-                 : few || !open_alone ? less[p]
-                                      : std::uint8_t{kNoSide};
-    } else if (tells && back > kMinConsistentRatio * front && !(open_alone && part.closed) &&
-               shown) {
-      wrong[p] = kBoth;
+      // A large triangle may have more area than all others, so without views, the number of triangles must support
+      // the result, too.
+      const bool has_fewer_triangles = 2 * counts[p][less[p]] < part.triangles;
+      reversed_side[p] = clear                                ? (front > back ? 1 : 0)
+                         : has_fewer_triangles || !open_alone ? less[p]
+                                                              : std::uint8_t{kNoSide};
+    } else if (has_enough_pixels && back > kMinConsistentRatio * front &&
+               !(open_alone && part.closed) && shown) {
+      reversed_side[p] = kBoth;
     }
   }
   std::vector<std::uint8_t> turned(corners.size());
   for (std::size_t t = 0; t < turned.size(); ++t) {
-    const std::uint8_t side = wrong[parts.of[t]];
+    const std::uint8_t side = reversed_side[parts.of[t]];
     turned[t] = side == kBoth || side == parts.side[t];
   }
   const TurnedTriangles result = turn_triangles(mesh, turned);

@@ -1,4 +1,4 @@
-// Holes of a few edges in a surface that continues across them.
+// Fills holes of a few edges in a surface that continues across them.
 #include <algorithm>
 #include <limits>
 
@@ -11,9 +11,9 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMaxRimEdges = 12;
-/// Smallest cosine between the hole and each face around it: ends of tubes and rims of sheets are no holes.
+/// Smallest cosine between the hole and each face around it: ends of tubes and rims of sheets do not count as holes.
 constexpr double kMinContinuationCosine = 0.5;
-/// Largest area of all holes together, as a share of the mesh's area; a sieve has more on purpose.
+/// Largest area of all holes together, as a share of the mesh's area; a sieve has a larger share, which is intended.
 constexpr double kMaxHoleShare = 0.15;
 
 Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
@@ -109,22 +109,23 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
   Cleaned filled;
   Fill fills;
   double area = 0;
-  std::vector<std::uint8_t> known(3 * corners.size(), 0);  // Sides of rims that were found
+  // 1 for each side of a rim that was found
+  std::vector<std::uint8_t> is_known_side(3 * corners.size(), 0);
   for (const std::uint32_t first : open.all()) {
-    if (known[first] != 0) continue;
+    if (is_known_side[first] != 0) continue;
     const std::vector<std::uint32_t> sides = open.rim(first);
     if (sides.size() < 3) continue;
-    double around = 0;
+    double perimeter_sum = 0;
     Rim rim;
     for (auto side = sides.rbegin(); side != sides.rend(); ++side) {
       const Vec3d from = point_of(mesh, open.start(*side));
-      around += length(point_of(mesh, open.end(*side)) - from);
+      perimeter_sum += length(point_of(mesh, open.end(*side)) - from);
       rim.push_back({{*side / 3, *side % 3}, from});
     }
     const bool taken = std::any_of(sides.begin(), sides.end(),
-                                   [&](std::uint32_t side) { return known[side] != 0; });
-    if (taken || around > perimeter) continue;
-    for (const std::uint32_t side : sides) known[side] = 1;
+                                   [&](std::uint32_t side) { return is_known_side[side] != 0; });
+    if (taken || perimeter_sum > perimeter) continue;
+    for (const std::uint32_t side : sides) is_known_side[side] = 1;
     Vec3d normal{};
     for (std::size_t i = 2; i < rim.size(); ++i) {
       normal += normal_of(rim[0].point, rim[i - 1].point, rim[i].point);

@@ -26,7 +26,7 @@ struct OnEdge {
 };
 
 /// Removes triangles, and vertices that only these used.
-/// \param dropped  by triangle, 1 to remove
+/// \param dropped  for each triangle, 1 if it is to be removed
 void drop_triangles(Mesh& mesh, std::span<const std::uint8_t> dropped);
 
 /// Adds a triangle of existing corners with their UVs, normals and tangents, and with the group, object and material
@@ -38,7 +38,7 @@ void add_triangle(Mesh& mesh, const std::array<CornerOf, 3>& corners);
 void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const OnEdge> points);
 
 /// Sides (3 t + k) of edges that have one triangle.
-/// \param corners  with equal indices for equal positions
+/// \param corners  triangles whose corners have equal indices for equal positions
 std::vector<std::uint32_t> open_sides(std::span<const Triangle> corners, std::size_t vertices);
 
 /// Bounding box of finite points.

@@ -59,7 +59,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     if (texture.kind == TextureKind::normal) {
       reading.normals = NormalChannels::of(*image, texture.normal_format);
       normals_.push_back(reading.normals);
-      if (GreenEvidence::of(*image, reading.normals).speaks_for_down())
+      if (GreenEvidence::of(*image, reading.normals).suggests_down())
         flipped_green_suspects_.push_back(i);
     }
     reading.by_alpha = i < texture.weighted_by_alpha.size() && texture.weighted_by_alpha[i];

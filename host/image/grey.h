@@ -1,4 +1,4 @@
-// Pictures with one number a pixel.
+// Detects grey pictures.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// True if a picture has one number a pixel: one channel, with or without alpha, or equal red, green and blue.
+/// True if a picture is grey: one channel, with or without alpha, or equal red, green and blue.
 /// \param rounding  tolerated difference between channels, as in lossy files; 0: exactly equal
 inline bool is_grey(const Image& image, float rounding) {
   if (image.channels < 3) return true;
@@ -20,7 +20,7 @@ inline bool is_grey(const Image& image, float rounding) {
   return true;
 }
 
-/// Rounding of JPEG and of block compression.
+/// Rounding error of JPEG and of block compression.
 inline constexpr float kLossyRounding = 1.5F / 255;
 
 }  // namespace kiln

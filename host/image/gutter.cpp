@@ -13,7 +13,8 @@
 namespace kiln {
 namespace {
 
-// Keys of a band: limits device memory and the time of a launch, and keeps a band in the cache.
+// Number of keys per band. It limits device memory and the time of a launch, and is small enough that a band stays in
+// the cache.
 constexpr std::size_t kKeysPerBand = std::size_t{1} << 22;
 
 // Mask for the device: 1 for texels that have values to copy; rows are padded to a multiple of 8.
@@ -40,18 +41,18 @@ struct CopiedTexel {
 };
 
 template <std::size_t kChannels>
-void copy_values(std::span<const CopiedTexel> taken, float* pixels) {
-  for (const auto [texel, source] : taken) {
+void copy_values(std::span<const CopiedTexel> is_copied, float* pixels) {
+  for (const auto [texel, source] : is_copied) {
     std::copy_n(&pixels[source * kChannels], kChannels, &pixels[texel * kChannels]);
   }
 }
 
-void copy_values(std::span<const CopiedTexel> taken, Image& image) {
+void copy_values(std::span<const CopiedTexel> is_copied, Image& image) {
   float* const pixels = image.pixels.data();
-  if (image.channels == 1) return copy_values<1>(taken, pixels);
-  if (image.channels == 2) return copy_values<2>(taken, pixels);
-  if (image.channels == 3) return copy_values<3>(taken, pixels);
-  copy_values<4>(taken, pixels);
+  if (image.channels == 1) return copy_values<1>(is_copied, pixels);
+  if (image.channels == 2) return copy_values<2>(is_copied, pixels);
+  if (image.channels == 3) return copy_values<3>(is_copied, pixels);
+  copy_values<4>(is_copied, pixels);
 }
 
 // Copies values along a band's offsets into empty texels. Returns their number.
@@ -63,11 +64,11 @@ std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_
   std::atomic<std::uint64_t> total{0};
   parallel_for(band.row_count, 16, [&](std::size_t begin, std::size_t end) {
     std::uint64_t count = 0;
-    std::vector<CopiedTexel> taken;
+    std::vector<CopiedTexel> is_copied;
     for (std::size_t row = begin; row < end; ++row) {
       const std::size_t y = band.first_row + row;
       const Offset* from = &offsets[row * band.stride];
-      taken.clear();
+      is_copied.clear();
       for (std::size_t x = 0; x < width; ++x) {
         std::uint8_t& state = coverage[y * width + x];
         if (from[x] == 0 || state != kCoverageEmpty) continue;
@@ -76,11 +77,11 @@ std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_
             static_cast<std::int64_t>(from[x] & ((Offset{1} << kShift) - 1)) - kBias;
         const std::size_t texel = y * width + x;
         const auto way = static_cast<std::size_t>(dy * static_cast<std::int64_t>(width) + dx);
-        taken.push_back({texel, texel + way});
+        is_copied.push_back({texel, texel + way});
         state = kCoverageGutter;
       }
-      for (const GutterImage& image : images) copy_values(taken, *image.image);
-      count += taken.size();
+      for (const GutterImage& image : images) copy_values(is_copied, *image.image);
+      count += is_copied.size();
     }
     total += count;
   });
@@ -100,7 +101,7 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
   const std::size_t key_stride = band.stride + 2 * std::size_t{band.pad};
   const auto rows = static_cast<std::uint32_t>(std::clamp<std::size_t>(
       kKeysPerBand / key_stride, std::min<std::size_t>(64, image.height), image.height));
-  // Each tile reads `radius` rows beyond its own, so smaller tiles would mostly repeat work.
+  // Each tile reads `radius` rows beyond its own rows, so smaller tiles would mostly repeat work.
   band.tile_rows = std::min(rows, std::max(64U, radius));
 
   cl::Array<std::uint8_t> mask(context, make_mask(image, coverage, band.stride, missed_is_source));
@@ -128,7 +129,8 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
                            std::vector<std::uint8_t>& coverage, std::uint32_t radius,
                            bool missed_is_source) {
   const Image& image = *images.front().image;
-  radius = std::min(radius, image.width + image.height);  // at least the image's diagonal
+  // The sum is at least the image's diagonal
+  radius = std::min(radius, image.width + image.height);
   if (radius <= KILN_GUTTER_NARROW_RADIUS) {
     return fill_nearest<std::uint32_t, std::uint16_t, KILN_GUTTER_NARROW_SHIFT>(
         context, images, coverage, radius, missed_is_source, "");
@@ -138,7 +140,7 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
       context, images, coverage, radius, missed_is_source, "-DKILN_GUTTER_WIDE=1");
 }
 
-// Fills missed texels, and empty ones if `everywhere`, by push-pull. Returns the number of empty ones.
+// Fills missed texels, and empty ones if `everywhere`, by push-pull. Returns the number of empty texels.
 std::uint64_t fill_smooth(std::span<const GutterImage> images, std::vector<std::uint8_t>& coverage,
                           const GutterOptions& options, bool everywhere) {
   const std::size_t texels = coverage.size();
@@ -151,7 +153,7 @@ std::uint64_t fill_smooth(std::span<const GutterImage> images, std::vector<std::
     bool any_here = false;
     for (std::size_t i = begin; i < end; ++i) {
       const bool missed = coverage[i] == kCoverageMissed && options.fill_missed;
-      // Padding counts as known only if everything is filled: its values are copies of baked ones, which are known
+      // Padding counts as known only if everything is filled: its values are copies of baked texels, which are known
       // already.
       known[i] =
           coverage[i] != kCoverageEmpty && !missed && (everywhere || coverage[i] != kCoverageGutter)

@@ -20,10 +20,10 @@ enum Coverage : std::uint8_t {
 };
 
 struct GutterOptions {
-  /// Width of the padding, up to 16384 (larger values count as that); 0: none; -1: unlimited (push-pull)
+  /// Width of the padding in texels; values above 16384 count as 16384; 0: no padding; -1: unlimited (push-pull)
   std::int32_t texels = kPaddingTexels;
   bool fill_missed = false;   ///< Also fill texels marked missed, at any distance from a baked one
-  bool unit_vectors = false;  ///< Values are vectors, and averages are normalized
+  bool unit_vectors = false;  ///< True for values that are vectors, whose averages are normalized
 };
 
 /// Fills empty texels near charts in place and marks them kCoverageGutter.
@@ -33,8 +33,8 @@ struct GutterOptions {
 /// (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring of nearest values. Baked texels never change. If
 /// missed texels are filled, they get push-pull values from baked ones and stay marked missed; otherwise they count as
 /// baked. The nearest texels are found on the device (kernels/image/image.cl), exactly, in bands of rows; values are
-/// copied and averaged on the host's threads. Nothing wraps around the borders. The same bytes on every device and
-/// number of threads. If nothing is baked, nothing changes.
+/// copied and averaged on the host's threads. Nothing wraps around the image's sides. The result is the same on every
+/// device and with any number of threads. If nothing is baked, nothing changes.
 /// \returns number of texels that became padding
 /// \throws Error(usage) for a width below -1, Error(device)
 std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
@@ -46,7 +46,7 @@ struct GutterImage {
   bool unit_vectors = false;  ///< Replaces GutterOptions::unit_vectors for this image
 };
 
-/// The same for several images of one size; nearest texels are searched once.
+/// Fills several images of equal size and coverage; nearest texels are searched once.
 std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> images,
                            std::vector<std::uint8_t>& coverage, const GutterOptions& options);
 

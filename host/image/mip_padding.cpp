@@ -12,15 +12,19 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kRowsPerTask = 16;
-/// Distance from charts, texels, within which padding stays: bilinear filters of level 0 and 1 read it.
+/// Padding up to this distance from charts, in texels, is not replaced, because bilinear filters of levels 0 and 1
+/// read it.
 constexpr int kKeptTexels = 2;
-/// Finest level whose bias is corrected. Filled texels change by squares of this level.
+/// Finest level whose bias is corrected. Each texel of this level corresponds to a square of texels of the map, whose
+/// filled texels change together.
 constexpr std::uint32_t kFirstLevel = 4;
 constexpr int kMaxRounds = 40;
-/// Largest bias that is left, in values: 0.3 of a step of 8 bits, and the precision to which it is reached.
+/// Largest bias that may remain (0.3 steps of 8 bits), and the tolerance with which the correction reaches it; both
+/// in values of the map.
 constexpr double kMaxBias = 0.3 / 255, kBiasTolerance = 0.05 / 255;
-/// Regularisation of the linear system, as a share of its mean diagonal. Levels of a large map hardly differ in weights;
-/// less would let squares change by opposite amounts, which biases cancel but views of one chart show.
+/// Regularisation of the linear system, as a share of its mean diagonal. Weights hardly differ between levels of a
+/// large map. With less regularisation, neighbouring squares would change by opposite amounts, which cancel in the
+/// biases but are visible on single charts.
 constexpr double kRidge = 2;
 
 enum class TexelRole : std::uint8_t { chart, kept, filled };
@@ -68,7 +72,7 @@ std::vector<TexelRole> classify(const Image& image, std::span<const std::uint8_t
   return result;
 }
 
-/// \param fine_count, fine_mean  by texel of the finer level, what adds up
+/// \param fine_count, fine_mean  functions of a texel of the finer level: its count, and its sum or mean
 template <typename Count, typename Mean>
 MeanLevel coarser_means(std::uint32_t width, std::uint32_t height, std::size_t channels,
                         const Count& fine_count, const Mean& fine_mean) {
@@ -101,7 +105,7 @@ MeanLevel coarser_means(std::uint32_t width, std::uint32_t height, std::size_t c
   return level;
 }
 
-/// Levels 1 and on.
+/// Builds levels 1 and coarser.
 std::vector<MeanLevel> make_pyramid(const Image& image, const std::vector<TexelRole>& texels) {
   const std::size_t channels = image.channels;
   std::vector<MeanLevel> levels;
@@ -118,7 +122,7 @@ std::vector<MeanLevel> make_pyramid(const Image& image, const std::vector<TexelR
   return levels;
 }
 
-/// Step 1: from the coarsest level down, squares without chart texels get the value of the square around them.
+/// Step 1: from the coarsest level down, squares without chart texels get the value of the enclosing square.
 void fill_by_squares(Image& image, const std::vector<TexelRole>& texels,
                      std::vector<MeanLevel>& levels) {
   const std::size_t channels = image.channels;
@@ -147,7 +151,7 @@ void fill_by_squares(Image& image, const std::vector<TexelRole>& texels,
   });
 }
 
-/// Step 2: see pad_for_mips().
+/// Corrects biases: step 2 of pad_for_mips().
 class BiasCorrection {
  public:
   BiasCorrection(Image& image, const std::vector<TexelRole>& texels,
@@ -169,7 +173,7 @@ class BiasCorrection {
     }
   }
 
-  /// \param mean  of the charts
+  /// \param mean  mean of the charts
   void correct(std::size_t channel, double mean) {
     Range range;
     for (std::size_t i = 0; i < texels_.size(); ++i) {
@@ -178,17 +182,19 @@ class BiasCorrection {
     if (!(range.high > range.low)) return;
     const std::size_t squares = squares_.count.size();
     const Squares now = measure(channel, range);
-    // Per square, the way of its filled texels to the highest value (1) or the lowest (-1).
-    std::vector<double> way(squares);
+    // For each square, how far its filled texels are moved: 1 is to the highest value, -1 to the lowest.
+    std::vector<double> shift_shares(squares);
     bool changed = false;
-    for (int round = 0; round < kMaxRounds && step(now, mean, way); ++round) changed = true;
+    for (int round = 0; round < kMaxRounds && step(now, mean, shift_shares); ++round)
+      changed = true;
     if (!changed) return;
     parallel_for(image_.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
         for (std::size_t x = 0; x < image_.width; ++x) {
           const std::size_t i = y * image_.width + x;
           if (texels_[i] != TexelRole::filled) continue;
-          const double share = way[(y >> kFirstLevel) * squares_.width + (x >> kFirstLevel)];
+          const double share =
+              shift_shares[(y >> kFirstLevel) * squares_.width + (x >> kFirstLevel)];
           float& own = value(i, channel);
           const double most = share > 0 ? static_cast<double>(range.high) - own
                                         : static_cast<double>(own) - range.low;
@@ -210,14 +216,14 @@ class BiasCorrection {
   float& value(std::size_t texel, std::size_t channel) const {
     return image_.pixels[texel * image_.channels + channel];
   }
-  /// Texels of the image under a texel of a level; those at the far borders are cut.
+  /// Number of the image's texels under a texel of a level, which is smaller at the right and lower sides.
   double area(std::size_t x, std::size_t y, std::size_t level) const {
     const std::size_t side = std::size_t{1} << level;
     return static_cast<double>(std::min<std::size_t>(side, image_.width - x * side)) *
            static_cast<double>(std::min<std::size_t>(side, image_.height - y * side));
   }
 
-  /// Per square: the sum of values, and by how much its filled texels can raise and lower it.
+  /// For each square: the sum of values, and by how much its filled texels can raise and lower that sum.
   struct Squares {
     std::vector<double> sum, rise, fall;
   };
@@ -244,14 +250,15 @@ class BiasCorrection {
     return result;
   }
 
-  /// \returns false if no bias is left to correct, or nothing can
-  bool step(const Squares& now, double mean, std::vector<double>& way) const {
-    const std::size_t levels = weights_.size(), squares = way.size();
+  /// Computes one step of the correction.
+  ///          \returns false if no bias needs a correction, or none can be corrected
+  bool step(const Squares& now, double mean, std::vector<double>& shift_shares) const {
+    const std::size_t levels = weights_.size(), squares = shift_shares.size();
     std::vector<double> bias(levels, mean), gain(squares), toward(squares);
     double most = 0;
     for (std::size_t k = 0; k < levels; ++k) {
       for (std::size_t s = 0; s < squares; ++s) {
-        const double change = way[s] * (way[s] > 0 ? now.rise[s] : now.fall[s]);
+        const double change = shift_shares[s] * (shift_shares[s] > 0 ? now.rise[s] : now.fall[s]);
         bias[k] -= weights_[k][s] * (now.sum[s] + change);
       }
       most = std::max(most, std::abs(bias[k]));
@@ -263,8 +270,8 @@ class BiasCorrection {
     }
     for (std::size_t s = 0; s < squares; ++s) {
       const bool up = toward[s] > 0;
-      if (up ? way[s] >= 1 : way[s] <= -1) continue;
-      gain[s] = way[s] > 0 || (way[s] == 0 && up) ? now.rise[s] : now.fall[s];
+      if (up ? shift_shares[s] >= 1 : shift_shares[s] <= -1) continue;
+      gain[s] = shift_shares[s] > 0 || (shift_shares[s] == 0 && up) ? now.rise[s] : now.fall[s];
     }
     std::vector<double> matrix(levels * levels);
     double diagonal = 0;
@@ -283,12 +290,12 @@ class BiasCorrection {
     for (std::size_t s = 0; s < squares; ++s) {
       double change = 0;
       for (std::size_t k = 0; k < levels; ++k) change += bias[k] * weights_[k][s];
-      way[s] = std::clamp(way[s] + change, -1.0, 1.0);
+      shift_shares[s] = std::clamp(shift_shares[s] + change, -1.0, 1.0);
     }
     return true;
   }
 
-  /// Solves a symmetric positive definite system by Gaussian elimination, which needs no pivots there.
+  /// Solves a symmetric positive definite system by Gaussian elimination, which needs no pivoting for such systems.
   static void solve(std::vector<double>& matrix, std::vector<double>& right) {
     const std::size_t n = right.size();
     for (std::size_t k = 0; k < n; ++k) {
@@ -308,8 +315,9 @@ class BiasCorrection {
 
   Image& image_;
   const std::vector<TexelRole>& texels_;
-  const MeanLevel& squares_;  ///< MeanLevel kFirstLevel
-  /// Per level from kFirstLevel on and square: what a texel's value there adds to the level's weighted mean
+  const MeanLevel& squares_;  ///< The pyramid's level kFirstLevel
+  /// For each level from kFirstLevel on, and each square: weight of the value of a texel of the square in the level's
+  /// weighted mean
   std::vector<std::vector<double>> weights_;
 };
 

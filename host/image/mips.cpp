@@ -12,16 +12,16 @@ namespace {
 constexpr std::size_t kBlockRows = 16;
 // Means shorter than this have no meaningful direction.
 constexpr double kVanishingLength = 1e-6;
-// Tolerance of squared lengths around 1 for unit vectors in single precision. Normalizing these would only change the
-// last bit, and constant maps have to stay constant.
+// Tolerance of squared lengths around 1 for unit vectors in single precision. Normalizing such vectors would only
+// change the last bit, and constant maps must stay constant.
 constexpr double kUnitSlack = 1e-6;
-// Ratio of areas that count as equal: with odd sides they differ by rounding.
+// Minimum ratio of two areas that count as equal; in maps with odd sides, rounding makes equal areas differ.
 constexpr double kMinAreaRatio = 1 - 1e-9;
 
 /// Part of a texel that belongs to one chart.
 template <std::size_t kChannels>
 struct Part {
-  double area = 0;  // in samples of level 0
+  double area = 0;  // Area in samples of level 0
   std::uint32_t chart = 0;
   std::array<float, kChannels> mean{};
 };
@@ -31,11 +31,12 @@ struct Taps {
   std::size_t first = 0, count = 1;
   std::array<double, 3> weight{1, 1, 1};
 
-  /// \param fine  number of texels of the finer level
+  /// \param fine  number of texels of the finer level along the axis
   static Taps of(std::size_t at, std::size_t fine) {
     if (fine == 1) return {};
     if (fine % 2 == 0) return {2 * at, 2, {1, 1, 0}};
-    // A texel is (2m + 1) / m finer ones wide, and begins at / m into the first of them.
+    // If the finer level has 2m + 1 texels, a texel is (2m + 1) / m of them wide, and starts at / m behind the start
+    // of the first one.
     const std::size_t half = fine / 2;
     const auto m = static_cast<double>(half);
     const auto i = static_cast<double>(at);
@@ -71,12 +72,13 @@ struct Base {
 template <std::size_t kChannels>
 struct Chain {
   struct Block {
-    std::vector<std::uint32_t> first;  // [texels + 1] index into parts
+    std::vector<std::uint32_t> first;  // Index of each texel's first part; one extra entry
     std::vector<Part<kChannels>> parts;
   };
   std::uint32_t level_width = 0, level_height = 0;
-  std::vector<Block> blocks;           // blocks of kBlockRows rows
-  std::vector<std::uint8_t> coverage;  // if missed texels have no values; otherwise empty
+  std::vector<Block> blocks;  // Blocks of kBlockRows rows
+  // Coverage of each texel if missed texels have no values; otherwise empty
+  std::vector<std::uint8_t> coverage;
 
   std::uint32_t width() const { return level_width; }
   std::uint32_t height() const { return level_height; }
@@ -119,7 +121,8 @@ class Sum {
       result.mean[c] = static_cast<float>(sum_[c] * share);
     }
     if (unit_vectors && squared_length(result.mean) < kVanishingLength * kVanishingLength) {
-      // Long enough to give every mean a direction, and too short to change others.
+      // The first vector is added with a length that suffices to give every mean a direction, but is too small to
+      // change other means.
       const double scale = 2 * kVanishingLength / std::sqrt(squared_length(first_));
       for (std::size_t c = 0; c < kVector<kChannels>; ++c) {
         result.mean[c] = static_cast<float>(scale * first_[c]);
@@ -131,7 +134,7 @@ class Sum {
  private:
   static std::array<double, kChannels> minus_zero() {
     std::array<double, kChannels> sum;
-    sum.fill(-0.0);  // the sum of -0 and -0 is -0
+    sum.fill(-0.0);  // The sum starts with -0, since the sum of -0 and -0 is -0
     return sum;
   }
 
@@ -157,22 +160,23 @@ template <std::size_t kChannels, typename Finer>
 class RowMaker {
  public:
   RowMaker(const Finer& finer, std::size_t y, bool unit_vectors)
-      : finer_(finer), down_(Taps::of(y, finer.height())), unit_vectors_(unit_vectors) {}
+      : finer_(finer), column_taps_(Taps::of(y, finer.height())), unit_vectors_(unit_vectors) {}
 
-  /// Appends a texel's parts, sorted by chart. \returns whether a missed texel is among the finer ones
+  /// Appends a texel's parts, sorted by chart.
+  /// \returns true if one of the finer texels is missed
   bool append(std::size_t x, std::vector<Part<kChannels>>& parts) {
     const Taps across = Taps::of(x, finer_.width());
     bool missed = false;
     count_ = 0;
-    for (std::size_t j = 0; j < down_.count; ++j) {
+    for (std::size_t j = 0; j < column_taps_.count; ++j) {
       for (std::size_t i = 0; i < across.count; ++i) {
         const std::size_t fine_x = across.first + i;
-        const std::size_t fine_y = down_.first + j;
+        const std::size_t fine_y = column_taps_.first + j;
         missed = missed || finer_.missed(fine_x, fine_y);
         const auto list = finer_.parts(fine_x, fine_y, own_[count_]);
         if (list.empty()) continue;
         cursors_[count_++] = {list.data(), list.data() + list.size(),
-                              down_.weight[j] * across.weight[i]};
+                              column_taps_.weight[j] * across.weight[i]};
       }
     }
     merge(parts);
@@ -192,7 +196,7 @@ class RowMaker {
     const bool alone = std::all_of(&cursors_[0], &cursors_[count_], [&](const Cursor& cursor) {
       return cursor.at + 1 == cursor.end && cursor.at->chart == own;
     });
-    if (alone) {  // the common case: one part
+    if (alone) {  // The common case: a single part
       Sum<kChannels> sum;
       for (std::size_t k = 0; k < count_; ++k) sum.add(*cursors_[k].at, cursors_[k].weight);
       parts.push_back(sum.part(own, unit_vectors_));
@@ -214,7 +218,7 @@ class RowMaker {
   }
 
   const Finer& finer_;
-  const Taps down_;
+  const Taps column_taps_;
   const bool unit_vectors_;
   std::array<Part<kChannels>, 9> own_;
   std::array<Cursor, 9> cursors_{};

@@ -13,17 +13,18 @@ namespace {
 
 /// Bounds that identify the contents of channels. Values are components of vectors, in [-1, 1].
 struct ChannelBounds {
-  std::size_t samples = std::size_t{1} << 16;  ///< Texels that are sampled
-  /// Greatest range of an unused channel: 1.5 steps of a byte, as lossy blocks have.
+  std::size_t samples = std::size_t{1} << 16;  ///< Number of sampled texels
+  /// Largest range of an unused channel: 1.5 steps of a byte, as in lossy blocks.
   float constant = 3.0F / 255;
-  /// Greatest distance from -1 or 1 of a channel that decoders fill in
+  /// Largest distance from -1 or 1 of the values of a channel that decoders add
   float extreme = 4.0F / 255;
-  float in_disc = 1.04F;     ///< Bound on x^2 + y^2 of unit vectors: 1, plus two steps of a byte
+  /// Upper bound on x^2 + y^2 of unit vectors: 1, plus two steps of a byte
+  float in_disc = 1.04F;
   double nearly_all = 0.99;  ///< Share of texels that counts as nearly all
-  /// Least deviation of x^2 + y^2 + z^2 from 1 that excludes unit vectors: if z is within `constant` of 1, theirs is at
-  /// most 0.024.
+  /// Smallest deviation of x^2 + y^2 + z^2 from 1 that excludes unit vectors. A unit vector whose stored z is within
+  /// `constant` of 1 deviates by at most 0.024.
   float off_unit = 0.04F;
-  double some = 2e-4;  ///< Share of texels that cannot be chance
+  double some = 2e-4;  ///< Share of texels above which a property is not a coincidence
 };
 constexpr ChannelBounds kChannelBounds;
 
@@ -31,12 +32,12 @@ constexpr ChannelBounds kChannelBounds;
 struct ChannelStatistics {
   std::size_t count = 0;
   std::array<float, 4> least, most;
-  std::size_t off_unit =
-      0;  ///< Texels that are no unit vectors, though (red, green) lies in the unit disc
+  /// Number of texels that are not unit vectors although (red, green) lies in the unit disc
+  std::size_t off_unit = 0;
   std::size_t in_disc =
-      0;  ///< Texels whose red and green, or whose two channels, lie in the unit disc
-  std::size_t in_disc_alpha = 0;  ///< The same for alpha and green
-  bool grey = true;               ///< Red, green and blue are equal
+      0;  ///< Number of texels whose (red, green), or whose two channels, lie in the unit disc
+  std::size_t in_disc_alpha = 0;  ///< Number of texels whose (alpha, green) lies in the unit disc
+  bool grey = true;               ///< True if red, green and blue are equal
 
   explicit ChannelStatistics(const Image& image) {
     least.fill(std::numeric_limits<float>::infinity());
@@ -95,11 +96,11 @@ bool is_pair(const Image& image, const ChannelStatistics& s) {
   return image.channels == 2 && s.least[1] < 1 - kChannelBounds.extreme && s.nearly_all(s.in_disc);
 }
 
-/// True for three channels with an unused blue.
+/// True for pictures of three channels whose blue is unused.
 bool lacks_blue(const Image& image, const ChannelStatistics& s) {
   if (image.channels < 3 || s.count == 0 || !s.nearly_all(s.in_disc)) return false;
   if (s.most[2] < 0) return true;
-  // Blue may also be constant because the tilt is; but then vectors are unit.
+  // Blue may also be constant because the tilt of all normals is equal; in this case, the vectors have unit length.
   return s.is_constant(2) &&
          static_cast<double>(s.off_unit) > kChannelBounds.some * static_cast<double>(s.count);
 }
@@ -108,7 +109,8 @@ bool lacks_blue(const Image& image, const ChannelStatistics& s) {
 
 NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format) {
   NormalChannels result;
-  if (image.channels < 2 || image.pixels.empty()) return result;  // check() throws for these
+  // check() throws for such pictures
+  if (image.channels < 2 || image.pixels.empty()) return result;
   result.down =
       format == NormalTextureFormat::directx || format == NormalTextureFormat::two_channel_directx;
   const ChannelStatistics s(image);
@@ -125,7 +127,8 @@ NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format
     case NormalTextureFormat::two_channel:
     case NormalTextureFormat::two_channel_directx:
       result.rebuilt = true;
-      // Blue may repeat z, so it proves nothing; but (x, y) outside of the unit disc does.
+      // A blue channel that holds z contradicts nothing, but (x, y) outside of the unit disc contradicts two-channel
+      // normals.
       result.doubtful = !looks_two && !s.nearly_all(s.in_disc);
       break;
   }
@@ -165,7 +168,7 @@ bool holds_heights(const Image& image, NormalTextureFormat format) {
 GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channels) {
   GreenEvidence evidence;
   if (image.width < 3 || image.height < 3 || image.channels < 2) return evidence;
-  // Slopes of steeper normals are dominated by rounding.
+  // Minimum z; slopes of steeper normals are dominated by rounding.
   constexpr float kMinZ = 0.2F;
   const auto slopes_at = [&](std::size_t x, std::size_t y, double& p, double& q) {
     std::array<float, 4> n{};
@@ -188,7 +191,7 @@ GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channe
         !slopes_at(x - 1, y, unused, left) || !slopes_at(x + 1, y, unused, right)) {
       continue;
     }
-    // v grows upwards, rows downwards.
+    // v increases upwards, row numbers downwards.
     const double p_along_v = above - below, q_along_u = right - left;
     evidence.up += (p_along_v - q_along_u) * (p_along_v - q_along_u);
     evidence.down += (p_along_v + q_along_u) * (p_along_v + q_along_u);
@@ -200,8 +203,8 @@ GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channe
   return evidence;
 }
 
-bool GreenEvidence::speaks_for_down() const {
-  // Least mean square: a change by 0.01, one or two steps of a byte.
+bool GreenEvidence::suggests_down() const {
+  // kMinSquare is the smallest mean square that counts: changes by 0.01, one or two steps of a byte.
   constexpr double kMinRatio = 4, kMinSquare = 1e-4;
   return up > kMinSquare && up > kMinRatio * down;
 }

@@ -10,10 +10,10 @@
 namespace kiln {
 
 struct NormalChannels {
-  bool rebuilt = false;   ///< z = sqrt(1 - x^2 - y^2) instead of blue
+  bool rebuilt = false;   ///< z is sqrt(1 - x^2 - y^2) instead of blue
   bool in_alpha = false;  ///< x is in alpha (DXT5nm)
   bool down = false;      ///< Green is -y
-  bool doubtful = false;  ///< The picture contradicts the given format's place of z
+  bool doubtful = false;  ///< The picture contradicts the given format's channel for z
 
   /// Detects the channels, as NormalTextureFormat describes. The picture may have any number of channels.
   static NormalChannels of(const Image& image, NormalTextureFormat format);
@@ -21,7 +21,7 @@ struct NormalChannels {
   /// \throws Error(input) if the picture has too few channels
   void check(const Image& image) const;
 
-  /// \param texel  the picture's values as [-1, 1]; out: x, y, z
+  /// \param texel  [in, out] the picture's values in [-1, 1] on entry; x, y, z on return
   void apply(std::array<float, 4>& texel) const;
 };
 
@@ -33,12 +33,12 @@ bool holds_heights(const Image& image, NormalTextureFormat format);
 ///
 /// Normals of a height field h have the slopes p = dh/du = -x/z and q = dh/dv = -y/z, with dp/dv = dq/du. If y is
 /// flipped, dp/dv = -dq/du. So one of the sums of (dp/dv - dq/du)^2 and (dp/dv + dq/du)^2 is 0, except for rounding,
-/// seams and surfaces that are no height field; the other is 4 (dp/dv)^2.
+/// seams and surfaces that are not height fields; the other sum is 4 (dp/dv)^2.
 struct GreenEvidence {
   double up = 0, down = 0;  ///< Mean squared residuals if green points up, and if it points down
 
   static GreenEvidence of(const Image& image, const NormalChannels& channels);
-  bool speaks_for_down() const;
+  bool suggests_down() const;
 };
 
 }  // namespace kiln

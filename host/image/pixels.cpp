@@ -60,20 +60,20 @@ Rgba rgba_of(const Image& image, std::size_t texel, const ConvertOptions& option
   return rgba;
 }
 
-/// Value as an integer sample of PNG.
+/// Rounds a value to an integer sample of a PNG.
 double integer(float value, double most) {
   const double unit = value >= 0 ? std::min(1.0, double{value}) : 0.0;  // NaN becomes 0
   return std::nearbyint(unit * most);
 }
 
-/// Converts to IEEE 754 binary16: to nearest even; infinity above 65504.
+/// Converts to IEEE 754 binary16, rounded to nearest, ties to even; infinity above 65504.
 std::uint16_t half_of(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   const std::uint32_t sign = bits >> 16 & 0x8000U;
   const std::uint32_t size = bits & 0x7FFFFFFFU;
   std::uint32_t half = 0;
   if (size > 0x7F800000U) {
-    half = 0x7E00U;  // NaN stays NaN
+    half = 0x7E00U;  // NaN remains NaN
   } else if (size >= 0x477FF000U) {
     half = 0x7C00U;  // 65520 and above round to infinity
   } else if (size >= 0x38800000U) {

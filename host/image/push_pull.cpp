@@ -20,10 +20,10 @@ struct Level {
   std::uint32_t width = 0, height = 0;
   std::vector<float> values;
   std::vector<std::uint8_t> known;
-  bool complete = false;  // every texel is known
+  bool complete = false;  // True if every texel is known
 };
 
-// A level for the passes; the finest one's memory is the caller's.
+// A level as the passes see it; the memory of the finest level belongs to the caller.
 struct View {
   std::uint32_t width, height;
   const float* values;
@@ -87,10 +87,10 @@ Level push(const View& fine, bool unit_vectors) {
   return coarse;
 }
 
-// Writes the unknown texels of `values` (only the wanted ones, if given).
+// Writes the unknown texels of `values`; if `is_wanted` is not empty, only those that it selects.
 template <std::size_t kChannels>
 void pull(const Level& coarse, std::uint32_t width, std::uint32_t height, float* values,
-          const std::uint8_t* known, const std::uint8_t* wanted, bool unit_vectors) {
+          const std::uint8_t* known, const std::uint8_t* is_wanted, bool unit_vectors) {
   const auto neighbour = [](std::size_t at, std::size_t size) {
     const std::size_t parent = at / 2;
     if (at % 2 == 1) return std::min(parent + 1, size - 1);
@@ -102,7 +102,7 @@ void pull(const Level& coarse, std::uint32_t width, std::uint32_t height, float*
       const float* far_row = &coarse.values[neighbour(y, coarse.height) * coarse.width * kChannels];
       for (std::size_t x = 0; x < width; ++x) {
         const std::size_t texel = y * width + x;
-        if (known[texel] != 0 || (wanted != nullptr && wanted[texel] == 0)) continue;
+        if (known[texel] != 0 || (is_wanted != nullptr && is_wanted[texel] == 0)) continue;
         const std::size_t near_x = x / 2 * kChannels;
         const std::size_t far_x = neighbour(x, coarse.width) * kChannels;
         Texel sum{};
@@ -122,7 +122,7 @@ void pull(const Level& coarse, std::uint32_t width, std::uint32_t height, float*
 
 template <std::size_t kChannels>
 bool push_pull_channels(Image& image, std::span<const std::uint8_t> known,
-                        std::span<const std::uint8_t> wanted, bool unit_vectors) {
+                        std::span<const std::uint8_t> is_wanted, bool unit_vectors) {
   std::vector<Level> levels;
   View view{image.width, image.height, image.pixels.data(), known.data()};
   do {
@@ -137,23 +137,23 @@ bool push_pull_channels(Image& image, std::span<const std::uint8_t> known,
                     nullptr, unit_vectors);
   }
   pull<kChannels>(levels[0], image.width, image.height, image.pixels.data(), known.data(),
-                  wanted.data(), unit_vectors);
+                  is_wanted.data(), unit_vectors);
   return true;
 }
 
 }  // namespace
 
 bool push_pull(Image& image, std::span<const std::uint8_t> known,
-               std::span<const std::uint8_t> wanted, bool unit_vectors) {
+               std::span<const std::uint8_t> is_wanted, bool unit_vectors) {
   switch (image.channels) {
     case 1:
-      return push_pull_channels<1>(image, known, wanted, unit_vectors);
+      return push_pull_channels<1>(image, known, is_wanted, unit_vectors);
     case 2:
-      return push_pull_channels<2>(image, known, wanted, unit_vectors);
+      return push_pull_channels<2>(image, known, is_wanted, unit_vectors);
     case 3:
-      return push_pull_channels<3>(image, known, wanted, unit_vectors);
+      return push_pull_channels<3>(image, known, is_wanted, unit_vectors);
     default:
-      return push_pull_channels<4>(image, known, wanted, unit_vectors);
+      return push_pull_channels<4>(image, known, is_wanted, unit_vectors);
   }
 }
 

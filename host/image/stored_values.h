@@ -7,10 +7,10 @@
 
 namespace kiln {
 
-/// True if a format stores values as they are: EXR, and TIFF of floats.
+/// True if a format stores unscaled floats: EXR, and TIFF of floats.
 bool holds_floats(ImageFormat format);
 
-/// Values of a map's channels that a format stores as 0 and 1; empty where it stores them as they are.
+/// Values of a map's channels that a format stores as 0 and 1; empty for formats that store unscaled floats.
 std::vector<ValueRange> stored_ranges(const BakedMap& map, ImageFormat format);
 
 }  // namespace kiln

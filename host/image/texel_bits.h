@@ -1,4 +1,4 @@
-// A set of a picture's texels, as a bit each.
+// A set of a picture's texels, with one bit per texel.
 #pragma once
 
 #include <atomic>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// A set of texels; rows start at whole words.
+/// A set of texels; each row starts with a new word.
 class TexelBits {
  public:
   TexelBits() = default;
@@ -26,7 +26,7 @@ class TexelBits {
   /// \param texel  y * width() + x
   bool has(std::size_t texel) const { return has(texel % width_, texel / width_); }
 
-  /// Words of a row; bits beyond the width are 0.
+  /// The words of a row; bits beyond the width are 0.
   std::uint64_t* row(std::size_t y) { return &words_[y * row_]; }
   const std::uint64_t* row(std::size_t y) const { return &words_[y * row_]; }
   std::size_t words_in_row() const { return row_; }
@@ -43,7 +43,7 @@ class TexelBits {
       std::uint64_t bits = ~std::uint64_t{0} << first;
       if (stop < 64) bits &= (std::uint64_t{1} << stop) - 1;
       const std::atomic_ref<std::uint64_t> at(words_[y * row_ + word]);
-      // Texels of overlapping triangles are set already; testing costs less than a locked write.
+      // Texels of overlapping triangles are often set already, and a test costs less than an atomic write.
       if ((at.load(std::memory_order_relaxed) & bits) != bits) {
         at.fetch_or(bits, std::memory_order_relaxed);
       }
@@ -57,7 +57,7 @@ class TexelBits {
   std::vector<std::uint64_t> words_;
 };
 
-/// The set, with all neighbours of its texels, including diagonal ones.
+/// The set extended by all neighbours of its texels, including diagonal ones.
 TexelBits dilated(const TexelBits& from);
 
 }  // namespace kiln

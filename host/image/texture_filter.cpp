@@ -16,7 +16,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrain = std::size_t{1} << 15;
-// A footprint is filtered on the level where its narrow side is this many texels wide, up to twice that.
+// A footprint is filtered on the level on which its narrow side is kMinWidth to 2 * kMinWidth texels wide.
 constexpr double kMinWidth = 2;
 
 float linear(float value) {
@@ -28,7 +28,7 @@ float linear(float value) {
   return static_cast<float>(from_srgb(value));
 }
 
-/// Footprint of a texel in the next finer level, along one axis: the covered texels and their shares.
+/// The texels of the next finer level that a texel covers along one axis, and their shares.
 struct Cover {
   Cover(std::uint32_t place, std::uint32_t narrow, std::uint32_t wide) {
     const double ratio = static_cast<double>(wide) / narrow;
@@ -54,14 +54,14 @@ double fraction(double value) {
 }
 
 /// Sampling points on a level: a grid of rows and columns, evenly spread over a parallelogram with sides a and b. Its
-/// centre is `right` and `below` from the centre of texel (x, y), in texels.
+/// centre lies `right` texels to the right of, and `below` texels below, the centre of texel (x, y).
 struct Spread {
   std::int64_t x, y;
   float right, below, ax, ay, bx, by;
   int columns, rows;
 };
 
-/// Loads a texel's channels; further lanes are undefined.
+/// Loads a texel's channels; the other lanes are undefined.
 /// \param end  end of the level's memory, which a load of four values must not exceed
 template <std::uint32_t Channels>
 Float4 read_texel(const float* from, const float* end) {
@@ -116,10 +116,11 @@ std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int
 template <std::uint32_t Channels>
 std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
                              std::int64_t height, const FilteredTexture::Wraps& wraps) {
-  // Greatest distance of points from the centre, plus one for bilinear neighbours and one for rounding.
+  // Largest distance of points from the centre, plus one texel for bilinear neighbours and one for rounding.
   const auto reach_x = static_cast<std::int64_t>(std::abs(spread.ax) + std::abs(spread.bx)) / 2 + 2;
   const auto reach_y = static_cast<std::int64_t>(std::abs(spread.ay) + std::abs(spread.by)) / 2 + 2;
-  // Loads read four values even of texels with fewer channels: allowed except at the end of the last row.
+  // A load reads four values even if texels have fewer channels, which would exceed the memory at the end of the last
+  // row.
   const bool inside = spread.x >= reach_x && spread.x + reach_x < width - 4 &&
                       spread.y >= reach_y && spread.y + reach_y < height - 1;
   return inside ? sum_of<Channels, true>(spread, pixels, width, height, wraps)
@@ -135,11 +136,11 @@ double squared_on(const std::array<double, 2>& side, double width, double height
 /// Length of a vector in whole texels, rounded up; at least 1.
 double texels_along(double squared) {
   double texels = 1;
-  while (texels < 4 && texels * texels < squared) ++texels;  // rarely more than 4
+  while (texels < 4 && texels * texels < squared) ++texels;  // Larger numbers are rare
   return texels * texels < squared ? ceiled(std::sqrt(squared)) : texels;
 }
 
-/// Least width of a parallelogram: the lesser singular value of its sides.
+/// Minimum width of a parallelogram: the smaller singular value of the matrix of its sides.
 double width_of(const FilteredTexture::Sides& sides, double width, double height) {
   const double ax = sides[0][0] * width, ay = sides[0][1] * height;
   const double bx = sides[1][0] * width, by = sides[1][1] * height;
@@ -172,22 +173,22 @@ FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind
   convert(*image_, kind, reading);
 }
 
-/// Makes the finest level, if the picture cannot be read in place.
+/// Creates the finest level if the picture cannot be read in place.
 void FilteredTexture::convert(const Image& image, TextureKind kind, const TextureReading& reading) {
   const std::size_t from = image.channels, texels = image.pixels.size() / from;
   std::atomic<std::uint64_t> replaced{0};
   std::atomic<bool> transparent{false};
   const bool has_alpha = from % 2 == 0 && kind != TextureKind::normal;
   parallel_for(texels, kGrain, [&](std::size_t begin, std::size_t end) {
-    std::uint64_t bad = 0;
+    std::uint64_t non_finite = 0;
     bool clear = false;
     for (std::size_t i = begin * from; i < end * from; ++i) {
-      bad += std::isfinite(image.pixels[i]) ? 0U : 1U;
+      non_finite += std::isfinite(image.pixels[i]) ? 0U : 1U;
     }
     for (std::size_t i = begin; has_alpha && reading.by_alpha && i < end; ++i) {
       clear = clear || image.pixels[i * from + from - 1] != 1;
     }
-    if (bad != 0) replaced += bad;
+    if (non_finite != 0) replaced += non_finite;
     if (clear) transparent = true;
   });
   replaced_ = replaced;
@@ -228,11 +229,11 @@ void FilteredTexture::convert(const Image& image, TextureKind kind, const Textur
 }
 
 const FilteredTexture::Level& FilteredTexture::level(std::size_t number) const {
-  if (number < made_.load(std::memory_order_acquire)) return levels_[number];
-  const std::lock_guard lock(making_);
-  for (std::size_t made = made_.load(std::memory_order_relaxed); made <= number; ++made) {
+  if (number < built_levels_.load(std::memory_order_acquire)) return levels_[number];
+  const std::lock_guard lock(levels_mutex_);
+  for (std::size_t made = built_levels_.load(std::memory_order_relaxed); made <= number; ++made) {
     fill_half(levels_[made - 1], levels_[made]);
-    made_.store(made + 1, std::memory_order_release);
+    built_levels_.store(made + 1, std::memory_order_release);
   }
   return levels_[number];
 }
@@ -266,7 +267,7 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
                            const Wraps& wraps) const {
   Sides sides = given;
   for (std::array<double, 2>& side : sides) {
-    // Over footprints this large, the mean is that of the whole picture.
+    // The mean over a footprint of this size is the mean of the whole picture.
     if (!(side[0] * side[0] + side[1] * side[1] < 1e12)) sides = {{{1, 0}, {0, 1}}};
   }
   const auto squared = [&](std::size_t side, std::size_t on) {
@@ -290,7 +291,8 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
     along_b = parts_of(1);
   }
   const Level& level = this->level(number);
-  const double most = kMaxParts;  // bounds the loop on the last level: one texel with the mean
+  // Bounds the loop on the last level, which is a single texel with the mean
+  const double most = kMaxParts;
   Spread spread{};
   spread.columns = static_cast<int>(std::min(along_a, most));
   spread.rows = static_cast<int>(std::min(along_b, most / spread.columns));
@@ -324,7 +326,7 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
   }
   const std::size_t values = stored_ - 1;
   for (std::size_t c = 0; c < values; ++c) value[c] = static_cast<float>(sum[c] / sum[values]);
-  // Weights near kMinWeight represent an alpha of 0.
+  // A mean weight near kMinWeight stands for an alpha of 0.
   const double alpha = sum[values] * share;
   if (channels_ > values)
     value[values] = alpha > 2 * double{kMinWeight} ? static_cast<float>(alpha) : 0;

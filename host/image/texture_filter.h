@@ -20,18 +20,18 @@ struct TextureReading {
   NormalChannels normals = {};  ///< Channels of x, y and z in pictures of normals
   /// Colours are weighted by alpha, if present, so that transparent texels do not contribute.
   bool by_alpha = false;
-  /// Background texels; null: none. They contribute only where nothing else does.
+  /// Background texels, which contribute only where no other texel does; null if there are none.
   const TexelBits* empty = nullptr;
 };
 
 /// A picture over UVs with its mip chain: in linear light, or as vectors. Thread-safe.
 ///
-/// A linear picture without NaN and infinities is read in place; all others are copied. Levels of the chain are made at
-/// their first use.
+/// A linear picture without NaN and infinities is read in place; all others are copied. Each level of the chain is
+/// computed at its first use.
 ///
-/// Weights are an additional channel: texels hold value * weight and weight; both are averaged, then divided. The
-/// weight is alpha, times kMinWeight for background texels, and at least kMinWeight, so that the mean over texels
-/// without weight is the unweighted one.
+/// Weights are stored in an additional channel: texels hold value * weight, and weight; both are averaged, then
+/// divided. The weight is alpha, times kMinWeight for background texels, and at least kMinWeight, so that the mean
+/// over texels without weight is the unweighted one.
 class FilteredTexture {
  public:
   using Wraps = std::array<TextureWrap, 2>;            ///< Wrap modes along u and v
@@ -41,8 +41,8 @@ class FilteredTexture {
   FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind,
                   const TextureReading& reading = {});
 
-  /// Greatest memory beside the picture: 4/3 of the picture's floats, or 1/3 if it is read in place; one more channel
-  /// if it has weights.
+  /// Largest memory in addition to the picture's: 4/3 of the picture's floats, or 1/3 if it is read in place; with
+  /// one more channel if there are weights.
   static std::uint64_t most_bytes(const Image& image, TextureKind kind,
                                   const TextureReading& reading = {}) {
     const std::uint64_t bytes = image.pixels.size() * sizeof(float);
@@ -52,11 +52,11 @@ class FilteredTexture {
     return (kind == TextureKind::linear ? 0 : bytes) + bytes / 3;
   }
 
-  /// Channels of mean(): the picture's; three for normals in two channels.
+  /// Number of channels of mean(): the picture's, but three for normals stored in two channels.
   std::uint32_t channels() const { return channels_; }
   /// True if weights may differ from 1.
   bool is_weighted() const { return weighted_; }
-  /// Number of values that are not finite, and count as 0.
+  /// Number of values that are not finite and were replaced by 0.
   std::uint64_t replaced() const { return replaced_; }
 
   /// The mean over a parallelogram of UV around (u, v), which must be finite.
@@ -74,7 +74,7 @@ class FilteredTexture {
   struct Level {
     std::uint32_t width = 0, height = 0;
     const float* pixels = nullptr;
-    std::vector<float> own;  ///< Storage behind `pixels`; empty if the picture is read in place
+    std::vector<float> own;  ///< Memory of `pixels`; empty if the picture is read in place
   };
 
   void convert(const Image& image, TextureKind kind, const TextureReading& reading);
@@ -84,11 +84,11 @@ class FilteredTexture {
   std::shared_ptr<const Image> image_;
   std::uint32_t channels_;
   std::uint32_t stored_ = 0;  ///< Channels of a stored texel
-  bool weighted_ = false;     ///< The last stored channel is a weight
+  bool weighted_ = false;     ///< True if the last stored channel is a weight
   std::uint64_t replaced_ = 0;
   mutable std::vector<Level> levels_;  ///< Sizes of all levels; pixels of those in use
-  mutable std::atomic<std::size_t> made_{1};
-  mutable std::mutex making_;
+  mutable std::atomic<std::size_t> built_levels_{1};
+  mutable std::mutex levels_mutex_;
 };
 
 }  // namespace kiln

@@ -8,16 +8,17 @@
 namespace kiln {
 namespace {
 
-// Queries use the level on which the rectangle spans at most this many blocks a side.
+// A query uses the finest level on which the rectangle spans at most this many blocks along each side.
 constexpr std::int64_t kMaxBlocks = 3;
 
 double fraction_of(double value) { return value - std::floor(value); }
 
 struct TexelSpan {
-  std::int64_t begin, end;  // inclusive range; below `begin`: empty
+  std::int64_t begin, end;  // Inclusive range; empty if end < begin
 };
 
-/// Texels of a row shown by a span of the infinitely repeated row; the span is shorter than the row.
+/// Maps a span of the infinitely repeated row to the texels of the row that it shows; the span is shorter than the
+/// row.
 std::array<TexelSpan, 2> shown_spans(double begin, double end, std::int64_t size,
                                      TextureWrap wrap) {
   if (wrap == TextureWrap::clamp) {
@@ -33,7 +34,7 @@ std::array<TexelSpan, 2> shown_spans(double begin, double end, std::int64_t size
   const auto b = static_cast<std::int64_t>(end - shift);
   if (wrap == TextureWrap::repeat)
     return {TexelSpan{a, std::min(b, size - 1)}, TexelSpan{0, b - size}};
-  // A mirrored span: forwards, backwards, and forwards again.
+  // A span over mirrored rows may run forwards, backwards, and forwards again.
   const TexelSpan back{2 * size - 1 - std::min(b, 2 * size - 1), 2 * size - 1 - std::max(a, size)};
   return {a < size ? TexelSpan{a, std::min(b, size - 1)} : TexelSpan{0, b - 2 * size},
           b < size ? TexelSpan{0, -1} : back};
@@ -42,7 +43,7 @@ std::array<TexelSpan, 2> shown_spans(double begin, double end, std::int64_t size
 }  // namespace
 
 BoundedChannel::BoundedChannel(const Image& image, std::uint32_t channel) {
-  if (channel == 3 && image.channels == 2) channel = 1;  // alpha of a picture with grey and alpha
+  if (channel == 3 && image.channels == 2) channel = 1;  // Alpha of a picture with grey and alpha
   Level level{image.width, image.height, {}};
   level.ranges.resize(std::size_t{image.width} * image.height);
   for (std::size_t i = 0; i < level.ranges.size(); ++i) {

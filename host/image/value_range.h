@@ -24,15 +24,16 @@ class BoundedChannel {
 
   double texels_across() const { return levels_[0].width; }
   double texels_down() const { return levels_[0].height; }
-  /// Bilinear lookup. \param u, v  finite
+  /// Looks up the channel bilinearly.
+  /// \param u, v  finite UV coordinates
   double at(double u, double v, const Wraps& wraps = {}) const;
-  /// Bounds of at() over a rectangle of UV; conservative.
+  /// Conservative bounds of at() over a rectangle of UVs.
   Range over(double u0, double v0, double u1, double v1, const Wraps& wraps = {}) const;
 
  private:
   struct Level {
     std::int64_t width = 0, height = 0;
-    std::vector<Range> ranges;  // of blocks with 2^level texels a side
+    std::vector<Range> ranges;  // Range of each block, whose sides have 2^level texels
   };
   std::vector<Level> levels_;
 };

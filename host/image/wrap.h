@@ -11,7 +11,7 @@ namespace kiln {
 
 /// The texel in [0, size) that a position on the infinitely repeated row shows.
 inline std::int64_t wrapped_texel(std::int64_t place, std::int64_t size, TextureWrap wrap) {
-  if (place >= 0 && place < size) return place;  // the common case, without a division
+  if (place >= 0 && place < size) return place;  // The common case needs no division
   if (wrap == TextureWrap::clamp) return place < 0 ? 0 : size - 1;
   const std::int64_t period = wrap == TextureWrap::mirror ? 2 * size : size;
   std::int64_t rest = place % period;
@@ -20,10 +20,10 @@ inline std::int64_t wrapped_texel(std::int64_t place, std::int64_t size, Texture
 }
 
 /// An equivalent coordinate that is small enough for texel indices.
-/// \param fraction  function: fractional part of a number
+/// \param fraction  function that returns the fractional part of a number
 template <typename Fraction>
 double wrapped_coordinate(double value, TextureWrap wrap, const Fraction& fraction) {
-  constexpr double kMaxCoordinate = 1e7;  // greater than any footprint
+  constexpr double kMaxCoordinate = 1e7;  // Greater than any footprint
   switch (wrap) {
     case TextureWrap::repeat:
       break;

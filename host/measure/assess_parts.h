@@ -1,4 +1,4 @@
-// Parts of assess(), each with measures of its own.
+// Parts of assess(), each of which computes some of the measures.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct Weighted {
 /// \param unit, area_unit  world units per unit of a value and of a weight
 Distribution distribution(Weighted weighted, double unit, double area_unit);
 
-/// Weighted sums of a quantity over rays: of weights, values and squares.
+/// Sums over rays of weights, of weighted values, and of weighted squares.
 class RaySums {
  public:
   void add(double weight, double value, double square) {
@@ -44,7 +44,7 @@ class SampleGrid {
 
   /// The neighbour of a sample in the grid, if it is matched and of the same chart; otherwise kNone.
   std::uint32_t neighbour(std::size_t i, int right, int below) const;
-  /// The sample of an element of the grid, matched or not; kNone: none.
+  /// The sample of an element of the grid, matched or not; kNone if there is none.
   std::uint32_t at(std::size_t element) const { return sample_of_[element]; }
 
  private:

@@ -17,10 +17,10 @@ constexpr std::size_t kGrain = 1 << 15;
 // Offset of ray origins in frame units, so that a sample's own triangle does not hide it.
 constexpr float kOriginOffset = 1e-5F;
 constexpr float kRayLength = 64;
-// Share of the diagonal: matches closer to their samples have no direction.
+// Minimum distance of a match from its sample, as a share of the diagonal; closer matches have no direction.
 constexpr double kMinOffset = 1e-6;
-// For at most this many directions to avoid, test directions keep 2 degrees from each; more would leave too little
-// space.
+// Up to this number of directions to avoid, test directions are at least 2 degrees away from each of them; with more,
+// there would be too little space.
 constexpr std::size_t kMaxAvoided = 64;
 
 std::vector<float> planes_of(std::size_t size, std::size_t planes, const auto& vector_of) {
@@ -38,13 +38,13 @@ std::vector<float> planes_of(std::size_t size, std::size_t planes, const auto& v
 
 std::vector<Vec3> test_directions(const AssessOptions& options) {
   // By default the directions of 12 views are avoided, since matches commonly use these.
-  std::vector<Vec3> avoid = options.avoid;
-  if (avoid.empty()) avoid = spread_views(12);
-  const bool few = avoid.size() <= kMaxAvoided && options.directions <= 512;
-  return held_out_views(options.directions, avoid, few ? 0.5 : 0.02);
+  std::vector<Vec3> avoided_directions = options.avoid;
+  if (avoided_directions.empty()) avoided_directions = spread_views(12);
+  const bool few = avoided_directions.size() <= kMaxAvoided && options.directions <= 512;
+  return held_out_views(options.directions, avoided_directions, few ? 0.5 : 0.02);
 }
 
-/// Unit normals of the high poly's faces; 0 without area.
+/// Unit normals of the high poly's faces; 0 for faces without area.
 std::vector<float> dense_normals(const Source::Impl& source) {
   std::vector<float> normals(3 * source.triangles.size(), 0.0F);
   parallel_for(source.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -62,7 +62,7 @@ std::vector<float> dense_normals(const Source::Impl& source) {
   return normals;
 }
 
-/// Distance of the viewer from a sample such that both meshes are in front of it; frame units.
+/// Distance of the viewer from a sample at which both meshes are in front of the viewer; frame units.
 float viewer_distance(const Source::Impl& source, const AssessedSamples& samples) {
   double square = 0;
   for (const Vec3& p : source.positions) square = std::max(square, dot(to_double(p), to_double(p)));
@@ -70,7 +70,7 @@ float viewer_distance(const Source::Impl& source, const AssessedSamples& samples
   return static_cast<float>(2.01 * std::sqrt(square));
 }
 
-/// Device arrays of the matched samples; others have nothing to measure.
+/// Device arrays of the matched samples; the others have no rays to measure.
 class RayBench {
  public:
   RayBench(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
@@ -88,17 +88,17 @@ class RayBench {
                         })),
         dense_normals_(context_, std::span<const float>(dense_normals(source))),
         hidden_(context_, found_.size()),
-        met_(context_, static_cast<std::uint32_t>(found_.size())),
+        ray_hits_(context_, static_cast<std::uint32_t>(found_.size())),
         sums_(context_, KILN_ASSESS_SUMS * found_.size()) {
     context_.fill(sums_, 0.0F);
     hide_.t_min = kOriginOffset;
     hide_.t_max = kRayLength;
     hide_.two_sided = true;
     // Rays run inward from the viewer, who is beyond both meshes.
-    meet_.offset = viewer_distance(source, samples);
-    meet_.t_max = 2 * meet_.offset;
-    meet_.inward = true;
-    meet_.two_sided = true;
+    ray_query_.offset = viewer_distance(source, samples);
+    ray_query_.t_max = 2 * ray_query_.offset;
+    ray_query_.inward = true;
+    ray_query_.two_sided = true;
     params_.count = params_.capacity = static_cast<std::uint32_t>(found_.size());
   }
 
@@ -112,10 +112,10 @@ class RayBench {
     low_rays_.occluded(points_, params_.count, params_.capacity, hide_, hidden_);
     context_.launch(context_.kernel("assess", "kiln_assess_gather"), count, kLocal, params_,
                     normals_, offsets_, hidden_, points_, sums_);
-    dense_rays_.intersect(points_, params_.count, params_.capacity, meet_, met_);
+    dense_rays_.intersect(points_, params_.count, params_.capacity, ray_query_, ray_hits_);
     context_.launch(context_.kernel("assess", "kiln_assess_compare"), count, kLocal, params_,
-                    normals_, offsets_, points_, dense_normals_, met_.triangle, met_.distance,
-                    sums_);
+                    normals_, offsets_, points_, dense_normals_, ray_hits_.triangle,
+                    ray_hits_.distance, sums_);
   }
 
   void finish() const { context_.finish(); }
@@ -137,21 +137,21 @@ class RayBench {
   const RayCaster& dense_rays_;
   cl::Array<float> points_, normals_, offsets_, dense_normals_;
   cl::Array<std::uint8_t> hidden_;
-  DeviceCorrespondence met_;
+  DeviceCorrespondence ray_hits_;
   cl::Array<float> sums_;
-  RayQuery hide_, meet_;
+  RayQuery hide_, ray_query_;
   kiln_assess_params params_{};
 };
 
-void sum_up(const RayBench& bench, const AssessedSamples& samples, double unit, bool fields,
+void sum_up(const RayBench& ray_bench, const AssessedSamples& samples, double unit, bool fields,
             MatchAssessment& result) {
-  const std::vector<float> sums = bench.sums();
-  const std::size_t count = bench.found().size();
+  const std::vector<float> sums = ray_bench.sums();
+  const std::size_t count = ray_bench.found().size();
   RaySums object, image, normalised;
   Weighted places;
   double rays = 0, unseen = 0, all = 0;
   for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = bench.found()[k];
+    const std::size_t i = ray_bench.found()[k];
     const auto sum = [&](std::size_t plane) { return double{sums[k + plane * count]}; };
     const double area = samples.area[i];
     const double seen = sum(KILN_ASSESS_SEEN), met = sum(KILN_ASSESS_MET);
@@ -203,17 +203,17 @@ bool rate_rays(const Source::Impl& source, const Mesh& low, const AssessedSample
     if (samples.found[i] != 0) found.push_back(i);
   }
   if (found.empty()) return true;
-  RayBench bench(source, low, samples, std::move(found));
+  RayBench ray_bench(source, low, samples, std::move(found));
   for (std::size_t k = 0; k < directions.size(); ++k) {
     if (options.progress && !options.progress(0.1 + 0.85 * static_cast<double>(k) /
                                                         static_cast<double>(directions.size()),
                                               "pictures")) {
       return false;
     }
-    bench.add(directions[k]);
-    if (k % 16 == 15) bench.finish();
+    ray_bench.add(directions[k]);
+    if (k % 16 == 15) ray_bench.finish();
   }
-  sum_up(bench, samples, 1 / source.frame.scale, options.fields, result);
+  sum_up(ray_bench, samples, 1 / source.frame.scale, options.fields, result);
   return true;
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kSampleGrain = 1 << 14;
 
-/// Per triangle of the low poly: unit normal, and surface area over texture area.
+/// For each triangle of the low poly, its unit normal, and its surface area divided by its texture area.
 struct LowFaces {
   std::vector<Vec3> normal;
   std::vector<double> density;

@@ -16,9 +16,10 @@ struct AssessedSamples {
   std::vector<Vec3> position;           ///< The sample's point p, frame units
   std::vector<Vec3> normal;             ///< Unit normal of the low poly's triangle
   std::vector<double> area;  ///< Area of the low poly that the sample represents, frame units
-  std::vector<std::uint8_t> found;  ///< 0: a miss
+  std::vector<std::uint8_t> found;  ///< 1 for matched samples; 0 for misses
   std::vector<Vec3d> match;         ///< F(p), the matched point, frame units; 0 for a miss
-  std::vector<Vec3> match_normal;   ///< Unit normal of the high poly's triangle; 0 without area
+  /// Unit normal of the high poly's triangle; 0 for triangles without area
+  std::vector<Vec3> match_normal;
 
   std::size_t size() const { return element.size(); }
 };

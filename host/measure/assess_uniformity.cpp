@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Least distance in texels of a pair across a seam; closer ones are skipped.
+/// Minimum distance in texels of a pair of samples across a seam; closer pairs are skipped.
 constexpr double kMinStep = 0.5;
 
 /// Mean of percentages.
@@ -102,12 +102,12 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
   Percentages pairs;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
-    Percentages around;
+    Percentages neighbour_percentages;
     const auto add_pair = [&](int right, int below, bool counts) {
       const std::uint32_t other = grid.neighbour(i, right, below);
       if (other == SampleGrid::kNone || !(distance.low(i, other) > 0)) return;
       const double percent = distance.percent(i, other);
-      around.add(percent);
+      neighbour_percentages.add(percent);
       if (counts) pairs.add(percent);
     };
     // Counts every pair once.
@@ -116,8 +116,9 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
     if (!fields) continue;
     add_pair(-1, 0, false);
     add_pair(0, -1, false);
-    if (around.count() == 0) continue;
-    result.fields.uniformity.pixels[samples.element[i]] = static_cast<float>(around.mean());
+    if (neighbour_percentages.count() == 0) continue;
+    result.fields.uniformity.pixels[samples.element[i]] =
+        static_cast<float>(neighbour_percentages.mean());
   }
   result.uniformity = {pairs.mean(), pairs.count()};
   result.uniformity_across_seams = across_seams(source, low, match, samples, grid);

@@ -18,13 +18,13 @@ constexpr double kPoints = 2000;
 // Bounds on the side of the sampling grid, in texels.
 constexpr double kMinGrid = 47, kMaxGrid = 1021;
 constexpr std::uint32_t kRays = 4096, kMaxMapSize = 16384;
-// Share of a bound of ambient occlusion that noise of rays may use.
+// Largest share of a bound on ambient occlusion that the noise of rays may use.
 constexpr double kRayNoiseShare = 0.5;
 
 /// Rows of all requested maps, including transfers, variants and custom maps.
 struct Rows {
   explicit Rows(const BakeOptions& bake) : own(own_rows(bake)), asked(bake.maps) {}
-  /// Null: the map is not baked.
+  /// Row of a map; null if the map is not baked.
   const MapRow* find(MapKind kind) const {
     for (const MapRow& row : own) {
       if (row.info.kind == kind) return &row;
@@ -41,7 +41,8 @@ bool has_errors(const MapRow& row) {
 
 double scale_of(const MapRow& row) { return unit_of(row).name == "1/255" ? 255 : 1; }
 
-/// Side of a sampling grid with about `kPoints` covered texels; odd, so that its centres lie between those of the map.
+/// Side of a sampling grid with about `kPoints` covered texels. It is odd, so that the grid's centres lie between
+/// those of the map.
 std::uint32_t grid_side(const Mesh& low) {
   double area = 0;
   for (const Triangle& t : low.uv_triangles) {
@@ -54,7 +55,7 @@ std::uint32_t grid_side(const Mesh& low) {
   return static_cast<std::uint32_t>(std::clamp(side, kMinGrid, kMaxGrid)) | 1U;
 }
 
-/// Options for a reference bake of single points on the surface, with the maps of the bounds.
+/// Options for a reference bake of single points on the surface, with the maps that have bounds.
 BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bounds,
                           const BakeResult& result, std::uint32_t side) {
   BakeOptions options = bake;
@@ -66,7 +67,7 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
   std::erase_if(options.transfers, [&](const Transfer& map) { return !wanted(map.name); });
   std::erase_if(options.own_maps, [&](const OwnMap& map) { return !wanted(map.name); });
   std::erase_if(options.variants, [&](const MapVariant& map) { return !wanted(map.name); });
-  // Depth views have the resolution that they had for the map.
+  // Depth views have the same resolution as in the bake of the map.
   if (result.report.views) options.match.views.size = result.report.views->size;
   options.width = options.height = side;
   options.samples = 1;
@@ -86,8 +87,8 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
 }
 
 /// Bilinear lookup of a map, with directions decoded.
-std::array<float, 4> look_up(const MapRow& row, const BakeOptions& bake, const Image& image,
-                             double u, double v) {
+std::array<float, 4> sample_bilinear(const MapRow& row, const BakeOptions& bake, const Image& image,
+                                     double u, double v) {
   const double x = std::clamp(u * image.width - 0.5, 0.0, image.width - 1.0);
   const double y = std::clamp(v * image.height - 0.5, 0.0, image.height - 1.0);
   const auto left = static_cast<std::uint32_t>(x), top = static_cast<std::uint32_t>(y);
@@ -188,7 +189,7 @@ std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low
       const std::size_t y = i / side;
       const double u = (static_cast<double>(i % side) + 0.5) / side;
       const double v = (static_cast<double>(y) + 0.5) / side;
-      const std::array<float, 4> value = look_up(row, bake, baked, u, v);
+      const std::array<float, 4> value = sample_bilinear(row, bake, baked, u, v);
       const double error =
           map_difference(row, value.data(), &exact.pixels[i * exact.channels]) / scale_of(row);
       squares += error * error;

@@ -10,10 +10,11 @@
 
 namespace kiln {
 
-/// \throws Error(usage) for a bound out of range, given twice, or of a map that has no errors or is not baked
+/// \throws Error(usage) for a bound that is out of range, occurs twice, or belongs to a map that has no errors or is
+///         not baked
 void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds);
 
-/// Assigns half of a bound of ambient occlusion to the noise of its rays, unless the options set the noise.
+/// Assigns half of a bound on ambient occlusion to the noise of its rays, unless the options set the noise.
 void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake);
 
 /// Errors that a bake has reached, in the order of the bounds. Maps are sampled as renderers do, at the centres of a

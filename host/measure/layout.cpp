@@ -21,7 +21,7 @@ namespace {
 /// A triangle's map from texels to the surface.
 struct TexelMap {
   double area = 0;    ///< Area of the triangle on the surface
-  double texels = 0;  ///< Signed area in texels; negative: mirrored
+  double texels = 0;  ///< Signed area in texels; negative if mirrored
   Vec3d along_s{}, along_t{};
 
   TexelMap(const std::array<Vec3d, 3>& p, const std::array<std::array<double, 2>, 3>& st) {

@@ -55,7 +55,7 @@ double difference_8bit(const float* a, const float* b) {
   return std::sqrt(sum);
 }
 
-/// Calls body(pixel, reference's texel, other's texel) for every pixel, in parallel.
+/// Calls body(pixel, texel of the reference, texel of the other image) for every pixel, in parallel.
 template <typename Body>
 void for_each_pixel(const Image& reference, const Image& other, const Body& body) {
   const std::size_t pixels = std::size_t{reference.width} * reference.height;
@@ -67,7 +67,7 @@ void for_each_pixel(const Image& reference, const Image& other, const Body& body
 }
 
 /// Rotates about +Y, then about an axis oblique to the world's axes.
-Vec3d turned(const Vec3d& v, double first, double second) {
+Vec3d rotated(const Vec3d& v, double first, double second) {
   const Vec3d a(v.x * std::cos(first) + v.z * std::sin(first), v.y,
                 v.z * std::cos(first) - v.x * std::sin(first));
   const Vec3d axis(2.0 / 7, 3.0 / 7, 6.0 / 7);
@@ -99,7 +99,7 @@ void NormalComparison::add(const Image& reference, const Image& other) {
     }
   });
   auto& [count, sum] = pictures_.emplace_back(0, 0);
-  // Summed in the pixels' order, so that sums do not depend on the number of threads.
+  // Sums are computed in the order of pixels, so that they do not depend on the number of threads.
   for (std::size_t i = 0; i < pixels; ++i) {
     if (angles[i] == kOneSided) ++one_sided_;
     if (angles[i] < 0) continue;
@@ -128,13 +128,14 @@ NormalError NormalComparison::error() const {
   error.rms_degrees = std::sqrt(sum_squares_ / count);
   // Standard error of a cluster sample: the pictures are the clusters (Cochran, Sampling Techniques, 1977, section
   // 6.3).
-  const auto many = static_cast<double>(pictures_.size());
+  const auto picture_count = static_cast<double>(pictures_.size());
   double squares = 0;
   for (const auto& [pixels, sum] : pictures_) {
-    const double off = sum - error.mean_degrees * pixels;
-    squares += off * off;
+    const double deviation = sum - error.mean_degrees * pixels;
+    squares += deviation * deviation;
   }
-  if (many > 1) error.standard_error_degrees = std::sqrt(squares * many / (many - 1)) / count;
+  if (picture_count > 1)
+    error.standard_error_degrees = std::sqrt(squares * picture_count / (picture_count - 1)) / count;
   error.mean_8bit = sum_8bit_ / count;
   for (std::size_t k = 0; k < above_.size(); ++k) {
     error.above_8bit[k] = static_cast<double>(above_[k]) / count;
@@ -199,12 +200,12 @@ std::vector<Vec3> spread_views(std::uint32_t count) {
 }
 
 double least_angle_degrees(std::span<const Vec3> a, std::span<const Vec3> b) {
-  double least = 180;
+  double min_angle = 180;
   for (const Vec3& one : a) {
     for (const Vec3& other : b)
-      least = std::min(least, angle_degrees(to_double(one), to_double(other)));
+      min_angle = std::min(min_angle, angle_degrees(to_double(one), to_double(other)));
   }
-  return least;
+  return min_angle;
 }
 
 std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used,
@@ -213,11 +214,11 @@ std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used
   const std::vector<Vec3d> spread = spread_directions(count);
   std::vector<Vec3> result(count);
   for (int k = 1; k <= kRotations; ++k) {
-    // Two angles that never repeat together: multiples of two irrational shares of a turn.
+    // Two angles whose combination never repeats: multiples of two irrational shares of 360 degrees.
     const double first = 2 * std::numbers::pi * std::fmod(k * std::numbers::phi, 1.0);
     const double second = 2 * std::numbers::pi * std::fmod(k * std::numbers::sqrt2, 1.0);
     for (std::size_t i = 0; i < spread.size(); ++i) {
-      result[i] = to_float(turned(spread[i], first, second));
+      result[i] = to_float(rotated(spread[i], first, second));
     }
     if (least_angle_degrees(result, used) >= least_degrees) return result;
   }

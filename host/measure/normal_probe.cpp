@@ -160,7 +160,8 @@ void NormalProbe::match_places(const BakeOptions& options,
   matcher->run(turned, match);
 }
 
-/// A matcher by UVs works on samples at texels' centres, but the probe's places lie between those.
+/// A matcher by UVs works on samples at texel centres, but the probe's places lie between these, so it is implemented
+/// separately.
 void NormalProbe::match_by_uv(const BakeOptions& options,
                               std::shared_ptr<const VisibilityField>& field,
                               DeviceCorrespondence& match) const {
@@ -177,20 +178,20 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
   });
   UvPoints found = match_row(options.match.method).at_uvs(source_, uvs);
   std::vector<std::uint8_t> status(count, KILN_STATUS_UV);
-  bool missed = false;
+  bool any_missed = false;
   for (std::size_t i = 0; i < count; ++i) {
     if (found.triangle[i] != KILN_NO_TRIANGLE) continue;
     status[i] = KILN_STATUS_MISS;
-    missed = true;
+    any_missed = true;
   }
   cl::Context& context = context_of(source_.device);
   context.fill(match.distance, 0.0F);
-  if (missed && !options.match.fallback.empty()) {
-    BakeOptions rest = options;
-    rest.match.method = options.match.fallback.front();
-    rest.match.fallback.erase(rest.match.fallback.begin());
-    rest.match.fallback_blend = 0;
-    match_places(rest, field, match);
+  if (any_missed && !options.match.fallback.empty()) {
+    BakeOptions fallback_options = options;
+    fallback_options.match.method = options.match.fallback.front();
+    fallback_options.match.fallback.erase(fallback_options.match.fallback.begin());
+    fallback_options.match.fallback_blend = 0;
+    match_places(fallback_options, field, match);
     const std::vector<std::uint32_t> triangle = match.triangle.download(context);
     const std::vector<float> barycentric = match.barycentric.download(context);
     const std::vector<std::uint8_t> rest_status = match.status.download(context);
@@ -236,8 +237,8 @@ NormalProbe::InfiniteMap NormalProbe::infinite_map(
   result.error = with_normals(result.normals);
   const std::vector<std::uint8_t> status = match.status.download(context);
   result.missed = static_cast<double>(std::count(status.begin(), status.begin() + places(),
-                                                 std::uint8_t{KILN_STATUS_MISS})) /
-                  places();
+                                                     std::uint8_t{KILN_STATUS_MISS})) /
+                      places();
   return result;
 }
 

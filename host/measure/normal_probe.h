@@ -1,4 +1,4 @@
-// Compares rendered normals of low polys with the high poly's. Rays are cast once, and shared by all maps.
+// Compares rendered normals of low polys with the high poly's. Rays are cast once for all maps.
 #pragma once
 
 #include <cstdint>
@@ -26,27 +26,28 @@ struct HighPolyView {
 std::vector<Vec3> plan_directions();
 
 /// Pictures of the high poly from some directions.
-/// \param screen  pixels that the high poly covers, the greater of width and height; 0: unlimited resolution
-/// \param coarse  two thirds of the pixels a side: enough to compare low polys, but not to report errors
+/// \param screen  size of the high poly on screen in pixels, the larger of width and height; 0: unlimited resolution
+/// \param coarse  true: two thirds of the pixels along each side, which suffices to compare low polys, but not to
+/// report errors
 HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
                         const std::vector<Vec3>& toward, bool coarse = false);
 
-/// Adds arbitrary UVs to a mesh without, for probes that do not read them.
+/// Adds arbitrary UVs to a mesh that has none, for probes that do not read UVs.
 Mesh with_any_uvs(Mesh mesh);
 
 /// Places that pictures from many sides show on both meshes: points of the low poly with their texture coordinates, and
 /// the high poly's normal in the same pixel. A low poly with a map is rendered by looking up the map at these places
-/// (bilinear, as kernels/render/render.cl does). So each further map is measured without casting rays. Pixels are point
-/// samples, so a few of them estimate the same mean.
+/// (bilinear, as kernels/render/render.cl does). So each further map is measured without casting rays. Pixels are
+/// point samples, so a small number of them estimates the same mean.
 ///
-/// The same places measure the best that a match can reach, without baking: the match of the places themselves is what
-/// a map of infinite size would show.
+/// The places also give the smallest error that a match can reach, without baking: the matches of the places are the
+/// values of a map of infinite size.
 class NormalProbe {
  public:
   /// \param views   directions of the pictures, which the high poly fills
-  /// \param pixels  a side of each picture, a multiple of 8
-  /// \param raster  true: rasterizes the high poly instead of casting rays, for sources without a BVH. Then back faces
-  ///     of the low poly do not count
+  /// \param pixels  side of each picture in pixels, a multiple of 8
+  /// \param raster  true: rasterizes the high poly instead of casting rays, for sources without a BVH. In this case,
+  ///     back faces of the low poly do not count
   /// \throws Error(input) as LowSurface::of
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
               const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster);
@@ -59,7 +60,7 @@ class NormalProbe {
   /// Error of the low poly's own normals.
   NormalError without_map() const;
 
-  /// \param map  normals as n/2 + 1/2, as in Scene
+  /// \param map  map of normals n, encoded as n/2 + 1/2 as in Scene
   NormalError with_map(const Image& map, const BakeOptions& baked) const;
 
   /// Error of given normals at each place, in the mesh's space, such as matched ones.
@@ -72,22 +73,22 @@ class NormalProbe {
     std::vector<float> normals;  ///< Matched normals, in the mesh's space
   };
   /// Error of a match with a map of infinite size. For matches by UVs, layouts are not checked.
-  /// \param field  of visibility: computed if null, otherwise reused
+  /// \param field  [in, out] visibility field; computed if null, otherwise reused
   /// \throws as make_matcher
   InfiniteMap infinite_map(const BakeOptions& options,
                            std::shared_ptr<const VisibilityField>& field) const;
 
-  /// Lower bound on the error of any map, as a share of a match's error. A place of the low poly shows one normal to
-  /// all directions, but the high poly has a different one behind it from each. The bound is the mean error of each
-  /// place's best normal, over that of the matched normals. Estimated at some places, from the pictures' directions
-  /// that see them; slightly too low where few directions see a place.
+  /// Lower bound on the error of all maps, as a share of a match's error. A place of the low poly has the same normal
+  /// from all directions, but the point of the high poly behind it differs between directions. The bound is the mean
+  /// error of each place's best normal, divided by the mean error of the matched normals. It is estimated at some
+  /// places, from the pictures that show them, and slightly too low for places that few pictures show.
   double least_share(const InfiniteMap& endless) const;
 
   std::uint32_t places() const { return band_.sample_count; }
 
  private:
   struct Place : LowPlace {
-    bool back = false;  ///< Seen from behind: its normal is flipped
+    bool back = false;  ///< True if the low poly is seen from behind, so that its normal is flipped
   };
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage);
   bool from_behind(std::uint32_t triangle, const Picture& picture) const;
@@ -115,10 +116,11 @@ class NormalProbe {
   std::vector<Place> places_;
   std::uint32_t points_a_pixel_ = 1;
   std::vector<std::uint32_t>
-      picture_begins_;               ///< First place of each picture, and the end of the last one
-  bool worst_where_unseen_ = false;  ///< Without any place, errors are the greatest
-  Image reference_;                  ///< The high poly's normals, as an image of one row
-  std::uint64_t one_sided_ = 0;      ///< Pixels covered by one mesh only
+      picture_begins_;  ///< Index of each picture's first place; one extra entry
+  /// True if errors are the largest possible when there are no places
+  bool worst_where_unseen_ = false;
+  Image reference_;              ///< The high poly's normals, as an image of one row
+  std::uint64_t one_sided_ = 0;  ///< Number of pixels that only one of the meshes covers
   std::uint64_t points_of_one_ = 0, points_of_both_ = 0;
   TexelBand band_;  ///< The places as samples of a map with one row
 };

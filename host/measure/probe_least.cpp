@@ -17,9 +17,9 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
     std::size_t place = 0;
     double cosine = 0;
     Vec3d toward{}, at{};
-    double distance = 0;  // distance from the ray's origin to the place
+    double distance = 0;  // Distance from the ray's origin to the place
   };
-  std::vector<ViewedPlace> looks;
+  std::vector<ViewedPlace> views;
   for (const Vec3d& toward : toward_) {
     for (std::size_t i = 0; i < places_.size(); i += step) {
       const Place& place = places_[i];
@@ -27,15 +27,15 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
       const double cosine = dot(normal, toward) * (place.back ? -1 : 1);
       if (cosine < kMinCosine) continue;
       const Vec3d at = position_at(surface_, place);
-      looks.push_back({i / step, cosine, toward, at, start_ - dot(at, toward)});
+      views.push_back({i / step, cosine, toward, at, start_ - dot(at, toward)});
     }
   }
-  const auto count = static_cast<std::uint32_t>(looks.size());
+  const auto count = static_cast<std::uint32_t>(views.size());
   if (count == 0) return 1;
   std::vector<float> points(std::size_t{7} * count, 0.0F);
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 p = to_float(looks[i].at + looks[i].toward * looks[i].distance);
-    const Vec3 d = to_float(looks[i].toward * -1.0);
+    const Vec3 p = to_float(views[i].at + views[i].toward * views[i].distance);
+    const Vec3 d = to_float(views[i].toward * -1.0);
     const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
     for (std::size_t c = 0; c < 6; ++c) points[c * count + i] = values[c];
   }
@@ -55,11 +55,12 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
       reads_.read_source(source_.attributes.normal_indices);
   const std::vector<float>& normals = reads_.read_source(source_.attributes.normals);
 
-  std::vector<std::vector<std::pair<Vec3d, double>>> seen(kSampledPlaces);
+  std::vector<std::vector<std::pair<Vec3d, double>>> visible_directions(kSampledPlaces);
   for (std::size_t i = 0; i < count; ++i) {
-    const ViewedPlace& look = looks[i];
+    const ViewedPlace& viewed_place = views[i];
     // Skips places that another part of the low poly hides.
-    if (distance[i] < look.distance - 1e-4 * start_ || triangle[i] == KILN_NO_TRIANGLE) continue;
+    if (distance[i] < viewed_place.distance - 1e-4 * start_ || triangle[i] == KILN_NO_TRIANGLE)
+      continue;
     const std::size_t t = triangle[i];
     std::array<Vec3d, 3> corner{}, shading{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -72,8 +73,8 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
     const Vec3d sum = shading[0] * (1.0 - u - v) + shading[1] * double{u} + shading[2] * double{v};
     const double size = length(sum);
     if (!(size > 0)) continue;
-    const double side = dot(face, look.toward) < 0 ? -1 : 1;
-    seen[look.place].emplace_back(sum * (side / size), look.cosine);
+    const double side = dot(face, viewed_place.toward) < 0 ? -1 : 1;
+    visible_directions[viewed_place.place].emplace_back(sum * (side / size), viewed_place.cosine);
   }
   const auto mean_angle = [](const Vec3d& normal, const auto& directions) {
     double sum = 0, weights = 0;
@@ -85,13 +86,13 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
   };
   double least = 0, found = 0;
   for (std::size_t i = 0; i < kSampledPlaces; ++i) {
-    const auto& directions = seen[i];
+    const auto& directions = visible_directions[i];
     if (directions.empty()) continue;
     const std::size_t place = i * step;
     const float* own = &endless.normals[3 * place];
     const double own_error =
         mean_angle(Vec3d(own[0], own[1], own[2]) * (places_[place].back ? -1.0 : 1.0), directions);
-    // The direction of least mean angle: starts at the least-squares one, then Weiszfeld's iteration.
+    // The direction with the smallest mean angle, by Weiszfeld's iteration from the least-squares direction.
     Vec3d best{};
     for (const auto& [n, weight] : directions) best += n * weight;
     double error = own_error;

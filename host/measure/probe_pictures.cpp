@@ -34,29 +34,29 @@ Mesh box_of(const Source::Impl& source) {
                           (i & 4) != 0 ? high.z : low.z};
     box.positions.push_back(to_float(corner * (1 / source.frame.scale)));
   }
-  // Framing reads corners only, so these triangles suffice.
+  // The camera's framing only reads corners, so these triangles suffice.
   box.triangles = {{0, 1, 2}, {3, 4, 5}, {5, 6, 7}};
   return box;
 }
 
 /// Positions of finite triangles.
 std::vector<Vec3d> used_positions(const Source::Impl& source) {
-  std::vector<std::uint8_t> used(source.positions.size(), 0);
+  std::vector<std::uint8_t> is_used(source.positions.size(), 0);
   for (const Triangle& triangle : source.triangles) {
     const bool finite = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t i) {
       return is_finite(source.positions[i]);
     });
     if (!finite) continue;
-    for (const std::uint32_t i : triangle) used[i] = 1;
+    for (const std::uint32_t i : triangle) is_used[i] = 1;
   }
   std::vector<Vec3d> positions;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (used[i] != 0) positions.push_back(to_double(source.positions[i]));
+  for (std::size_t i = 0; i < is_used.size(); ++i) {
+    if (is_used[i] != 0) positions.push_back(to_double(source.positions[i]));
   }
   return positions;
 }
 
-/// Fits a picture to its contents without a margin: a size on screen is that of the mesh, not of its bounding box.
+/// Fits a picture to its contents without a margin: a size on screen refers to the mesh, not to its bounding box.
 void fit_closely(const std::vector<Vec3d>& positions, Picture& picture) {
   double left = 1e300, right = -1e300, bottom = 1e300, top = -1e300;
   for (const Vec3d& p : positions) {
@@ -171,8 +171,8 @@ PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
   return hits;
 }
 
-/// The same for the high poly by rasterization. Without weights, which follow from the pixel.
-/// \param needed  per picture; the others stay empty
+/// Computes the hits of the high poly by rasterization, without barycentric coordinates, which follow from the pixel.
+/// \param needed  true for each picture that is rasterized; the others remain empty
 PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
                            const std::vector<bool>& needed) {
   cl::Context& context = context_of(source.device);

@@ -18,16 +18,16 @@ struct Picture {
   Vec3d right{}, up{}, toward{};
   Vec3d middle{};
   double half_side = 0;
-  std::uint32_t pixels = 0;     ///< Pixels a side of the picture
-  std::uint32_t subpixels = 1;  ///< Points a side of each pixel
+  std::uint32_t pixels = 0;     ///< Side of the picture in pixels
+  std::uint32_t subpixels = 1;  ///< Number of points along a pixel's side
   double footprint = 0;         ///< Side of the square that a pixel's points cover
 
   Picture(const Camera& camera, const Frame& frame, std::uint32_t size);
 
   /// Number of points of a picture.
   std::uint32_t points() const { return pixels * pixels * subpixels * subpixels; }
-  /// A point in the plane through the centre. Pixels are ordered by tiles, so that rays adjacent in memory are close in
-  /// the picture; the points of a pixel are consecutive.
+  /// Position of a point in the plane through the centre. Pixels are ordered by tiles, so that rays adjacent in
+  /// memory are close in the picture; the points of a pixel are consecutive.
   Vec3d point(std::uint32_t index) const;
   kiln_view view(std::uint32_t first) const;
 };
@@ -35,23 +35,23 @@ struct Picture {
 /// The nearest triangle at every point of all pictures.
 struct PictureHits {
   std::vector<std::uint32_t> triangle;
-  std::vector<float> barycentric;  ///< 2 planes; empty if the mesh was rasterized
+  std::vector<float> barycentric;  ///< Two planes of coordinates; empty if the mesh was rasterized
 };
 
 /// Grid of points in pictures.
 struct PictureGrid {
-  std::uint32_t pixels =
-      kPictureTile;  ///< Sampled pixels, a side of each picture; a multiple of kPictureTile
-  /// Side in pixels of the displayed picture. Each sampled pixel has the size of one of these, and its points cover it.
-  /// 0: a pixel is one point.
+  /// Number of sampled pixels along a picture's side; a multiple of kPictureTile
+  std::uint32_t pixels = kPictureTile;
+  /// Side of the displayed picture in pixels. A sampled pixel has the size of a displayed one, and its points cover
+  /// it. 0: a pixel is a single point.
   std::uint32_t screen = 0;
   static constexpr std::uint32_t kPictureTile = 8;
 };
 
-/// Points a side of a pixel with PictureGrid::screen.
+/// Number of points along a pixel's side if PictureGrid::screen is set.
 inline constexpr std::uint32_t kScreenSubpixels = 3;
 
-/// Sampled pixels a side of pictures with a size on screen.
+/// Number of sampled pixels along the side of pictures with a size on screen.
 inline constexpr std::uint32_t kScreenPixels = 24;
 /// Distance from the centre at which rays to the high poly start; the mesh lies within a radius of 1.
 inline constexpr double kDenseStart = 1.5;
@@ -64,8 +64,8 @@ std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<V
 PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
                          const std::vector<Picture>& pictures, double start);
 
-/// The same for the high poly by rasterization; for pictures whose pixels are single points.
-/// \param needed  per picture; the others stay empty
+/// Computes the hits of the high poly by rasterization, for pictures whose pixels are single points.
+/// \param needed  true for each picture that is rasterized; the others remain empty
 PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
                            const std::vector<bool>& needed);
 

@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPlaceGrain = 1 << 12;
-/// Marks pixels in which the low poly is seen from behind, for a rasterized high poly.
+/// Stands for the triangle in pixels in which the low poly is seen from behind, if the high poly is rasterized.
 constexpr std::uint32_t kUnseenTriangle = KILN_NO_TRIANGLE - 1;
 
 }  // namespace
@@ -44,8 +44,8 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
     select_places(pictures, shown, hits_by_rays(context, source.rays(), pictures, start_));
     return;
   }
-  // Rasterization draws front faces only. From below an open mesh, these are the few that face down, so such pictures
-  // are left out.
+  // Rasterization draws front faces only. Pictures of an open mesh from below would show the few triangles that face
+  // down, so they are left out.
   std::vector<bool> needed(pictures.size());
   const std::uint32_t each = pictures[0].points();
   for (std::size_t i = 0; i < shown.triangle.size(); ++i) {
@@ -79,26 +79,26 @@ bool NormalProbe::from_behind(std::uint32_t triangle, const Picture& picture) co
 /// no map, so they are skipped.
 std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
                                                        const PictureHits& dense) {
-  std::vector<std::uint32_t> both;
+  std::vector<std::uint32_t> points_on_both_meshes;
   for (std::size_t first = 0; first < shown.triangle.size(); first += points_a_pixel_) {
-    std::uint32_t of_both = 0, of_one = 0;
+    std::uint32_t points_of_both = 0, of_one = 0;
     for (std::size_t i = first; i < first + points_a_pixel_; ++i) {
       if (shown.triangle[i] == kUnseenTriangle) continue;
       const bool light_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
       if (light_hit && !std::isfinite(surface_.triangles[shown.triangle[i]][0].uv.x)) continue;
       const bool dense_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
       if (light_hit != dense_hit) ++of_one;
-      if (light_hit && dense_hit) ++of_both;
+      if (light_hit && dense_hit) ++points_of_both;
     }
     if (of_one > 0) ++one_sided_;
     points_of_one_ += of_one;
-    points_of_both_ += of_both;
-    if (of_both < points_a_pixel_) continue;
+    points_of_both_ += points_of_both;
+    if (points_of_both < points_a_pixel_) continue;
     for (std::size_t i = first; i < first + points_a_pixel_; ++i) {
-      both.push_back(static_cast<std::uint32_t>(i));
+      points_on_both_meshes.push_back(static_cast<std::uint32_t>(i));
     }
   }
-  return both;
+  return points_on_both_meshes;
 }
 
 void NormalProbe::select_places(const std::vector<Picture>& pictures, const PictureHits& shown,
@@ -110,17 +110,19 @@ void NormalProbe::select_places(const std::vector<Picture>& pictures, const Pict
   const std::vector<std::uint32_t>& normal_indices =
       reads_.read_source(source_.attributes.normal_indices);
   const std::vector<float>& normals = reads_.read_source(source_.attributes.normals);
-  const std::vector<std::uint32_t> both = points_on_both(shown, dense);
-  places_.resize(both.size());
+  const std::vector<std::uint32_t> points_on_both_meshes = points_on_both(shown, dense);
+  places_.resize(points_on_both_meshes.size());
   for (std::size_t i = 0; i <= pictures.size(); ++i) {
-    const auto begin = std::lower_bound(both.begin(), both.end(), i * each);
-    picture_begins_.push_back(static_cast<std::uint32_t>(begin - both.begin()) / points_a_pixel_);
+    const auto begin =
+        std::lower_bound(points_on_both_meshes.begin(), points_on_both_meshes.end(), i * each);
+    picture_begins_.push_back(static_cast<std::uint32_t>(begin - points_on_both_meshes.begin()) /
+                              points_a_pixel_);
   }
-  reference_ = {static_cast<std::uint32_t>(both.size()), 1, 3,
-                std::vector<float>(std::size_t{3} * both.size())};
-  parallel_for(both.size(), kPlaceGrain, [&](std::size_t begin, std::size_t end) {
+  reference_ = {static_cast<std::uint32_t>(points_on_both_meshes.size()), 1, 3,
+                std::vector<float>(std::size_t{3} * points_on_both_meshes.size())};
+  parallel_for(points_on_both_meshes.size(), kPlaceGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t at = both[i];
+      const std::uint32_t at = points_on_both_meshes[i];
       const Picture& picture = pictures[at / each];
       encode(dense_normal(source_, normal_indices, normals, picture, picture.point(at % each),
                           dense.triangle[at]),

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// Sampled pixels a side for pictures without a size on screen.
+/// Number of sampled pixels along the side of pictures without a size on screen.
 constexpr std::uint32_t kSampledPixels = 48;
 
 }  // namespace
@@ -21,9 +21,9 @@ HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
   std::vector<ViewAngles> views;
   views.reserve(toward.size());
   for (const Vec3& direction : toward) views.push_back(view_angles(direction));
-  const std::uint32_t fine = screen == 0 ? kSampledPixels : kScreenPixels;
+  const std::uint32_t full_pixels = screen == 0 ? kSampledPixels : kScreenPixels;
   HighPolyView shown;
-  shown.pictures = pictures_of(source, views, {coarse ? fine * 2 / 3 : fine, screen});
+  shown.pictures = pictures_of(source, views, {coarse ? full_pixels * 2 / 3 : full_pixels, screen});
   shown.hits = hits_by_rays(context_of(source.device), source.rays(), shown.pictures, kDenseStart);
   return shown;
 }

@@ -14,11 +14,12 @@ namespace kiln {
 /// Area and edge lengths of a triangle inside of a ball.
 struct BallClip {
   double area = 0;
-  std::array<double, 3> share{};  ///< Share of the length of edge k (from corner k) inside
+  /// For edge k (from corner k), the share of its length inside of the ball
+  std::array<double, 3> share{};
 };
 
-/// Clips a triangle by a ball around the origin. Edges are clipped to their part in the ball; the area is clipped by
-/// the circle in which the ball cuts the triangle's plane, as triangles and sectors from the circle's centre.
+/// Clips a triangle by a ball around the origin. An edge is clipped to its part in the ball. The area is clipped by
+/// the circle in which the ball cuts the triangle's plane, as a sum of triangles and sectors at the circle's centre.
 inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared_radius) {
   BallClip clip;
   const Vec3d across = cross(corners[1] - corners[0], corners[2] - corners[0]);
@@ -49,7 +50,7 @@ inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared
     }
     if (end > begin) clip.share[k] = end - begin;
     if (!(squared > 0)) continue;
-    // Relative to the circle's centre: dot and cross products of points on the edge.
+    // Dot and cross products of points on the edge, relative to the circle's centre.
     const double in_plane = start - away * away, side = dot(normal, cross(p, way));
     centre_inside = centre_inside && side >= 0;
     lines_far = lines_far && side * side > 0.81 * squared * whole;
@@ -62,8 +63,8 @@ inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared
     }
   }
   if (!(squared > 0) || !(doubled_area > 0)) return clip;
-  // The angle lies in [0, 2 pi], or below pi if the centre lies outside. Rounding must not turn 0 into a full turn,
-  // or vice versa.
+  // The angle lies in [0, 2 pi], or below pi if the centre lies outside. Rounding must not change 0 to 2 pi, or 2 pi
+  // to 0.
   double angle = std::atan2(imaginary, real);
   constexpr double kNone = 1e-9;
   if (centre_inside && std::abs(angle) < kNone) {

@@ -8,7 +8,8 @@
 
 namespace kiln {
 
-/// Barycentric coordinates of a point's projection onto a triangle's plane, clamped to an edge if it lies outside.
+/// Barycentric coordinates of a point's projection onto a triangle's plane, clamped to an edge if the projection lies
+/// outside of the triangle.
 inline std::array<double, 3> barycentric_projection(const Vec3d& p, const Vec3d& a, const Vec3d& b,
                                                     const Vec3d& c) {
   const Vec3d normal = cross(b - a, c - a);

@@ -21,12 +21,12 @@ namespace {
 
 constexpr const char* kInner = "inner";
 constexpr std::uint32_t kNoPartner = 0xFFFFFFFFU;
-// Triangles per polygon that may be triangulated differently
+// Maximum number of triangles of a polygon that may be triangulated differently
 constexpr std::size_t kMaxPolygonTriangles = 64;
 // A cage's vertex is far from its partner if its distance is this many times that to the nearest vertex.
 constexpr double kFarRatio = 4;
-constexpr double kMinFarShare = 1.0 / 16,
-                 kMaxFarShare = 1.0 / 2;  // Smallest and largest share of far vertices
+// Share of far vertices from which a pairing in order is doubted, and from which it is rejected
+constexpr double kMinFarShare = 1.0 / 16, kMaxFarShare = 1.0 / 2;
 constexpr std::size_t kSampledCorners = 256;
 
 /// Triangles of one object or group, in order.
@@ -95,12 +95,12 @@ std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, s
 /// A name in lower case without suffixes for low polys, cages and copies.
 std::string stem_of(std::string name) {
   name = lower_case(name);
-  for (bool again = true; again;) {
-    again = false;
+  for (bool retry = true; retry;) {
+    retry = false;
     for (const char* ending : {"_low", "_lp", "_lo", "_lowpoly", "_cage"}) {
       if (!name.ends_with(ending) || name == ending) continue;
       name.resize(name.size() - std::strlen(ending));
-      again = true;
+      retry = true;
     }
   }
   return name;
@@ -116,9 +116,9 @@ std::vector<std::uint32_t> pair_by_names(const std::vector<Piece>& low,
     if (!of_cage.emplace(name(cage[i]), i).second) return {};
   }
   std::vector<std::uint32_t> pairs;
-  std::set<std::string> met;
+  std::set<std::string> used_names;
   for (const Piece& piece : low) {
-    if (!met.insert(name(piece)).second) return {};
+    if (!used_names.insert(name(piece)).second) return {};
     const auto found = of_cage.find(name(piece));
     pairs.push_back(found == of_cage.end() ? kNoPartner : found->second);
   }
@@ -130,7 +130,7 @@ std::vector<std::uint32_t> pair_by_names(const std::vector<Piece>& low,
 std::vector<std::uint32_t> pair_by_distance(const std::vector<Piece>& low,
                                             const std::vector<Piece>& cage) {
   std::vector<std::uint32_t> pairs;
-  std::vector<bool> taken(cage.size());
+  std::vector<bool> is_taken(cage.size());
   for (const Piece& piece : low) {
     std::uint32_t nearest = kNoPartner;
     double least = 0;
@@ -140,15 +140,15 @@ std::vector<std::uint32_t> pair_by_distance(const std::vector<Piece>& low,
           length(cage[i].box[0] - piece.box[0]) + length(cage[i].box[1] - piece.box[1]);
       if (nearest == kNoPartner || off < least) std::tie(nearest, least) = std::pair(i, off);
     }
-    if (nearest == kNoPartner || taken[nearest]) return {};
-    taken[nearest] = true;
+    if (nearest == kNoPartner || is_taken[nearest]) return {};
+    is_taken[nearest] = true;
     pairs.push_back(nearest);
   }
   return pairs;
 }
 
 /// Share of a cage's vertices that lie far from their partners in the low poly, compared with the nearest vertices.
-/// \param corners  of the low poly's triangles, in order; a subset of them is tested
+/// \param corners  cage positions of the corners of the low poly's triangles, in order; a subset is tested
 double far_share(const Mesh& low, std::span<const Vec3> low_positions,
                  std::span<const Vec3> corners) {
   std::size_t count = 0, farther = 0;
@@ -184,7 +184,8 @@ class Partners {
     return in_order(low, cage) || pair_by_rank(low, cage);
   }
 
-  /// Three corners per triangle of the low poly; empty if a vertex of it would have two positions.
+  /// Three cage corners per triangle of the low poly; empty if a vertex of the low poly would have two cage
+  /// positions.
   std::vector<Vec3> corners() const {
     std::vector<std::uint32_t> partner(low_.positions.size(), kNoPartner);
     std::vector<Vec3> result;
@@ -208,10 +209,11 @@ class Partners {
     std::unordered_map<std::uint32_t, std::uint32_t> partner;
     for (std::size_t i = 0; i < low.triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t now = cage_.triangles[cage.triangles[i]][k];
-        const auto known = partner.emplace(low_.triangles[low.triangles[i]][k], now).first->second;
-        if (are_apart(known, now)) return false;
-        corners_[3 * std::size_t{low.triangles[i]} + k] = now;
+        const std::uint32_t cage_vertex = cage_.triangles[cage.triangles[i]][k];
+        const auto known =
+            partner.emplace(low_.triangles[low.triangles[i]][k], cage_vertex).first->second;
+        if (are_apart(known, cage_vertex)) return false;
+        corners_[3 * std::size_t{low.triangles[i]} + k] = cage_vertex;
       }
     }
     return true;
@@ -235,25 +237,27 @@ class Partners {
       return of_cage[static_cast<std::size_t>(
           std::lower_bound(of_low.begin(), of_low.end(), vertex) - of_low.begin())];
     };
-    std::multiset<std::uint32_t> ours, theirs;  // of the triangles since the last agreement
-    std::size_t since = 0;
+    // Vertices of the triangles since both sides last agreed
+    std::multiset<std::uint32_t> low_vertices, cage_vertices;
+    std::size_t triangles_since = 0;
     for (std::size_t i = 0; i < low.triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t now = partner(low_.triangles[low.triangles[i]][k]);
-        corners_[3 * std::size_t{low.triangles[i]} + k] = now;
-        ours.insert(now);
-        theirs.insert(cage_.triangles[cage.triangles[i]][k]);
+        const std::uint32_t cage_vertex = partner(low_.triangles[low.triangles[i]][k]);
+        corners_[3 * std::size_t{low.triangles[i]} + k] = cage_vertex;
+        low_vertices.insert(cage_vertex);
+        cage_vertices.insert(cage_.triangles[cage.triangles[i]][k]);
       }
-      ++since;
-      if (std::set(ours.begin(), ours.end()) == std::set(theirs.begin(), theirs.end())) {
-        ours.clear();
-        theirs.clear();
-        since = 0;
-      } else if (since > kMaxPolygonTriangles) {
+      ++triangles_since;
+      if (std::set(low_vertices.begin(), low_vertices.end()) ==
+          std::set(cage_vertices.begin(), cage_vertices.end())) {
+        low_vertices.clear();
+        cage_vertices.clear();
+        triangles_since = 0;
+      } else if (triangles_since > kMaxPolygonTriangles) {
         return false;
       }
     }
-    return since == 0;
+    return triangles_since == 0;
   }
 
   const Mesh& low_;
@@ -264,8 +268,9 @@ class Partners {
 
 std::string in_quotes(const std::string& name) { return "'" + name + "'"; }
 
-/// The corners of triangles [first, first + those of the low poly); empty if they are no copy of the low poly's.
-/// \param misfit  [out] the reason, if they resemble one
+/// The corners of triangles [first, first + those of the low poly); empty if they do not correspond to the low
+/// poly's.
+/// \param misfit  [out] the reason, if they nearly correspond
 std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_positions, const Mesh& cage,
                              std::span<const Vec3> positions, std::size_t first, bool named,
                              std::string& misfit) {
@@ -275,26 +280,27 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
   };
   const bool objects = has(low.objects, low) && has(cage.objects, cage);
   const bool groups = has(low.groups, low) && has(cage.groups, cage);
-  std::vector<Piece> ours, theirs;
+  std::vector<Piece> low_pieces, cage_pieces;
   if (named && (objects || groups)) {
-    ours = pieces_of(low, low_positions, objects, 0, low.triangles.size());
-    theirs = pieces_of(cage, positions, objects, first, count);
+    low_pieces = pieces_of(low, low_positions, objects, 0, low.triangles.size());
+    cage_pieces = pieces_of(cage, positions, objects, first, count);
   }
-  std::vector<std::uint32_t> pairs = pair_by_names(ours, theirs, false);
-  if (!has_all_partners(pairs)) pairs = pair_by_names(ours, theirs, true);
-  if (!has_all_partners(pairs) && ours.size() == theirs.size()) {
-    if (auto near = pair_by_distance(ours, theirs); has_all_partners(near)) pairs = std::move(near);
+  std::vector<std::uint32_t> pairs = pair_by_names(low_pieces, cage_pieces, false);
+  if (!has_all_partners(pairs)) pairs = pair_by_names(low_pieces, cage_pieces, true);
+  if (!has_all_partners(pairs) && low_pieces.size() == cage_pieces.size()) {
+    if (auto near = pair_by_distance(low_pieces, cage_pieces); has_all_partners(near))
+      pairs = std::move(near);
   }
   const bool some =
       std::any_of(pairs.begin(), pairs.end(), [](auto pair) { return pair != kNoPartner; });
-  for (std::size_t i = 0; i < pairs.size() && some && ours.size() > 1; ++i) {
+  for (std::size_t i = 0; i < pairs.size() && some && low_pieces.size() > 1; ++i) {
     if (pairs[i] == kNoPartner) {
-      misfit = "it has nothing of the name of the low poly's " + in_quotes(ours[i].name);
-    } else if (theirs[pairs[i]].triangles.size() != ours[i].triangles.size()) {
-      misfit = "its " + in_quotes(theirs[pairs[i]].name) + " has " +
-               std::to_string(theirs[pairs[i]].triangles.size()) +
-               " triangles, and the low poly's " + in_quotes(ours[i].name) + " has " +
-               std::to_string(ours[i].triangles.size());
+      misfit = "it has nothing of the name of the low poly's " + in_quotes(low_pieces[i].name);
+    } else if (cage_pieces[pairs[i]].triangles.size() != low_pieces[i].triangles.size()) {
+      misfit = "its " + in_quotes(cage_pieces[pairs[i]].name) + " has " +
+               std::to_string(cage_pieces[pairs[i]].triangles.size()) +
+               " triangles, and the low poly's " + in_quotes(low_pieces[i].name) + " has " +
+               std::to_string(low_pieces[i].triangles.size());
     }
     if (!misfit.empty()) return {};
   }
@@ -302,7 +308,7 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
       (named && cage.triangles.size() != low.triangles.size())) {
     return {};
   }
-  const bool by_piece = has_all_partners(pairs) && ours.size() == theirs.size();
+  const bool by_piece = has_all_partners(pairs) && low_pieces.size() == cage_pieces.size();
   if (!by_piece) {
     const auto whole = [](const Mesh& mesh, std::size_t from, std::size_t triangles) {
       Piece piece;
@@ -312,16 +318,16 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
       piece.name = mesh.name;
       return std::vector<Piece>{std::move(piece)};
     };
-    ours = whole(low, 0, low.triangles.size());
-    theirs = whole(cage, first, low.triangles.size());
+    low_pieces = whole(low, 0, low.triangles.size());
+    cage_pieces = whole(cage, first, low.triangles.size());
     pairs = {0};
   }
   const auto pair_all = [&] {
     Partners partners(low, cage, positions);
-    for (std::size_t i = 0; i < ours.size(); ++i) {
-      if (partners.pair(ours[i], theirs[pairs[i]])) continue;
-      misfit = "faces of its " + in_quotes(theirs[pairs[i]].name) +
-               " do not have the vertices of the low poly's " + in_quotes(ours[i].name) +
+    for (std::size_t i = 0; i < low_pieces.size(); ++i) {
+      if (partners.pair(low_pieces[i], cage_pieces[pairs[i]])) continue;
+      misfit = "faces of its " + in_quotes(cage_pieces[pairs[i]].name) +
+               " do not have the vertices of the low poly's " + in_quotes(low_pieces[i].name) +
                " in their order";
       return std::vector<Vec3>{};
     }
@@ -334,17 +340,17 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
   const auto far = [&] { return corners.empty() ? 1 : far_share(low, low_positions, corners); };
   const double far_in_order = far();
   if (far_in_order <= kMinFarShare) return corners;
-  // Without names to pair them, components may still be in another order.
+  // Without names, components may be in a different order.
   const std::vector<Vec3> in_order = corners;
   const std::string wrong =
       corners.empty()
           ? misfit
           : "in the order of their faces, its vertices do not lie where the low poly's do";
   misfit.clear();
-  ours = parts_of(low, low_positions, 0, low.triangles.size());
-  theirs = parts_of(cage, positions, first, low.triangles.size());
-  pairs =
-      ours.size() == theirs.size() ? pair_by_distance(ours, theirs) : std::vector<std::uint32_t>{};
+  low_pieces = parts_of(low, low_positions, 0, low.triangles.size());
+  cage_pieces = parts_of(cage, positions, first, low.triangles.size());
+  pairs = low_pieces.size() == cage_pieces.size() ? pair_by_distance(low_pieces, cage_pieces)
+                                                  : std::vector<std::uint32_t>{};
   corners = has_all_partners(pairs) ? pair_all() : std::vector<Vec3>{};
   if (const double found = far(); found < far_in_order && found <= kMaxFarShare) return corners;
   misfit = far_in_order <= kMaxFarShare ? "" : wrong;

@@ -17,13 +17,14 @@ struct CageHull {
   std::string name;
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  /// Triangles of the low poly, which a cage with its topology would have
+  /// Triangle count of the low poly, which a cage with the same topology would have
   std::size_t low_triangles = 0;
-  /// Why the mesh is no copy of the low poly although it resembles one; empty if it does not
+  /// Why the mesh does not count as a copy of the low poly although it resembles one; empty if it does not resemble
+  /// one
   std::string misfit;
 };
 
-/// A cage mesh by CageKind. Positions are in the frame, three per triangle of the low poly.
+/// A cage mesh, as its CageKind requires. Positions are in the frame, three per triangle of the low poly.
 struct CageCorners {
   CageKind kind = CageKind::offsets;
   std::vector<Vec3> outer;               ///< Outer corners, for CageKind::offsets and shells
@@ -32,13 +33,13 @@ struct CageCorners {
 };
 
 /// Classifies a cage mesh. If its triangles correspond to those of the low poly, in order and without splitting a
-/// vertex, it holds offsets; if both halves of twice as many triangles do, it holds two shells; any other mesh is a
-/// hull.
-/// Objects (else groups) of the two meshes are paired by name, with or without suffixes such as _low and _cage. If
-/// some have no partner, pieces of equal triangle counts are paired by the distance of their bounding boxes; if that
-/// is ambiguous, all are paired in order. Without names, all are paired in order, unless vertices then lie far from
-/// their partners: then components are paired by distance if that leaves fewer such vertices.
-/// Within a piece, polygons may be triangulated differently if the vertices are those of the low poly, in order.
+/// vertex, it is a cage of offsets. If it has twice as many triangles and both halves correspond, it consists of two
+/// shells. Any other mesh is a hull. Objects, or groups if there are no objects, are paired by name, with or without
+/// suffixes such as _low and _cage. If some have no partner, pieces of equal triangle counts are paired by the
+/// distance of their bounding boxes; if that is ambiguous, all are paired in order. Without names, all are paired in
+/// order, unless vertices then lie far from their partners: then components are paired by distance if that leaves
+/// fewer such vertices. Within a piece, polygons may be triangulated differently if the vertices are those of the low
+/// poly, in order.
 /// \throws Error(input) for an invalid mesh
 CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame);
 

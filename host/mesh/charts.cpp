@@ -31,7 +31,7 @@ class FirstValueMap {
  private:
   std::size_t mask_;
   std::vector<std::uint64_t> keys_;
-  std::vector<std::uint32_t> values_;  // Value + 1; 0: free slot
+  std::vector<std::uint32_t> values_;  // Value + 1 of each slot; 0: free slot
 };
 
 /// Root of a triangle's tree in the union-find forest.

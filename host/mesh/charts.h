@@ -16,10 +16,10 @@ namespace kiln {
 /// Corners that are not finite are equal only if their indices are.
 ///
 /// Deterministic. About 0.5 s for a million triangles.
-/// \param mesh  with UVs; indices in range
+/// \param mesh  mesh with UVs, whose indices are in range
 std::vector<std::uint32_t> uv_charts(const Mesh& mesh);
 
-/// Total area of finite UV triangles; the unit square has 1.
+/// Total area of finite UV triangles; the unit square has area 1.
 double uv_area(const Mesh& mesh);
 
 }  // namespace kiln

@@ -23,17 +23,18 @@ struct GapRule {
   static constexpr std::size_t kRightAngle = 90;
   /// Largest weight within a gap, as a share of the weight above it
   static constexpr double kMaxGapWeight = 0.1;
-  static constexpr double kMinRatio = 1.5;  ///< Smallest ratio of a gap's ends
-  static constexpr double kMinWeightAbove =
-      2e-4;  ///< Smallest share of the weight above a gap: a cube of ten million triangles has 1e-3
+  /// Smallest ratio of a gap's upper end to its lower end
+  static constexpr double kMinRatio = 1.5;
+  /// Smallest share of the weight above a gap; in a cube of ten million triangles, it is 1e-3
+  static constexpr double kMinWeightAbove = 2e-4;
   /// Smallest share (by weight) of the edges above a gap that form lines
   static constexpr double kMinLineShare = 0.8;
-  /// Parts with fewer edges need planes, or few weak edges
+  /// Parts with fewer edges have hard edges only if they contain planes, or hardly any weak edges
   static constexpr std::size_t kMinEdgesWithoutPlanes = 100;
   static constexpr double kMinPlaneShareOfSmall = 0.1,
-                          kMaxWeakShareOfSmall = 0.05;  ///< Shares of edges by weight
-  static constexpr std::size_t kMinEdges =
-      12;  ///< Smaller parts are judged together; a tetrahedron has 6 edges
+                          kMaxWeakShareOfSmall = 0.05;  ///< Largest shares of weak edges, by weight
+  /// Minimum number of edges of a part that is examined separately; a tetrahedron has 6 edges
+  static constexpr std::size_t kMinEdges = 12;
 };
 
 /// Parameters for parts with planes and edges but without a gap.
@@ -47,11 +48,11 @@ struct PlaneRule {
 /// Parameters for vertices that are split in the file.
 struct SplitRule {
   static constexpr double kMinMedianTurn = 25;  ///< Smallest median turn of split edges, degrees
-  /// Or smallest 10% quantile of these turns, degrees: shallow edges, such as the ridge of a blade
+  /// Alternatively, smallest 10% quantile of these turns in degrees, for shallow edges such as the ridge of a blade
   static constexpr double kMinLowTurn = 5;
   static constexpr double kMinRatio =
-      2;  ///< Smallest ratio of either to the 90% quantile of other edges
-  /// Smallest turn of split edges that count, degrees: splits within planes are no edges
+      2;  ///< Smallest ratio of that median or quantile to the 90% quantile of other edges
+  /// Smallest turn in degrees of split edges that are counted; splits within planes are ignored
   static constexpr double kMinTurn = 1;
   /// Smallest share (by number) of edges that are not split
   static constexpr double kMinSharedShare = 0.1;
@@ -64,7 +65,7 @@ struct LatticeRule {
   static constexpr double kMaxSteps = 2;
   static constexpr double kStepTolerance = 2e-3;  ///< Tolerance, in lattice steps
   static constexpr double kMinSlantedShare =
-      0.05;  ///< Smallest share (by weight) of edges that turn by 30 to 65 degrees
+      0.05;  ///< Smallest share (by weight) of edges with turns of 30 to 65 degrees
 };
 
 /// Parameters for single edges between planes.
@@ -74,7 +75,7 @@ struct RegionRule {
   static constexpr double kMaxPlaneDeviation = 0.5;
   static constexpr double kMinSingleTurn = 5;
   static constexpr double kMinSimilarRatio = 0.4,
-                          kMaxSimilarRatio = 2.5;  ///< Range of ratios between similar turns
+                          kMaxSimilarRatio = 2.5;  ///< Range of the ratio between similar turns
   static constexpr double kMaxRoundTurn = 46;      ///< Largest turn of a round, degrees
   static constexpr double kTurnTolerance = 2;      ///< Tolerance of equal turns, degrees
   static constexpr double kAreaTolerance = 0.1;    ///< Relative tolerance of equal areas
@@ -92,7 +93,7 @@ class CreaseFinder {
   }
 
   void group();
-  void judge();
+  void classify_parts();
   /// Sets hard edges by a predicate, except within polygons.
   template <typename IsHard>
   void cut(const IsHard& is_hard);
@@ -117,19 +118,21 @@ class CreaseFinder {
   Histogram histogram(std::span<const std::uint32_t> edges) const;
   double lines_from(std::span<const std::uint32_t> edges, double degrees);
   bool is_lattice(std::span<const std::uint32_t> edges, const Histogram& turns) const;
-  bool judge_splits(std::span<const std::uint32_t> edges);
+  bool classify_by_splits(std::span<const std::uint32_t> edges);
   double find_threshold(std::span<const std::uint32_t> edges);
-  void judge_part(std::span<const std::uint32_t> edges);
+  void classify_part(std::span<const std::uint32_t> edges);
 
   const Mesh& mesh_;
   const FaceEdges& faces_;
   Creases result_;
-  std::vector<std::uint32_t> part_of_;       // By triangle, its part, named by one of its triangles
-  Adjacency edges_of_;                       // Edges of each part
-  std::vector<std::uint32_t> part_numbers_;  // By triangle that names a part, the part's number
-  std::vector<bool>
-      split_in_file_;  // By triangle that names a part: true if split vertices decided
-  std::vector<std::uint8_t> line_edges_;  // By welded vertex; scratch of lines_from()
+  // Part of each triangle, identified by one of the part's triangles
+  std::vector<std::uint32_t> part_of_;
+  Adjacency edges_of_;  // Edges of each part
+  // Number of each part, indexed by the triangle that identifies it
+  std::vector<std::uint32_t> part_numbers_;
+  // True if split vertices determined the part's hard edges; indexed by the triangle that identifies the part
+  std::vector<bool> split_in_file_;
+  std::vector<std::uint8_t> line_edges_;  // Scratch of lines_from(), by welded vertex
 };
 
 void CreaseFinder::group() {
@@ -140,7 +143,7 @@ void CreaseFinder::group() {
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) part_of_[t] = sets.find(t);
   for (const FaceEdge& e : faces_.edges) ++edges[part_of_[e.sides[0] / 3]];
   part_numbers_.assign(part_of_.size(), kNoPart);
-  std::uint32_t next = 1;  // Number 0 holds all small parts together
+  std::uint32_t next = 1;  // Number 0 stands for all small parts together
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) {
     if (part_of_[t] != t || faces_.areas[t] == 0) continue;
     ++result_.parts;
@@ -223,8 +226,8 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
 }
 
 /// Sets hard edges from split vertices.
-/// \returns false if these give no information
-bool CreaseFinder::judge_splits(std::span<const std::uint32_t> edges) {
+/// \returns false if split vertices give no information
+bool CreaseFinder::classify_by_splits(std::span<const std::uint32_t> edges) {
   std::vector<float> split, shared;
   for (const std::uint32_t e : edges) {
     if (edge(e).inner) continue;
@@ -248,29 +251,32 @@ bool CreaseFinder::judge_splits(std::span<const std::uint32_t> edges) {
   };
   const double median = quantile(split, 0.5), low = quantile(split, 0.1);
   const double others = quantile(shared, 0.9);
-  const bool steep = median >= SplitRule::kMinMedianTurn && median >= SplitRule::kMinRatio * others;
-  const bool apart = low >= SplitRule::kMinLowTurn && low >= SplitRule::kMinRatio * others;
-  if (!steep && !apart) return false;
+  const bool has_steep_edges =
+      median >= SplitRule::kMinMedianTurn && median >= SplitRule::kMinRatio * others;
+  const bool has_shallow_edges =
+      low >= SplitRule::kMinLowTurn && low >= SplitRule::kMinRatio * others;
+  if (!has_steep_edges && !has_shallow_edges) return false;
   for (const std::uint32_t e : edges) {
     result_.hard[e] = edge(e).split && edge(e).turn >= SplitRule::kMinTurn;
   }
   return true;
 }
 
-/// The turn above which a part's edges are hard; 180: none.
+/// The turn above which a part's edges are hard; 180 if no edge is hard.
 double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
   constexpr double kSmooth = 180;
   const Histogram turns = histogram(edges);
-  std::array<double, GapRule::kBins + 1> above{};  // Total weight of each bin and those above it
+  // For each bin, the weight of it and all higher bins
+  std::array<double, GapRule::kBins + 1> above{};
   for (std::size_t i = GapRule::kBins; i-- > 0;) above[i] = above[i + 1] + turns.weight[i];
   if (!(above[GapRule::kFirstBin] > 0)) return kSmooth;
   std::size_t from = 0, to = 0;
   double widest = 0;
   for (std::size_t a = GapRule::kFirstBin; a < GapRule::kRightAngle; ++a) {
     for (std::size_t b = a + 1; b < GapRule::kBins; ++b) {
-      // Bins between a and b form the gap. A virtual edge of 90 degrees bounds it if there is none above.
-      const bool thought = b == GapRule::kRightAngle && !(above[a + 1] > 0);
-      if (!thought && !(turns.weight[b] > 0)) continue;
+      // Bins between a and b form the gap. A virtual edge of 90 degrees is its upper bound if no edge lies above.
+      const bool is_virtual = b == GapRule::kRightAngle && !(above[a + 1] > 0);
+      if (!is_virtual && !(turns.weight[b] > 0)) continue;
       if (above[a + 1] - above[b] > GapRule::kMaxGapWeight * above[b]) continue;
       const double ratio =
           static_cast<double>(std::min(b, GapRule::kRightAngle)) / static_cast<double>(a);
@@ -282,7 +288,7 @@ double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
     if (above[to] <= GapRule::kMinWeightAbove * turns.total) return kSmooth;
     const double cut = std::sqrt(static_cast<double>(from) *
                                  static_cast<double>(std::min(to, GapRule::kRightAngle)));
-    // Few edges have a gap by chance, as in small fragments of scans.
+    // A small number of edges may have a gap by chance, as in small fragments of scans.
     const double weak =
         turns.total - turns.planes - above[static_cast<std::size_t>(std::ceil(cut))];
     if (edges.size() < GapRule::kMinEdgesWithoutPlanes &&
@@ -293,20 +299,20 @@ double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
     if (lines_from(edges, cut) >= GapRule::kMinLineShare) return cut;
   }
   if (turns.planes < PlaneRule::kMinPlaneShare * turns.total) return kSmooth;
-  std::size_t emptiest = PlaneRule::kFirstBin;
+  std::size_t emptiest_bin = PlaneRule::kFirstBin;
   const auto around = [&](std::size_t at) {
     return std::accumulate(&turns.weight[at - 2], &turns.weight[at + 3], 0.0) *
            static_cast<double>(at);
   };
   for (std::size_t at = PlaneRule::kFirstBin; at <= PlaneRule::kLastBin; ++at) {
-    if (around(at) < around(emptiest)) emptiest = at;
+    if (around(at) < around(emptiest_bin)) emptiest_bin = at;
   }
-  const auto cut = static_cast<double>(emptiest);
+  const auto cut = static_cast<double>(emptiest_bin);
   return lines_from(edges, cut) >= PlaneRule::kMinLineShare ? cut : kSmooth;
 }
 
-void CreaseFinder::judge_part(std::span<const std::uint32_t> edges) {
-  bool any = judge_splits(edges);
+void CreaseFinder::classify_part(std::span<const std::uint32_t> edges) {
+  bool any = classify_by_splits(edges);
   const bool split = any;
   if (!any) {
     const double cut = find_threshold(edges);
@@ -325,9 +331,9 @@ void CreaseFinder::judge_part(std::span<const std::uint32_t> edges) {
   }
 }
 
-void CreaseFinder::judge() {
+void CreaseFinder::classify_parts() {
   for (std::size_t part = 0; part + 1 < edges_of_.first.size(); ++part)
-    judge_part(edges_of_.of(part));
+    classify_part(edges_of_.of(part));
 }
 
 template <typename IsHard>
@@ -361,26 +367,26 @@ void CreaseFinder::find_regions() {
     sums[region] += to_double(faces_.normals[t]) * double{faces_.areas[t]};
     areas[region] += faces_.areas[t];
   }
-  // A round of many tiny turns is no plane, although none of its edges shows that.
-  std::vector<bool> bent(count);
+  // A rounded region of many tiny turns is not a plane, although no single edge shows that.
+  std::vector<bool> is_bent_region(count);
   const double least = std::cos(RegionRule::kMaxPlaneDeviation * 3.14159265358979 / 180);
   for (std::uint32_t t = 0; t < count; ++t) {
     const std::uint32_t region = result_.regions[t];
     if (faces_.areas[t] > 0 &&
         dot(sums[region], to_double(faces_.normals[t])) < least * length(sums[region])) {
-      bent[region] = true;
+      is_bent_region[region] = true;
     }
   }
   for (std::uint32_t t = 0; t < count; ++t) {
     const std::uint32_t region = result_.regions[t];
-    if (region != t && !bent[region])
+    if (region != t && !is_bent_region[region])
       result_.region_areas[region] = static_cast<float>(areas[region]);
   }
 }
 
 void CreaseFinder::correct_single_edges() {
   if (result_.hard_parts == 0) return;
-  // Edge between two planes; one per pair of planes, however many edges they share.
+  // Border between two planes. A pair of planes has one border, whatever the number of shared edges.
   struct PlaneBorder {
     std::uint32_t from, to;
     float turn;
@@ -455,7 +461,7 @@ Creases CreaseFinder::finish() {
 Creases find_creases(const Mesh& mesh, const FaceEdges& faces) {
   CreaseFinder rule(mesh, faces);
   rule.group();
-  rule.judge();
+  rule.classify_parts();
   rule.find_regions();
   rule.correct_single_edges();
   return rule.finish();

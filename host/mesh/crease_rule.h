@@ -14,11 +14,11 @@ inline constexpr double kMinCreaseDegrees = 20;
 
 /// Result of the crease rules for one mesh.
 struct Creases {
-  std::vector<bool> hard;       ///< Per edge of FaceEdges: it is hard
-  std::vector<bool> hard_part;  ///< Per triangle: its part has hard edges
-  /// Per triangle of a hard part, the lowest triangle of its planar region; else itself
+  std::vector<bool> hard;       ///< True for each hard edge of FaceEdges
+  std::vector<bool> hard_part;  ///< True for each triangle whose part has hard edges
+  /// For each triangle of a hard part, the lowest triangle of its planar region; for others, the triangle itself
   std::vector<std::uint32_t> regions;
-  /// By these lowest triangles: area of planar regions; 0: a single triangle, or bent
+  /// Area of each planar region, indexed by its lowest triangle; 0 for single triangles and bent regions
   std::vector<float> region_areas;
   std::uint64_t parts = 0;         ///< Number of connected parts
   std::uint64_t hard_parts = 0;    ///< Number of parts with hard edges
@@ -29,39 +29,39 @@ struct Creases {
 
 /// Finds hard edges by the distribution of turns, separately for each connected part.
 ///
-/// Edges connect triangles to parts. The turn of an edge is the angle between its faces' normals. Scans and
-/// sculptures have all turns, large ones less often. Hard surfaces have planes, rounded edges with small equal turns,
-/// and sharp edges: a gap separates the latter from the others. The rule searches the gap in a histogram of a part's
-/// turns. Edges weigh by the smaller area of their two triangles, so that needles do not count; edges above a gap
-/// need at least 0.02% of the weight. A gap from a (at least 20 degrees, below which edges are smooth) to b holds
-/// less than a tenth of the weight above it. The gap with the largest ratio b / a is used if the ratio is at least
+/// Triangles connected over edges form parts. The turn of an edge is the angle between its faces' normals. In scans
+/// and sculptures, all turns occur, large ones less often. Hard surfaces have planes, rounded edges with small equal
+/// turns, and sharp edges: a gap separates the turns of sharp edges from all others. The rule searches for this gap
+/// in a histogram of a part's turns. The weight of an edge is the smaller area of its two triangles, so that needles
+/// hardly count; edges above a gap need at least 0.02% of the weight. A gap from a (at least 20 degrees, below which
+/// edges are smooth) to b holds less than a tenth of the weight above it. The gap with the largest ratio b / a is
+/// used if the ratio is at least
 /// 1.5. The histogram always includes a virtual edge of 90 degrees: if all turns are equal, they are facets of a
 /// round below sqrt(20 * 90) = 42 degrees, and edges above. Hard edges must also form lines: at both ends of 80% of
-/// them, another hard edge or a border continues. Noise, in contrast, has loose ends.
+/// them, another hard edge or a border continues. Edges of noise, in contrast, end abruptly.
 ///
 /// A part without a gap has hard edges, too, if a quarter of its edges lie within exact planes: the threshold is then
-/// the emptiest place of the histogram between 25 and 50 degrees, if 90% of the edges above form lines. A part whose
+/// the minimum of the histogram between 25 and 50 degrees, if 90% of the edges above form lines. A part whose
 /// vertices lie on a lattice of its own edge length is a surface of labelled voxels (turns of 35, 45 and 55 degrees),
-/// and smooth.
+/// and is smooth.
 ///
-/// If a part's triangles share vertices at some places and have separate ones at others, the file itself marks hard
-/// edges: split edges are hard if their median turn is 25 degrees and twice the 90% quantile of the other turns, or if
-/// the least tenth of them does not turn by less than 5 degrees and twice that quantile.
-/// Splits at UV seams have turns like other edges, and mean nothing. If no vertices are shared, as in STL, there is
-/// no such information.
+/// If a part's triangles share vertices along some edges and have separate ones along others, the file itself marks
+/// hard edges: split edges are hard if their median turn is 25 degrees and twice the 90% quantile of the other turns,
+/// or if their 10% quantile is at least 5 degrees and twice that quantile. Splits at UV seams have the same turns as
+/// other edges, and are not used. If no vertices are shared, as in STL, the file contains no such information.
 ///
 /// Finally, edges between planes of hard parts are corrected one at a time. Turns of 42 to 46 degrees belong to a
 /// round if four equal planes in a row have equal turns (a tube of eight sides). Turns of 5 degrees or more are hard
-/// if neither plane has a similar turn at another edge: the ridge of a roof is no round.
+/// if neither plane has a similar turn at another edge: this is the case at the ridge of a roof.
 Creases find_creases(const Mesh& mesh, const FaceEdges& faces);
 
 /// Creases from smoothing groups as in 3DS and FBX: an edge is smooth if its faces have a group in common.
-/// \param masks  per triangle, one bit per group; 0: its polygon is flat
+/// \param masks  for each triangle, one bit per group; 0: the polygon is flat
 Creases creases_between(const Mesh& mesh, const FaceEdges& faces,
                         std::span<const std::uint32_t> masks);
 
-/// Creases from an angle: edges that turn by at least `degrees` are hard.
-/// \param degrees  above 0
+/// Creases from an angle: edges whose turn is at least `degrees` are hard.
+/// \param degrees  minimum turn, above 0
 Creases creases_from(const Mesh& mesh, const FaceEdges& faces, double degrees);
 
 }  // namespace kiln

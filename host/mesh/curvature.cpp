@@ -31,9 +31,9 @@ Vec3d area_normal(std::span<const Vec3> positions, const Triangle& t) {
 }
 
 /// Signed angle between the normals of two triangles at their edge.
-/// \param way  along the edge, in the direction of the first triangle
+/// \param way  direction of the edge in the first triangle
 double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) {
-  // Adding +0 avoids -0: faces folded back count as convex.
+  // Adding +0 avoids -0, so that faces folded back by 180 degrees count as convex.
   const double sine = dot(cross(normal, other), way) / length(way) + 0.0;
   return std::atan2(sine, dot(normal, other));
 }
@@ -60,7 +60,7 @@ std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,
 
 /// Calls body(vertex, Joint) once for each such edge, from several threads; the edges of one vertex come in order, on
 /// one thread.
-/// \param across  [out] MeanCurvature::across_, already sized; empty: not needed
+/// \param across  [out] MeanCurvature::across_, already sized; empty if it is not needed
 template <typename Body>
 void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                     std::span<const std::uint8_t> usable, std::span<std::uint32_t> across,
@@ -71,8 +71,8 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
         return usable[i / 3] != 0 ? std::size_t{place[triangles[i / 3][i % 3]]} : positions.size();
       });
   struct Side {
-    std::uint32_t other, inward,
-        corner;  // Position at its end; 1: it starts at the vertex; corner at its start
+    // The position at the edge's end; 1 if the edge starts at the vertex; the corner at the edge's start
+    std::uint32_t other, inward, corner;
     bool operator<(const Side& b) const {
       return std::tie(other, inward, corner) < std::tie(b.other, b.inward, b.corner);
     }
@@ -136,7 +136,7 @@ double facet_size(std::span<const Vec3> positions, std::span<const Triangle> tri
     double weight = 0, size = 0;
   };
   std::vector<Sums> sums(
-      positions.size());  // By vertex: keeps the order of sums independent of threads
+      positions.size());  // Edges by vertex, so that the order of sums does not depend on threads
   for_each_joint(positions, triangles, find_usable(positions, triangles), {},
                  [&](std::size_t vertex, const Joint& joint) {
                    if (std::abs(joint.angle) > 1 / kFacetsARadius) return;
@@ -203,7 +203,7 @@ bool MeanCurvature::flood(const Vec3d& point, std::uint32_t triangle, Scratch& s
   return true;
 }
 
-/// Curvature at a point of a triangle, of its sheet.
+/// Curvature of a triangle's sheet at a point of the triangle.
 double MeanCurvature::on_sheet(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
   const Vec3d normal = area_normal(positions_, triangles_[triangle]);
   const double size = length(normal);

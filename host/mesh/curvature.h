@@ -19,8 +19,8 @@ namespace kiln {
 ///
 /// with the angle between the normals of an edge's two triangles, positive if the edge is convex. Edges and triangles
 /// are clipped by the ball exactly, so H depends on the surface alone and not on its triangulation, up to rounding.
-/// For the same reason the radius is constant. A faceted surface thus has curvature within a radius of its edges, and
-/// none elsewhere on flat faces.
+/// The radius is constant for the same reason. A faceted surface thus has curvature up to a distance of one radius
+/// from its edges, and none elsewhere on flat faces.
 ///
 /// Vertices of equal position count as one. Degenerate and non-finite triangles are skipped. An edge counts if
 /// exactly two triangles share it in opposite orientation; borders, edges of more triangles and edges between
@@ -30,13 +30,13 @@ namespace kiln {
 /// parts that face the opposite way, do not count. The sheet consists of the triangles that are connected with the
 /// point's triangle over edges within the ball, and of all others whose normals are within 127 degrees of the
 /// point's. A hollow ball of outer radius R and inner radius r thus has 1/R outside and -1/r inside, however thin its
-/// wall. At a rim within the ball, both sides are connected and count. If over 4,096 triangles are connected, faces
-/// of the opposite direction are excluded altogether.
+/// wall. If the ball contains a rim, both sides are connected, and both count. If over 4,096 triangles are connected,
+/// faces of the opposite direction are excluded altogether.
 ///
 /// On small triangles, on() interpolates between the values at the corners, which are computed on first use. A
 /// triangle is small if its longest edge is at most 1/4 of the radius, and its corners' values differ by at most
-/// 1/256 of 1 / radius. The interpolated value is exact to that difference where curvature is monotone; near sharp
-/// edges its error is below 0.1 / radius.
+/// 1/256 of 1 / radius. Where curvature is monotone, the error of the interpolated value is at most that difference;
+/// near sharp edges its error is below 0.1 / radius.
 ///
 /// See EdgeTree for approximations in balls with very many triangles.
 class MeanCurvature {
@@ -44,7 +44,7 @@ class MeanCurvature {
   /// Reusable scratch memory; one per thread.
   using Scratch = EdgeTree::Scratch;
 
-  /// \param positions  must outlive this and stay unchanged, like the triangles
+  /// \param positions  must outlive this object and remain unchanged; the same holds for the triangles
   /// \param radius     above 0, in units of the positions
   /// Time O(n log n) for n triangles. Memory about 160 bytes per triangle, four times that for long triangles in
   /// random directions.
@@ -52,7 +52,7 @@ class MeanCurvature {
                 double radius);
 
   /// Curvature at any point, of all sheets in the ball; takes microseconds.
-  /// \returns 1 / units of the positions; 0 if the ball contains no surface
+  /// \returns the curvature in 1 / units of the positions; 0 if the ball contains no surface
   double at(const Vec3d& point, Scratch& scratch) const;
   /// Curvature of a triangle's own sheet at the point with barycentric coordinates u and v of corners 1 and 2.
   /// Thread-safe with one scratch per thread; bit-identical whatever was evaluated before.
@@ -67,21 +67,21 @@ class MeanCurvature {
   std::span<const Triangle> triangles_;
   double radius_;
   std::optional<EdgeTree> tree_;
-  /// By half-edge (3 * triangle + k), the next one between the same two positions: a ring of all triangles there.
+  /// For each half-edge (3 * triangle + k), the next half-edge between the same two positions; these form a ring.
   std::vector<std::uint32_t> across_;
-  std::vector<std::uint32_t> first_triangle_;  // By vertex, its first triangle
-  // By vertex, the cached curvature; NaN: not computed yet
+  std::vector<std::uint32_t> first_triangle_;  // First triangle of each vertex
+  // Cached curvature of each vertex; NaN: not computed yet
   mutable std::vector<std::atomic<double>> at_vertex_;
 };
 
-/// Smallest radius of curvature maps, in facets, that hides facets: on spheres of even triangles, radii of 1, 2 and 3
-/// facets give values with standard deviations of 7%, 3% and 1.5%.
+/// Smallest radius of curvature maps at which facets are invisible, in facet sizes: on spheres of even triangles,
+/// radii of 1, 2 and 3 facets give values with standard deviations of 7%, 3% and 1.5%.
 inline constexpr double kFacetsARadius = 3;
 
 /// Estimates the size of the facets that approximate smooth surfaces: the mean over edges of the lower height of the
 /// two adjacent triangles, weighted by angle * length. Only edges that bend by at most 1 / kFacetsARadius count;
-/// others are features of the shape itself. The result is the width of a cylinder's sides, whatever its caps; for
-/// equal equilateral triangles, it is 0.87 edge lengths. Unlike curvature, it depends on the triangulation.
+/// others are features of the shape itself. For a cylinder, the result is the width of its sides, whatever its caps;
+/// for equal equilateral triangles, it is 0.87 edge lengths. Unlike curvature, it depends on the triangulation.
 /// Deterministic on any number of threads. O(n log n).
 /// \returns 0 if no edge bends so little
 double facet_size(std::span<const Vec3> positions, std::span<const Triangle> triangles);

@@ -17,7 +17,7 @@ constexpr std::uint64_t kMaxTests = std::uint64_t{1} << 26;
 constexpr std::size_t kMaxFanCorners = 64;
 // Number of corners below which a grid costs more than it saves.
 constexpr std::size_t kMinGridCorners = 64;
-// Bound on rounding of doubled areas: coordinates are about 1, rounded to 2^-53, and so are their products.
+// Bound on the rounding error of doubled areas: coordinates and their products are about 1 and are rounded to 2^-53.
 constexpr double kSignRounding = 1e-12;
 
 using Point = std::array<double, 2>;
@@ -46,7 +46,7 @@ class CornerGrid {
   bool empty() const { return corners_.empty(); }
 
   /// Calls `stop` with the corners in all cells that a triangle may touch, until it returns true.
-  /// \param tests  [in, out] budget, reduced by visited cells and corners; 0: exhausted
+  /// \param tests  [in, out] budget of tests, reduced by the number of visited cells and corners; 0: exhausted
   template <typename Stop>
   void visit(const std::array<Point, 3>& triangle, std::uint64_t& tests, const Stop& stop) const {
     const auto [bottom, top] = std::minmax({triangle[0][1], triangle[1][1], triangle[2][1]});
@@ -77,7 +77,7 @@ class CornerGrid {
   std::pair<std::uint32_t, std::uint32_t> columns(const std::array<Point, 3>& triangle,
                                                   std::uint32_t y) const {
     const double height = (high_[1] - low_[1]) / side_;
-    // The row's bounds, enlarged by rounding of its corners.
+    // The row's bounds, enlarged by the rounding error of its corners.
     const double from = low_[1] + (y - 0.001) * height, to = low_[1] + (y + 1.001) * height;
     double left = std::numeric_limits<double>::infinity(), right = -left;
     const auto reach = [&](double x) {
@@ -118,34 +118,34 @@ class Ears {
   }
 
   bool run(CornerTriangles& triangles) {
-    bool clean = true;
+    bool only_ears = true;
     for (std::uint32_t i = 0; i < flat_.size(); ++i) queue_if_ear(i);
     while (left_ > 3) {
       if (cuts_.empty()) {
-        clean = cut_non_ear(triangles) && clean;
+        only_ears = cut_non_ear(triangles) && only_ears;
       } else {
         const Cut cut = cuts_.top();
         cuts_.pop();
         if (cut.version == version_[cut.tip] && is_ear(cut.tip)) cut_off(cut.tip, triangles);
       }
       if (tests_ == 0) {
-        clean = false;
+        only_ears = false;
         break;
       }
     }
-    std::vector<std::uint32_t> rest;
+    std::vector<std::uint32_t> remaining_corners;
     for (std::uint32_t i = 0; i < flat_.size(); ++i) {
-      if (version_[i] != kNoCorner) rest.push_back(i);
+      if (version_[i] != kNoCorner) remaining_corners.push_back(i);
     }
-    split_as_convex(rest, triangles);
-    return clean;
+    split_as_convex(remaining_corners, triangles);
+    return only_ears;
   }
 
  private:
   struct Cut {
     double length;  // Squared length of the cut
     std::uint32_t tip, version;
-    // Reversed: a priority queue has its largest element on top
+    // Orders by descending length, because a priority queue has its largest element on top
     bool operator<(const Cut& other) const {
       return std::tie(other.length, other.tip) < std::tie(length, tip);
     }
@@ -179,14 +179,14 @@ class Ears {
     if (has_no_sides(tip)) return true;
     const std::uint32_t before = before_[tip], next = next_[tip];
     const Point &a = flat_[before], &b = flat_[tip], &c = flat_[next];
-    std::uint32_t blocks = kNoCorner;
+    std::uint32_t blocking_corner = kNoCorner;
     const auto lies_in = [&](std::uint32_t i) {
       const Point& p = flat_[i];
       if (version_[i] == kNoCorner || p == a || p == b || p == c) return false;
       if (twice_area(a, b, p) < 0 || twice_area(b, c, p) < 0 || twice_area(c, a, p) < 0) {
         return false;
       }
-      blocks = i;
+      blocking_corner = i;
       return true;
     };
     if (grid_.empty()) {
@@ -196,9 +196,9 @@ class Ears {
     } else {
       grid_.visit({a, b, c}, tests_, lies_in);
     }
-    if (blocks == kNoCorner) return tests_ != 0;
-    blocked_.push_back({tip, version_[tip], last_blocked_[blocks]});
-    last_blocked_[blocks] = static_cast<std::uint32_t>(blocked_.size() - 1);
+    if (blocking_corner == kNoCorner) return tests_ != 0;
+    blocked_.push_back({tip, version_[tip], last_blocked_[blocking_corner]});
+    last_blocked_[blocking_corner] = static_cast<std::uint32_t>(blocked_.size() - 1);
     return false;
   }
 
@@ -218,8 +218,8 @@ class Ears {
     }
   }
 
-  /// Cuts a corner that is no ear.
-  /// \returns true if the corner lies on a straight line and is no ear due to rounding alone
+  /// Cuts off a corner that is not an ear.
+  /// \returns true if the corner lies on a straight line and only rounding keeps it from being an ear
   bool cut_non_ear(CornerTriangles& triangles) {
     std::uint32_t first = 0, best = kNoCorner;
     while (version_[first] == kNoCorner) ++first;
@@ -240,12 +240,12 @@ class Ears {
   std::uint32_t left_;
   std::uint64_t tests_ = kMaxTests;
   std::vector<std::uint32_t> next_, before_;
-  std::vector<std::uint32_t>
-      version_;  ///< Number of changes of a corner's neighbours; kNoCorner: cut off
+  /// How often each corner's neighbours have changed; kNoCorner: the corner is cut off
+  std::vector<std::uint32_t> version_;
   std::priority_queue<Cut> cuts_;
   std::vector<BlockedCorner> blocked_;
   std::vector<std::uint32_t>
-      last_blocked_;  ///< By corner, the last element of `blocked_` that it blocks
+      last_blocked_;  ///< For each corner, the last element of `blocked_` that it blocks
 };
 
 /// Sine of a triangle's smallest angle; 0 or less if it has no area or turns right.
@@ -322,7 +322,7 @@ void split_as_convex(std::span<const std::uint32_t> corners, CornerTriangles& tr
 }
 
 void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
-  // Sides by their corners in ascending order, to find the neighbour across each.
+  // Sides, sorted by their corners in ascending order, to find the neighbour across each side.
   std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> sides;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -331,7 +331,7 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
     }
   }
   std::sort(sides.begin(), sides.end());
-  // By side, the matching side of the adjacent triangle
+  // For each side, the matching side of the adjacent triangle
   std::vector<std::uint32_t> across(3 * triangles.size(), kNoCorner);
   for (std::size_t i = 1; i < sides.size(); ++i) {
     const auto& [a, b, one] = sides[i - 1];

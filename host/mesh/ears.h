@@ -18,15 +18,16 @@ double twice_area(const std::array<double, 2>& a, const std::array<double, 2>& b
 
 double squared_distance(const std::array<double, 3>& a, const std::array<double, 3>& b);
 
-/// Projects the polygon along its Newell normal, to counter-clockwise order and about unit size. Empty if it has no
-/// normal.
+/// Projects the polygon along its Newell normal. The result is counter-clockwise and of about unit size; it is empty
+/// if the polygon has no normal.
 FlatPolygon seen_along_normal(PolygonCorners corners);
 
 /// Triangulates by ear clipping (Meisters 1975): cuts the ear with the shortest cut first; ties go to the lowest tip.
 /// An ear has area, and no other corner in it or on its sides, so corners on a straight edge get triangles with area.
 /// Corners that coincide with a neighbour, or whose neighbours coincide, are cut first, since their triangles are
-/// degenerate anyway. If no ear is left because the polygon intersects itself, the shortest left-turning cut is made.
-/// O(n log n) for most shapes; after 2^26 corner tests the rest is split as if convex.
+/// degenerate anyway. If there is no ear because the polygon intersects itself, the corner with the shortest cut that
+/// turns left is cut off. O(n log n) for most shapes; after 2^26 corner tests, the remaining polygon is split as if
+/// it were convex.
 /// \param triangles  [out] n - 2 triangles are appended
 /// \returns false if a cut other than an ear was needed
 bool shortest_ears(PolygonCorners corners, const FlatPolygon& flat, CornerTriangles& triangles);

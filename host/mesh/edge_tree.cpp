@@ -13,34 +13,39 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPiecesPerLeaf = 4;  // Pieces in a leaf of the tree
-// Largest half diagonal, in radii, of boxes that are not opened.
+// Largest half diagonal of boxes that are not opened, as a multiple of the radius.
 constexpr double kMaxUnopenedShare = 1.0 / 16;
-// Diagonal in radii above which a box lies in no ball: 2, plus rounding.
+// Diagonal above which no ball contains a box, as a multiple of the radius: 2, plus rounding.
 constexpr double kMinOutsideDiagonal = 2.001;
 constexpr float kFlat = 0;
-constexpr std::size_t kMaxCutPieces = 4096;    // Most pieces on a ball's boundary for exact sums
-constexpr std::size_t kMaxCutLeaves = 8192;    // Most leaves on a ball's boundary before sampling
-constexpr std::size_t kMaxBoxesPerLevel = 64;  // Most boxes opened per level when sampling
-constexpr std::size_t kMaxCellPieces = 256;    // Most pieces that a cell lists one by one
-constexpr std::size_t kCachedCells = 64;       // Cells cached per thread
+// Maximum number of pieces on a ball's boundary for exact sums
+constexpr std::size_t kMaxCutPieces = 4096;
+// Maximum number of leaves on a ball's boundary without sampling
+constexpr std::size_t kMaxCutLeaves = 8192;
+// Maximum number of boxes opened per level when sampling
+constexpr std::size_t kMaxBoxesPerLevel = 64;
+constexpr std::size_t kMaxCellPieces = 256;  // Maximum number of pieces that a cell lists singly
+constexpr std::size_t kCachedCells = 64;     // Cells cached per thread
 // Mean number of balls (around points in the mesh's box) that touch a piece's box; below it, pieces need no cutting.
 constexpr double kMaxTouchingBalls = 8;
-constexpr std::size_t kMaxPiecesPerTriangle = 4;  // Mean over all triangles, after cutting
-constexpr double kMinReachFactor = 8;             // Multiple of the reach of a point
+// Maximum mean number of pieces per triangle after cutting
+constexpr std::size_t kMaxPiecesPerTriangle = 4;
+// Minimum reach of a piece that is cut, as a multiple of the reach of a point
+constexpr double kMinReachFactor = 8;
 constexpr std::uint32_t kMaxHalvings = 60;
-// Bound on rounding of a piece's clipped area, as a share of the squared radius.
+// Bound on the rounding error of a piece's clipped area, as a share of the squared radius.
 constexpr double kRoundedArea = 1e-9;
-constexpr std::size_t kMaxSampledLeaves = 2048;  // Most leaves that represent a sheet
+constexpr std::size_t kMaxSampledLeaves = 2048;  // Maximum number of leaves that represent a sheet
 
 /// Squared distance from the origin to a box.
 double nearest(const Vec3d& low, const Vec3d& high) {
-  const Vec3d way{std::max({low.x, -high.x, 0.0}), std::max({low.y, -high.y, 0.0}),
-                  std::max({low.z, -high.z, 0.0})};
-  return dot(way, way);
+  const Vec3d offset{std::max({low.x, -high.x, 0.0}), std::max({low.y, -high.y, 0.0}),
+                     std::max({low.z, -high.z, 0.0})};
+  return dot(offset, offset);
 }
 double farthest(const Vec3d& low, const Vec3d& high) {
-  const Vec3d way{std::max(-low.x, high.x), std::max(-low.y, high.y), std::max(-low.z, high.z)};
-  return dot(way, way);
+  const Vec3d offset{std::max(-low.x, high.x), std::max(-low.y, high.y), std::max(-low.z, high.z)};
+  return dot(offset, offset);
 }
 
 struct Box {
@@ -70,9 +75,9 @@ void cut(const BendPiece& piece, double radius, double most, std::uint32_t left,
   std::size_t k = 0;
   double longest = -1;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3d way = to_double(piece.corner[(i + 1) % 3]) - to_double(piece.corner[i]);
-    if (dot(way, way) <= longest) continue;
-    longest = dot(way, way);
+    const Vec3d offset = to_double(piece.corner[(i + 1) % 3]) - to_double(piece.corner[i]);
+    if (dot(offset, offset) <= longest) continue;
+    longest = dot(offset, offset);
     k = i;
   }
   const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
@@ -95,7 +100,7 @@ std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
     for (const BendPiece& piece : pieces) cut(piece, radius, most, kMaxHalvings, body);
   };
   const double room = all.reach(radius);
-  // Cutting pieces of about one radius does not reduce their reach.
+  // Cutting pieces that are about as long as the radius does not reduce their reach.
   const double least = Box{{0, 0, 0}, {0, 0, 0}}.reach(radius) * kMinReachFactor;
   double best = std::numeric_limits<double>::infinity();
   for (double most = room; most >= least; most /= 2) {
@@ -187,7 +192,8 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) c
                  (static_cast<double>(at[1]) + up) * radius_,
                  (static_cast<double>(at[2]) + up) * radius_};
   };
-  constexpr double kRounding = 1e-3;  // Of the radius; exceeds the rounding of the division
+  // Margin as a share of the radius; exceeds the rounding error of the division
+  constexpr double kRounding = 1e-3;
   const Vec3d low = end(-kRounding), high = end(1 + kRounding);
   cell.few = gather(low, high, cell, scratch.steps);
   if (!cell.few) begin(low, high, cell, scratch.steps);
@@ -228,8 +234,8 @@ bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint
   return true;
 }
 
-/// Finds the boxes at which searches start for balls around points of a cell: opens boxes too large to lie in a ball,
-/// and drops boxes out of reach.
+/// Finds the boxes at which searches start for balls around points of a cell: opens boxes that are too large to lie
+/// in a ball, and drops boxes that no such ball reaches.
 void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
   cell.boxes.clear();
   std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
@@ -331,7 +337,7 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
 }
 
 /// Sums of a leaf's pieces that belong to the sheet.
-/// \param left_out  set to true if some do not
+/// \param left_out  set to true if some pieces do not belong to it
 BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& centre,
                             bool& left_out) const {
   BendSums sums;
@@ -386,9 +392,9 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
                                  const Counts& counts) const {
   BendSums sums;
   for (const Near& near : cell.pieces) {
-    const Vec3d way = near.centre - centre;
+    const Vec3d offset = near.centre - centre;
     const double reach = radius_ + near.radius;
-    if (dot(way, way) >= reach * reach || !counts(near.piece)) continue;
+    if (dot(offset, offset) >= reach * reach || !counts(near.piece)) continue;
     bool is_cut = false;
     sums += clipped(near.piece, centre, is_cut);
   }
@@ -396,8 +402,8 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
   return sums;
 }
 
-/// \param coarse  small boxes count by their fractions
-/// \returns false if it would take too long
+/// \param coarse  true: small boxes count by the fractions that lie in the ball
+/// \returns false if this would take too long
 bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                             BendSums& sums) const {
   sums = {};
@@ -425,8 +431,8 @@ bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, 
 }
 
 /// Opens boxes from the root on, level by level, up to a number of boxes per level.
-/// \param settle  returns true for a box that need not be opened
-/// \returns the level of the remaining boxes, which are in scratch.next
+/// \param settle  function that returns true for a box that need not be opened
+/// \returns the tree level of the remaining boxes, which are in scratch.next
 template <typename Settle>
 std::uint32_t EdgeTree::open_levels(std::size_t most, Scratch& scratch,
                                     const Settle& settle) const {
@@ -462,8 +468,8 @@ BendSums EdgeTree::sum_by_levels(const Vec3d& centre, Scratch& scratch) const {
   return sums;
 }
 
-/// Adds what is known of a box without opening it.
-/// \returns true if nothing remains to be done for it
+/// Adds a box without opening it, if that is possible.
+/// \returns true if the box is finished
 bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coarse,
                                 BendSums& sums) const {
   const Vec3d low = to_double(node.low) - centre, high = to_double(node.high) - centre;
@@ -581,8 +587,8 @@ BendSums EdgeTree::clipped(const BendPiece& piece, const Vec3d& centre, bool& cu
   return sums;
 }
 
-/// Fractions of one piece, used for its whole box. The bend's fraction uses lengths and absolute angles, since angles
-/// of opposite signs may cancel out.
+/// Fractions of one piece, which represent its whole box. The bend's fraction uses lengths and absolute angles, since
+/// angles of opposite signs may cancel out.
 EdgeTree::Shares EdgeTree::shares(const BendPiece& piece, const Vec3d& centre) const {
   const std::array<Vec3d, 3> p = corners(piece, centre);
   const BallClip clip = clip_by_ball(p, squared_);

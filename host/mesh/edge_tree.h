@@ -15,7 +15,8 @@ namespace kiln {
 /// Area and bend of a piece of surface within a ball.
 struct BendSums {
   double area = 0;
-  double bend = 0;  ///< Sum of angle * length / 2 over edges; each triangle holds half of its edges
+  /// Sum of angle * length / 2 over edges; half of each edge belongs to each of its triangles
+  double bend = 0;
   /// Adds the sums of another part.
   BendSums& operator+=(const BendSums& other) {
     area += other.area;
@@ -33,7 +34,7 @@ struct BendPiece {
   std::array<Vec3, 3> corner;
   std::array<float, 3> angle;  ///< Signed angle at edge k, from corner k
   float area = 0, bend = 0;    ///< Sums over the subtree, see BendSums
-  std::uint32_t triangle = 0;  ///< Number of the triangle in the mesh
+  std::uint32_t triangle = 0;  ///< Index of the triangle in the mesh
   CoarseNormal normal{};       ///< Normal of the triangle
 };
 
@@ -46,7 +47,7 @@ class TriangleSet {
     count_ = 0;
     if (slots_.empty()) slots_.resize(kSlots);
     if (++round_ != 0) return;
-    slots_.assign(kSlots, {});  // The round counter starts again
+    slots_.assign(kSlots, {});  // The round counter restarts
     round_ = 1;
   }
   bool contains(std::uint32_t triangle) const { return slots_[slot_of(triangle)].round == round_; }
@@ -80,10 +81,11 @@ class TriangleSet {
 
 /// The sheet of a point: the surface around it that is connected with it or faces about the same way.
 struct Sheet {
-  Vec3d normal{};                          ///< Unit normal at the point
-  const TriangleSet* connected = nullptr;  ///< Null: too many, so none counts as connected
+  Vec3d normal{};  ///< Unit normal at the point
+  /// Triangles connected with the point; null if there are too many, and none counts as connected
+  const TriangleSet* connected = nullptr;
 
-  /// Cosine below which a face is opposed. No regular prism or antiprism has this angle.
+  /// Cosine to the sheet's normal below which a face counts as opposed. No regular prism or antiprism has this angle.
   static constexpr double kOpposed = -0.6;
 
   bool is_opposed(const CoarseNormal& other) const {
@@ -98,9 +100,9 @@ struct Sheet {
 /// A balanced box tree over pieces of triangles, with the sums of each box.
 ///
 /// The sums of a ball are exact if its boundary crosses at most 4,096 pieces. Otherwise, boxes with a diagonal below
-/// 1/8 of the radius count in proportion to their overlap with the ball. If that still leaves more than 4,096 pieces
-/// (as for fans of needles, or overlapping sheets), one piece represents some hundred pieces of a box. A query thus
-/// takes a few thousand steps at most.
+/// 1/8 of the radius count in proportion to their overlap with the ball. If the boundary still crosses more than
+/// 4,096 pieces (as for fans of needles, or overlapping sheets), one piece represents some hundred pieces of a box. A
+/// query thus takes a few thousand steps at most.
 class EdgeTree {
  public:
   /// A piece near a cell, with its bounding sphere.
@@ -114,21 +116,21 @@ class EdgeTree {
   struct Cell {
     std::array<std::int64_t, 3> at{};
     bool known = false;
-    bool few = false;  ///< True: `pieces` holds all candidates; false: searches start at `boxes`
+    bool few = false;  ///< True if `pieces` holds all candidates; if not, searches start at `boxes`
     std::vector<Near> pieces;        ///< Candidate pieces, in tree order
     std::vector<std::size_t> boxes;  ///< Nodes at which searches start, in tree order
   };
   /// Reusable scratch memory and step counter; one per thread and tree.
   struct Scratch {
     std::vector<Cell> cells;
-    std::vector<std::size_t> front, next;  ///< Nodes of one tree level
+    std::vector<std::size_t> front, next;  ///< Nodes of one tree level, and of the next one
     TriangleSet connected;                 ///< Triangles connected with the last point
     std::vector<std::uint32_t> reached;    ///< Triangles of `connected` in order of discovery
     std::uint64_t steps = 0;               ///< Boxes and pieces visited so far
   };
 
-  /// \param usable  0 for triangles to skip
-  /// \param angle   signed angle at edge k of each triangle, from corner k; 0: flat
+  /// \param usable  by triangle, 0 for triangles to skip
+  /// \param angle   signed angle at edge k (from corner k) of each triangle; 0: flat
   /// \param radius  radius of all balls
   EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> triangles,
            std::span<const std::uint8_t> usable, std::span<const std::array<float, 3>> angle,
@@ -192,7 +194,8 @@ class EdgeTree {
   std::size_t count_ = 0;  // Number of pieces
   std::uint32_t levels_ = 0;
   std::vector<BendPiece> pieces_;  // Pieces, leaf by leaf
-  std::vector<Node> nodes_;        // Level by level; the children of i are 2 i + 1 and 2 i + 2
+  // Nodes, level by level; the children of node i are 2 i + 1 and 2 i + 2
+  std::vector<Node> nodes_;
 };
 
 }  // namespace kiln

@@ -18,11 +18,11 @@ namespace {
 constexpr std::size_t kTrianglesAtOnce = 1 << 14;
 constexpr std::size_t kVerticesAtOnce = 1 << 12;
 
-/// A triangle's side, identified by its ends.
+/// A triangle's side, identified by its two vertices.
 struct EdgeSide {
-  std::uint32_t high = 0;  ///< Higher end of the edge
+  std::uint32_t high = 0;  ///< Higher vertex of the edge
   std::uint32_t at = 0;    ///< 3 * triangle + corner
-  bool rising = false;     ///< It starts at the lower end
+  bool rising = false;     ///< True if the side starts at the lower vertex
 };
 
 float turn_between(const Vec3& a, const Vec3& b) {
@@ -45,7 +45,7 @@ class EdgeFinder {
   /// Finds edges and unpaired sides at their lower vertex.
   /// \param sides  all sides of that vertex; modified
   void add(std::uint32_t vertex, std::vector<EdgeSide>& sides, std::vector<FaceEdge>& edges,
-           std::vector<std::uint32_t>& lonely) const {
+           std::vector<std::uint32_t>& unpaired_vertices) const {
     std::sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
       return std::tie(a.high, a.at) < std::tie(b.high, b.at);
     });
@@ -56,7 +56,7 @@ class EdgeFinder {
         edges.push_back(edge(run[0], run[1]));
         continue;
       }
-      lonely.insert(lonely.end(), {vertex, run[0].high});
+      unpaired_vertices.insert(unpaired_vertices.end(), {vertex, run[0].high});
       if (run.size() > 2 && run.size() <= kMaxFacesPerEdge) pair(run, edges);
     }
   }
@@ -109,8 +109,8 @@ class EdgeFinder {
 
 namespace {
 
-/// False if certainly no edge turns by `degrees`. At such an edge, one of the faces deviates from any direction,
-/// including their mean, by at least half of the angle.
+/// False if certainly no edge has a turn of `degrees`. At an edge with such a turn, one of the faces deviates from
+/// any given direction, such as the mean of all normals, by at least half of the angle.
 bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   std::vector<Vec3> sums(mesh.positions.size());
   for_each_alive(mesh.triangles.size(), [&](std::size_t t) {
@@ -120,7 +120,7 @@ bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
       sum = {sum.x + n.x, sum.y + n.y, sum.z + n.z};
     }
   });
-  // Margin for rounding
+  // 1e-5 is a margin for rounding
   const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;
   std::atomic<bool> found = false;
   parallel_for(mesh.triangles.size(), kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
@@ -147,7 +147,7 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
   parallel_for(triangles, kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
     std::vector<CornerWeights> weights;
     for (std::size_t t = begin; t < end; ++t) {
-      // A polygon is processed by the thread that has its first triangle.
+      // A polygon is processed by the thread whose range contains the polygon's first triangle.
       const bool polygons = !mesh.polygons.empty();
       if (polygons && t > 0 && mesh.polygons[t] == mesh.polygons[t - 1]) continue;
       std::size_t last = t + 1;
@@ -182,7 +182,7 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
   const std::size_t pieces = (mesh.positions.size() + kVerticesAtOnce - 1) / kVerticesAtOnce;
   struct Found {
     std::vector<FaceEdge> edges;
-    std::vector<std::uint32_t> lonely;
+    std::vector<std::uint32_t> unpaired_vertices;
   };
   std::vector<Found> found(pieces);
   const EdgeFinder finder(mesh, result);
@@ -196,7 +196,8 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
           const auto [a, b] = ends(side);
           sides.push_back({std::max(a, b), side, a < b});
         }
-        finder.add(static_cast<std::uint32_t>(v), sides, found[piece].edges, found[piece].lonely);
+        finder.add(static_cast<std::uint32_t>(v), sides, found[piece].edges,
+                   found[piece].unpaired_vertices);
       }
     }
   });
@@ -206,7 +207,7 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
   result.borders.resize(mesh.positions.size());
   for (Found& piece : found) {
     result.edges.insert(result.edges.end(), piece.edges.begin(), piece.edges.end());
-    for (const std::uint32_t vertex : piece.lonely) result.borders[vertex] = true;
+    for (const std::uint32_t vertex : piece.unpaired_vertices) result.borders[vertex] = true;
     piece = {};
   }
   return result;

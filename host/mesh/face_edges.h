@@ -11,29 +11,31 @@ namespace kiln {
 
 /// An edge between two faces.
 struct FaceEdge {
-  /// The edge's side in both triangles, as 3 * triangle + corner; it runs from this corner to the next one.
+  /// The edge's sides in both triangles, as 3 * triangle + corner; a side runs from this corner to the next one.
   std::array<std::uint32_t, 2> sides{};
   float turn = 0;       ///< Angle between the faces' normals, 0 to 180 degrees
-  bool convex = false;  ///< The faces bend away from their outside
-  bool split = false;   ///< True if the faces have separate vertices of one position at an end
-  bool inner = false;   ///< True within a polygon: both triangles belong to it
+  bool convex = false;  ///< True if the edge is convex
+  /// True if the faces have separate vertices of equal position at one of the edge's vertices
+  bool split = false;
+  bool inner = false;  ///< True if both triangles belong to one polygon
 };
 
 /// Edges of a mesh whose vertices are welded by exact position. Degenerate triangles have no edges. If more than two
-/// faces share an edge, the pairs of the smallest angles are matched first. Sides of the same direction are no edge,
-/// since their faces have opposite orientation.
+/// faces share an edge, the pairs of the smallest angles are matched first. Two sides of the same direction do not
+/// form an edge, since their faces have opposite orientation.
 struct FaceEdges {
-  std::vector<Vec3> normals;          ///< Per triangle, its polygon's unit normal; zero: degenerate
+  /// Unit normal of each triangle's polygon; zero if degenerate
+  std::vector<Vec3> normals;
   std::vector<float> areas;           ///< Area of each triangle
-  std::vector<std::uint32_t> welded;  ///< Per vertex, its representative: see weld_vertices()
-  std::vector<FaceEdge> edges;        ///< Sorted by the lower end of the first side
-  std::vector<bool> borders;  ///< Per welded vertex: true at the ends of sides without a partner
+  std::vector<std::uint32_t> welded;  ///< Representative of each vertex, see weld_vertices()
+  std::vector<FaceEdge> edges;        ///< Edges, sorted by the lower vertex of the first side
+  std::vector<bool> borders;          ///< True for each welded vertex of a side without a partner
 
-  /// True if no edge turns by the smallest requested angle, so that `edges` was not built
+  /// True if no edge has the smallest requested turn, so that `edges` was not built
   bool left_out = false;
 
   /// Linear time: about 0.3 processor seconds for a million triangles; 0.03 if `edges` is not built.
-  /// \param least_degrees  skips `edges` if no edge turns by this angle or more; 0: never
+  /// \param least_degrees  `edges` is not built if no edge has at least this turn; 0: it is always built
   static FaceEdges of(const Mesh& mesh, double least_degrees = 0);
 };
 

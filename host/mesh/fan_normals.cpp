@@ -13,7 +13,8 @@
 namespace kiln {
 namespace {
 
-/// A plane determines the normal of a vertex if all other faces there are smaller than this share of its area.
+/// A plane determines the normal of a vertex if all other faces at the vertex are smaller than this share of the
+/// plane's area.
 constexpr float kMaxBesidePlaneShare = 1.0F / 4;
 /// A corner is a tip if a face's cosine to the shared normal is below kMaxTipCosine with at least kMinTipFaces faces,
 /// or below kMaxSharpTipCosine with fewer.
@@ -36,7 +37,7 @@ class FanNormals {
     });
   }
 
-  /// \param triangles  true for those that get normals
+  /// \param triangles  true for triangles that get normals
   void give(const std::vector<bool>& triangles, Mesh& mesh) const;
 
  private:
@@ -89,7 +90,7 @@ Adjacency FanNormals::fans(const std::vector<bool>& triangles) const {
                          [&](std::size_t i) -> std::size_t { return number[i]; });
 }
 
-/// Sum of normals in triangle order, without faces that are small beside a plane.
+/// Sum of normals in triangle order, without faces that are small relative to an adjacent plane.
 Vec3d FanNormals::sum_of(std::span<const std::uint32_t> fan) const {
   float most = 0;
   for (const std::uint32_t corner : fan) most = std::max(most, area_around(corner));
@@ -127,7 +128,7 @@ void FanNormals::give(const std::vector<bool>& triangles, Mesh& mesh) const {
       mesh.normals.push_back(to_float(face(corner)));
     }
   }
-  // Sums that cancel out, and degenerate triangles, get the normal of their face.
+  // Corners whose sum cancels out, and corners of degenerate triangles, get the normal of their face.
   const auto zero = static_cast<std::uint32_t>(mesh.normals.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (!triangles[t]) continue;

@@ -10,9 +10,10 @@ namespace kiln {
 namespace {
 
 struct Side {
-  std::uint64_t key;  ///< Edge: lower and higher vertex
+  std::uint64_t key;  ///< The edge: lower and higher vertex in one number
   std::uint32_t triangle;
-  std::uint8_t corner, forward;  ///< The side starts at this corner; forward: at the lower vertex.
+  /// `corner`: corner at which the side starts; `forward`: 1 if it starts at the lower vertex
+  std::uint8_t corner, forward;
 };
 
 std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
@@ -54,34 +55,34 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
   struct Item {
     Triangle sorted;
     std::uint32_t index;
-    std::uint8_t odd;  ///< Parity of the permutation that sorts the corners
+    std::uint8_t is_odd_order;  ///< Parity of the permutation that sorts the corners
   };
   std::vector<Item> items;
   items.reserve(triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     Triangle v = triangles[t];
-    bool odd = false;
+    bool is_odd_order = false;
     for (const auto& [i, j] : {std::pair{0, 1}, std::pair{1, 2}, std::pair{0, 1}}) {
       const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
       if (v[a] > v[b]) {
         std::swap(v[a], v[b]);
-        odd = !odd;
+        is_odd_order = !is_odd_order;
       }
     }
-    items.push_back({v, t, odd});
+    items.push_back({v, t, is_odd_order});
   }
   std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
-    return a.sorted != b.sorted ? a.sorted < b.sorted
-           : a.odd != b.odd     ? a.odd < b.odd
-                                : a.index < b.index;
+    return a.sorted != b.sorted               ? a.sorted < b.sorted
+           : a.is_odd_order != b.is_odd_order ? a.is_odd_order < b.is_odd_order
+                                              : a.index < b.index;
   });
   std::vector<std::uint8_t> removed(triangles.size(), 0);
   for (std::size_t begin = 0, end = 0; begin < items.size(); begin = end) {
-    std::size_t odd = begin;
+    std::size_t is_odd_order = begin;
     while (end < items.size() && items[end].sorted == items[begin].sorted) {
-      if (!items[end++].odd) odd = end;
+      if (!items[end++].is_odd_order) is_odd_order = end;
     }
-    for (std::size_t i = begin, j = odd; i < odd && j < end; ++i, ++j) {
+    for (std::size_t i = begin, j = is_odd_order; i < is_odd_order && j < end; ++i, ++j) {
       removed[items[i].index] = removed[items[j].index] = 1;
     }
   }
@@ -100,11 +101,11 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
   const auto corner = [](const Side& side, std::uint32_t offset) {
     return side.triangle * 3 + (side.corner + offset) % 3;
   };
-  // Edges whose sides are paired with an offset: one entry per unit of offset
+  // Edges whose sides are paired with an offset; an edge occurs once per unit of its offset
   std::vector<std::uint64_t> shifted;
   std::vector<std::uint32_t> copies;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    // Union-find over corners: two are united if their triangles are joined at a side there.
+    // Union-find over corners: two corners of one vertex are united if their triangles are joined along a side.
     DisjointSets fans(given.size() * 3);
     for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
       std::size_t backward = begin;
@@ -139,7 +140,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
       }
       triangles[c / 3][c % 3] = number[fan];
     }
-    // A fan may pass an edge twice: pair that edge's sides with another offset.
+    // A fan may contain an edge twice; in this case, the edge's sides are paired with another offset.
     const std::vector<Side> check = sorted_sides(triangles);
     const std::size_t before = shifted.size();
     const auto original = [&](std::uint64_t v) { return v < vertices ? v : copies[v - vertices]; };

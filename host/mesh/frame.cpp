@@ -25,7 +25,7 @@ Bounds Bounds::of(const Mesh& mesh) {
       if (!has_area(mesh.positions, mesh.triangles[i])) continue;
       for (const std::uint32_t corner : mesh.triangles[i]) {
         const Vec3& p = mesh.positions[corner];
-        const double xyz[3] = {p.x + 0.0, p.y + 0.0, p.z + 0.0};  // Turns -0 into 0
+        const double xyz[3] = {p.x + 0.0, p.y + 0.0, p.z + 0.0};  // Adding 0 converts -0 to 0
         for (std::size_t k = 0; k < 3; ++k) {
           part.low[k] = std::min(part.low[k], xyz[k]);
           part.high[k] = std::max(part.high[k], xyz[k]);
@@ -79,7 +79,8 @@ Frame Frame::of(const Mesh& mesh, const Bounds& bounds) {
 
 Vec3 Frame::to_frame(const Mesh& mesh, std::size_t vertex) const {
   const Vec3& p = mesh.positions[vertex];
-  // Adds the origin's offset first: far from the origin both terms are large, but their difference is not.
+  // Adds the origin's offset first: far from the origin, both terms of the difference are large, but the difference
+  // is not.
   return {static_cast<float>((p.x + (mesh.origin[0] - center[0])) * scale),
           static_cast<float>((p.y + (mesh.origin[1] - center[1])) * scale),
           static_cast<float>((p.z + (mesh.origin[2] - center[2])) * scale)};

@@ -1,4 +1,4 @@
-// The working frame, in which all device work happens: a box of about unit size around the origin.
+// The working frame, in which all device work is done: a box of about unit size around the origin.
 #pragma once
 
 #include <array>
@@ -11,24 +11,24 @@ namespace kiln {
 
 /// Maps world coordinates to the frame and back: frame = (world - center) * scale. The scale is a power of two, so
 /// that scaling is exact. In the frame, the high poly's bounding box has a diagonal in (0.5, 1]. Extreme outliers do
-/// not count (see bulk_bounds()), as they would leave no precision to the others. Kernels thus see scenes of 1e-30 or
-/// 1e30 units, or far from the origin, alike.
+/// not count (see bulk_bounds()), as they would leave no precision for other vertices. Kernels thus get equal input
+/// for scenes of 1e-30 or 1e30 units, or far from the origin.
 struct Frame {
   std::array<double, 3> center{};
   double scale = 1;
-  double diagonal = 1;  ///< Diagonal of that box, world units.
+  double diagonal = 1;  ///< Diagonal of the high poly's box, world units
 
-  /// From the triangles with area, see bulk_bounds().
+  /// The frame of the triangles with area, see bulk_bounds().
   /// \throws Error(input) if there are none
   static Frame of(const Mesh& mesh);
-  /// From a box that contains the mesh during its motion.
+  /// The frame of a box that contains the mesh during its motion.
   /// \throws Error(usage) if the box has no size
   static Frame of(const Mesh& mesh, const Bounds& bounds);
 
   Vec3 to_frame(const Mesh& mesh, std::size_t vertex) const;
   /// All vertices in the frame. Vertices beyond `reach` that only degenerate triangles use become NaN, since rounding
-  /// there could turn these into large triangles.
-  /// \param reach  0.5: the high poly's box
+  /// could make large triangles of these.
+  /// \param reach  largest coordinate; 0.5 is the high poly's box
   std::vector<Vec3> to_frame_within(const Mesh& mesh, double reach) const;
   std::vector<Vec3> to_frame(const Mesh& mesh) const { return to_frame_within(mesh, 0.500001); }
 };

@@ -17,12 +17,12 @@ constexpr double kSameNormalCosine = 0.99996192306;  // Cosine of 0.5 degrees
 constexpr std::size_t kEdgesPerTask = 256;
 
 struct HardSide {
-  std::uint32_t a = 0, b = 0;  ///< Ends (welded vertices), a < b
+  std::uint32_t a = 0, b = 0;  ///< Welded vertices of the edge, a < b
   std::uint32_t triangle = 0;
-  std::uint8_t at_a = 0, at_b = 0;  ///< Triangle's corners at the ends
+  std::uint8_t at_a = 0, at_b = 0;  ///< The triangle's corners at both vertices
 };
 
-/// Sides with several normals at an end; others cannot be hard.
+/// Sides with a vertex that has several normals; other sides cannot be hard.
 std::vector<HardSide> sides_of(const LowSurface& surface) {
   std::vector<Vec3> positions;
   positions.reserve(3 * surface.triangles.size());
@@ -31,7 +31,8 @@ std::vector<HardSide> sides_of(const LowSurface& surface) {
   }
   const std::vector<std::uint32_t> welded = weld_vertices(positions);
   std::vector<Vec3> normal(welded.size());
-  std::vector<std::uint8_t> state(welded.size());  // 0: no corner yet, 1: one normal, 2: several
+  // State of each vertex. 0: no corner yet, 1: one normal, 2: several normals
+  std::vector<std::uint8_t> state(welded.size());
   for (const std::size_t t : surface.usable_triangles()) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t at = welded[3 * t + k];
@@ -143,7 +144,7 @@ class EdgeBoxTree {
 
   const std::vector<EdgeBox>& boxes_;
   std::vector<std::uint32_t> order_;
-  std::vector<EdgeBox> nodes_;  // Children of n are 2 n + 1 and 2 n + 2
+  std::vector<EdgeBox> nodes_;  // Nodes; the children of node n are 2 n + 1 and 2 n + 2
 };
 
 }  // namespace

@@ -10,21 +10,22 @@
 
 namespace kiln {
 
-/// Edges of two or more faces whose normals differ by more than half a degree at one end at least. Faces are adjacent
-/// if their corners have exactly equal positions. Unusable triangles have no edges.
+/// Edges of two or more faces whose normals differ by more than half a degree at one or both vertices. Faces are
+/// adjacent if their corners have exactly equal positions. Unusable triangles have no edges.
 struct HardEdges {
   struct Edge {
-    Vec3 from, along;                      ///< The other end is from + along
-    std::array<std::uint32_t, 2> faces{};  ///< The first two triangles that share it
+    /// Position of the first vertex; the second one is at from + along
+    Vec3 from, along;
+    std::array<std::uint32_t, 2> faces{};  ///< The first two triangles at the edge
   };
   std::vector<Edge> edges;  ///< Edges of length 0 are left out
 
   static HardEdges of(const LowSurface& surface);
 
   /// Edges that may be nearer to points of a triangle than their widths (a conservative list).
-  /// \param widths  by edge
+  /// \param widths  width of each edge
   struct Near {
-    /// Per triangle, its first element of `edge`; one extra entry
+    /// First element of `edge` for each triangle; one extra entry
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> edge;
   };

@@ -11,13 +11,13 @@ namespace kiln {
 
 /// Lists of items by key, each in ascending order.
 struct Adjacency {
-  std::vector<std::uint32_t> first;  ///< [keys + 1] start of each key's list
+  std::vector<std::uint32_t> first;  ///< Start of each key's list; one extra entry
   std::vector<std::uint32_t> items;
 
   std::span<const std::uint32_t> of(std::size_t key) const {
     return {items.data() + first[key], items.data() + first[key + 1]};
   }
-  /// \param key_of  key of an item; `keys` or more: none
+  /// \param key_of  function that returns an item's key; items whose key is `keys` or more are left out
   template <typename KeyOf>
   static Adjacency make(std::size_t keys, std::size_t items, const KeyOf& key_of) {
     Adjacency result;
@@ -25,7 +25,7 @@ struct Adjacency {
     for (std::size_t i = 0; i < items; ++i) {
       if (const std::size_t key = key_of(i); key < keys) ++result.first[key];
     }
-    // Each key's end; dealt out from the last item on, all come to stand at their beginnings.
+    // Sets the end of each key's list. Placing the items in reverse order moves these to the beginnings.
     std::uint32_t sum = 0;
     for (std::uint32_t& list : result.first) list = sum += list;
     result.items.resize(sum);
@@ -42,19 +42,19 @@ struct Adjacency {
 /// is proportional to the changes (except for welding, which visits all vertices if positions changed).
 class HighPolyNormals {
  public:
-  /// \param positions  in the working frame
+  /// \param positions  positions in the working frame
   HighPolyNormals(const Mesh& mesh, std::span<const Vec3> positions);
 
-  /// Changed entries of the pool, or a flag that the whole pool was replaced.
+  /// Changed entries of the pool of normals, or a flag that the whole pool was replaced.
   struct Change {
     bool rebuilt = false;
     std::vector<std::uint32_t> entries;  ///< Changed entries, ascending
   };
-  /// \param triangles  those with a moved corner
+  /// \param triangles  triangles with a moved corner
   Change move(const Mesh& mesh, std::span<const Vec3> positions,
               std::span<const std::uint32_t> triangles);
-  /// Copies changed entries of the mesh's own normal pool.
-  /// \param entries  ascending
+  /// Copies changed entries of the mesh's normals.
+  /// \param entries  indices of the entries, ascending
   Change set(const Mesh& mesh, std::span<const Vec3> positions,
              std::span<const std::uint32_t> entries);
 

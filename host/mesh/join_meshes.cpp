@@ -76,31 +76,32 @@ void check_sizes(std::span<const Mesh> meshes, const std::string& name) {
   check_size(name, normals, "normals");
 }
 
-/// Appends a mesh's additional UV sets after its first one; NaN for sets that only one side has.
-void append_other_uvs(Mesh& whole, const Mesh& mesh, std::size_t before) {
+/// Appends a mesh's additional UV sets after its first one; sets that only one of the two has get NaN.
+void append_other_uvs(Mesh& joined_mesh, const Mesh& mesh, std::size_t before) {
   constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
   for (const UvSet& set : mesh.other_uvs) {
     if (set.uvs.size() != mesh.uvs.size()) continue;
-    auto to = std::find_if(whole.other_uvs.begin(), whole.other_uvs.end(),
+    auto to = std::find_if(joined_mesh.other_uvs.begin(), joined_mesh.other_uvs.end(),
                            [&](const UvSet& other) { return other.set == set.set; });
-    if (to == whole.other_uvs.end()) {
-      whole.other_uvs.push_back({set.set, {}});
-      to = whole.other_uvs.end() - 1;
+    if (to == joined_mesh.other_uvs.end()) {
+      joined_mesh.other_uvs.push_back({set.set, {}});
+      to = joined_mesh.other_uvs.end() - 1;
     }
     to->uvs.resize(before, {kNowhere, kNowhere});
     to->uvs.insert(to->uvs.end(), set.uvs.begin(), set.uvs.end());
   }
-  for (UvSet& set : whole.other_uvs) set.uvs.resize(whole.uvs.size(), {kNowhere, kNowhere});
+  for (UvSet& set : joined_mesh.other_uvs)
+    set.uvs.resize(joined_mesh.uvs.size(), {kNowhere, kNowhere});
 }
 
-/// Tells which attributes the joined mesh has.
+/// The attributes of the joined mesh.
 struct PresentAttributes {
   bool uvs = false, normals = false, tangents = false, colors = false;
   bool materials = false, polygons = false;
 };
 
 /// Appends indexed values to a pool.
-/// \param alone  value for meshes without a pool
+/// \param alone  value for meshes without values
 template <typename T>
 void append(std::vector<T>& pool, std::vector<Triangle>& indices, const std::vector<T>& from,
             const std::vector<Triangle>& from_indices, std::size_t triangles, T alone) {
@@ -116,24 +117,25 @@ void append(std::vector<T>& pool, std::vector<Triangle>& indices, const std::vec
   }
 }
 
-void append_positions(Mesh& whole, const Mesh& mesh) {
-  const auto first = static_cast<std::uint32_t>(whole.positions.size());
-  if (mesh.origin == whole.origin) {
-    whole.positions.insert(whole.positions.end(), mesh.positions.begin(), mesh.positions.end());
+void append_positions(Mesh& joined_mesh, const Mesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(joined_mesh.positions.size());
+  if (mesh.origin == joined_mesh.origin) {
+    joined_mesh.positions.insert(joined_mesh.positions.end(), mesh.positions.begin(),
+                                 mesh.positions.end());
   } else {
     const auto moved = [&](float value, std::size_t axis) {
-      return static_cast<float>(mesh.origin[axis] - whole.origin[axis] + double{value});
+      return static_cast<float>(mesh.origin[axis] - joined_mesh.origin[axis] + double{value});
     };
     for (const Vec3& p : mesh.positions) {
-      whole.positions.push_back({moved(p.x, 0), moved(p.y, 1), moved(p.z, 2)});
+      joined_mesh.positions.push_back({moved(p.x, 0), moved(p.y, 1), moved(p.z, 2)});
     }
   }
   for (const Triangle& t : mesh.triangles) {
-    whole.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    joined_mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   }
 }
 
-void append_attributes(Mesh& whole, const Mesh& mesh, const PresentAttributes& has,
+void append_attributes(Mesh& joined_mesh, const Mesh& mesh, const PresentAttributes& has,
                        std::vector<Warning>* warnings) {
   const std::size_t triangles = mesh.triangles.size();
   const auto warn = [&](const char* code, const char* what, std::uint64_t count) {
@@ -141,36 +143,37 @@ void append_attributes(Mesh& whole, const Mesh& mesh, const PresentAttributes& h
   };
   if (has.uvs) {
     constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-    const std::size_t before = whole.uvs.size();
-    append(whole.uvs, whole.uv_triangles, mesh.uvs, mesh.uv_triangles, triangles,
+    const std::size_t before = joined_mesh.uvs.size();
+    append(joined_mesh.uvs, joined_mesh.uv_triangles, mesh.uvs, mesh.uv_triangles, triangles,
            Vec2{kNowhere, kNowhere});
-    append_other_uvs(whole, mesh, before);
+    append_other_uvs(joined_mesh, mesh, before);
     if (mesh.uv_triangles.empty()) {
       warn("missing-uvs", "no UVs, which others have: no map is baked for it, and no texture read.",
            triangles);
     }
   }
   if (has.normals) {
-    append(whole.normals, whole.normal_triangles, mesh.normals, mesh.normal_triangles, triangles,
-           Vec3{});
+    append(joined_mesh.normals, joined_mesh.normal_triangles, mesh.normals, mesh.normal_triangles,
+           triangles, Vec3{});
   }
   if (has.tangents) {
     if (mesh.tangents.empty()) {
-      whole.tangents.resize(whole.tangents.size() + 3 * triangles, Tangent{Vec3{}, 1});
+      joined_mesh.tangents.resize(joined_mesh.tangents.size() + 3 * triangles, Tangent{Vec3{}, 1});
     } else {
-      whole.tangents.insert(whole.tangents.end(), mesh.tangents.begin(), mesh.tangents.end());
+      joined_mesh.tangents.insert(joined_mesh.tangents.end(), mesh.tangents.begin(),
+                                  mesh.tangents.end());
     }
   }
   if (has.colors && mesh.colors.empty()) {
-    whole.colors.resize(whole.colors.size() + mesh.positions.size(), kWhite);
+    joined_mesh.colors.resize(joined_mesh.colors.size() + mesh.positions.size(), kWhite);
     warn("missing-colors", "no colours, which others have; it is white.", mesh.positions.size());
   } else {
-    whole.colors.insert(whole.colors.end(), mesh.colors.begin(), mesh.colors.end());
+    joined_mesh.colors.insert(joined_mesh.colors.end(), mesh.colors.begin(), mesh.colors.end());
   }
   if (has.polygons) {
-    const std::uint32_t first = whole.polygons.empty() ? 0 : whole.polygons.back() + 1;
+    const std::uint32_t first = joined_mesh.polygons.empty() ? 0 : joined_mesh.polygons.back() + 1;
     for (std::uint32_t t = 0; t < triangles; ++t) {
-      whole.polygons.push_back(first + (mesh.polygons.empty() ? t : mesh.polygons[t]));
+      joined_mesh.polygons.push_back(first + (mesh.polygons.empty() ? t : mesh.polygons[t]));
     }
   }
 }
@@ -179,14 +182,14 @@ void append_attributes(Mesh& whole, const Mesh& mesh, const PresentAttributes& h
 
 Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings) {
   if (meshes.empty()) throw Error(ErrorCode::usage, "join_meshes: there is no mesh to join.");
-  Mesh whole;
-  whole.name = joined_name(meshes);
-  whole.origin = meshes[0].origin;
-  whole.uv_set = meshes[0].uv_set;
+  Mesh joined_mesh;
+  joined_mesh.name = joined_name(meshes);
+  joined_mesh.origin = meshes[0].origin;
+  joined_mesh.uv_set = meshes[0].uv_set;
   const bool alike = std::all_of(meshes.begin(), meshes.end(),
                                  [&](const Mesh& mesh) { return mesh.metres == meshes[0].metres; });
-  whole.metres = alike ? meshes[0].metres : 0;
-  check_sizes(meshes, whole.name);
+  joined_mesh.metres = alike ? meshes[0].metres : 0;
+  check_sizes(meshes, joined_mesh.name);
   PresentAttributes has;
   for (const Mesh& mesh : meshes) {
     has.uvs = has.uvs || !mesh.uv_triangles.empty();
@@ -196,19 +199,20 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings) {
     has.materials = has.materials || !mesh.materials.empty();
     has.polygons = has.polygons || !mesh.polygons.empty();
   }
-  NameTable groups(whole.groups, whole.group_names), objects(whole.objects, whole.object_names),
-      materials(whole.materials, whole.material_names);
+  NameTable groups(joined_mesh.groups, joined_mesh.group_names),
+      objects(joined_mesh.objects, joined_mesh.object_names),
+      materials(joined_mesh.materials, joined_mesh.material_names);
   for (const Mesh& mesh : meshes) {
     const std::size_t triangles = mesh.triangles.size();
     groups.add(mesh.groups, mesh.group_names, triangles, mesh.name);
     objects.add(mesh.objects, mesh.object_names, triangles, mesh.name);
     if (has.materials) materials.add(mesh.materials, mesh.material_names, triangles, "default");
-    append_positions(whole, mesh);
-    append_attributes(whole, mesh, has, warnings);
-    whole.material_files.insert(whole.material_files.end(), mesh.material_files.begin(),
-                                mesh.material_files.end());
+    append_positions(joined_mesh, mesh);
+    append_attributes(joined_mesh, mesh, has, warnings);
+    joined_mesh.material_files.insert(joined_mesh.material_files.end(), mesh.material_files.begin(),
+                                      mesh.material_files.end());
   }
-  return whole;
+  return joined_mesh;
 }
 
 }  // namespace kiln

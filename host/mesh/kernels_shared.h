@@ -1,4 +1,4 @@
-// The structs that host and kernels share.
+// Structs that host and kernels share.
 #pragma once
 
 #include "shared/assess.h"

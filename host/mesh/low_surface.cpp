@@ -41,8 +41,8 @@ void apply_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& 
   corner.inward = static_cast<float>(dot(in, to_double(corner.direction)));
 }
 
-/// Default length of rays from a cage: twice the largest distance to the cage, or between shells, since rays may be
-/// more oblique than the offsets of the vertices.
+/// Default length of rays from a cage: twice the largest distance to the cage, or between shells, because rays may be
+/// more oblique than the offsets at the vertices.
 double longest_ray(const LowSurface& surface) {
   double outward = 0, inward = 0;
   for (const std::size_t i : surface.usable_triangles()) {
@@ -72,7 +72,7 @@ bool use_given_tangent(const Tangent& given, Vec3& direction, float& sign) {
 }
 
 /// The caller's tangents, completed by MikkTSpace's where they are missing.
-/// \param at  returns position and normal of a corner
+/// \param at  function that returns position and normal of a corner
 template <typename At>
 std::vector<Tangent> corner_tangents(const Mesh& low, const At& at) {
   const std::size_t count = low.triangles.size();
@@ -128,8 +128,9 @@ std::vector<float> LowSurface::shell(bool inner) const {
     values[6 * t + 2] = unit.z;
     for (std::size_t k = 0; k < 3; ++k) {
       const Corner& corner = triangles[t][k];
-      const double off = inner ? corner.inward : corner.outward;
-      values[6 * t + 3 + k] = static_cast<float>(off * dot(to_double(corner.direction), normal));
+      const double shell_distance = inner ? corner.inward : corner.outward;
+      values[6 * t + 3 + k] =
+          static_cast<float>(shell_distance * dot(to_double(corner.direction), normal));
     }
   }
   return values;
@@ -187,7 +188,7 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
           corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
         }
         if (!directions.empty()) {
-          // Opposite normals of a card without thickness cancel out: each side uses its own normal.
+          // The opposite normals of a card without thickness cancel out, so each side uses its own normal.
           corner.direction = directions[vertex] == Vec3{} ? corner.normal : directions[vertex];
         }
         if (!corners.outer.empty()) apply_cage(corners, 3 * t + k, corner);

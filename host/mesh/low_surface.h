@@ -18,10 +18,10 @@ struct LowSurface {
   class UsableTriangles;
   struct Corner {
     Vec3 position;
-    /// Unit vector of the continuous field along which rays leave; with a cage of CageKind::offsets, the unnormalized
+    /// Direction of rays: a unit vector of a continuous field; with a cage of CageKind::offsets, the unnormalized
     /// offset from the surface to the cage.
     Vec3 direction;
-    Vec3 normal;     ///< Unit shading normal of this corner (split at hard edges).
+    Vec3 normal;     ///< Unit shading normal of this corner (split at hard edges)
     Vec3 tangent;    ///< Unit tangent by MikkTSpace
     float sign = 1;  ///< Bitangent = sign * cross(normal, tangent)
     Vec2 uv;
@@ -30,19 +30,22 @@ struct LowSurface {
     float inward = 0;   ///< For CageKind::shells: distance at which rays end inside
   };
   std::vector<std::array<Corner, 3>> triangles;
-  std::vector<std::uint8_t> usable;  ///< 0 for non-finite and degenerate triangles.
-  /// Triangles with finite UVs, which are few in a texture set. Others have NaN UVs and undefined tangents.
+  /// 1 for each usable triangle; 0 if it is non-finite or degenerate
+  std::vector<std::uint8_t> usable;
+  /// Triangles with finite UVs, which are few in a texture set. All other triangles have NaN UVs and undefined
+  /// tangents.
   std::vector<std::uint32_t> with_uvs;
   static constexpr std::uint32_t kNoCopy = 0xFFFFFFFFU;
-  /// By triangle, the triangle that is baked in its place because both share texels; kNoCopy: it is baked itself.
-  /// Empty if there are no UV copies.
+  /// For each triangle, the triangle that is baked instead because both share texels; kNoCopy if the triangle itself
+  /// is baked. Empty if there are no UV copies.
   std::vector<std::uint32_t> copy_of;
   bool has_cage_mesh = false;
   CageKind cage_kind = CageKind::offsets;     ///< Kind of the cage mesh, if there is one
   std::shared_ptr<const CageHull> cage_hull;  ///< The hull, for CageKind::hull
-  /// With a cage mesh: default length of rays. For hulls, CageReach computes it instead.
+  /// Default length of rays from a cage mesh. For hulls, CageReach computes the length instead.
   double cage_length = 0;
-  /// Cached arrays that depend on everything except the UVs. Shared by copies of this struct, whose UVs may differ.
+  /// Cached arrays that depend on everything except the UVs. Copies of this struct share them, although their UVs may
+  /// differ.
   std::shared_ptr<MadeOnce> made = std::make_shared<MadeOnce>();
 
   /// Prepares a mesh: continuous directions, corner normals and tangents, all in `frame`.
@@ -51,14 +54,14 @@ struct LowSurface {
   /// \throws Error(input) if the mesh has no UVs or no usable triangle
   static LowSurface of(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr,
                        UvCopies copies = UvCopies::plain);
-  // The steps of of(), for texture sets: meshes that only differ in UVs and tangents.
+  // Separate steps of of() for texture sets, which are meshes that only differ in UVs and tangents.
   /// \throws Error(input) for an invalid mesh, or one without UVs
   static void check(const Mesh& low);
   /// Everything except UVs, tangents and UV copies.
   static LowSurface without_uvs(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr);
   /// Triangles of a valid mesh with finite UVs.
   static std::vector<std::uint32_t> find_with_uvs(const Mesh& low);
-  /// Replaces UVs and tangents by those of a valid mesh; find_uv_copies() follows.
+  /// Replaces UVs and tangents by those of a valid mesh; find_uv_copies() must be called afterwards.
   /// \param laid_out  find_with_uvs(low)
   void lay_out(const Mesh& low, std::vector<std::uint32_t> laid_out);
 

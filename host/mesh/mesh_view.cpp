@@ -108,7 +108,7 @@ Mesh to_mesh(const MeshView& view) {
     mesh.colors.resize(view.colors.size());
     for_all(view.colors.size(), [&](std::size_t i) { mesh.colors[i] = view.colors[i]; });
   }
-  validate(mesh);  // Before indices are used
+  validate(mesh);  // Validates before indices are used
   copy_tangents(view, mesh);
   return mesh;
 }

@@ -34,33 +34,33 @@ constexpr std::array<Signs, 8> kMirrors = {{{1, 1, 1},
                                             {-1, -1, 1},
                                             {-1, 1, -1},
                                             {1, -1, -1}}};
-constexpr std::size_t kAsIs = 0, kTurned = 1;
+constexpr std::size_t kUnchanged = 0, kTurned = 1;
 
-/// Cosine between a triangle and its best-fitting normals below which they are opposed.
+/// Cosine between a triangle's face and its best-fitting normals below which the normals count as opposed.
 constexpr double kMaxOpposedCosine = -0.2;
-/// Smallest share of a part's area that must be opposed.
+/// Smallest share of a part's area with opposed normals at which the part is changed.
 constexpr double kMinOpposedShare = 0.95;
 /// Largest mean error (1 - cosine) of a part's normals after negation.
 constexpr double kMaxNegatedError = 0.1;
-/// The same for mirror images, which fit by chance more easily, so they must also be better by this factor than the
-/// original normals.
+/// Largest mean error of a part's normals after mirroring. Mirror images fit by chance more easily, so they must also
+/// be better than the original normals by the factor kMinMirrorGain.
 constexpr double kMaxMirrorError = 0.02, kMinMirrorGain = 10;
-/// Smallest number of triangles of an open part for detecting a mirror image.
+/// Smallest number of triangles of an open part in which mirror images are detected.
 constexpr std::uint32_t kMinMirrorTriangles = 16;
 /// Mean error of normals below which nothing is checked.
 constexpr double kMaxOrdinaryError = 0.02;
-/// Normals of an open part that fit neither as they are nor negated (mean error above kMinForeignError) imitate
-/// another shape on purpose. If such parts exceed kMaxForeignShare of the open area, no open part is changed.
+/// Normals of an open part that fit neither unchanged nor negated (mean error above kMinForeignError) imitate another
+/// shape on purpose. If such parts exceed kMaxForeignShare of the open area, no open part is changed.
 constexpr double kMinForeignError = 0.15, kMaxForeignShare = 0.2;
-/// Smallest flux of an open part, relative to its maximum, at which it counts as nearly closed; and smallest flux of
-/// a closed part, above rounding, at which it has an inside.
+/// Smallest flux of an open part, relative to the largest possible flux, at which the part counts as nearly closed;
+/// and smallest flux of a closed part at which it has an inside, above rounding.
 constexpr double kMinOpenFlux = 0.3, kMinClosedFlux = 1e-3;
 /// Relative flux below which the quick check suspects that a part faces inwards.
 constexpr double kMaxSuspectFlux = -0.02;
 constexpr std::size_t kGrain = std::size_t{1} << 15;
 
 struct SidePart {
-  double area = 0, opposed = 0;  // Doubled areas: total and opposed
+  double area = 0, opposed = 0;  // Doubled area, in total and with opposed normals
   std::array<double, kMirrors.size()> off{};
   double flux = 0, most_flux = 0;
   Vec3d middle{};
@@ -71,7 +71,7 @@ struct SidePart {
   bool is_used() const { return area > 0; }
   /// Flux out of the part's centre, relative to its maximum: positive if it faces outwards.
   double outward() const { return most_flux > 0 ? flux / most_flux : 0; }
-  /// 1: faces outwards; -1: faces inwards; 0: a sheet, which has no inside.
+  /// 1 if the part faces outwards, -1 if it faces inwards, 0 if it is a sheet, which has no inside.
   int side() const {
     const double least = open ? kMinOpenFlux : kMinClosedFlux;
     return outward() > least ? 1 : outward() < -least ? -1 : 0;
@@ -123,9 +123,9 @@ double agreement(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t 
 /// The parts of a mesh.
 struct MeshParts {
   std::vector<SidePart> list;
-  std::vector<std::uint32_t> of;  // By triangle, its part
+  std::vector<std::uint32_t> of;  // Part of each triangle
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
-      against;  // Pairs of triangles at an edge with opposite orientation
+      opposed_pairs;  // Pairs of triangles at an edge with opposite orientation
 };
 
 MeshParts parts_of(const Mesh& mesh) {
@@ -138,7 +138,7 @@ MeshParts parts_of(const Mesh& mesh) {
         const std::uint32_t a = sides[0].index / 3, b = sides.back().index / 3;
         if (sides.size() == 2 && a != b) {
           if (SideLists::forward(sides[0]) != SideLists::forward(sides[1])) return sets.join(a, b);
-          parts.against.push_back({a, b});
+          parts.opposed_pairs.push_back({a, b});
         }
         for (const SideLists::Item& side : sides) open[side.index / 3] = 1;
       });
@@ -174,9 +174,9 @@ MeshParts parts_of(const Mesh& mesh) {
     const SideFace face = face_of(mesh, t);
     if (face.area == 0) continue;
     SidePart& part = parts.list[parts.of[t]];
-    const Vec3d way = face.middle - part.middle;
-    part.flux += face.area * dot(way, face.normal);
-    part.most_flux += face.area * length(way);
+    const Vec3d offset = face.middle - part.middle;
+    part.flux += face.area * dot(offset, face.normal);
+    part.most_flux += face.area * length(offset);
   }
   return parts;
 }
@@ -184,13 +184,13 @@ MeshParts parts_of(const Mesh& mesh) {
 /// True if a quick check finds no unusual normals.
 bool is_ordinary(const Mesh& mesh) {
   const std::size_t pieces = (mesh.triangles.size() + kGrain - 1) / kGrain;
-  std::vector<std::pair<double, double>> sums(pieces);  // Area, and area times error, by chunk
+  std::vector<std::pair<double, double>> sums(pieces);  // Area, and area times error, of each chunk
   std::atomic<bool> opposed{false};
   parallel_for(mesh.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const SideFace face = face_of(mesh, t);
       if (face.area == 0) continue;
-      const double cosine = agreement(mesh, {}, t, face.normal, kMirrors[kAsIs]);
+      const double cosine = agreement(mesh, {}, t, face.normal, kMirrors[kUnchanged]);
       if (cosine < kMaxOpposedCosine) opposed = true;
       sums[begin / kGrain].first += face.area;
       sums[begin / kGrain].second += face.area * (1 - cosine);
@@ -204,11 +204,11 @@ bool is_ordinary(const Mesh& mesh) {
   return !opposed && !(off > kMaxOrdinaryError * area);
 }
 
-/// Detected error of a part.
+/// A detected error of a part.
 struct Fault {
-  std::size_t mirror = kAsIs;  ///< Mirroring that makes the normals fit the faces
-  bool faces = false;          ///< True if the faces are wrong, not the normals
-  bool decided = false;
+  std::size_t mirror = kUnchanged;  ///< Mirroring after which the normals fit the faces
+  bool faces = false;               ///< True if the faces are wrong, not the normals
+  bool is_decided = false;
 };
 
 class FaultFinder {
@@ -220,12 +220,12 @@ class FaultFinder {
     for (std::size_t p = 0; p < parts.list.size(); ++p) {
       if (!(parts.list[p].open && styled)) faults_[p].mirror = mirror_of(parts.list[p]);
     }
-    decide();
+    find_faults();
   }
   const Fault& fault(std::uint32_t triangle) const { return faults_[parts_.of[triangle]]; }
   bool has_foreign_part(std::uint32_t triangle) const {
     const SidePart& part = parts_.list[parts_.of[triangle]];
-    return fault(triangle).mirror == kAsIs && part.triangles >= kMinMirrorTriangles &&
+    return fault(triangle).mirror == kUnchanged && part.triangles >= kMinMirrorTriangles &&
            2 * part.opposed > part.area;
   }
 
@@ -242,7 +242,7 @@ class FaultFinder {
       for (std::size_t m = 0; m < kMirrors.size(); ++m) {
         const double cosine = agreement(mesh, smooth, t, face.normal, kMirrors[m]);
         part.off[m] += face.area * (1 - cosine) / part.area;
-        if (m == kAsIs && cosine < kMaxOpposedCosine) part.opposed += face.area;
+        if (m == kUnchanged && cosine < kMaxOpposedCosine) part.opposed += face.area;
       }
     }
   }
@@ -262,29 +262,31 @@ class FaultFinder {
   }
 
   static std::size_t mirror_of(const SidePart& part) {
-    if (!part.is_used()) return kAsIs;
+    if (!part.is_used()) return kUnchanged;
     if (part.opposed >= kMinOpposedShare * part.area && part.off[kTurned] < kMaxNegatedError)
       return kTurned;
-    if (part.open && part.triangles < kMinMirrorTriangles) return kAsIs;
+    if (part.open && part.triangles < kMinMirrorTriangles) return kUnchanged;
     const auto best = std::min_element(part.off.begin(), part.off.end());
-    if (!(*best < kMaxMirrorError && kMinMirrorGain * *best < part.off[kAsIs])) return kAsIs;
-    // Flat parts and rods fit several mirrorings.
+    if (!(*best < kMaxMirrorError && kMinMirrorGain * *best < part.off[kUnchanged]))
+      return kUnchanged;
+    // Flat parts and rods may fit several mirrorings.
     const auto fits = [&](std::size_t m) { return part.off[m] < *best + 1e-6; };
-    if (fits(kAsIs)) return kAsIs;
+    if (fits(kUnchanged)) return kUnchanged;
     return fits(kTurned) ? kTurned : static_cast<std::size_t>(best - part.off.begin());
   }
 
-  void decide() {
+  void find_faults() {
     std::vector<std::uint32_t> faulty, solid;
     for (std::uint32_t p = 0; p < faults_.size(); ++p) {
-      if (faults_[p].mirror == kAsIs) continue;
+      if (faults_[p].mirror == kUnchanged) continue;
       faulty.push_back(p);
       if (parts_.list[p].side() == 0) continue;
-      faults_[p].decided = true;
+      faults_[p].is_decided = true;
       faults_[p].faces = parts_.list[p].side() < 0;
       solid.push_back(p);
     }
-    // From the largest part on: a part within another, such as the inner wall of a shell, has the same error.
+    // Parts are processed from the largest to the smallest, since a part within another, such as the inner wall of a
+    // shell, has the same error.
     const auto size = [&](std::uint32_t p) { return std::abs(parts_.list[p].flux); };
     std::stable_sort(solid.begin(), solid.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return size(a) > size(b); });
@@ -298,21 +300,21 @@ class FaultFinder {
     }
     double faces = 0, normals = 0;  // Total areas of the parts with either error
     for (const std::uint32_t p : solid) (faults_[p].faces ? faces : normals) += parts_.list[p].area;
-    // A faulty part whose faces oppose a correct neighbour is reversed.
-    for (const auto& [a, b] : parts_.against) {
+    // A faulty part whose faces are opposed to a correct neighbour is reversed.
+    for (const auto& [a, b] : parts_.opposed_pairs) {
       for (const auto& [own, other] :
            {std::pair(parts_.of[a], parts_.of[b]), std::pair(parts_.of[b], parts_.of[a])}) {
-        if (faults_[own].mirror == kAsIs || faults_[own].decided ||
-            faults_[other].mirror != kAsIs) {
+        if (faults_[own].mirror == kUnchanged || faults_[own].is_decided ||
+            faults_[other].mirror != kUnchanged) {
           continue;
         }
-        faults_[own].decided = faults_[own].faces = true;
+        faults_[own].is_decided = faults_[own].faces = true;
       }
     }
     for (const std::uint32_t p : faulty) {
-      if (faults_[p].decided) continue;
+      if (faults_[p].is_decided) continue;
       faults_[p].faces = faces != normals ? faces > normals : trust_ == Trusted::normals;
-      faults_[p].decided = faces != normals;
+      faults_[p].is_decided = faces != normals;
     }
   }
 
@@ -338,7 +340,7 @@ class OtherNormals {
                                  own.z * static_cast<float>(signs[2])});
       }
       n = found->second;
-      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent.
+      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent
     }
   }
 
@@ -362,21 +364,21 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
   AgreedNormals result;
   if (mesh.normal_triangles.empty() || is_ordinary(mesh)) return result;
   MeshParts parts = parts_of(mesh);
-  const FaultFinder judge(mesh, parts, trust);
+  const FaultFinder finder(mesh, parts, trust);
   OtherNormals other(mesh);
   std::optional<std::uint32_t> first;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Fault& fault = judge.fault(t);
-    const bool strange = judge.has_foreign_part(t);
+    const Fault& fault = finder.fault(t);
+    const bool strange = finder.has_foreign_part(t);
     if (strange) ++result.strange;
-    if ((strange || fault.mirror != kAsIs) && !first) first = t;
-    if (fault.mirror == kAsIs) continue;
+    if ((strange || fault.mirror != kUnchanged) && !first) first = t;
+    if (fault.mirror == kUnchanged) continue;
     Signs signs = kMirrors[fault.mirror];
     if (fault.faces) {
       for (double& sign : signs) sign = -sign;
     }
     const bool turned = std::equal(signs.begin(), signs.end(), kMirrors[kTurned].begin());
-    const bool as_is = std::equal(signs.begin(), signs.end(), kMirrors[kAsIs].begin());
+    const bool as_is = std::equal(signs.begin(), signs.end(), kMirrors[kUnchanged].begin());
     if (!as_is && !turned && !mesh.tangents.empty()) {
       throw Error(ErrorCode::input,
                   "Mesh '" + mesh.name +
@@ -388,7 +390,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
     if (fault.faces) reverse_triangle(mesh, t);
     ++(fault.faces ? result.faces : result.normals);
     result.mirrored += as_is || turned ? 0 : 1;
-    result.unclear += fault.decided ? 0 : 1;
+    result.unclear += fault.is_decided ? 0 : 1;
   }
   result.first = first.value_or(0);
   return result;
@@ -396,7 +398,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
 
 namespace {
 
-/// Quick check with parts by shared vertices.
+/// Quick check, with parts connected over shared vertices.
 bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
   DisjointSets sets(mesh.positions.size());
   for (const Triangle& t : triangles) {
@@ -411,13 +413,13 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
       area += face.area;
     }
     void add_flux(const SideFace& face, const Sums& part) {
-      const Vec3d way = face.middle - part.middle * (1 / part.area);
-      flux += face.area * dot(way, face.normal);
-      most += face.area * length(way);
+      const Vec3d offset = face.middle - part.middle * (1 / part.area);
+      flux += face.area * dot(offset, face.normal);
+      most += face.area * length(offset);
     }
     bool may_face_inwards() const { return flux < kMaxSuspectFlux * most; }
   };
-  // Numbers of parts, by the vertex that stands for one.
+  // Number of each part, indexed by the vertex that identifies it.
   std::vector<std::uint32_t> number(mesh.positions.size(), 0);
   std::vector<Sums> sums;
   for (const Triangle& t : triangles) {
@@ -426,7 +428,7 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
     sums.emplace_back();
     of = static_cast<std::uint32_t>(sums.size());
   }
-  if (sums.size() == 1) {  // All threads sum up pieces.
+  if (sums.size() == 1) {  // All threads sum chunks of a single part
     std::vector<Sums> pieces((triangles.size() + kGrain - 1) / kGrain);
     const auto each = [&](const auto& add) {
       parallel_for(triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {

@@ -13,11 +13,11 @@
 namespace kiln {
 namespace {
 
-/// Ratio of a sum's length to the summed lengths below which it is rounding and has no direction, as for faces back
-/// to back.
+/// Ratio of a sum's length to the summed lengths of its terms below which the sum is a rounding error without
+/// direction, as for faces back to back.
 constexpr double kMinSumRatio = 1e-3;
-/// Agreement at which the mesh's normals decide where face normals cancel out: on a card without thickness, each side
-/// may have its own normals.
+/// Minimum agreement of the mesh's normals with a face; from it on, they replace face normals that cancel out: on a
+/// card without thickness, each side may have its own normals.
 constexpr double kMinAgreement = 0.25;
 
 }  // namespace
@@ -47,7 +47,7 @@ Vec3 normalized_sum(const Vec3d& sum, double total) {
 
 namespace {
 
-/// Calls add(triangle index, weights) in triangle order, while the weights are computed in parallel.
+/// Calls add(triangle index, weights) in triangle order; the weights are computed in parallel.
 template <typename Add>
 void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                       std::span<const std::uint32_t> polygons, const Add& add) {
@@ -80,7 +80,7 @@ std::vector<Vec3> normalized(const std::vector<Vec3d>& sums, const std::vector<d
 }
 
 /// Angle-weighted face normals summed per vertex; zero if they cancel out.
-/// \param sums_of  returns the sums to which a triangle's corners add
+/// \param sums_of  function that returns the sums to which a triangle's corners are added
 std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons,
@@ -105,7 +105,7 @@ void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Trian
     if (std::none_of(corners.triangles[i].begin(), corners.triangles[i].end(), is_zero)) return;
     const Vec3d face = corner_weights(positions, triangles[i]).normal;
     const auto added = static_cast<std::uint32_t>(corners.normals.size());
-    // A triangle without area is never hit, so any unit vector will do.
+    // A triangle without area is never hit, so every unit vector is acceptable.
     corners.normals.push_back(length(face) > 0 ? to_float(face) : Vec3{0, 0, 1});
     for (std::uint32_t& index : corners.triangles[i]) {
       if (is_zero(index)) index = added;
@@ -150,7 +150,7 @@ std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons) {
   std::vector<Vec3> result = summed_normals(positions, triangles, polygons, triangles);
-  // If the normals cancel out: the first face's normal; without faces: up.
+  // If the normals cancel out, the first face's normal is used; without faces, the vector (0, 0, 1).
   for_each_alive(triangles.size(), [&](std::size_t i) {
     for (const std::uint32_t vertex : triangles[i]) {
       if (result[vertex] != Vec3{}) continue;

@@ -23,8 +23,8 @@ CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& tr
 /// vectors). At each of its corners, the first triangle has the polygon's interior angle and the others have 0, so
 /// that sums over triangles are sums over polygons. A polygon that visits a vertex twice, or has no area, is treated
 /// as separate triangles.
-/// \param polygons    as Mesh::polygons; empty: each triangle is one
-/// \param begin, end  computes the polygons whose first triangle is in this range, completely
+/// \param polygons    polygons as Mesh::polygons; if empty, each triangle is a polygon
+/// \param begin, end  computes all triangles of the polygons whose first triangle is in this range
 /// \param weights     [out] weights[i] is triangle begin + i's
 void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                     std::span<const std::uint32_t> polygons, std::size_t begin, std::size_t end,
@@ -44,7 +44,7 @@ void warn_of_normals(const Mesh& mesh, std::vector<Warning>& warnings);
 /// Angle-weighted unit normals, one per vertex (Thürmer and Wüthrich 1998), summed in double precision in triangle
 /// order, so that the result does not depend on threads. Degenerate and non-finite triangles do not count; a vertex
 /// without other triangles gets (0, 0, 1).
-/// \param polygons  as Mesh::polygons: weighs the corners of polygons instead
+/// \param polygons  polygons as Mesh::polygons, whose corners are weighted instead of those of triangles
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons = {});
@@ -55,13 +55,13 @@ struct CornerNormals {
   std::vector<Triangle> triangles;
 };
 
-/// The mesh's own corner normals if it has some (invalid ones replaced by computed ones), else angle-weighted vertex
-/// normals, shared by vertices of equal position.
+/// The mesh's own corner normals if there are any (invalid ones are replaced by computed ones), otherwise
+/// angle-weighted vertex normals that vertices of equal position share.
 /// \param frame_positions  the mesh's positions in the working frame
 CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_positions);
 
 /// One unit direction per vertex, identical for all vertices of exactly equal position: the angle-weighted mean of
-/// all corner normals there. Rays along it leave no gaps at hard edges or split vertices.
+/// all corner normals at that position. Rays along it leave no gaps at hard edges or split vertices.
 std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
                                         std::span<const Triangle> triangles,
                                         const CornerNormals& corners);

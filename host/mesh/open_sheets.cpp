@@ -22,7 +22,7 @@ Vec3d normal_of(const std::array<LowSurface::Corner, 3>& t) {
   return cross(to_double(t[1].position) - a, to_double(t[2].position) - a);
 }
 
-/// Connected parts over welded corners, each named by one of its corners.
+/// Parts connected over welded corners; each part is identified by one of its corners.
 class Connection {
  public:
   explicit Connection(const LowSurface& surface) {
@@ -59,7 +59,7 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
     Part& part = parts[connection.part(t)];
     if (!(dot(normal_of(surface.triangles[t]), part.normal) > 0)) part.one_side = false;
   }
-  // Most parts are closed, and have no single side: sorting is skipped for them.
+  // Most parts are closed, so that no side lacks a partner; sides of these need not be sorted.
   std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>> sides;
   for (const std::uint32_t t : surface.usable_triangles()) {
     const std::uint32_t name = connection.part(t);

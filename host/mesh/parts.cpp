@@ -16,10 +16,11 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMaxNamesInWarning = 5;  // Names in a warning
+constexpr std::size_t kMaxNamesInWarning = 5;  // Maximum number of names in a warning
 constexpr std::size_t kMaxNameLength = 80;     // Longest name in a message, in characters
-constexpr std::size_t kMaxEdits = 32;          // A name with more edits is not similar
-constexpr std::size_t kMaxSampledNames = 64;   // Names from which patterns are guessed
+constexpr std::size_t kMaxEdits = 32;          // A name with a larger edit distance is not similar
+// Maximum number of names from which patterns are guessed
+constexpr std::size_t kMaxSampledNames = 64;
 constexpr std::size_t kMaxPatternGuesses = 8;
 
 /// The shortest text for which the pattern's first `*` stands; empty for a pattern without one. nullopt if the text
@@ -47,7 +48,7 @@ std::optional<std::string_view> first_star(std::string_view text, std::string_vi
   return text.substr(first, star_end - first);
 }
 
-/// A name without Blender's copy suffix, such as `.001`; the whole name if it has none.
+/// A name without Blender's copy suffix, such as `.001`; the whole name if it has no such suffix.
 std::string_view without_copy_number(std::string_view name) {
   const std::size_t dot = name.find_last_not_of("0123456789");
   const bool numbered = dot != std::string_view::npos && name[dot] == '.' && name.size() - dot > 3;
@@ -71,12 +72,12 @@ class PartNamer {
   /// The part of a group.
   std::string operator()(const std::string& group, PartSide side) const {
     if (auto part = match_rule(group, side)) return *part;
-    // Not for lists: these name all pairs, so no other names match.
+    // Lists name all pairs, so other names of a list have no part.
     if (names_.by != PartsBy::list) return group;
     return (side == PartSide::low ? "low\n" : "high\n") + group;
   }
 
-  /// The part by the patterns or the list; nullopt if the name matches none.
+  /// The part according to the patterns or the list; nullopt if the name matches none of them.
   std::optional<std::string> match_rule(const std::string& group, PartSide side) const {
     if (names_.by == PartsBy::list) {
       const auto pair = (side == PartSide::low ? of_low_ : of_high_).first(group);
@@ -85,7 +86,7 @@ class PartNamer {
     if (names_.by != PartsBy::name) return std::nullopt;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
       const std::string text = lower_case(name);
-      // A low poly that was made from the high poly keeps the high poly's names.
+      // A low poly that was simplified from the high poly has the high poly's names.
       const bool is_low = side == PartSide::low;
       for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {
         if (patterns == nullptr) continue;
@@ -106,7 +107,7 @@ class PartNamer {
     void add(const std::string& pattern, std::size_t pair) {
       const std::size_t first = pattern.find('*');
       if (first == std::string::npos) {
-        whole_.emplace(pattern, pair);
+        literal_.emplace(pattern, pair);
         return;
       }
       const std::size_t last = pattern.rfind('*');
@@ -122,8 +123,8 @@ class PartNamer {
     }
     std::optional<std::size_t> first(const std::string& name) const {
       std::optional<std::size_t> pair;
-      if (const auto whole = whole_.find(name); whole != whole_.end()) pair = whole->second;
-      std::unordered_set<const Patterns*> tried;
+      if (const auto whole = literal_.find(name); whole != literal_.end()) pair = whole->second;
+      std::unordered_set<const Patterns*> tried_patterns;
       for (const auto& [sizes, by_key] : patterns_) {
         const auto& [head, tail, middle] = sizes;
         if (head + tail + middle > name.size()) continue;
@@ -133,7 +134,7 @@ class PartNamer {
         for (std::size_t at = head; at + middle <= (middle == 0 ? head : end); ++at) {
           key.replace(fixed, key.size() - fixed, name, at, middle);
           const auto with = by_key.find(key);
-          if (with == by_key.end() || !tried.insert(&with->second).second) continue;
+          if (with == by_key.end() || !tried_patterns.insert(&with->second).second) continue;
           for (const auto& [pattern, number] : with->second) {
             if (pair && *pair <= number) break;
             if (first_star(name, pattern)) pair = number;
@@ -145,13 +146,13 @@ class PartNamer {
 
    private:
     using Patterns = std::vector<std::pair<std::string, std::size_t>>;
-    std::unordered_map<std::string, std::size_t> whole_;
-    /// By the lengths of a key's three texts, then by the key.
+    std::unordered_map<std::string, std::size_t> literal_;
+    /// Patterns by the lengths of a key's three texts, then by the key.
     std::map<std::array<std::size_t, 3>, std::unordered_map<std::string, Patterns>> patterns_;
   };
 
   const PartNames& names_;
-  std::vector<std::string> low_, high_;  // In lower case
+  std::vector<std::string> low_, high_;  // Names in lower case
   PatternList of_low_, of_high_;
 };
 
@@ -176,7 +177,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
   return row.back();
 }
 
-/// The most similar name, the first of equals; null if none is similar.
+/// The most similar name, or the first of several such names; null if no name is similar.
 const std::string* most_similar_name(const std::string& name,
                                      const std::vector<std::string>& others) {
   const std::string* nearest = nullptr;
@@ -212,14 +213,14 @@ NameKind name_kind_of(PartsBy by) {
 
 /// A mesh's groups, objects or materials, and the parts to which they belong.
 struct NamedGroups {
-  const std::vector<std::uint32_t>* of;  ///< Per triangle, its group
+  const std::vector<std::uint32_t>* of;  ///< Group of each triangle
   std::vector<std::string> used;         ///< Names of groups with triangles
-  std::vector<std::string> used_parts;   ///< Part of each of these groups
-  std::vector<std::string> part_of;      ///< Per group, its part
+  std::vector<std::string> used_parts;   ///< Part of each element of `used`
+  std::vector<std::string> part_of;      ///< Part of each group
   std::vector<std::size_t> groups_used;  ///< Number of groups per element of `used`
-  /// Per group: parts for the separate words of an OBJ group with several names ("g head_high skin"), in case the
-  /// whole name matches nothing. First those that match a pattern or the list, then the others. Empty for most
-  /// groups.
+  /// For each group, parts for the single words of an OBJ group with several names ("g head_high skin"), used if the
+  /// whole name matches nothing. The first list has words that match a pattern or the list of names, the second one
+  /// the other words. Empty for most groups.
   std::vector<std::array<std::vector<std::string>, 2>> words;
 
   NamedGroups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, PartSide side) {
@@ -244,7 +245,7 @@ struct NamedGroups {
     words.resize(all.size());
     for (std::size_t g = 0; g < all.size(); ++g) {
       part_of.push_back(part_name(all[g], side));
-      // The name of an object (`o`) is one name, even with blanks.
+      // The name of an object (`o`) is a single name, even with blanks.
       if (has_several && !of_objects.contains(all[g])) {
         words[g] = parts_of_words(all[g], part_name, side, names.by);
       }
@@ -334,8 +335,8 @@ struct PatternPair {
   auto operator<=>(const PatternPair&) const = default;
 };
 
-/// Patterns from the common prefix and suffix of two names: whole, and cut at the end of a word. Names of parts have
-/// at least two letters.
+/// Patterns from the common prefix and suffix of two names: complete, and cut at the end of a word. Names of parts
+/// have at least two letters.
 std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high) {
   constexpr std::string_view kBetween = "_-. ";
   const auto head = static_cast<std::size_t>(
@@ -369,19 +370,19 @@ std::size_t pairs_by(const PartNames& names, const NamedGroups& low, const Named
       [&](const std::string& name) { return parts.contains(part_name(name, PartSide::low)); }));
 }
 
-/// Describes patterns that would pair more groups of the low poly; empty if there are none. They are those shared by
-/// most unpaired names and their most similar names.
+/// Describes patterns that would pair more groups of the low poly; empty if there are none. The suggested patterns
+/// are those that fit most pairs of an unpaired name and its most similar name.
 Message suggest_patterns(const PartNames& names, const NamedGroups& low, const NamedGroups& high,
                          const std::map<std::string, std::uint32_t>& pairs) {
   if (names.by != PartsBy::name) return {};
   std::map<PatternPair, std::size_t> votes;
-  std::size_t asked = 0, paired = 0;
+  std::size_t sampled = 0, paired = 0;
   for (std::size_t g = 0; g < low.used.size(); ++g) {
     if (pairs.contains(low.used_parts[g])) {
       ++paired;
       continue;
     }
-    if (++asked > kMaxSampledNames || low.used[g].size() > kMaxNameLength) continue;
+    if (++sampled > kMaxSampledNames || low.used[g].size() > kMaxNameLength) continue;
     const std::string* nearest = most_similar_name(low.used[g], high.used);
     if (nearest == nullptr || nearest->size() > kMaxNameLength) continue;
     for (const PatternPair& patterns : patterns_of(low.used[g], *nearest)) ++votes[patterns];

@@ -9,11 +9,11 @@
 namespace kiln {
 namespace {
 
-// Share of a quad's area below which a triangle is a needle, with its third corner on the opposite side up to
+// Share of a quad's area below which a triangle is a needle, whose third corner lies on the opposite side, up to
 // rounding.
 constexpr double kMinNeedleShare = 1e-4;
 
-/// The start at which the list of positions is least in lexicographic order (Shiloach 1981).
+/// The start from which the cyclic list of positions is the smallest in lexicographic order (Shiloach 1981).
 std::size_t least_start(PolygonCorners corners) {
   const std::size_t n = corners.size();
   std::size_t i = 0, j = 1, k = 0;
@@ -44,7 +44,8 @@ bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
     at[i] = {(corners[i][0] - corners[0][0]) / extent, (corners[i][1] - corners[0][1]) / extent,
              (corners[i][2] - corners[0][2]) / extent};
   }
-  const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);  // Twice the area, for both cuts
+  // Twice the quad's area vector, for both cuts
+  const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);
   const double whole = dot(normal, normal);
   const auto least = [&](std::size_t first) {
     const Vec3d &a = at[first], &b = at[first + 1], &c = at[first + 2], &d = at[(first + 3) % 4];

@@ -25,8 +25,8 @@ bool triangulate(std::span<const std::array<double, 3>> corners,
 
 /// Triangulation by another program's rule (kiln/mesh.h). Blender cuts quads between corners 1 and 3 if the other cut
 /// flips a triangle. It cuts larger polygons as its polyfill does, in single precision: ears from corner 0 on,
-/// skipping every other corner, with alternating direction. `shortest` cuts the ear with the shortest cut, the first
-/// of equals. If Blender's algorithm finds no ear, the rest becomes a fan.
+/// skipping every other corner, with alternating direction. `shortest` cuts the ear with the shortest cut, or the
+/// first of several such ears. If Blender's algorithm finds no ear, the remaining polygon becomes a fan.
 bool triangulate(std::span<const std::array<double, 3>> corners, Triangulation rule,
                  std::vector<std::array<std::uint32_t, 3>>& triangles);
 

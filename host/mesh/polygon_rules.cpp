@@ -63,7 +63,7 @@ class Polyfill {
     }
   }
 
-  /// \returns false if a corner that is no ear had to be cut
+  /// \returns false if a corner that is not an ear had to be cut
   bool run(Triples& triangles) {
     bool clean = true, back = false;
     std::uint32_t from = 0;
@@ -92,7 +92,7 @@ class Polyfill {
   }
 
  private:
-  /// 1: left (convex); -1: right; 0: straight.
+  /// Turn at corner b. 1: left (convex); -1: right; 0: straight.
   int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
     const auto &p = points_[a], &q = points_[b], &r = points_[c];
     const float twice = (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]);

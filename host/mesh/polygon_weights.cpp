@@ -16,8 +16,8 @@ struct Corner {
   std::uint32_t vertex, before, after;
 };
 
-/// Sides of the polygon, that is, sides of its triangles that only one of them has, in order of their vertices. Empty
-/// if they do not form one ring through as many vertices as the polygon has corners.
+/// Sides of the polygon in order of their vertices: the sides that belong to only one of its triangles. Empty if they
+/// do not form one ring through as many vertices as the polygon has corners.
 std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
@@ -52,7 +52,7 @@ std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
   return corners;
 }
 
-/// \returns true if the polygon can be weighted as one
+/// \returns true if the polygon's corners were weighted; false if its triangles must be weighted separately
 bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
            CornerWeights* weights) {
   Vec3d area{};
@@ -72,7 +72,7 @@ bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
     weights[t].normal = area * (1 / size);
   }
   // The first triangle at each corner gets the whole angle.
-  std::vector<bool> given(corners.size());
+  std::vector<bool> has_angle(corners.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const auto corner =
@@ -80,8 +80,8 @@ bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                            [](const Corner& a, std::uint32_t vertex) { return a.vertex < vertex; });
       if (corner == corners.end() || corner->vertex != triangles[t][k]) continue;
       const auto i = static_cast<std::size_t>(corner - corners.begin());
-      if (given[i]) continue;
-      given[i] = true;
+      if (has_angle[i]) continue;
+      has_angle[i] = true;
       const Vec3d at = to_double(positions[corner->vertex]);
       const Vec3d back = to_double(positions[corner->before]) - at;
       const Vec3d fore = to_double(positions[corner->after]) - at;

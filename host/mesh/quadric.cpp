@@ -24,7 +24,7 @@ Quadric& Quadric::operator*=(double weight) {
 
 Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   const Vec3d middle = (pa + pb) * 0.5;
-  // Solves for the step from the middle, with a slight pull to it, which keeps the matrix regular.
+  // Solves for the step from the middle. A slight pull to the middle keeps the matrix regular.
   const double pull = kMiddlePull * (xx + yy + zz);
   const double m00 = xx + pull, m11 = yy + pull, m22 = zz + pull;
   const Vec3d r = slope(middle) * -1.0;
@@ -33,7 +33,7 @@ Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   const double determinant = dot(row0, c12);
   const Vec3d step = (c12 * r.x + c20 * r.y + c01 * r.z) * (1 / determinant);
   const Vec3d edge = pb - pa;
-  if (dot(step, step) <= dot(edge, edge)) {  // Also false for NaN
+  if (dot(step, step) <= dot(edge, edge)) {  // The comparison is also false for NaN
     return middle + step;
   }
   const double at_a = at(pa), at_b = at(pb), at_middle = at(middle);
@@ -48,7 +48,7 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
   if (!(size_n > 0) || !(size_m > 0)) return sum;
   const double angle = std::atan2(length(cross(n, m)), dot(n, m));
   const double share = dot(n, d - a) < 0 ? kCurvatureWeight : kCurvatureWeight * kHollowWeight;
-  // Half for each of the two triangles, half of that for each end.
+  // Each of the two triangles gets half of the weight, and each vertex half of that.
   const double weight = share * angle * edge / 4;
   sum.add_plane(n * (1 / size_n), a, weight);
   sum.add_plane(m * (1 / size_m), a, weight);
@@ -65,7 +65,7 @@ Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double
 }
 
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face) {
-  // One triangle instead of two, and half for each end.
+  // There is one triangle instead of two; each vertex gets half of its weight.
   const double weight = kCurvatureWeight * std::numbers::pi * length(b - a) / 2;
   Quadric sum = standing_plane(a, b, face, weight);
   const double size = length(face);

@@ -8,19 +8,19 @@
 
 namespace kiln {
 
-/// Weighted sum of squared distances to planes: symmetric matrix, vector, constant (Garland and Heckbert 1997,
-/// "Surface Simplification Using Quadric Error Metrics", section 5).
+/// Weighted sum of squared distances to planes, as a symmetric matrix, a vector and a constant (Garland and Heckbert
+/// 1997, "Surface Simplification Using Quadric Error Metrics", section 5).
 struct Quadric {
   /// Weight of the pull towards an edge's middle, relative to the sum of all planes. Nearly parallel planes resist
-  /// motion only by the square of the angle between them: 1e-3 pulled vertices off shallow fillets, and 1e-6 still
-  /// did slightly.
+  /// motion only in proportion to the squared angle between them: 1e-3 pulled vertices off shallow fillets, and 1e-6
+  /// still did slightly.
   static constexpr double kMiddlePull = 1e-9;
 
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, x = 0, y = 0, z = 0, c = 0;
   /// Total weight of the surface's own planes; planes of constraints do not count.
   double area = 0;
 
-  /// \param normal  unit length
+  /// \param normal  unit normal
   void add_plane(const Vec3d& normal, const Vec3d& through, double weight);
   /// Adds weight * (gradient . p + offset)^2.
   void add_linear(const Vec3d& gradient, double offset, double weight);
@@ -33,7 +33,7 @@ struct Quadric {
   /// Half of the gradient at a point.
   Vec3d slope(const Vec3d& p) const;
   /// Position of the minimum, near the edge from a to b. A slight pull to the edge's middle resolves directions that
-  /// the planes leave free. If the minimum is far away, the best of a, b and the middle.
+  /// the planes leave free. If the minimum is far away, the result is the best of a, b and the middle.
   Vec3d best_near(const Vec3d& a, const Vec3d& b) const;
 };
 
@@ -61,16 +61,16 @@ inline Vec3d Quadric::slope(const Vec3d& p) const {
           xz * p.x + yz * p.y + zz * p.z + z};
 }
 
-/// Extra weight of planes on curved surfaces, per unit of curvature, which counts outlines: a point lies on the
-/// outline of a share of all views that is proportional to its curvature, so the error of outlines over all views is
-/// the integral of distance times curvature. Only flat surfaces weigh by area alone. For coordinates with a diagonal
-/// of about 1.
+/// Extra weight of planes per unit of curvature, which accounts for outlines: a point lies on the outline in a share
+/// of all views that is proportional to its curvature, so the error of outlines over all views is the integral of
+/// distance times curvature. Planes of flat surfaces have no extra weight. For coordinates with a diagonal of about
+/// 1.
 inline constexpr double kCurvatureWeight = 0.3;
-/// Factor on that weight for concave edges, which form no outlines but affect normals.
+/// Factor on kCurvatureWeight for concave edges, which form no outlines but affect normals.
 inline constexpr double kHollowWeight = 0.5;
 
-/// Planes of the two triangles at an edge from a to b, for one of its ends. They weigh by length times angle, which
-/// does not depend on how finely a curved surface is tessellated.
+/// Planes of the two triangles at an edge from a to b, for one of the edge's vertices. The weight is length times
+/// angle, whose sum does not depend on how finely a curved surface is tessellated.
 /// \param c, d  third corners: the triangles are abc and bad
 Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 
@@ -78,16 +78,17 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
 /// \param face  the triangle's normal, of any length
 Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight);
 
-/// bent_planes() of an open border. A border lies on the outline of every view that shows it, like an edge with a
-/// full turn. The triangle's plane weighs as much as the perpendicular one.
+/// bent_planes() of an open border. A border lies on the outline in every view that shows it, like an edge with a
+/// turn of 180 degrees. The triangle's plane and the perpendicular plane have equal weights.
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face);
 
-/// Weight of a line between two triangles, 0 to 1, relative to an open border: at a crease the faces already hold it.
+/// Weight of a line between two triangles, 0 to 1, relative to an open border: at a crease, the faces already hold
+/// the line.
 /// \param one, other  their normals, of any length
 double line_weight(const Vec3d& one, const Vec3d& other);
 
-/// Largest weight of lines, 0 to 1, given their total length. It falls from a quarter of all edges on and reaches 0
-/// at a half: if labels meet nearly everywhere, the shape has priority.
+/// Largest weight of lines, 0 to 1, given their total length. It decreases once lines are over a quarter of all
+/// edges, and is 0 if they are half of them: where labels meet nearly everywhere, the shape has priority.
 double max_line_weight(double length_of_lines, double length_of_edges);
 
 /// Planes perpendicular to the surface through a line on it, as for open borders.

@@ -16,7 +16,8 @@
 namespace kiln {
 namespace {
 
-/// Largest cosine at which a plane's shading counts as bent, and smallest share of the area for a warning.
+/// Largest cosine between a plane and its shading normal at which the shading counts as bent; and smallest share of
+/// the area with bent shading that causes a warning.
 constexpr double kMaxBentCosine = 0.93969262;  // Cosine of 20 degrees
 constexpr double kMinBentShare = 0.1;
 
@@ -51,8 +52,8 @@ bool is_bent(const std::vector<Vec3>& normals, const Triangle& corners, const Ve
   return dot(sum, to_double(plane)) < kMaxBentCosine * length(sum);
 }
 
-/// False if the mesh's normals are close to its faces' nearly everywhere. Takes a twentieth of the time of finding
-/// edges.
+/// False if the mesh's normals are close to its faces' nearly everywhere. This check takes a twentieth of the time
+/// for finding edges.
 bool may_be_bent(const Mesh& mesh) {
   double bent = 0, all = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -73,15 +74,15 @@ bool may_be_bent(const Mesh& mesh) {
 template <typename First, typename Second>
 double share_of_area(const Mesh& mesh, const FaceEdges& faces, const First& first,
                      const Second& second) {
-  double some = 0, all = 0;
+  double matching_area = 0, all = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     all += faces.areas[t];
-    if (first(t) && second(t)) some += faces.areas[t];
+    if (first(t) && second(t)) matching_area += faces.areas[t];
   }
-  return all > 0 ? some / all : 0;
+  return all > 0 ? matching_area / all : 0;
 }
 
-/// See ShadingReport::bent_planes. Cheap tests come first, as scans have hardly any planes.
+/// Computes ShadingReport::bent_planes. Cheap tests come first, as scans have hardly any planes.
 double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
   if (faces.left_out) return 0;
   std::vector<bool> plane(mesh.triangles.size());

@@ -13,7 +13,8 @@ namespace kiln {
 
 CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> groups) {
   const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
-  // Corners with equal keys share a normal: position, whether flat, and group or polygon.
+  // Key of a corner: its position, whether it is flat, and its group or polygon. Corners with equal keys share a
+  // normal.
   using Key = std::array<std::uint32_t, 3>;
   std::vector<Key> keys(3 * mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

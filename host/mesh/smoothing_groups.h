@@ -9,17 +9,17 @@
 
 namespace kiln {
 
-/// A triangle without a smoothing group: its polygon is flat.
+/// Group of triangles without a smoothing group, whose polygon is flat.
 inline constexpr std::uint32_t kFlatGroup = 0xFFFFFFFFU;
 
 /// Normals that are smooth within each group and split between groups, angle-weighted as vertex_normals(). Vertices
 /// of equal position count as one.
-/// \param groups  per triangle; kFlatGroup: none
+/// \param groups  group of each triangle; kFlatGroup: none
 CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> groups);
 
 /// Computes normals from smoothing groups as in 3DS and FBX, where a triangle may have several: normals are split at
 /// edges whose faces have no group in common. See give_fan_normals().
-/// \param masks  per triangle, one bit per group; 0: its polygon is flat
+/// \param masks  for each triangle, one bit per group; 0: the polygon is flat
 void give_group_normals(Mesh& mesh, std::span<const std::uint32_t> masks);
 
 }  // namespace kiln

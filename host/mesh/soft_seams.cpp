@@ -1,4 +1,4 @@
-// UV seams on edges with smooth normals.
+// Finds UV seams on edges with smooth normals.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,10 +18,10 @@ namespace {
 
 constexpr double kSameSeamCosine = 0.99996192306;  // Cosine of 0.5 degrees, as for hard edges
 
-/// A triangle's side, identified by its welded ends, a < b.
+/// A triangle's side, identified by its welded vertices, a < b.
 struct SeamSide {
   std::uint32_t a = 0, b = 0, triangle = 0;
-  std::uint8_t at_a = 0, at_b = 0;  ///< Triangle's corners at the ends
+  std::uint8_t at_a = 0, at_b = 0;  ///< The triangle's corners at both vertices
 };
 
 /// Two triangles with a common side.
@@ -102,7 +102,7 @@ double turn_degrees(const Surface& surface, const SharedSide& edge) {
          std::numbers::pi;
 }
 
-/// By triangle, true if it has a neighbour in its own plane.
+/// For each triangle, true if it has a neighbour in the same plane.
 std::vector<bool> find_flat_triangles(const Mesh& mesh, const Surface& surface,
                                       const std::vector<SharedSide>& sides) {
   constexpr double kMaxFlatDegrees = 1;
@@ -165,7 +165,7 @@ Mesh split_at_seams(const Mesh& mesh) {
     join(edge.one.at_a, edge.other.at_a);
     join(edge.one.at_b, edge.other.at_b);
   }
-  // By corner, 1 if it is joined already
+  // For each corner, 1 if it is joined already
   std::vector<std::uint8_t> at_seam(3 * mesh.triangles.size());
   for (const SharedSide& edge : edges) {
     if (!edge.parts_uvs || edge.hard) continue;
@@ -187,7 +187,7 @@ Mesh split_at_seams(const Mesh& mesh) {
   split.tangents.clear();
   split.normals = surface.normals.normals;
   split.normal_triangles = surface.normals.triangles;
-  std::vector<std::uint32_t> own(sums.size(), 0);  // Number of a group's normal + 1; 0: none yet
+  std::vector<std::uint32_t> own(sums.size(), 0);  // Index of each group's normal + 1; 0: none yet
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t all = corners.find(3 * t + k);

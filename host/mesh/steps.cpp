@@ -12,20 +12,20 @@
 namespace kiln {
 namespace {
 
-/// Edge length in steps below which edges are coarse. Vertices have errors of up to half a step, 0.3 on average per
-/// axis, so normals have errors of about 0.4 steps per edge length: 0.1 degrees.
+/// Minimum length of an edge in quantization steps. Vertices have errors of up to half a step, 0.3 steps on average
+/// per axis, so normals at edges of this length have errors of about 0.4 / 256 = 0.1 degrees.
 constexpr double kMinStepsPerEdge = 256;
 constexpr double kRadiansPerStep = 0.4;
-constexpr std::size_t kMaxSampledTriangles = 4096;  // Size of the sample
-/// Ratio of a vertex's distance to that of three quarters of all vertices above which it is an outlier: if steps are
-/// coarse, and in general.
+constexpr std::size_t kMaxSampledTriangles = 4096;  // Number of triangles in a sample
+/// A vertex is an outlier if its distance from the centre exceeds that of three quarters of all vertices by this
+/// factor: kOutlierRatio if steps are coarse, kExtremeOutlierRatio in all meshes.
 constexpr double kOutlierRatio = 16, kExtremeOutlierRatio = 1e5;
 
 /// Calls take(t) for evenly spaced triangles.
 template <typename Take>
 void for_sample(std::size_t count, const Take& take) {
-  const std::size_t every = count / kMaxSampledTriangles + 1;
-  for (std::size_t t = 0; t < count; t += every) take(t);
+  const std::size_t stride = count / kMaxSampledTriangles + 1;
+  for (std::size_t t = 0; t < count; t += stride) take(t);
 }
 
 std::array<double, 3> axes(const Vec3d& p) { return {p.x, p.y, p.z}; }
@@ -67,7 +67,7 @@ struct Bulk {
   }
 };
 
-/// Vertices of usable triangles, each once.
+/// Vertices of usable triangles, without duplicates.
 std::vector<std::uint32_t> used_vertices(const SteppedMesh& mesh) {
   std::vector<std::uint32_t> used;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -80,14 +80,16 @@ std::vector<std::uint32_t> used_vertices(const SteppedMesh& mesh) {
 
 /// Corners of a sample of usable triangles.
 std::vector<std::uint32_t> sample_vertices(const SteppedMesh& mesh) {
-  std::vector<std::uint32_t> some;
+  std::vector<std::uint32_t> sampled_corners;
   for_sample(mesh.triangles.size(), [&](std::size_t t) {
-    if (mesh.counts(t)) some.insert(some.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+    if (mesh.counts(t))
+      sampled_corners.insert(sampled_corners.end(), mesh.triangles[t].begin(),
+                             mesh.triangles[t].end());
   });
-  return some;
+  return sampled_corners;
 }
 
-/// Distance of the farthest vertex in radii; 0 if it is below kExtremeOutlierRatio.
+/// Distance of the farthest vertex, divided by the radius of the bulk; 0 if it is below kExtremeOutlierRatio.
 double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
   const double least = kExtremeOutlierRatio * bulk.radius;
   double farthest = least;
@@ -101,7 +103,7 @@ double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
                      reach = std::max(reach, bulk.distance(mesh, v));
                    }
                    if (reach > part && mesh.counts(t))
-                     part = reach;  // few are asked whether they count
+                     part = reach;  // So that `counts` is called for few triangles
                  }
                  const std::scoped_lock lock(mutex);
                  farthest = std::max(farthest, part);
@@ -109,7 +111,7 @@ double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
   return farthest > least ? farthest / bulk.radius : 0;
 }
 
-/// Describes the vertices that extend the box; empty if none is `far` radii from the centre.
+/// Describes the vertices that extend the box; empty if no vertex is `far` times the radius from the centre.
 std::string describe_outliers(const SteppedMesh& mesh, double far) {
   const std::vector<std::uint32_t> used = used_vertices(mesh);
   const Bulk bulk(mesh, used);
@@ -144,8 +146,9 @@ FloatGrid::FloatGrid(std::span<const Triangle> triangles,
     });
   };
   each([&](std::size_t k, double x) { most[k] = std::max(most[k], std::abs(x)); });
-  // Compares numbers in the largest binade: rounded values have both even and odd multiples of the step.
-  constexpr double kSlack = 1.0 / 16;  // Of a step: text files may hold floats with nine digits
+  // Compares numbers in the largest binade, in which rounded values are both even and odd multiples of the step.
+  // Tolerance as a share of a step: text files may hold floats with nine digits
+  constexpr double kSlack = 1.0 / 16;
   std::array<bool, 3> off{}, even{}, odd{};
   each([&](std::size_t k, double x) {
     if (most[k] == 0 || std::ilogb(x) != std::ilogb(most[k])) return;
@@ -201,9 +204,9 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
 }
 
 std::string stretched_box(const SteppedMesh& mesh) {
-  const std::vector<std::uint32_t> some = sample_vertices(mesh);
-  if (some.empty()) return {};
-  const Bulk bulk(mesh, some);
+  const std::vector<std::uint32_t> sampled_corners = sample_vertices(mesh);
+  if (sampled_corners.empty()) return {};
+  const Bulk bulk(mesh, sampled_corners);
   if (bulk.radius == 0) return {};
   const double reach = outlier_reach(mesh, bulk);
   const std::string far = reach > 0 ? describe_outliers(mesh, kExtremeOutlierRatio) : std::string();
@@ -219,9 +222,9 @@ Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
                         [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
                         [&](std::uint32_t v) { return to_double(mesh.positions[v]); },
                         {}};
-  const std::vector<std::uint32_t> some = sample_vertices(own);
-  if (some.empty()) return all;
-  const Bulk bulk(own, some);
+  const std::vector<std::uint32_t> sampled_corners = sample_vertices(own);
+  if (sampled_corners.empty()) return all;
+  const Bulk bulk(own, sampled_corners);
   const Vec3d low(all.low[0], all.low[1], all.low[2]), high(all.high[0], all.high[1], all.high[2]);
   const double reach = std::max(length(low - bulk.center), length(high - bulk.center));
   if (!(reach > kExtremeOutlierRatio * bulk.radius) || !(reach < kMaxOutlierRatio * bulk.radius))
@@ -234,7 +237,7 @@ Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
     if (whole.distance(own, v) > kExtremeOutlierRatio * whole.radius) continue;
     const std::array<double, 3> p = axes(own.position(v));
     for (std::size_t k = 0; k < 3; ++k) {
-      bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // Turns -0 into 0
+      bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // Adding 0 converts -0 to 0
       bounds.high[k] = std::max(bounds.high[k], p[k] + 0.0);
     }
   }

@@ -13,14 +13,15 @@
 
 namespace kiln {
 
-/// Quantization step of a vertex's coordinates in world units, and its axis. 0: as fine as double precision.
+/// Quantization step of a vertex's coordinates in world units, and its axis. A step of 0 means double precision.
 struct Step {
   double size = 0;
   std::size_t axis = 0;
 };
 
-/// Axes whose double-precision coordinates are all multiples of single-precision steps, so they were stored in single
-/// precision before. Axes on a coarser grid, such as whole metres, do not count, since they lost nothing.
+/// Axes whose double-precision coordinates are all multiples of single-precision steps, which shows that they were
+/// stored in single precision before. Axes on a coarser grid, such as whole metres, do not count, since rounding has
+/// not changed them.
 class FloatGrid {
  public:
   FloatGrid(std::span<const Triangle> triangles,
@@ -35,9 +36,10 @@ class FloatGrid {
 /// Accessors of a mesh whose coordinates are quantized.
 struct SteppedMesh {
   std::span<const Triangle> triangles;
-  /// True if the triangle is finite and has an area
+  /// Returns true if the triangle is finite and has an area
   std::function<bool(std::size_t triangle)> counts;
-  std::function<Vec3d(std::uint32_t vertex)> position;  ///< Best known position of a vertex
+  /// Returns the most precise known position of a vertex
+  std::function<Vec3d(std::uint32_t vertex)> position;
   std::function<Step(std::uint32_t vertex)> step;
 };
 
@@ -49,13 +51,13 @@ struct SteppedMesh {
 std::string coarse_steps(const SteppedMesh& mesh, const char* how);
 
 /// Describes vertices that lie over 100,000 times as far from the centre as three quarters of the others: single
-/// precision has no digits left for these, and lengths in % become meaningless. Only vertices of usable triangles
-/// count.
+/// precision has no digits left for the other vertices, and lengths in % become meaningless. Only vertices of usable
+/// triangles count.
 /// \returns the empty string if there are none
 std::string stretched_box(const SteppedMesh& mesh);
 
 /// Bounding box without the vertices that stretched_box() reports; `all` if there are none, or if one is more than
-/// 2^40 times as far out, whose square overflows single precision.
+/// 2^40 times as far out, since its square overflows single precision.
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all);
 
 /// coarse_steps() for a mesh's own floats and for rounding to the working frame; if both are fine, stretched_box().

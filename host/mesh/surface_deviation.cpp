@@ -13,13 +13,13 @@
 namespace kiln {
 namespace {
 
-/// Margins on bounds of squared distances for rounding: relative and absolute.
+/// Relative and absolute margin for rounding in bounds of squared distances.
 constexpr double kRoundingFactor = 1.0001, kRoundingOffset = 1e-14;
 
 /// Hash set of triangles by their corners, in any rotation.
 class KeptTriangles {
  public:
-  /// \param corners  three per triangle; must outlive this
+  /// \param corners  three corners per triangle; must outlive this object
   explicit KeptTriangles(std::span<const Vec3> corners)
       : corners_(corners), slots_(std::bit_ceil(corners.size() / 3 * 2 + 1), kNone) {
     for (std::size_t t = 0; 3 * t < corners.size(); ++t) {
@@ -97,7 +97,7 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
   std::vector<double> squared(report.samples);
   std::atomic<std::uint64_t> searched = 0;
   parallel_for(report.samples, 1024, [&](std::size_t begin, std::size_t end) {
-    Vec3d before{};
+    Vec3d previous_point{};
     std::uint64_t searches = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint64_t sample = distance_sample(i, report.samples, available);
@@ -110,16 +110,17 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
         squared[i] =
             squared_to_triangle(to_double(point), same, std::numeric_limits<double>::infinity());
       } else {
-        // Bounds the search by the previous sample's distance plus the distance from there.
+        // Bounds the search by the previous sample's distance plus the distance between the two samples.
         double within = std::numeric_limits<double>::infinity();
         if (i > begin) {
-          const double farthest = std::sqrt(squared[i - 1]) + length(to_double(point) - before);
+          const double farthest =
+              std::sqrt(squared[i - 1]) + length(to_double(point) - previous_point);
           within = kRoundingFactor * farthest * farthest + kRoundingOffset;
         }
         squared[i] = low.squared(point, within);
         ++searches;
       }
-      before = to_double(point);
+      previous_point = to_double(point);
     }
     searched += searches;
   });

@@ -15,15 +15,18 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kLeafSize = 4;
-/// Number of subtrees that are built in parallel, and fewest triangles of a range that is split for them.
+/// Number of subtrees that are built in parallel, and minimum number of triangles of a range that is split for this
+/// purpose.
 constexpr std::size_t kMaxSubtrees = 32, kMinSubtreeTriangles = 4096;
-/// A triangle is certainly farther than the best if its plane is, times kFartherFactor for rounding. Triangles with a
-/// squared sine below kMinSquaredSine are tested by their sides, as their plane is inaccurate.
+/// A triangle is certainly farther than the best one if its plane is, with the factor kFartherFactor as margin for
+/// rounding. Triangles with a squared sine below kMinSquaredSine are tested by their sides, as their plane is
+/// inaccurate.
 constexpr double kFartherFactor = 1.0001, kMinSquaredSine = 1e-12;
 
-/// Long diagonal triangles (hair, stems) have mostly empty, overlapping boxes, of which a search visits a constant
-/// share. If the boxes' total area exceeds kMaxBoxAreaRatio times that of the triangles, triangles are cut into
-/// pieces with separate boxes: one piece per kBoxAreaRatioPerPiece of a triangle's own ratio, at most kMaxPieces.
+/// Long diagonal triangles (hair, stems) have overlapping boxes that are mostly empty, and a search visits a constant
+/// share of all these boxes. If the boxes' total area exceeds kMaxBoxAreaRatio times that of the triangles, triangles
+/// are cut into pieces with separate boxes: the number of a triangle's pieces is its own ratio divided by
+/// kBoxAreaRatioPerPiece, at most kMaxPieces.
 constexpr double kMaxBoxAreaRatio = 6, kBoxAreaRatioPerPiece = 2;
 constexpr int kMaxPieces = 12;
 /// Number of triangles above which cutting takes longer than it saves.
@@ -123,7 +126,8 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                 static_cast<std::uint32_t>(i)};
   });
   boxes_.resize(boxes_of(items.size()));
-  // Splits level by level until there are enough parts for all threads; boxes above these are fitted last.
+  // Splits level by level until there are enough parts for all threads; boxes of the levels above these parts are
+  // fitted last.
   std::vector<Part> parts{{0, items.size(), 0}}, above;
   while (parts.size() < kMaxSubtrees && parts[0].last - parts[0].first > kMinSubtreeTriangles) {
     std::vector<std::array<Part, 2>> halves(parts.size());
@@ -157,7 +161,8 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
 
 /// Cuts triangles across their longest sides if their boxes are mostly empty.
 void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-  std::vector<double> waste(triangles.size());  // Ratio of the box's area to the triangle's
+  // For each triangle, the ratio of its box's area to its own area
+  std::vector<double> waste(triangles.size());
   double areas = 0, boxes = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
@@ -209,8 +214,8 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
   }
 }
 
-/// Splits a range in halves, and sets the places of their boxes: depth-first order, the left child next to its
-/// parent. Halving the count bounds the depth by log2(n).
+/// Splits a range in halves, and sets the indices of their boxes, in depth-first order with the left child next to
+/// its parent. Halving the count bounds the depth by log2(n).
 /// \returns false for a leaf
 bool SurfaceDistance::split(std::span<Item> items, const Part& part, std::array<Part, 2>& halves) {
   Box& box = boxes_[part.box];
@@ -244,7 +249,7 @@ void SurfaceDistance::build(std::span<Item> items, const Part& part) {
   build(items, halves[1]);
 }
 
-/// Fits a box to its leaf's corners, or to its children's boxes, which must be done.
+/// Fits a box to its leaf's corners, or to its children's boxes, which must have been fitted.
 void SurfaceDistance::fit_box(std::size_t index) {
   Box& box = boxes_[index];
   if (box.count == 0) {
@@ -302,7 +307,7 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
     std::uint32_t box;
     double distance;
   };
-  std::array<Entry, 64> stack;  // The depth is at most 32, and each level leaves one entry.
+  std::array<Entry, 64> stack;  // The depth is at most 32, and each level leaves one entry
   std::size_t top = 0;
   Entry entry{0, squared_to_boxes(at, boxes_[0], boxes_[0])[0]};
   for (;;) {

@@ -15,21 +15,21 @@
 namespace kiln {
 
 /// A box tree over triangles for nearest-point queries. Immutable after construction; queries may run on several
-/// threads. Degenerate triangles count as segments or points. For coordinates of about unit size.
-/// Cost: O(n log n) to build; about 1 microsecond per query near a surface of 5,000 triangles.
+/// threads. Degenerate triangles count as segments or points. Coordinates should be of about unit size. Cost: O(n log
+/// n) to build; about 1 microsecond per query near a surface of 5,000 triangles.
 class SurfaceDistance {
  public:
   /// Copies its input. Triangles must have finite corners.
   SurfaceDistance(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
   /// Squared distance to the surface; infinity if there is no triangle.
-  /// \param within  as for nearest()
+  /// \param within  upper bound of the squared distance, as for nearest()
   double squared(const Vec3& point, double within = std::numeric_limits<double>::infinity()) const;
-  /// The same, with the corners of the nearest triangle; null if there is none.
+  /// Squared distance to the surface, and the corners of the nearest triangle; null if there is no triangle.
   double squared(const Vec3& point, double within, const Vec3*& corners) const;
-  /// True if a triangle is within a squared distance. Faster than finding the nearest one.
+  /// True if a triangle is within a squared distance. Faster than finding the nearest triangle.
   bool is_within(const Vec3& point, double squared) const;
-  /// Number of the nearest triangle; 0 if there is none. Ties are resolved deterministically.
+  /// Index of the nearest triangle; 0 if there is no triangle. Ties are resolved deterministically.
   /// \param within  an upper bound of the squared distance, if one is known; speeds up the search
   std::uint32_t nearest(const Vec3& point,
                         double within = std::numeric_limits<double>::infinity()) const;
@@ -45,8 +45,10 @@ class SurfaceDistance {
  private:
   struct Box {
     Vec3 low, high;
-    std::uint32_t first = 0;  ///< Leaf: first triangle. Inner: index of the right child.
-    std::uint32_t count = 0;  ///< Leaf: number of triangles. Inner: 0; the left child follows.
+    /// Of a leaf, the first triangle; of an inner box, the index of the right child
+    std::uint32_t first = 0;
+    /// Of a leaf, the number of triangles; 0 for inner boxes, which the left child follows
+    std::uint32_t count = 0;
   };
   struct Item {
     Vec3 center;
@@ -66,16 +68,17 @@ class SurfaceDistance {
   std::vector<Box> pieces_;
   /// \returns the squared distance
   /// \param place  [out] index of the nearest triangle in leaf order
-  /// \param best    only triangles nearer than this count
-  /// \param enough  ends the search at the first triangle within this distance
+  /// \param best    squared distance below which triangles count
+  /// \param enough  squared distance at which the search stops
   double search(const Vec3& point, std::uint32_t& place, double best, double enough = -1) const;
   void test_leaf(const Vec3d& at, const Box& leaf, std::uint32_t& place, double& best) const;
 
-  std::vector<Vec3> corners_;  ///< Corners of all triangles in leaf order, three per triangle.
-  std::vector<std::uint32_t> order_;  ///< Triangle numbers in leaf order.
+  std::vector<Vec3> corners_;  ///< Corners of all triangles in leaf order, three per triangle
+  std::vector<std::uint32_t> order_;  ///< Index of each triangle in leaf order
 };
 
-/// Squared distance of a point to a triangle: to its plane if the projection is inside, else to the nearest edge.
+/// Squared distance of a point to a triangle: to its plane if the projection is inside, otherwise to the nearest
+/// edge.
 /// \param corners  three corners
 /// \param best     results above this need not be exact
 double squared_to_triangle(const Vec3d& point, const Vec3* corners, double best);
@@ -86,7 +89,8 @@ struct DistanceReport {
   double mean = 0;
   double root_mean_square = 0;
   std::uint64_t samples = 0;
-  /// Samples that required a search, since no unchanged triangle covers them.
+  /// Number of samples that required a search, since they lie on triangles that the low poly does not contain
+  /// unchanged.
   std::uint64_t searched = 0;
 };
 
@@ -98,7 +102,7 @@ inline std::uint64_t distance_sample(std::uint64_t i, std::uint64_t count,
       static_cast<double>(i) * (static_cast<double>(available) / static_cast<double>(count)));
   return sample < available ? sample : available - 1;
 }
-/// \param k  a corner, or 3: the centroid
+/// \param k  index of a corner, or 3 for the centroid
 inline Vec3 distance_point(std::span<const Vec3> positions, const Triangle& t, std::size_t k) {
   if (k < 3) return positions[t[k]];
   const Vec3 &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
@@ -111,10 +115,10 @@ DistanceReport distance_back(const SurfaceDistance& dense, std::span<const Vec3>
                              std::span<const Triangle> triangles);
 
 /// Distances from the high poly to the low poly, sampled at corners and centroids of the high poly's triangles: all
-/// if there are at most `max_samples`, else evenly spaced ones. Degenerate triangles count; all corners must be
-/// finite. Does not depend on threads.
-/// Samples on triangles that the low poly contains unchanged have distance 0 without a search. Triangle soups, which
-/// keep all triangles, have boxes that overlap too much for fast searches.
+/// of them if there are at most `max_samples`, otherwise evenly spaced ones. Degenerate triangles count; all corners
+/// must be finite. Does not depend on threads. Samples on triangles that the low poly contains unchanged have
+/// distance 0 without a search. Triangle soups, which keep all triangles, have boxes that overlap too much for fast
+/// searches.
 DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
                                   std::span<const Triangle> dense_triangles,
                                   const SurfaceDistance& low, std::uint64_t max_samples);

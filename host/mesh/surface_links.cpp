@@ -19,7 +19,7 @@ struct LinkSide {
   std::uint32_t low, high;  // Vertices of the edge
   std::uint32_t triangle;
   std::uint8_t edge;  // Corner opposite the edge
-  bool rising;        // It runs from the lower to the higher vertex
+  bool rising;        // True if the side runs from the lower to the higher vertex
 };
 
 std::uint32_t root_of_link(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
@@ -34,7 +34,7 @@ bool same_uv(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
 
 using Weights = std::array<double, 3>;
 
-/// Barycentric coordinates of a point in a triangle's UVs. False if these have no area.
+/// Barycentric coordinates of a point in a triangle's UVs. False if the UVs have no area.
 bool uv_weights(const std::array<LowSurface::Corner, 3>& corners, const std::array<double, 2>& at,
                 Weights& weights) {
   const Vec2& a = corners[0].uv;
@@ -90,16 +90,17 @@ struct EdgeFrame {
 
 SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
-  std::vector<Vec3> soup(3 * count);
+  std::vector<Vec3> corner_positions(3 * count);
   for (std::size_t t = 0; t < count; ++t) {
-    for (std::size_t k = 0; k < 3; ++k) soup[3 * t + k] = surface.triangles[t][k].position;
+    for (std::size_t k = 0; k < 3; ++k)
+      corner_positions[3 * t + k] = surface.triangles[t][k].position;
   }
-  const std::vector<std::uint32_t> weld = weld_vertices(soup);
+  const std::vector<std::uint32_t> weld = weld_vertices(corner_positions);
   SurfaceTopology topology;
   topology.vertices.resize(count);
   topology.neighbour.assign(count, {KILN_NO_TRIANGLE, KILN_NO_TRIANGLE, KILN_NO_TRIANGLE});
-  std::vector<std::uint32_t> number(soup.size(), 0);
-  for (std::size_t i = 0; i < soup.size(); ++i) {
+  std::vector<std::uint32_t> number(corner_positions.size(), 0);
+  for (std::size_t i = 0; i < corner_positions.size(); ++i) {
     number[i] = weld[i] == i ? topology.vertex_count++ : number[weld[i]];
     topology.vertices[i / 3][i % 3] = number[i];
   }
@@ -193,8 +194,8 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
     const Vec3d beyond = rest * (1 - share);
     const EdgeFrame here(*corners, exit);
     corners = &surface.triangles[next];
-    // The direction along the edge is kept, whatever the other triangle's orientation; across it, outside becomes
-    // inside.
+    // The component along the edge is unchanged, whatever the other triangle's orientation. The component across the
+    // edge changes from outward to inward.
     const EdgeFrame there(*corners, back);
     const double across = dot(beyond, here.outward);
     const Vec3d goal_point =

@@ -12,9 +12,9 @@ namespace kiln {
 
 /// Adjacency of a low poly's triangles.
 struct SurfaceTopology {
-  /// Per triangle; vertices of equal position are one
+  /// Vertices of each triangle; vertices of equal position are one vertex
   std::vector<std::array<std::uint32_t, 3>> vertices;
-  /// Per triangle: the neighbour across the edge opposite corner k, or KILN_NO_TRIANGLE
+  /// For each triangle, the neighbour across the edge opposite corner k, or KILN_NO_TRIANGLE
   std::vector<std::array<std::uint32_t, 3>> neighbour;
   std::vector<std::uint32_t> chart;  ///< UV chart of each triangle
   std::uint32_t vertex_count = 0;
@@ -24,25 +24,26 @@ struct SurfaceTopology {
   static SurfaceTopology of(const LowSurface& surface);
 };
 
-/// End of a straight walk over the surface.
+/// End point of a straight walk over the surface.
 struct SurfacePlace {
   std::uint32_t triangle = 0xFFFFFFFFU;  ///< KILN_NO_TRIANGLE: the walk ended at the mesh's border
-  double u = 0, v = 0;                   ///< UVs of the end in that triangle
+  double u = 0, v = 0;                   ///< UVs of the end point in that triangle
 };
 
 /// Walks from one point to another in a triangle's UVs, and continues across edges as if the triangles beyond lay in
 /// the same plane.
-/// \param from,to  UVs; `from` inside of the triangle
+/// \param from,to  UVs of both points; `from` lies inside of the triangle
 SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topology,
                           std::uint32_t triangle, const std::array<double, 2>& from,
                           const std::array<double, 2>& to);
 
 /// Links between texels, for smoothing a field over the surface.
 struct TexelLinks {
-  std::vector<std::uint8_t> kind;    ///< Per pixel: KILN_VISIBILITY_EMPTY, _INNER or _BORDER
-  std::vector<std::uint32_t> links;  ///< 9 per border texel, see kiln_visibility_link
+  /// Kind of each pixel: KILN_VISIBILITY_EMPTY, _INNER or _BORDER
+  std::vector<std::uint8_t> kind;
+  std::vector<std::uint32_t> links;  ///< Nine links per border texel, see kiln_visibility_link
 
-  /// \param texel_triangle  by pixel, row by row from the top (v = 1); KILN_NO_TRIANGLE: none
+  /// \param texel_triangle  triangle of each pixel, row by row from the top (v = 1); KILN_NO_TRIANGLE: none
   /// \param first_row       first row if the pixels are a band of rows; links to other bands are omitted
   static TexelLinks of(const LowSurface& surface, const SurfaceTopology& topology,
                        std::span<const std::uint32_t> texel_triangle, std::uint32_t width,

@@ -16,10 +16,11 @@ constexpr std::uint32_t kNoGroup = kNone;
 /// A triangle's contribution to the tangent field, before grouping.
 struct Face {
   Vec3d tangent{};          ///< Unit dP/du, zero where the UVs do not define one
-  bool preserving = false;  ///< The UVs have the same orientation as the surface
-  /// UVs without orientation: adopts that of the first group that reaches it
+  bool preserving = false;  ///< True if the UVs have the same orientation as the surface
+  /// True if the UVs have no orientation; the face adopts that of the first group that reaches it
   bool flexible = false;
-  bool degenerate = false;  ///< Two corners coincide, or a value is not finite: ignored
+  /// True if two corners coincide or a value is not finite; the face is ignored
+  bool degenerate = false;
   /// Neighbour across the edge k -> k + 1
   std::array<std::uint32_t, 3> neighbor{kNone, kNone, kNone};
   std::array<std::uint32_t, 3> group{kNoGroup, kNoGroup, kNoGroup};
@@ -42,7 +43,7 @@ Key key_of(const Corners& corners, std::size_t i) {
   return {bits(p.x), bits(p.y), bits(p.z), bits(n.x), bits(n.y), bits(n.z), bits(uv.x), bits(uv.y)};
 }
 
-/// For each corner, the first one with equal position, normal and UV.
+/// For each corner, the first corner with equal position, normal and UV.
 std::vector<std::uint32_t> weld_corners(const Corners& corners) {
   const std::size_t count = corners.positions.size();
   const std::size_t mask = std::bit_ceil(count * 2 + 1) - 1;
@@ -161,7 +162,7 @@ void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& fa
 /// Groups of triangles around a vertex that share a tangent: connected over edges, with equal UV orientation.
 struct Groups {
   std::vector<std::uint32_t> members;   ///< Corners (3 * face + k), group by group
-  std::vector<std::uint32_t> first{0};  ///< [groups + 1] start of each group in `members`
+  std::vector<std::uint32_t> first{0};  ///< Start of each group in `members`; one extra entry
 };
 
 Groups grow_groups(std::span<const std::uint32_t> vertex, std::vector<Face>& faces) {
@@ -188,7 +189,7 @@ Groups grow_groups(std::span<const std::uint32_t> vertex, std::vector<Face>& fac
       if (face.preserving != preserving) continue;
       face.group[k] = group;
       groups.members.push_back(static_cast<std::uint32_t>(3 * f + k));
-      // The edge before the corner is pushed first, so the edge after it is followed first.
+      // The edge before the corner is pushed first, so the edge after the corner is followed first.
       if (face.neighbor[(k + 2) % 3] != kNone) stack.push_back(face.neighbor[(k + 2) % 3]);
       if (face.neighbor[k] != kNone) stack.push_back(face.neighbor[k]);
     }
@@ -233,7 +234,7 @@ std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
   const Groups groups = grow_groups(vertex, faces);
 
   std::vector<CornerTangent> result(positions.size());
-  std::vector<std::uint8_t> known(positions.size(), 0);
+  std::vector<std::uint8_t> is_known(positions.size(), 0);
   parallel_for(groups.first.size() - 1, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t g = begin; g < end; ++g) {
       Vec3d sum{};
@@ -248,34 +249,34 @@ std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
       const CornerTangent value{to_float(tangent), faces[seed / 3].preserving ? 1.0F : -1.0F};
       for (std::size_t m = groups.first[g]; m < groups.first[g + 1]; ++m) {
         result[groups.members[m]] = value;
-        known[groups.members[m]] = 1;
+        is_known[groups.members[m]] = 1;
       }
     }
   });
 
-  // Degenerate triangles remain, and flexible ones that no group reached. They copy the tangent of the first valid
-  // corner of the same welded vertex, else of any at the same position.
+  // The remaining triangles are degenerate, or flexible ones that no group reached. Their corners copy the tangent of
+  // the first valid corner of the same welded vertex, or else of a corner at the same position.
   std::vector<std::uint32_t> lender(positions.size(), kNone);
-  bool complete = true;
+  bool all_known = true;
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (known[i] == 0) {
-      complete = false;
+    if (is_known[i] == 0) {
+      all_known = false;
     } else if (lender[vertex[i]] == kNone) {
       lender[vertex[i]] = static_cast<std::uint32_t>(i);
     }
   }
-  if (complete) return result;
+  if (all_known) return result;
   const std::vector<Vec3> zero_normals(positions.size());
   const std::vector<Vec2> zero_uvs(positions.size());
   const std::vector<std::uint32_t> place = weld_corners({positions, zero_normals, zero_uvs});
   std::vector<std::uint32_t> lender_at(positions.size(), kNone);
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (known[i] != 0 && lender_at[place[i]] == kNone) {
+    if (is_known[i] != 0 && lender_at[place[i]] == kNone) {
       lender_at[place[i]] = static_cast<std::uint32_t>(i);
     }
   }
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (known[i] != 0) continue;
+    if (is_known[i] != 0) continue;
     std::uint32_t from = lender[vertex[i]];
     if (from == kNone) from = lender_at[place[i]];
     Vec3d tangent{};

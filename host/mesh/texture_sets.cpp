@@ -16,10 +16,11 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kTilesAcross = 10,
-                        kTilesUp = 900;      // UDIM numbers 1001 to 9999 with margin
-constexpr std::uint32_t kOverlapGrid = 512;  // Cells per side for finding overlap
-constexpr double kMaxOverlapShare = 0.01;    // Overlap as a share of the unit square
+// Rows of UDIM tiles, for the numbers 1001 to 9999 with a margin
+constexpr std::uint32_t kTilesAcross = 10, kTilesUp = 900;
+// Number of cells per side of the grid for finding overlap
+constexpr std::uint32_t kOverlapGrid = 512;
+constexpr double kMaxOverlapShare = 0.01;  // Overlap as a share of the unit square
 
 using UvCorners = std::array<Vec2, 3>;
 
@@ -83,7 +84,7 @@ void over_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use
   }
 }
 
-/// True if two triangles have the same UVs up to whole numbers, in any order: copies of one part.
+/// True if two triangles are copies of one part: their UVs are equal up to whole numbers, in any order.
 bool are_copies(const UvCorners& a, const UvCorners& b) {
   constexpr float kSameUvTolerance = 1e-4F;
   const auto sorted = [](UvCorners uvs) {
@@ -110,7 +111,7 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
   constexpr std::uint32_t kUnowned = 0xFFFFFFFFU;
   std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kUnowned);
   std::vector<std::uint8_t> shared(owner.size(), 0);
-  const auto enough =
+  const auto max_cells =
       static_cast<std::uint64_t>(kMaxOverlapShare * static_cast<double>(owner.size()));
   std::uint64_t cells = 0;
   const auto is_copy_in_tile = [&](const UvCorners& uvs) {
@@ -122,11 +123,11 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
                                       cell(uvs[0].x, uvs[1].x, uvs[2].x)];
     return known != kUnowned && are_copies(corner_uvs(low, known), uvs);
   };
-  for (std::uint32_t t = 0; t < low.triangles.size() && cells <= enough; ++t) {
+  for (std::uint32_t t = 0; t < low.triangles.size() && cells <= max_cells; ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs)) continue;
     const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
-    if (in_tile && is_copy_in_tile(uvs)) continue;  // All of its cells belong to the copy
+    if (in_tile && is_copy_in_tile(uvs)) continue;  // All cells of this triangle belong to the copy
     over_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
       if (owner[cell] == kUnowned) owner[cell] = t;
       if (shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;
@@ -135,7 +136,7 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
       ++cells;
     });
   }
-  return cells > enough;
+  return cells > max_cells;
 }
 
 TextureSet all_of(const Mesh& low) {
@@ -179,8 +180,9 @@ void check_tiles(const Mesh& low) {
 }
 
 std::vector<TextureSet> by_tiles(const Mesh& low) {
-  check_tiles(low);  // Before thousands of sets are created
-  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // Tiles row by row
+  check_tiles(low);  // Must be done before thousands of sets are created
+  // Sets of the tiles, row by row
+  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs) || !has_area_in_uv(uvs)) continue;
@@ -232,15 +234,15 @@ void keep_uvs_of(const TextureSet& set, Mesh& low) {
 /// The tile that contains all triangles of a set with UV area; nullopt if there are several.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> only_tile(const Mesh& low,
                                                                  const TextureSet& set) {
-  std::optional<std::pair<std::uint32_t, std::uint32_t>> only;
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> single_tile;
   for (const std::uint32_t t : set.members) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_area_in_uv(uvs)) continue;
     const std::pair<std::uint32_t, std::uint32_t> tile = tile_of(uvs);
-    if (only.value_or(tile) != tile) return std::nullopt;
-    only = tile;
+    if (single_tile.value_or(tile) != tile) return std::nullopt;
+    single_tile = tile;
   }
-  return only;
+  return single_tile;
 }
 
 /// Splits sets of materials or objects that span several tiles.
@@ -318,7 +320,7 @@ Mesh low_of_set(const Mesh& low, const TextureSet& set) {
   return mesh;
 }
 
-// In place: thousands of sets would otherwise allocate and copy the whole layout each.
+// The layout is changed in place; otherwise thousands of sets would each allocate and copy the whole layout.
 void lay_out_set(const Mesh& low, const TextureSet& set, Mesh& part) {
   const auto u = static_cast<float>(set.tile_u), v = static_cast<float>(set.tile_v);
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();

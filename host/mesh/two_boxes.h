@@ -1,4 +1,4 @@
-// Distances of two boxes at once.
+// Computes distances to two boxes at once.
 #pragma once
 
 #include "base/vectors.h"

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// A neighbour within a sheet, and whether both triangles traverse the edge in the same direction.
+/// A neighbour within a sheet, and a flag for triangles that traverse the edge in the same direction.
 struct Link {
   std::uint32_t to = TwoSided::kNone;
   bool turned = false;
@@ -91,13 +91,13 @@ TwoSided TwoSided::of(std::span<const Triangle> welded, std::size_t vertices) {
   }
   result.backs.assign(welded.size(), 0);
   result.alone = result.backs;
-  const std::vector<std::uint8_t> goes_on = known;
+  const std::vector<std::uint8_t> has_unpaired_neighbour = known;
   for (std::uint32_t i = 0; i < firsts.size(); ++i) {
     if (!is_pair(i)) continue;
     if (known[i] == 0) spread_from(i);
     const std::uint32_t one = source[i], other = result.twins[one];
     result.backs[turned[i] != 0 ? one : other] = 1;
-    result.alone[one] = result.alone[other] = goes_on[i] == 0;
+    result.alone[one] = result.alone[other] = has_unpaired_neighbour[i] == 0;
   }
   return result;
 }

@@ -1,4 +1,4 @@
-// Two-sided sheets: pairs of opposite triangles, as game assets have for cloth, flags and leaves.
+// Two-sided sheets: pairs of opposite triangles, used in game assets for cloth, flags and leaves.
 #pragma once
 
 #include <cstddef>
@@ -15,18 +15,18 @@ namespace kiln {
 struct TwoSided {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// By triangle, its twin, or kNone. Empty if no triangle has one. More than two triangles of the same corners have
-  /// none.
+  /// Twin of each triangle, or kNone. Empty if no triangle has a twin. If more than two triangles have the same
+  /// corners, they have no twins.
   std::vector<std::uint32_t> twins;
-  /// By triangle, 1 if it is the back of its pair. Fronts that share an edge face one side of their sheet: they
-  /// continue the surface of unpaired triangles, or else follow the sheet's first triangle. Where sheets intersect,
-  /// each is oriented separately.
+  /// For each triangle, 1 if it is the back of its pair. All fronts of a sheet are on the same side of it: they
+  /// continue the surface of unpaired triangles, or else have the orientation of the sheet's first triangle. Where
+  /// sheets intersect, each is oriented separately.
   std::vector<std::uint8_t> backs;
-  /// By triangle, 1 if its sheet shares no edge with unpaired triangles.
+  /// For each triangle, 1 if its sheet shares no edge with unpaired triangles.
   std::vector<std::uint8_t> alone;
 
   bool empty() const { return twins.empty(); }
-  /// \param welded  triangles with equal indices for equal positions
+  /// \param welded  triangles triangles whose corners have equal indices for equal positions
   static TwoSided of(std::span<const Triangle> welded, std::size_t vertices);
   /// Two-sided sheets of a mesh, by position.
   static TwoSided of(const Mesh& mesh);

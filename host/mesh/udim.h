@@ -9,7 +9,8 @@ namespace kiln {
 
 inline constexpr std::uint32_t kFirstUdim = 1001, kUdimColumns = 10, kUdimRows = 900;
 
-/// UDIM number of the tile that contains a point, 1001 + u + 10 v; 0: outside of all tiles, or not finite.
+/// UDIM number of the tile that contains a point: 1001 + u + 10 v with u and v rounded down. 0 if the point is
+/// outside of all tiles, or not finite.
 inline std::uint32_t udim_of(double u, double v) {
   if (!(u >= 0 && u < kUdimColumns && v >= 0 && v < kUdimRows)) return 0;
   return kFirstUdim + static_cast<std::uint32_t>(u) + kUdimColumns * static_cast<std::uint32_t>(v);

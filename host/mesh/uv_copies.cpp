@@ -10,13 +10,14 @@
 namespace kiln {
 namespace {
 
-constexpr double kMaxUncovered = 1e-3;  // Share of a triangle's area that may remain uncovered
+// Maximum share of a triangle's area that may remain uncovered
+constexpr double kMaxUncovered = 1e-3;
 constexpr std::size_t kMaxCoverTriangles =
-    64;  // Triangles that cover one with another triangulation
+    64;  // Maximum number of triangles that cover a triangle of another triangulation
 constexpr std::array<std::array<std::size_t, 3>, 6> kOrders = {
     {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
 
-bool same(const UvPlace& a, const UvPlace& b) {
+bool are_same_corners(const UvPlace& a, const UvPlace& b) {
   const double near = std::min(a.near(), b.near());
   return std::any_of(kOrders.begin(), kOrders.end(), [&](const auto& order) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -27,8 +28,8 @@ bool same(const UvPlace& a, const UvPlace& b) {
 }
 
 /// Finds the baked triangles that cover another one: one with the same corners or, if the polygon is triangulated
-/// differently, several that cover it without overlap and whose corners include all of its corners. Searches from the
-/// triangle at its centroid on, from corner to corner.
+/// differently, several that cover it without overlap and whose corners include all of its corners. The search starts
+/// with the triangle at the centroid, and continues from corner to corner.
 class CoverFinder {
  public:
   CoverFinder(const std::vector<UvPlace>& places, const UvSquares& baked)
@@ -38,7 +39,7 @@ class CoverFinder {
   const std::vector<std::uint32_t>& of(std::uint32_t t) {
     found_.clear();
     const bool twin = baked_.any_at(places_[t].middle, [&](std::uint32_t other) {
-      if (!same(places_[t], places_[other])) return false;
+      if (!are_same_corners(places_[t], places_[other])) return false;
       found_.push_back(other);
       return true;
     });
@@ -67,7 +68,7 @@ class CoverFinder {
     return std::abs(sum - area) <= kMaxUncovered * area;
   }
 
-  /// Adds triangles at a point that overlap `t`.
+  /// Adds the triangles at a point that overlap `t`.
   /// \returns false if there are too many
   bool add_covering(std::uint32_t t, const UvPosition& point) {
     return !baked_.any_at(point, [&](std::uint32_t other) {
@@ -86,7 +87,7 @@ class CoverFinder {
   }
 
   /// Moves the outline's corners onto those of baked triangles.
-  /// \returns false if a corner has none nearby
+  /// \returns false if there is no such corner near one of them
   bool snap(std::uint32_t t) {
     for (UvPosition& corner : outline_) {
       const bool found = baked_.any_at(corner, [&](std::uint32_t other) {
@@ -110,7 +111,7 @@ class CoverFinder {
   std::vector<std::uint32_t> found_;
 };
 
-/// Triangles whose UV centroid lies in another one, in order; the others are added to the grid.
+/// Triangles whose UV centroid lies in another triangle, in order; all other triangles are added to the grid.
 std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSquares& others) {
   const auto count = static_cast<std::uint32_t>(places.size());
   UvSquares all(places);
@@ -151,7 +152,7 @@ std::vector<std::uint32_t> charts_of(const Mesh& low, const LowSurface& surface)
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
   std::vector<UvPlace> places;          // UV places of usable triangles
-  std::vector<std::uint32_t> laid_out;  // Triangle of each place
+  std::vector<std::uint32_t> laid_out;  // Triangle of each item of `places`
   for (const std::uint32_t t : surface.with_uvs) {
     if (surface.usable[t] == 0) continue;
     const UvPlace place = UvPlace::of(surface.triangles[t]);
@@ -168,8 +169,8 @@ void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
     const UvPlace& place = places[i];
     const bool mirrored = place.area < 0;
     const bool other = rule != UvCopies::first && mirrored != (rule == UvCopies::mirrored);
-    const bool beside = place.offset[0] != 0 || place.offset[1] != 0;
-    rank[i] = (other ? 2ULL << 32U : 0) + (beside ? 1ULL << 32U : 0) + chart[laid_out[i]];
+    const bool is_shifted = place.offset[0] != 0 || place.offset[1] != 0;
+    rank[i] = (other ? 2ULL << 32U : 0) + (is_shifted ? 1ULL << 32U : 0) + chart[laid_out[i]];
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });

@@ -9,9 +9,9 @@ namespace kiln {
 /// Finds triangles with the same UVs as others, up to whole-number offsets and mirroring, and decides which of them
 /// is baked (UvCopies). Sets LowSurface::copy_of, and makes the UVs of copies identical.
 /// Corners are the same within 1e-4 and a twentieth of the triangle's longest side. As polygons may be triangulated
-/// differently, a triangle is also a copy if several others cover it completely without overlap, and its corners are
-/// corners of theirs; copy_of then names the one with the largest share. Polygons that cross the border of a unit
-/// square are compared triangle by triangle.
+/// differently, a triangle is also a copy if several others cover it completely without overlap, and all its corners
+/// are corners of the others; in this case, copy_of is the triangle with the largest share. Polygons that cross the
+/// border of a unit square are compared triangle by triangle.
 ///
 /// Deterministic. About 0.35 s for a million triangles without overlap; 4 s if half of them are copies.
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface);

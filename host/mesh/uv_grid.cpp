@@ -10,8 +10,8 @@ namespace {
 constexpr double kPrismLow = -1;
 constexpr double kPrismHigh = 2;
 
-/// Intersection of an edge with a line u = bound or v = bound. The ends are sorted first, so that triangles on both
-/// sides of an edge get the same point.
+/// Intersection of an edge with a line u = bound or v = bound. The edge's end points are sorted first, so that
+/// triangles on both sides of an edge get the same point.
 ClipVertex crossing(ClipVertex a, ClipVertex b, double ClipVertex::*axis, double bound) {
   if (b.u < a.u || (b.u == a.u && b.v < a.v)) std::swap(a, b);
   const double t = (bound - a.*axis) / (b.*axis - a.*axis);

@@ -39,13 +39,14 @@ struct UvGrid {
   std::uint32_t sample_height = 0;
   std::uint32_t shift = 0;  ///< Fixed-point bits per sample, 10 to 28
 
-  /// \param sample_width, sample_height  samples of the map, 1 to 2^18
+  /// \param sample_width, sample_height  number of samples along the map's sides, 1 to 2^18
   static UvGrid of(std::uint32_t sample_width, std::uint32_t sample_height);
 
   std::int32_t fixed_x(double u) const;
   std::int32_t fixed_y(double v) const;
-  bool beyond_square(const FixedTriangle& f) const;  ///< True if it extends beyond the unit square
-  /// True if it has no area within the unit square
+  /// True if the triangle extends beyond the unit square
+  bool beyond_square(const FixedTriangle& f) const;
+  /// True if the triangle has no area within the unit square
   bool misses_square(const FixedTriangle& f) const;
 };
 
@@ -58,8 +59,8 @@ struct ClipVertex {
 /// True if fixed-point coordinates can represent a UV: within [-1, 2] x [-1, 2].
 bool in_prism(const Vec2& uv);
 
-/// Clips a triangle to that range: a convex polygon, or nothing. In double precision, with identical results on both
-/// sides of a shared edge.
+/// Clips a triangle to [-1, 2] x [-1, 2]. The result is a convex polygon, or empty. Computed in double precision,
+/// with identical results on both sides of a shared edge.
 std::vector<ClipVertex> clip_to_prism(const std::array<Vec2, 3>& uvs);
 
 }  // namespace kiln

@@ -7,7 +7,8 @@
 namespace kiln {
 namespace {
 
-constexpr double kMaxTileOffset = 1e6;     // Larger offsets of UVs are no tiles
+// Maximum offset of UVs; larger ones do not count as tiles
+constexpr double kMaxTileOffset = 1e6;
 constexpr double kInsideTolerance = 1e-3;  // Tolerance as a share of a triangle's height
 constexpr int kMinSquareLog2 = -30;        // Binary logarithm: squares of at least 1e-9
 

@@ -15,14 +15,14 @@ using UvPosition = std::array<double, 2>;
 /// A triangle's UVs, shifted by whole numbers so that the centroid lies in the unit square.
 struct UvPlace {
   std::array<UvPosition, 3> uv{};
-  UvPosition middle{}, offset{};  ///< offset: the subtracted whole numbers
-  double side = 0;                ///< Longest side in UV space
-  double area = 0;                ///< Twice the signed area; negative if mirrored; 0: not usable
+  UvPosition middle{}, offset{};  ///< Centroid after the shift; the subtracted whole numbers
+  double side = 0;                ///< Length of the longest side in UV space
+  double area = 0;                ///< Twice the signed area; negative if mirrored; 0 if not usable
 
   static UvPlace of(const std::array<LowSurface::Corner, 3>& corners);
-  /// Largest distance at which two corners are the same: 1e-4, and a twentieth of the longest side.
+  /// Largest distance at which two corners count as equal: 1e-4, and a twentieth of the longest side.
   double near() const;
-  /// True inside of the triangle, enlarged by a thousandth of its height.
+  /// True if a point lies in the triangle, enlarged by a thousandth of its height.
   bool holds(const UvPosition& point) const;
 };
 
@@ -40,8 +40,8 @@ class UvSquares {
 
   void add(std::uint32_t triangle);
 
-  /// Calls `visit(triangle)` for triangles near a point, most recent first, until it returns true. Returns whether it
-  /// did. Of more than 256 triangles of one size in a square, only the most recent are visited.
+  /// Calls `visit(triangle)` for triangles near a point, most recent first, until it returns true. Returns true in
+  /// that case. Of more than 256 triangles of one size in a square, only the most recent are visited.
   template <class Visit>
   bool any_at(const UvPosition& point, const Visit& visit) const {
     for (const int level : levels_) {

@@ -47,7 +47,7 @@ void check_indices(const Mesh& mesh, const std::vector<Triangle>& list, std::siz
               "mesh-index");
 }
 
-/// Checks that an attribute has one entry per triangle, or none.
+/// Checks that an attribute has one entry per triangle, or is empty.
 void check_parallel(const Mesh& mesh, std::size_t count, const char* what) {
   if (count == 0 || count == mesh.triangles.size()) return;
   fail(mesh,

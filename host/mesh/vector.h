@@ -1,4 +1,4 @@
-// Double-precision vectors for host-side geometry: GLM's, with which sums and products round as written out.
+// Double-precision vectors for host-side geometry: GLM's types, whose sums and products round as if written out.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,8 @@
 
 namespace kiln {
 
-/// Uninitialised without braces, so write `Vec3d sum{};` (lint/vectors). dot(), cross() and length() are glm's.
+/// A variable without braces is uninitialised, so write `Vec3d sum{};` (lint/vectors). dot(), cross() and length()
+/// are glm's.
 using Vec3d = glm::dvec3;
 
 inline Vec3d to_double(const Vec3& v) { return {v.x, v.y, v.z}; }

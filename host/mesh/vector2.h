@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// Uninitialised without braces, as Vec3d. dot() is glm's.
+/// A variable without braces is uninitialised, as with Vec3d. dot() is glm's.
 using Vec2d = glm::dvec2;
 
 inline double cross(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }

@@ -13,14 +13,15 @@
 
 namespace kiln {
 
-/// Rotates a triangle so that its lowest corner comes first: equal for triangles of the same corners and orientation.
+/// Rotates a triangle so that its lowest corner comes first: triangles with the same corners and orientation then
+/// compare equal.
 inline Triangle lowest_first(Triangle corners) {
   std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   return corners;
 }
 
 /// Lists of items, one per vertex, sorted by key and then by index. A counting sort distributes the items, then the
-/// lists are sorted in parallel: several times as fast as one sort.
+/// lists are sorted in parallel, which is several times as fast as sorting all items at once.
 class VertexLists {
  public:
   struct Item {
@@ -53,7 +54,8 @@ class VertexLists {
   void fill(const Each& each) {
     each([&](std::size_t, std::uint32_t vertex, std::uint64_t) { ++start_[vertex + 2]; });
     for (std::size_t v = 2; v < start_.size(); ++v) start_[v] += start_[v - 1];
-    // Writes at list ends and shifts them, so that finally each list begins where the previous one ends.
+    // Each item is written at the current end of its list, which then advances; finally, the end of each list is the
+    // beginning of the next one.
     each([&](std::size_t i, std::uint32_t vertex, std::uint64_t key) {
       items_[start_[vertex + 1]++] = {key, static_cast<std::uint32_t>(i)};
     });

@@ -26,12 +26,12 @@ std::uint32_t hash_of(const Vec3& p) {
 std::size_t table_of(std::uint32_t hash) { return hash >> 28; }
 
 /// Welds a subset of vertices, in order.
-void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> some,
+void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> subset,
           const std::vector<std::uint32_t>& hashes, std::vector<std::uint32_t>& first) {
   // Open addressing, at most half full; a slot holds vertex + 1.
-  const std::size_t mask = std::bit_ceil(some.size() * 2 + 2) - 1;
+  const std::size_t mask = std::bit_ceil(subset.size() * 2 + 2) - 1;
   std::vector<std::uint32_t> table(mask + 1, 0);
-  for (const std::uint32_t i : some) {
+  for (const std::uint32_t i : subset) {
     first[i] = i;
     const Vec3& p = positions[i];
     if (!is_finite(p)) continue;

@@ -21,7 +21,7 @@
 namespace kiln {
 namespace {
 
-/// Share of a part's area up to which the smaller side is clearly the wrong one.
+/// Largest share of a part's area at which the smaller side is clearly the wrong one.
 constexpr double kMaxWrongShare = 0.4;
 
 /// True if two triangles traverse an edge in the same direction, which consistently oriented triangles never do.
@@ -62,8 +62,8 @@ bool same_corners(Triangle a, Triangle b) {
   return a == b;
 }
 
-/// The other side at each side's edge, where two triangles share it that are not the same; else FacingParts::kNone. Side
-/// 3 t + k runs from corner k of triangle t to the next one.
+/// For each side, the other side at the same edge, if exactly two different triangles share that edge; else
+/// FacingParts::kNone. Side 3 t + k runs from corner k of triangle t to the next one.
 class SideTwins {
  public:
   SideTwins(std::span<const Triangle> triangles, std::size_t vertices)
@@ -72,7 +72,7 @@ class SideTwins {
         vertices, twins_.size(), [&](std::size_t side) { return std::size_t{ends(side)[0]}; });
     constexpr std::size_t kListsOfPiece = std::size_t{1} << 14;
     parallel_for(vertices, kListsOfPiece, [&](std::size_t begin, std::size_t end) {
-      std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;  // by the higher end
+      std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;  // Sides by their higher vertex
       for (std::size_t v = begin; v < end; ++v) {
         sides.clear();
         for (const std::uint32_t side : by_vertex.of(v)) sides.push_back({ends(side)[1], side});
@@ -90,7 +90,7 @@ class SideTwins {
   }
 
   std::uint32_t of(std::size_t side) const { return twins_[side]; }
-  /// True if both triangles run along the edge from the same end: they face different ways.
+  /// True if both triangles traverse the edge in the same direction, which means that they have opposite orientation.
   bool against(std::size_t side) const {
     return triangles_[side / 3][side % 3] == triangles_[twins_[side] / 3][twins_[side] % 3];
   }
@@ -103,7 +103,7 @@ class SideTwins {
   }
 
  private:
-  /// The lower end first.
+  /// The side's two vertices, the lower one first.
   std::array<std::uint32_t, 2> ends(std::size_t side) const {
     const Triangle& t = triangles_[side / 3];
     const std::size_t k = side % 3;
@@ -145,12 +145,12 @@ class WrongSides {
  private:
   struct Sums {
     std::array<double, 2> area{};
-    double volume = 0;  ///< Signed volume, all triangles oriented as the first one
+    double volume = 0;  ///< Signed volume if all triangles are oriented as the first one
   };
   std::vector<Sums> sums_;
 };
 
-/// Reverses the normals that faced the same way as their triangle.
+/// Reverses the normals that were on the same side as their triangle's normal.
 class TurnedNormals {
  public:
   explicit TurnedNormals(Mesh& mesh) : mesh_(mesh) {}
@@ -170,7 +170,7 @@ class TurnedNormals {
           other_.try_emplace(n, static_cast<std::uint32_t>(mesh_.normals.size()));
       if (is_new) mesh_.normals.push_back({-own.x, -own.y, -own.z});
       n = found->second;
-      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent.
+      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent
     }
   }
 
@@ -240,7 +240,7 @@ TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned)
 
 TurnedTriangles agree_windings(Mesh& mesh) {
   validate(mesh);
-  // A mesh with few vertices already shares them.
+  // The triangles of a mesh with few vertices already share them.
   const bool shared = mesh.positions.size() < mesh.triangles.size();
   const std::vector<Triangle> triangles = shared ? mesh.triangles : welded_triangles(mesh);
   if (!has_repeated_side(triangles, mesh.positions.size())) return {};

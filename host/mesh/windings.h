@@ -18,15 +18,15 @@ struct FacingParts {
     std::uint32_t first = 0;      ///< Lowest triangle of the part
     std::uint32_t triangles = 0;  ///< Number of triangles
     bool closed = true;           ///< True if every edge has two triangles
-    bool agrees = true;           ///< All triangles are oriented as the first one
+    bool agrees = true;           ///< True if all triangles are oriented as the first one
     bool one_sided = false;       ///< True if not orientable, such as a Möbius strip
   };
   std::vector<Part> parts;
-  std::vector<std::uint32_t> of;  ///< By triangle, its part
-  /// By triangle, 1 if its orientation is opposite to that of the part's first triangle
+  std::vector<std::uint32_t> of;  ///< Part of each triangle
+  /// For each triangle, 1 if its orientation is opposite to that of the part's first triangle
   std::vector<std::uint8_t> side;
 
-  /// \param triangles  with equal indices for equal positions
+  /// \param triangles  triangles whose corners have equal indices for equal positions
   FacingParts(std::span<const Triangle> triangles, std::size_t vertices);
 };
 
@@ -34,8 +34,8 @@ struct FacingParts {
 /// about equal, the side that makes it face inwards.
 std::vector<std::uint8_t> wrong_sides(const Mesh& mesh, const FacingParts& parts);
 
-/// Reverses triangles, and their normals if these faced the same way.
-/// \param turned  by triangle, 1 to reverse
+/// Reverses triangles, and those of their normals that were on the same side.
+/// \param turned  for each triangle, 1 if it is to be reversed
 TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned);
 
 }  // namespace kiln

@@ -1,5 +1,5 @@
-// A JSON value, used for reports and job files. It hides nlohmann/json, whose headers add seconds to the compile time
-// of each file that includes them; only json.cpp does.
+// A JSON value, used for reports and job files. It hides nlohmann/json: only json.cpp includes its headers, which add
+// seconds to compile times.
 #pragma once
 
 #include <concepts>
@@ -15,7 +15,7 @@
 
 namespace kiln {
 
-/// A range of values convertible to Json, such as a vector or a set, but no string.
+/// A range of values convertible to Json, such as a vector or a set; strings are excluded.
 template <typename List>
 concept JsonList = !std::convertible_to<const List&, std::string> && requires(const List& list) {
   list.begin();
@@ -25,7 +25,7 @@ concept JsonList = !std::convertible_to<const List&, std::string> && requires(co
 /// A null, boolean, number, string, list, or object whose keys keep their order.
 class Json {
  public:
-  /// An element of a braced list: within one, {value} is a list of one element, not the value.
+  /// An element of a braced list. Within such a list, {value} is a list of one element, not the value itself.
   struct Element;
 
   /// Null.
@@ -45,10 +45,10 @@ class Json {
   Json(const char* text);
   Json(std::string text);
   Json(std::string_view text);
-  /// The value, or null.
+  /// The optional's value, or null.
   template <typename Value>
   Json(const std::optional<Value>& value) : Json(value ? Json(*value) : Json()) {}
-  /// A list, element by element.
+  /// A list with the elements of a range.
   template <JsonList List>
   Json(const List& list) : Json(array()) {
     for (const auto& element : list) push_back(element);
@@ -67,7 +67,8 @@ class Json {
   static Json array(std::initializer_list<Element> elements);
   /// An object without keys.
   static Json object();
-  /// Null if the text is no valid JSON, or nested deeper than kMaxJsonDepth.
+  /// Parses a text.
+  /// \returns null if the text is not valid JSON, or nested deeper than kMaxJsonDepth.
   static Json parse(std::string_view text);
 
   bool is_null() const { return kind_ == Kind::null; }
@@ -92,10 +93,10 @@ class Json {
     return elements_.at(static_cast<std::size_t>(index));
   }
   const Json& back() const;
-  /// Appends to a list; null becomes a list.
+  /// Appends to a list; a null value becomes a list.
   void push_back(Json element);
 
-  /// The value of an object's key; a new key has null. Null becomes an object.
+  /// The value of an object's key; a missing key is added with null. A null value becomes an object.
   Json& operator[](std::string_view key);
   /// Keys of an object, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
@@ -121,14 +122,14 @@ class Json {
     std::uint64_t whole;
   };
   explicit Json(Number number);
-  struct Library;  // conversion from and to nlohmann::json
+  struct Library;  // Conversion from and to nlohmann::json
 
   Kind kind_ = Kind::null;
-  std::uint64_t whole_ = 0;  // a boolean or an integer; negative ones as two's complement
+  std::uint64_t whole_ = 0;  // A boolean or an integer; negative integers in two's complement
   double real_ = 0;
   std::string text_;
-  std::vector<Json> elements_;     // elements of a list, or values of an object
-  std::vector<std::string> keys_;  // keys of an object
+  std::vector<Json> elements_;     // Elements of a list, or values of an object
+  std::vector<std::string> keys_;  // Keys of an object
 };
 
 struct Json::Element : Json {
@@ -138,10 +139,12 @@ struct Json::Element : Json {
 };
 
 /// Length in bytes of the UTF-8 character at the start; 0 if it is invalid (RFC 3629: no overlong forms, no surrogates,
-/// nothing beyond U+10FFFF). \param text not empty
+/// nothing beyond U+10FFFF).
+/// \param text  must not be empty
 std::size_t utf8_length(std::string_view text);
 
-/// Encodes arbitrary bytes, such as a path's, as UTF-8. Each byte that is not part of valid UTF-8 becomes a backslash, x
+/// Encodes arbitrary bytes, such as a path's, as UTF-8. Each byte that is not part of valid UTF-8 becomes a
+/// backslash, x
 /// and two hexadecimal digits (\xNN). A backslash before such a sequence becomes \x5c, so that the encoding is
 /// reversible. Other text is unchanged.
 std::string escape_bytes(std::string_view bytes);

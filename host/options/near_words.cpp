@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-/// Synonyms that other programs use. Those of maps and matches are in their registries' rows.
+/// A synonym that other programs use. Synonyms of maps and matches are in the rows of their registries.
 struct Alias {
   std::string_view theirs, ours;
 };
@@ -26,7 +26,7 @@ constexpr std::array kAliases = {
     Alias{"png", "png16"},
     Alias{"openexr", "exr"},
     Alias{"hdr", "exr"},
-    // Names of commands.
+    // Synonyms of commands.
     Alias{"decimate", "simplify"},
     Alias{"reduce", "simplify"},
     Alias{"lowpoly", "simplify"},
@@ -35,7 +35,7 @@ constexpr std::array kAliases = {
     Alias{"rate", "measure"},
     Alias{"extract", "volume"},
     Alias{"device", "devices"},
-    // Other names of flags, for each command that has the flag.
+    // Synonyms of flags, for each command that has the flag.
     Alias{"azimuth", "view"},
     Alias{"elevation", "view"},
     Alias{"o", "out"},
@@ -71,7 +71,7 @@ bool is_in(std::string_view word, std::string_view list) {
   }
 }
 
-/// Removes suffixes and prefixes that name no map: "height-map" and "render-height" become "height".
+/// Removes suffixes and prefixes that are not part of a map's name: "height-map" and "render-height" become "height".
 std::string canonical_name(const std::string& word) {
   std::string name = word;
   std::replace(name.begin(), name.end(), '-', '_');
@@ -109,18 +109,18 @@ const MatchInfo* match_called(const std::string& word) {
 }
 
 std::size_t edit_distance(const std::string& a, const std::string& b) {
-  // Rows i - 2, i - 1 and i of the table of distances between prefixes of both words.
-  std::vector<std::size_t> before, above, row(b.size() + 1);
+  // Rows i - 2, i - 1 and i of the table of edit distances between prefixes of both words.
+  std::vector<std::size_t> row_before_last, previous_row, row(b.size() + 1);
   for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    before = std::move(above);
-    above = row;
+    row_before_last = std::move(previous_row);
+    previous_row = row;
     row[0] = i;
     for (std::size_t k = 1; k <= b.size(); ++k) {
-      row[k] =
-          std::min({above[k] + 1, row[k - 1] + 1, above[k - 1] + (a[i - 1] == b[k - 1] ? 0 : 1)});
-      const bool swapped = i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1];
-      if (swapped) row[k] = std::min(row[k], before[k - 2] + 1);
+      row[k] = std::min({previous_row[k] + 1, row[k - 1] + 1,
+                         previous_row[k - 1] + (a[i - 1] == b[k - 1] ? 0 : 1)});
+      const bool is_transposition = i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1];
+      if (is_transposition) row[k] = std::min(row[k], row_before_last[k - 2] + 1);
     }
   }
   return row[b.size()];
@@ -141,11 +141,11 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   if (match != nullptr && known_word(match->method.name)) return std::string(match->method.name);
   std::string nearest;
   // About two thirds of the letters must agree.
-  std::size_t least = std::min<std::size_t>(4, word.size() / 3 + 1);
+  std::size_t max_distance = std::min<std::size_t>(4, word.size() / 3 + 1);
   for (const std::string& known : words) {
     const std::size_t distance = edit_distance(word, known);
-    if (distance < least) {
-      least = distance;
+    if (distance < max_distance) {
+      max_distance = distance;
       nearest = known;
     }
   }

@@ -15,11 +15,12 @@ const MapInfo* map_called(const std::string& word);
 /// The match that a word names in Kiln or another baker. Null if there is none.
 const MatchInfo* match_called(const std::string& word);
 
-/// Edit distance of two words: the number of letters to replace, insert, delete or swap with the next (Damerau 1964).
+/// Edit distance of two words: the number of letters to replace, to insert, to delete, or to swap with the next
+/// letter (Damerau 1964).
 std::size_t edit_distance(const std::string& a, const std::string& b);
 
-/// The element of `words` that is a synonym of `word` in other bakers, or nearest by edit distance; empty if none is
-/// near.
+/// The element of `words` that is a synonym of `word` in other bakers, or the nearest by edit distance; empty if no
+/// element is near.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& words);
 
 /// An error text: "'cavity' is not one of its values; did you mean curvature? Give normal, ao or mask".

@@ -56,7 +56,7 @@ bool OptionRow::is_of_matches() const {
 }
 
 bool OptionRow::is_of_maps() const {
-  // Maps that show a match's decisions do not make the match's options options of maps.
+  // Some maps show decisions of the match; the match's options do not count as options of these maps.
   return !path().empty() && !path().starts_with("match.") &&
          std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) { return serves(map); });
 }

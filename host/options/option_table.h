@@ -35,24 +35,25 @@ struct Member {
     , #member                    \
   }
 
-/// The type of an option: how its words set a member of a job, and how reports show the member.
+/// The type of an option: how the words on the command line set a member of a job, and how reports show the member.
 struct OptionValue {
   std::string type;    ///< Type in --help-json: flag, whole, number, choice, length, text, list...
   std::string words;   ///< Placeholder or range of the value in help
   std::string unit;    ///< Unit of numbers; empty if they have none
-  std::string member;  ///< The member's path
+  std::string member;  ///< Path of the job's member
   std::vector<std::string> choices = {};
   std::optional<double> low = {}, high = {};
-  bool repeats = false;  ///< The flag may be repeated
+  bool repeats = false;  ///< True if the flag may be repeated
   char delimiter = 0;    ///< Separator of several values in one word; 0: none
   /// \throws Error(usage)
   std::function<void(void* job, const Message& flag, const OptionWords&)> set = {};
   std::function<Json(const void* job)> get = {};
-  /// Inverse of set(): words that give the member's value; none if no words do. If empty: the words of get()'s value
+  /// Inverse of set(): the words that set the member to its value; no words if that is impossible. If empty, the
+  /// words are derived from get()
   std::function<OptionWords(const void* job)> words_back = {};
   OptionWords write(const void* job) const;
 
-  /// The same type, but the value 0, which is out of range, means that the option is not set.
+  /// The same type, with the additional value 0, which means that the option is not set.
   OptionValue or_none() const;
   OptionValue in(std::string_view unit) const;
 };
@@ -102,7 +103,8 @@ OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) 
   return value;
 }
 
-/// A number within a range. \param fractions a share of 1, also as a fraction such as 2/255
+/// A number within a range.
+/// \param fractions true: the value is a share of 1 and may be given as a fraction such as 2/255
 template <typename Job, typename T>
 OptionValue number(Member<Job, T> member, double low, double high, bool fractions = false) {
   OptionValue value = value_of<Job>(
@@ -182,7 +184,8 @@ OptionValue word(Member<Job, std::string> member, const std::vector<std::string>
   return value;
 }
 
-/// A list of strings. \param delimiter separates them; 0: the flag is repeated for each
+/// A list of strings.
+/// \param delimiter separator of the strings; 0: the flag is repeated for each string
 template <typename Job>
 OptionValue texts(Member<Job, std::vector<std::string>> member, char delimiter = 0) {
   OptionValue value = value_of<Job>(
@@ -205,26 +208,29 @@ OptionValue length(Member<Job, std::optional<Length>> member) {
       [=](Job& job) { return member.of(job) ? Json(length_text(*member.of(job))) : Json(); });
 }
 
-/// An option. For options of a bake, the matches and maps that it serves are checked, too.
+/// An option. For bake options, the row also determines with which matches and maps the option is allowed.
 struct OptionRow {
   std::string flag;        ///< "--samples"; a positional argument has no dashes
-  std::string group = {};  ///< Its heading in help
+  std::string group = {};  ///< Heading of the option in help
   OptionValue value;
   std::string help;
-  /// Its key in reports; empty: derived from the flag ("view_size"); "-": not in reports
+  /// Key of the option in reports; if empty, derived from the flag ("view_size"); "-": not in reports
   std::string key = {};
   bool required = false;
-  std::string excludes = {};  ///< Flags of earlier rows that it excludes, separated by spaces
-  std::string needs = {};     ///< The flag of an earlier row that it requires
-  /// Path in BakeOptions that decides which matches and maps it serves, by obeys(); empty: the member's path
+  /// Flags of earlier rows that cannot be combined with this one, separated by spaces
+  std::string excludes = {};
+  std::string needs = {};  ///< The flag of an earlier row that this option requires
+  /// Path in BakeOptions for which obeys() determines the matches and maps that use the option; if empty, the
+  /// member's path
   std::string_view option = {};
-  bool in_fallback = true;   ///< It also serves such a match as a fallback
-  bool beside_auto = false;  ///< --match auto may choose a match that this option serves
+  bool in_fallback = true;  ///< True if a fallback match uses the option, too
+  /// True if the option is allowed with --match auto, which may choose a match that uses it
+  bool beside_auto = false;
 
   std::string report_key() const;
   bool serves(const MatchInfo& match) const;
   bool serves(const MapInfo& map) const;
-  /// True if only some matches, or maps, obey it
+  /// True if only some matches, or only some maps, use the option
   bool is_of_matches() const;
   bool is_of_maps() const;
 
@@ -232,13 +238,13 @@ struct OptionRow {
   std::string_view path() const;
 };
 
-/// A value as one word of the command line; elements of lists are separated by commas. Empty for null.
+/// Formats a value as one word of the command line; elements of lists are separated by commas. Empty for null.
 std::string written(const Json& value);
 
 /// The row of a flag; null if there is none.
 const OptionRow* find_row(std::span<const OptionRow> rows, std::string_view flag);
 
-/// The rows for which `wanted` is true, with one heading for all.
+/// The rows for which `wanted` returns true, all with the same heading.
 template <typename Wanted>
 std::vector<OptionRow> rows_below(std::span<const OptionRow> rows, const char* heading,
                                   const Wanted& wanted) {
@@ -254,7 +260,8 @@ std::vector<OptionRow> rows_below(std::span<const OptionRow> rows, const char* h
 /// The values of a job by their keys, for reports.
 Json values_json(std::span<const OptionRow> rows, const void* job);
 
-/// All data of the rows, for --help-json. \param defaults a job without any option set
+/// All data of the rows, for --help-json.
+/// \param defaults  a job in which no option is set
 Json rows_json(std::span<const OptionRow> rows, const void* defaults);
 
 /// Rows of options that most commands have. The job must have a member of the row's name.
@@ -282,7 +289,8 @@ OptionRow quiet_row(const char* group) {
           .help = "Leave out progress and the summary; warnings and errors stay",
           .key = "-"};
 }
-/// --triangulate, for jobs with a member `load`. \param what the meshes that are read, for help
+/// --triangulate, for jobs with a member `load`.
+/// \param what text for help that names the meshes
 template <typename Job>
 OptionRow triangulate_row(const char* group, const std::string& what) {
   return {

@@ -126,7 +126,7 @@ std::string length_text(const Length& length) {
 
 namespace {
 
-/// Parses a percentage up to 50% as a share of 1.
+/// Parses a percentage up to 50%, and returns it as a share of 1.
 double parse_percentage(const Message& name, const std::string& text, const char* wanted) {
   std::string_view number = text;
   if (!number.empty() && number.back() == '%') number.remove_suffix(1);
@@ -210,7 +210,7 @@ std::uint32_t parse_pixels(const Message& name, const std::string& text) {
 }
 
 std::uint64_t parse_bytes(const Message& name, const std::string& text) {
-  constexpr double kMaxGlbBytes = 4294967295.0;  // GLB stores lengths in 32 bits.
+  constexpr double kMaxGlbBytes = 4294967295.0;  // GLB stores lengths in 32 bits
   const std::size_t digits = text.find_first_not_of("0123456789.");
   const std::string number = text.substr(0, digits);
   const std::string unit = digits == std::string::npos ? "" : lower_case(text.substr(digits));

@@ -46,7 +46,8 @@ Length parse_length(const Message& name, const std::string& text);
 /// Parses the length of --cage. \throws Error(usage), also for a file's name, since --cage-mesh takes files
 Length parse_cage(const std::string& text);
 
-/// parse_length(), above 0. \throws Error(usage)
+/// Parses a length as parse_length() does; it must be above 0.
+/// \throws Error(usage)
 Length parse_length_above_0(const Message& name, const std::string& text);
 
 /// Formats a length: "0.05", or "2%".
@@ -55,7 +56,8 @@ std::string length_text(const Length& length);
 /// Parses a share of the diagonal, up to 50%: "0.2%" or "0.2" give 0.002. \throws Error(usage)
 double parse_error_bound(const std::string& text);
 
-/// Parses a share of the pixels that meshes cover, up to 50%, in the same way. \throws Error(usage)
+/// Parses a share of the pixels that meshes cover, up to 50%, as parse_error_bound() does.
+/// \throws Error(usage)
 double parse_outline_bound(const std::string& text);
 
 /// Parses degrees above 0. \throws Error(usage)
@@ -77,7 +79,7 @@ std::pair<double, double> parse_view(const std::string& text);
 /// Parses "X" or "X,Y" in world units above 0; Y is 0 if omitted. \throws Error(usage)
 std::pair<double, double> parse_extent(const std::string& text);
 
-/// Formats the extent in the same way; null if it follows from the image.
+/// Formats the extent as parse_extent() reads it; null if it follows from the image.
 Json extent_json(const HeightFieldOptions& heights);
 /// Parses --no-data: a number, "none" or "auto". \throws Error(usage)
 void read_no_data(const Message& name, const std::string& word, HeightFieldOptions& heights);
@@ -96,21 +98,21 @@ std::array<double, 3> parse_place(const Message& name, const std::string& text);
 /// Parses a number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);
 
-/// Checks --density against the unwrap method. \throws Error(usage) if it was given and the method makes no large
-/// charts
+/// Checks --density against the unwrap method.
+/// \throws Error(usage) if --density was given and the method makes no large charts
 void check_density(bool given, const std::string& method);
 
 /// \param method  "pairs" or "squares"; anything else means charts
 /// \param size    the map's smaller side, texels
-/// \param high  high poly whose detail decides the charts' texel density; null: density by area Padding of charts is
-/// 1/256 of the size (8 texels of 2,048), at least 2 texels; padding of pairs and squares is 2 texels.
+/// \param high  high poly whose detail determines the charts' texel density; if null, density follows area Padding of
+/// charts is 1/256 of the size (8 texels of 2,048), at least 2 texels; padding of pairs and squares is 2 texels.
 UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size,
                              const Mesh* high = nullptr);
 
-/// Parses a number or a fraction such as 2/255. Nullopt for anything else, and for negative or infinite values.
+/// Parses a number or a fraction such as 2/255. nullopt for all other texts, and for negative or infinite values.
 std::optional<double> fraction(std::string_view text);
 
-/// A check for shares of 1, parsed by fraction(). It replaces the text by the number.
+/// A check for shares of 1, which fraction() parses. The check replaces the text by the number.
 Check fraction_check();
 
 /// Formats a share as "1.234% of the diagonal"; from ten diagonals on as "83 times the diagonal".

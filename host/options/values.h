@@ -10,14 +10,14 @@
 
 namespace kiln {
 
-/// The words given for an option, at least one.
+/// The words that the user gave for an option; at least one.
 using OptionWords = std::vector<std::string>;
 
 /// A check of a value.
 class Check {
  public:
-  /// \param function  returns the error in a value, phrased to follow the option's name in a sentence, or empty if it
-  ///                  is valid. It may normalise the value
+  /// \param function  returns the error in a value, worded as a continuation of the option's name; empty if the value
+  ///                  is valid. The function may normalise the value
   /// \param words  allowed values, for help
   Check(std::function<std::string(std::string&)> function, std::string_view words)
       : function_(std::move(function)), words_(words) {}
@@ -32,13 +32,14 @@ class Check {
   std::string words_;
 };
 
-/// Numbers within a range. The unsigned overload allows integers alone.
+/// A check for numbers within a range. The unsigned overload allows integers alone.
 Check range(double low, double high);
 Check range(unsigned low, unsigned high);
-/// Names, ignoring case and surrounding spaces. The value is normalised to the name.
+/// A check for names, ignoring case and surrounding spaces. It replaces the value by the name.
 Check one_of(const std::vector<std::string>& names);
 
-/// Parses a text that is a number as a whole; a leading plus sign is allowed. \returns false for anything else
+/// Parses a text that consists of one number; a leading plus sign is allowed.
+/// \returns false for other texts
 template <typename Number>
 bool read_number(std::string_view text, Number& value);
 

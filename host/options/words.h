@@ -16,14 +16,14 @@
 
 namespace kiln {
 
-/// A word and its value.
+/// A word, and the enumerator that it stands for.
 template <typename T>
 struct Word {
   const char* word;
   T value;
 };
 
-/// View of the words that an option accepts, in the alphabetical order of help.
+/// A view of the words that an option accepts, in alphabetical order, as in help.
 template <typename T>
 class Words {
  public:
@@ -117,7 +117,7 @@ inline constexpr Word<Dither> kDithers[] = {
 inline constexpr Word<MeshCompression> kMeshCompressions[] = {{"draco", MeshCompression::draco},
                                                               {"meshopt", MeshCompression::meshopt},
                                                               {"none", MeshCompression::none}};
-/// Words that may end --fallback.
+/// Words that may be the last one of --fallback.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
 inline constexpr Word<IdBy> kIdBy[] = {{"color", IdBy::color},

@@ -14,10 +14,11 @@
 namespace kiln {
 namespace {
 
-/// Numbers of the largest outlines that are rasterised at all rotations, and at half of them.
+/// How many of the largest outlines are rasterised at all rotations, and how many at half of these.
 constexpr std::size_t kMaxOutlinesAtAllTurns = 12, kMaxOutlinesAtHalfTurns = 32;
 
-/// Above this number of outlines, the search for a place starts where the last outline of similar size was placed.
+/// If there are more outlines than this, the search for a place starts at the row at which the last outline of
+/// similar size was placed.
 constexpr std::size_t kLowestRowsOutlines = 100;
 /// Factor within which sizes count as similar.
 constexpr double kSimilarSizeRatio = 1.25;
@@ -25,11 +26,12 @@ constexpr double kSimilarSizeRatio = 1.25;
 /// Lowest rows at which outlines of each size may still fit.
 class LowestRowsBySize {
  public:
-  explicit LowestRowsBySize(std::size_t count) : many_(count > kLowestRowsOutlines) {}
+  explicit LowestRowsBySize(std::size_t count) : uses_rows_(count > kLowestRowsOutlines) {}
 
-  /// The first row of the search for an outline. \param mask its mask at any rotation
+  /// The row at which the search for an outline starts.
+  /// \param mask  the outline's mask at any rotation
   std::uint32_t& of(const Outline& outline, const ChartMask& mask) {
-    if (!many_) return none_ = 0;  // With few outlines, every search starts at the bottom.
+    if (!uses_rows_) return row_0_ = 0;  // With few outlines, every search starts at row 0
     const auto step = [](double size) {
       return static_cast<int>(std::log(size) / std::log(kSimilarSizeRatio));
     };
@@ -37,29 +39,29 @@ class LowestRowsBySize {
   }
 
  private:
-  bool many_;
-  std::uint32_t none_ = 0;
+  bool uses_rows_;
+  std::uint32_t row_0_ = 0;
   std::map<std::pair<int, int>, std::uint32_t> rows_;
 };
 
 /// Finds the place where an outline's top is lowest, over all its allowed rotations.
-/// \param guess  a rotation that is likely the best, or -1; a good first place prunes the search, but never changes the
-///               result
+/// \param guess  index of the rotation that is probably the best, or -1. It is tried first, since a good place
+///               shortens the search; it never changes the result
 /// \param bottom  first row of the search
-void find_lowest_place(const CellRows& taken, const AtlasBitmap& sheet, const PackOrder& order,
+void find_lowest_place(const CellRows& occupied, const AtlasBitmap& sheet, const PackOrder& order,
                        std::uint32_t i, std::int8_t guess, std::uint32_t bottom, Packed& packed) {
   CellRows::Window window{sheet.cells, bottom};
   const auto try_turn = [&](std::int8_t turn) {
     const ChartMask& mask = sheet.mask(i, turn);
     if (mask.runs.empty()) return;
-    const auto at = taken.find(mask, window);
+    const auto at = occupied.find(mask, window);
     if (!at) return;
     const std::uint32_t top = at->second + mask.height;
     if (packed.turn[i] >= 0 &&
         std::tie(top, at->first, turn) >= std::tie(window.top, packed.x[i], packed.turn[i])) {
       return;
     }
-    window.top = top;  // Later rotations must not end higher.
+    window.top = top;  // The tops of later rotations must not be higher
     packed.x[i] = at->first, packed.y[i] = at->second;
     packed.turn[i] = turn;
   };
@@ -138,7 +140,7 @@ Packed AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& order, doubl
     if (!mask.runs.empty())  // The longest run comes first.
       longest = std::max(longest, mask.runs[0].last - mask.runs[0].first + 1);
   }
-  CellRows taken(sheet.cells, sheet.cells, longest);
+  CellRows occupied(sheet.cells, sheet.cells, longest);
   LowestRowsBySize lowest(outlines_.size());
   for (std::size_t n = 0; n < order.order.size(); ++n) {
     ProgressGuard::poll();
@@ -147,18 +149,18 @@ Packed AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& order, doubl
     if (n < same) {
       packed.turn[i] = done->turn[i], packed.x[i] = done->x[i], packed.y[i] = done->y[i];
     } else {
-      if (n == same && n > 0) taken.dilate(0, sheet.cells, 0, sheet.cells - 1);
-      find_lowest_place(taken, sheet, order, i, done != nullptr ? done->turn[i] : std::int8_t{-1},
-                        bottom, packed);
+      if (n == same && n > 0) occupied.dilate(0, sheet.cells, 0, sheet.cells - 1);
+      find_lowest_place(occupied, sheet, order, i,
+                        done != nullptr ? done->turn[i] : std::int8_t{-1}, bottom, packed);
     }
     record_place(sheet, i, packed);
     if (packed.left_out > most) return packed;
     if (packed.turn[i] < 0) continue;
     const ChartMask& mask = sheet.mask(i, packed.turn[i]);
     if (n < same) {
-      taken.mark(mask, packed.x[i], packed.y[i]);
+      occupied.mark(mask, packed.x[i], packed.y[i]);
     } else {
-      taken.occupy(mask, packed.x[i], packed.y[i]);
+      occupied.occupy(mask, packed.x[i], packed.y[i]);
       // Outlines of another shape may fit slightly lower, so the row is lowered by the mask's height.
       bottom = std::max(bottom, packed.y[i] - std::min(packed.y[i], mask.height));
     }

@@ -14,21 +14,21 @@ namespace kiln {
 
 /// An outline's transform into the atlas: rotation, then scale, then translation in texels.
 struct OutlinePlace {
-  Vec2d turn{1, 0};  ///< Cosine and sine of the rotation.
+  Vec2d turn{1, 0};  ///< Cosine and sine of the rotation
   Vec2d shift{};
 };
 
 /// The order in which outlines are placed.
 struct PackOrder {
   std::vector<std::uint32_t> order;
-  std::vector<std::int8_t> turn;  ///< Fixed rotation of each outline, or -1 for any.
+  std::vector<std::int8_t> turn;  ///< Fixed rotation of each outline, or -1 if any is allowed
 };
 
 /// The result of placing outlines in one order.
 struct Packed {
   double left_out = 0;                 ///< Total area of the outlines without a place.
   std::vector<std::uint32_t> refused;  ///< Outlines without a place.
-  std::uint32_t height = 0;            ///< Used rows.
+  std::uint32_t height = 0;            ///< Number of used rows
   double weight = 0;  ///< Sum over outlines of area times top row; lower is more compact.
   std::vector<OutlinePlace> places;
   std::vector<std::int8_t> turn;  ///< Rotation of each placed outline, or -1.
@@ -40,7 +40,7 @@ struct AtlasBitmap {
   static constexpr std::uint32_t kTurns = 16;
 
   std::uint32_t cells = 0;
-  double scale = 0;  ///< Cells per unit.
+  double scale = 0;  ///< Cells per unit of the outlines
   std::vector<ChartMask> masks;
 
   const ChartMask& mask(std::uint32_t outline, std::int8_t turn) const {
@@ -58,10 +58,10 @@ class AtlasPacker {
  public:
   static constexpr std::uint32_t kTurns = AtlasBitmap::kTurns;
 
-  /// \param outlines  viewed, not copied
-  /// \param size  texels of one side of the atlas
-  /// \param padding   texels between two outlines
-  /// \param angles  each outline's first rotation in radians; empty: that of its smallest bounding box
+  /// \param outlines  outlines, which must outlive this object
+  /// \param size  side of the atlas in texels
+  /// \param padding   distance between two outlines in texels
+  /// \param angles  each outline's first rotation in radians; if empty, the rotations of the smallest bounding boxes
   AtlasPacker(std::span<const Outline> outlines, std::uint32_t size, double padding,
               std::vector<double> angles = {});
 
@@ -69,17 +69,17 @@ class AtlasPacker {
   const std::vector<double>& angles() const { return angles_; }
   /// Total area of all outlines.
   double area() const { return area_; }
-  /// Number of rotations at which an outline is rasterised. Large outlines get all, since they decide the result; small
-  /// ones fit into gaps at few rotations.
+  /// Number of rotations at which an outline is rasterised. Large outlines are rasterised at all rotations, since
+  /// they determine the result; for small ones, few rotations suffice.
   std::uint32_t turns_of(std::uint32_t outline) const { return turns_of_[outline]; }
 
-  /// \param scale  cells per unit
+  /// \param scale  cells per unit of the outlines
   AtlasBitmap draw(std::uint32_t cells, double scale) const;
 
   /// Places each outline where its top is lowest. Outlines without a free place are left out.
-  /// \param most  stops as soon as the area left out exceeds this
-  /// \param done  an earlier result on this sheet. The first `same` outlines of the order keep its places; for others,
-  ///              its rotations are tried first, which is faster if they are good
+  /// \param most  packing stops as soon as the area of outlines without a place exceeds this
+  /// \param done  an earlier result on this sheet. The first `same` outlines of the order keep their places from it.
+  ///              For the others, their rotations in it are tried first, which saves time if they are good
   Packed pack(const AtlasBitmap& sheet, const PackOrder& order,
               double most = std::numeric_limits<double>::infinity(), const Packed* done = nullptr,
               std::size_t same = 0) const;

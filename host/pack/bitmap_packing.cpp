@@ -14,26 +14,28 @@
 namespace kiln {
 namespace {
 
-/// Cells per side of the grid, up to kFineGridOutlines outlines and above. Each outline loses about half a cell all
-/// around, so larger numbers need finer cells.
+/// Cells per side of the grid: kCoarseGridCells for up to kFineGridOutlines outlines, kFineGridCells for more.
+/// Rasterising widens each outline by about half a cell, so more outlines need smaller cells.
 constexpr std::uint32_t kCoarseGridCells = 256, kFineGridCells = 2048;
 constexpr std::size_t kFineGridOutlines = 100;
-/// Number of tried orders for n outlines: kMaxTriesTimesSquare / n^2, since each try is slower, too, but at least
+/// Number of tried orders for n outlines: kMaxTriesTimesSquare / n^2, since each try takes longer, too; but at least
 /// kMinTries, and at most kMaxTriesPerSquare * n^2, since few outlines have few orders.
 constexpr std::uint32_t kMaxTriesTimesSquare = 120000, kMinTries = 4, kMaxTriesPerSquare = 8;
-/// Number of parallel searches, and orders that each tries.
+/// Number of parallel searches, and number of orders that each of them tries.
 constexpr std::uint32_t kSearches = 4, kTriesPerSearch = 120;
-/// Up to kFineGridOutlines outlines, rounds of searches with new seeds continue until they cover this share, or up to
-/// kSearchRounds rounds. The last round starts from orders by size again.
+/// Up to kFineGridOutlines outlines, rounds of searches with new seeds are repeated until the outlines cover this
+/// share, but at most kSearchRounds times. The last round starts with the orders by size again.
 constexpr double kTargetShare = 0.785;
 constexpr std::uint32_t kSearchRounds = 3;
-/// The first scale is chosen by the coverage of the square by outlines: kMaxFirstCoverage, or less if outlines plus
-/// padding, with kRasterLossCells on each side, would cover more than kLikelyFill; kMinFirstCoverage if padding alone does.
+/// Share of the square that outlines cover at the first scale: kMaxFirstCoverage. It is less if outlines with
+/// padding, widened by kRasterLossCells, would cover more than kLikelyFill, and kMinFirstCoverage if padding alone
+/// would cover that much.
 constexpr double kMaxFirstCoverage = 0.72, kLikelyFill = 0.8, kRasterLossCells = 0.5,
                  kMinFirstCoverage = 1e-4;
-/// Tries without progress at one scale before a smaller one is tried; fewer if there are few tries in all.
+/// Maximum number of tries without progress at one scale before a smaller one is tried; fewer if the total number of
+/// tries is small.
 constexpr std::uint32_t kMaxTriesPerScale = 20;
-/// Tries without progress after which the search ends, at the smallest step.
+/// Number of tries without progress after which the search stops, once the scale step is kMinScaleStep.
 constexpr std::uint32_t kMaxTriesWithoutProgress = 60;
 /// Smallest and largest factor from one scale to the next.
 constexpr double kMinScaleStep = 1.004, kMaxScaleStep = 1.1;
@@ -85,7 +87,8 @@ class PackingSearch {
                       kMaxScaleStep);
   }
 
-  /// The order by falling size: the root of the area, optionally times the longer side of the bounding box.
+  /// The order by decreasing size. The size is the root of the area, or that times the longer side of the bounding
+  /// box.
   PackOrder order_by_size(const AtlasBitmap& sheet, bool by_box) const {
     std::vector<std::tuple<double, std::uint32_t>> keys;
     for (std::uint32_t i = 0; i < sheets_.outlines().size(); ++i) {
@@ -102,7 +105,8 @@ class PackingSearch {
 
   static auto rank(const Packed& packed) { return std::tie(packed.left_out, packed.weight); }
 
-  /// Estimates the share of the square that outlines can cover, which is low if they are small against the padding.
+  /// Estimates the share of the square that outlines can cover, which is low if they are small relative to the
+  /// padding.
   double estimate_share() const {
     double length = 0, rings = 0, longest = 0;
     for (const Outline& outline : sheets_.outlines()) {
@@ -115,14 +119,15 @@ class PackingSearch {
         }
       }
     }
-    // A widened outline adds a strip along its length and a disc to its area.
+    // Widening adds a strip along the outline, and a disc, to its area.
     const double margin = margin_ + kRasterLossCells, area = sheets_.area();
     const double strip = 0.5 * margin * length / area;
-    const double room = kLikelyFill * cells_ * cells_ - std::numbers::pi * margin * margin * rings;
-    if (room <= 0) return kMinFirstCoverage;
-    const double scale = std::sqrt(strip * strip + room / area) - strip;
-    // At any rotation, an outline's bounding box has a side of at least 1 / sqrt(2) of its length, so this bounds the
-    // scale. It also bounds the cost of masks, which grows with the square of the length.
+    const double free_area =
+        kLikelyFill * cells_ * cells_ - std::numbers::pi * margin * margin * rings;
+    if (free_area <= 0) return kMinFirstCoverage;
+    const double scale = std::sqrt(strip * strip + free_area / area) - strip;
+    // At any rotation, an outline's bounding box has a side of at least 1 / sqrt(2) of its length, which gives an
+    // upper bound of the scale. The bound also limits the cost of masks, which grows with the square of the length.
     return std::min(area * scale * scale / (1.0 * cells_ * cells_), 2 * area / longest);
   }
 
@@ -165,7 +170,7 @@ class PackingSearch {
     begin();
   }
 
-  /// Starts an attempt at the fitting scale times `factor`, and repeats while all outlines still fit.
+  /// Starts an attempt at the largest scale that fits, times `factor`; repeats this while all outlines fit.
   void start_attempt(double factor, PackOrder order) {
     for (;;) {
       factor_ = factor;
@@ -203,7 +208,8 @@ class PackingSearch {
     }
   }
 
-  /// Number of leading outlines with the same position and rotation as in the current order, so that their places stay.
+  /// Number of leading outlines that have the same position and rotation as in the current order, and thus keep their
+  /// places.
   std::size_t common_prefix(const PackOrder& plan) const {
     std::size_t n = 0;
     for (; n < plan.order.size() && plan.order[n] == order_.order[n]; ++n) {
@@ -217,7 +223,7 @@ class PackingSearch {
     const auto count = static_cast<std::uint32_t>(plan.order.size());
     const auto below = [&](std::size_t n) { return random_below(random_, n); };
     const std::uint32_t kind = below(7);
-    if (kind < 4) {  // Moves an outline without a place to an earlier position.
+    if (kind < 4) {  // Moves an outline without a place to an earlier position
       const std::uint32_t i = current_.refused[below(current_.refused.size())];
       const auto at = std::find(plan.order.begin(), plan.order.end(), i);
       const auto place = static_cast<std::uint32_t>(at - plan.order.begin());
@@ -226,7 +232,7 @@ class PackingSearch {
     } else if (kind < 5) {
       const std::uint32_t a = below(count), b = std::min(count - 1, a + 1 + below(4));
       std::swap(plan.order[a], plan.order[b]);
-    } else {  // Changes the rotation of one of the 16 first outlines.
+    } else {  // Changes the rotation of one of the first 16 outlines
       const std::uint32_t i = plan.order[below(std::min(count, 16U))];
       const std::uint32_t step = AtlasPacker::kTurns / sheets_.turns_of(i);
       plan.turn[i] = static_cast<std::int8_t>(below(sheets_.turns_of(i)) * step);
@@ -236,12 +242,14 @@ class PackingSearch {
 
   const AtlasPacker& sheets_;
   std::uint32_t cells_;
-  double margin_;  ///< Cells by which outlines are widened.
+  double margin_;  ///< Cells by which outlines are widened
   std::mt19937 random_;
   PackState state_;
   // The current attempt, at a scale at which outlines are left out.
-  double factor_ = 1;                         ///< Its scale over the largest scale that fits.
-  std::uint32_t tries_without_progress_ = 0;  ///< Tries since the area left out fell.
+  /// Scale of the current attempt, divided by the largest scale that fits
+  double factor_ = 1;
+  /// Number of tries since the area without a place last decreased
+  std::uint32_t tries_without_progress_ = 0;
   std::uint32_t patience_ = kMaxTriesPerScale;
   AtlasBitmap sheet_;
   PackOrder order_;
@@ -261,7 +269,7 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
                              const PackState* from, int threads) {
   PackState best;
   if (from != nullptr) best = *from;
-  best.packed = {};  // The outlines may have changed, so old places are invalid.
+  best.packed = {};  // The outlines may have changed, so old places are invalid
   best = search_packing(outlines, size, padding, 0, 1, from != nullptr ? &best : nullptr);
   if (best.share == 0) return {};
   std::array<PackState, kSearches> searches;

@@ -44,18 +44,18 @@ OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size,
   std::vector<PackPlace> places;
   OutlinePacking best;
   double low = 0,
-         high = std::sqrt(1.0 * side * side / area);  // Bounds of the bisection, in steps per unit.
+         high = std::sqrt(1.0 * side * side / area);  // Bounds of the bisection, in steps per unit
   for (int round = 0; round < 24 && high - low > 0.004 * high; ++round) {
     const double scale = low > 0 || round < 2 ? 0.5 * (low + high) : 0.25 * high;
-    double covered = 0;
+    double covered_area = 0;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       const auto cells = [&](double extent) {
         return static_cast<std::uint32_t>(std::ceil(extent * scale)) + border;
       };
       sizes[i] = {cells(boxes[i].high.x - boxes[i].low.x), cells(boxes[i].high.y - boxes[i].low.y)};
-      covered += 1.0 * sizes[i].width * sizes[i].height;
+      covered_area += 1.0 * sizes[i].width * sizes[i].height;
     }
-    if (covered > 1.0 * side * side || !pack_rectangles(sizes, side, places)) {
+    if (covered_area > 1.0 * side * side || !pack_rectangles(sizes, side, places)) {
       high = scale;
       continue;
     }

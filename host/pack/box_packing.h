@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Like pack_outlines(), but packs the smallest bounding box of each outline, in O(n log n). About half of the square
-/// is lost. Deterministic.
+/// Packs as pack_outlines(), but uses the smallest bounding box of each outline, in O(n log n). About half of the
+/// square remains empty. Deterministic.
 OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size, double padding);
 
 }  // namespace kiln

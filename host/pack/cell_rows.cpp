@@ -13,15 +13,15 @@ namespace {
 
 constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 
-/// Free runs' lengths are quantised to 2^kRunBits to 2^(kRunBits + 1) steps. kComparedRuns of a mask's runs are compared
-/// with them to reject rows early.
+/// Lengths of free runs are quantised to between 2^kRunBits and 2^(kRunBits + 1) steps. To reject rows early,
+/// kComparedRuns runs of a mask are compared with these lengths.
 constexpr std::uint32_t kRunBits = 6;
 constexpr std::size_t kComparedRuns = 16;
-/// In rows of more than kNarrowRowWords words, after the first kFullRowRuns runs only words that still have a free place are
-/// tested.
+/// In rows of more than kNarrowRowWords words, only words that still have a free place are tested after the first
+/// kFullRowRuns runs.
 constexpr std::uint32_t kNarrowRowWords = 4, kFullRowRuns = 3;
-/// In such rows, this number of runs that last blocked a row are tested first, because they usually block the next row,
-/// too.
+/// In such rows, the last kRecentRuns runs that blocked a row are tested first, because they usually block the next
+/// row, too.
 constexpr std::uint32_t kRecentRuns = 4;
 
 /// Loads two words from an unaligned address.
@@ -41,7 +41,7 @@ CellRows::CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t long
       height_(height),
       words_(words_per_row(width)),
       levels_(static_cast<std::uint32_t>(std::bit_width(std::min(width, longest)))),
-      // Shifts read beyond the last row.
+      // One extra row and word are allocated, since shifts read beyond the last row.
       bits_(std::size_t{levels_} * height * words_ + words_ + 1),
       step_(static_cast<std::uint32_t>(std::bit_width(width >> kRunBits)) -
             (width >> kRunBits != 0 ? 1 : 0)),
@@ -83,7 +83,7 @@ void CellRows::dilate(std::uint32_t first, std::uint32_t end, std::uint32_t left
     std::uint64_t* wide = row(k, first);
     const std::uint64_t* narrow = row(k - 1, first);
     for (std::uint32_t y = first; y < end; ++y, wide += words_, narrow += words_) {
-      // Bits beyond the row's end belong to the next row; they affect only places outside.
+      // Bits beyond the row's end belong to the next row; they affect only places outside of the bitmap.
       const std::uint64_t* const beside = narrow + whole;
       if (words_ == 1) {
         wide[0] = narrow[0] | beside[0] >> part | beside[1] << 1 << (63 - part);
@@ -98,7 +98,7 @@ void CellRows::dilate(std::uint32_t first, std::uint32_t end, std::uint32_t left
     }
   }
   for (std::uint32_t y = first; y < end; ++y) {
-    if (free_[y].length() < free_[y].others) find_longest_run(y);
+    if (free_[y].length() < free_[y].max_other_length) find_longest_run(y);
     update_longest_free(y, free_[y].length() >> step_);
   }
 }
@@ -106,7 +106,7 @@ void CellRows::dilate(std::uint32_t first, std::uint32_t end, std::uint32_t left
 void CellRows::FreeRun::occupy(std::uint32_t first, std::uint32_t last) {
   if (first >= end || last <= begin) return;
   const std::uint32_t left = first - std::min(first, begin), right = end - std::min(end, last);
-  others = std::max(others, std::min(left, right));
+  max_other_length = std::max(max_other_length, std::min(left, right));
   if (left < right) {
     begin = last;
   } else {
@@ -120,11 +120,11 @@ void CellRows::find_longest_run(std::uint32_t y) {
   const std::uint64_t* const cells = row(0, y);
   std::uint32_t begin = 0;
   const auto add = [&](std::uint32_t end) {
-    const FreeRun run{begin, end, std::max(longest.others, longest.length())};
+    const FreeRun run{begin, end, std::max(longest.max_other_length, longest.length())};
     if (run.length() > longest.length()) {
       longest = run;
     } else {
-      longest.others = std::max(longest.others, run.length());
+      longest.max_other_length = std::max(longest.max_other_length, run.length());
     }
   };
   for (std::uint32_t x = 0; x < width_;) {
@@ -145,8 +145,8 @@ void CellRows::update_longest_free(std::uint32_t y, std::uint32_t steps) {
     fits_[std::size_t{longest_free_[y]} * row_words_ + y / 64] &= ~(std::uint64_t{1} << y % 64);
 }
 
-/// A bit mask of the rows among 64, from a multiple of 64, where a mask may lie because free runs are as long as its
-/// own. Compares kComparedRuns rows of the mask that are far from each other.
+/// For 64 rows from a multiple of 64, a bit for each row at which the mask may be placed, because free runs are at
+/// least as long as the mask's runs. Compares kComparedRuns rows of the mask that are far from each other.
 std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t first) const {
   std::uint64_t result = kAllOnes;
   for (std::size_t n = 0; n < std::min(kComparedRuns, mask.runs.size()) && result != 0; ++n) {
@@ -164,7 +164,7 @@ template <std::uint32_t words>
 std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
     const ChartMask& mask, const Window& window) const {
   const std::uint32_t places = width_ - mask.width + 1;
-  std::array<std::uint64_t, words> outside{}, blocked{};
+  std::array<std::uint64_t, words> outside{}, blocked_cells{};
   for (std::uint32_t w = 0; w < words; ++w) {
     const std::uint32_t from = w * 64;
     outside[w] = places >= from + 64 ? 0 : places <= from ? kAllOnes : kAllOnes << (places - from);
@@ -172,23 +172,24 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   const std::uint32_t top = std::min(height_, window.top);
   if (mask.height > top) return std::nullopt;
   const std::uint32_t end = top - mask.height + 1;
-  std::uint32_t above = window.bottom / 64 * 64;
+  std::uint32_t first_row = window.bottom / 64 * 64;
   std::uint64_t rows = 0;
-  // Recently blocking runs, initially the first ones. The order of tests does not change the result.
+  // Indices of the runs that blocked rows most recently, initially the first runs. The order of tests does not change
+  // the result.
   std::array<std::uint32_t, kRecentRuns> recent{0, 1, 2, 3};
   const auto runs = static_cast<std::uint32_t>(mask.runs.size());
   const std::uint32_t ahead = words > kNarrowRowWords ? std::min(kRecentRuns, runs) : 0;
   for (;;) {
     while (rows == 0) {
-      if (above >= end) return std::nullopt;
-      rows = rows_with_room(mask, above);
-      if (above < window.bottom) rows &= kAllOnes << (window.bottom - above);
-      if (end - above < 64) rows &= kAllOnes >> (64 - (end - above));
-      above += 64;
+      if (first_row >= end) return std::nullopt;
+      rows = rows_with_room(mask, first_row);
+      if (first_row < window.bottom) rows &= kAllOnes << (window.bottom - first_row);
+      if (end - first_row < 64) rows &= kAllOnes >> (64 - (end - first_row));
+      first_row += 64;
     }
-    const std::uint32_t y = above - 64 + static_cast<std::uint32_t>(std::countr_zero(rows));
+    const std::uint32_t y = first_row - 64 + static_cast<std::uint32_t>(std::countr_zero(rows));
     rows &= rows - 1;
-    blocked = outside;
+    blocked_cells = outside;
     bool free = true;
     std::array<std::uint32_t, words> open{};
     std::uint32_t count = 0;
@@ -208,8 +209,8 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
       // Bits beyond the row's end affect only places that `outside` blocks.
       const std::uint64_t *const at_a = from + a / 64, *const at_b = from + b / 64;
       const auto block = [&](std::uint32_t w) {
-        return blocked[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) |
-                             at_b[w] >> b % 64 | at_b[w + 1] << 1 << (63 - b % 64);
+        return blocked_cells[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) |
+                                   at_b[w] >> b % 64 | at_b[w + 1] << 1 << (63 - b % 64);
       };
       if (words > kNarrowRowWords && r > kFullRowRuns) {
         // In wide rows, only words with a free place are tested.
@@ -230,11 +231,11 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
         const auto down_a = static_cast<int>(a % 64), down_b = static_cast<int>(b % 64);
         Word2 all{kAllOnes, kAllOnes};
         for (std::uint32_t w = 0; w < words; w += 2) {
-          const Word2 now = load_two(blocked.data() + w) | load_two(at_a + w) >> down_a |
+          const Word2 now = load_two(blocked_cells.data() + w) | load_two(at_a + w) >> down_a |
                             load_two(at_a + w + 1) << 1 << (63 - down_a) |
                             load_two(at_b + w) >> down_b |
                             load_two(at_b + w + 1) << 1 << (63 - down_b);
-          std::memcpy(blocked.data() + w, &now, sizeof now);
+          std::memcpy(blocked_cells.data() + w, &now, sizeof now);
           all &= now;
         }
         free = (all[0] & all[1]) != kAllOnes;
@@ -243,13 +244,13 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
       if (words <= kNarrowRowWords || r < kFullRowRuns) continue;
       for (std::uint32_t w = 0; w < words; ++w) {
         open[count] = w;
-        count += blocked[w] != kAllOnes ? 1 : 0;
+        count += blocked_cells[w] != kAllOnes ? 1 : 0;
       }
     }
     if (!free) continue;
     for (std::uint32_t w = 0; w < words; ++w) {
-      if (blocked[w] == kAllOnes) continue;
-      return std::pair{w * 64 + static_cast<std::uint32_t>(std::countr_one(blocked[w])), y};
+      if (blocked_cells[w] == kAllOnes) continue;
+      return std::pair{w * 64 + static_cast<std::uint32_t>(std::countr_one(blocked_cells[w])), y};
     }
   }
 }

@@ -11,23 +11,25 @@
 namespace kiln {
 
 /// Occupied cells as rows of 64-bit words. For each power of two, a copy of every row is dilated to the left by that
-/// length. A run of any length is the union of two such dilations, so two words test it at 64 places at once.
+/// length. A run of any length is the union of two runs whose length is a power of two, so two words of these copies
+/// test it at 64 places at once.
 class CellRows {
  public:
-  /// \param width    cells, at most 2048
-  /// \param longest  upper bound of the runs of all masks, cells
+  /// \param width    width in cells, at most 2048
+  /// \param longest  upper bound of the run lengths of all masks, in cells
   CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t longest = ~0U);
 
   /// Bounds of the search for a place.
   struct Window {
-    std::uint32_t top = 0;     ///< Exclusive upper bound of the mask's top row.
-    std::uint32_t bottom = 0;  ///< Lowest row of the mask.
+    std::uint32_t top = 0;     ///< Exclusive upper bound of the mask's top row
+    std::uint32_t bottom = 0;  ///< Lowest allowed row of the mask
   };
   /// The first free place of the mask, by row, then by cell; returned as {cell, row}.
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find(const ChartMask& mask,
                                                               const Window& window) const;
   void occupy(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
-  /// First step of occupy(), for several masks at once. find() is valid again after dilate() of the changed rows.
+  /// First step of occupy(), separate so that several masks can be marked. find() must not be called before dilate()
+  /// of the changed rows.
   void mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
   /// Second step of occupy(): updates the dilated copies of rows [first, end) with new marks in cells [left, right].
   void dilate(std::uint32_t first, std::uint32_t end, std::uint32_t left, std::uint32_t right);
@@ -51,19 +53,19 @@ class CellRows {
   /// may have become longer.
   struct FreeRun {
     std::uint32_t begin = 0, end = 0;
-    std::uint32_t others = 0;  ///< Upper bound of all other runs' lengths.
+    std::uint32_t max_other_length = 0;  ///< Upper bound of all other runs' lengths
     std::uint32_t length() const { return end - begin; }
     void occupy(std::uint32_t first, std::uint32_t last);
   };
 
   std::uint32_t width_, height_, words_, levels_;
   std::vector<std::uint64_t> bits_;
-  // For each length in steps, one bit per row: whether the row has a free run of that length.
-  std::uint32_t step_;  ///< A step is 2^step_ cells.
+  // For each length in steps, one bit per row that is 1 if the row has a free run of that length.
+  std::uint32_t step_;  ///< A step is 2^step_ cells
   std::uint32_t row_words_;
   std::vector<std::uint64_t> fits_;
-  std::vector<std::uint32_t> longest_free_;  ///< Longest free run of each row, in steps.
-  std::vector<FreeRun> free_;                ///< Longest free run of each row in cells.
+  std::vector<std::uint32_t> longest_free_;  ///< Longest free run of each row, in steps
+  std::vector<FreeRun> free_;                ///< Longest free run of each row, in cells
 };
 
 }  // namespace kiln

@@ -25,7 +25,7 @@ struct Box {
   }
 };
 
-/// A shape's extent in x within a slab: the row of cells between two heights.
+/// A shape's extent in x within a slab, which is a row of cells between two heights.
 struct Span {
   double low = std::numeric_limits<double>::max(), high = -low;
   void add(double x) {
@@ -34,28 +34,28 @@ struct Span {
   }
 };
 
-Double2 both(double value) { return Double2{value, value}; }
+Double2 in_both_lanes(double value) { return Double2{value, value}; }
 
-/// The two sides of the strip around a segment, each from its lower end up.
+/// The two sides of the strip around a segment, each from its lower to its upper end.
 struct Strip {
   Double2 low_x, low_y, high_x, high_y, slope;
 
   Strip(const Vec2d& a, const Vec2d& b, const Vec2d& side) {
     const Double2 off_x{side.x, -side.x}, off_y{side.y, -side.y};
-    const Double2 ax = both(a.x) + off_x, ay = both(a.y) + off_y;
-    const Double2 bx = both(b.x) + off_x, by = both(b.y) + off_y;
-    const auto rises = ay <= by;
-    low_x = select(rises, ax, bx), low_y = select(rises, ay, by);
-    high_x = select(rises, bx, ax), high_y = select(rises, by, ay);
-    slope = select(ay == by, both(0), (bx - ax) / (by - ay));
+    const Double2 ax = in_both_lanes(a.x) + off_x, ay = in_both_lanes(a.y) + off_y;
+    const Double2 bx = in_both_lanes(b.x) + off_x, by = in_both_lanes(b.y) + off_y;
+    const auto is_rising = ay <= by;
+    low_x = select(is_rising, ax, bx), low_y = select(is_rising, ay, by);
+    high_x = select(is_rising, bx, ax), high_y = select(is_rising, by, ay);
+    slope = select(ay == by, in_both_lanes(0), (bx - ax) / (by - ay));
   }
 
   /// Extends a span by the strip's extent within the slab.
   void add_to(Span& span, double bottom) const {
-    const Double2 from = both(bottom), to = both(bottom + 1);
+    const Double2 from = in_both_lanes(bottom), to = in_both_lanes(bottom + 1);
     const Double2 begin = select(low_y < from, low_x + (from - low_y) * slope, low_x);
     const Double2 end = select(high_y > to, high_x + (to - high_y) * slope, high_x);
-    const Double2 none = both(std::numeric_limits<double>::max());
+    const Double2 none = in_both_lanes(std::numeric_limits<double>::max());
     const auto away = (high_y < from) | (low_y > to);
     const Double2 low = select(away, none, select(begin < end, begin, end));
     const Double2 high = select(away, -none, select(begin < end, end, begin));
@@ -78,7 +78,7 @@ inline void add_disc(const Vec2d& centre, double radius, double bottom, Span& sp
 class Cells {
  public:
   Cells(std::uint32_t width, std::uint32_t height)
-      : width_(width), height_(height), words_(width / 64 + 1), set_(words_ * height, 0) {}
+      : width_(width), height_(height), words_(width / 64 + 1), occupied_(words_ * height, 0) {}
 
   /// Sets every cell within `margin` of the ring.
   void widen(const std::vector<Vec2d>& ring, double margin) {
@@ -94,7 +94,7 @@ class Cells {
     }
   }
 
-  /// Sets cells whose centres are inside. Each edge toggles all cells to its right (even-odd rule).
+  /// Sets cells whose centres are inside of the rings. Each edge toggles all cells to its right (even-odd rule).
   void fill(const std::vector<std::vector<Vec2d>>& rings) {
     for (const auto& ring : rings) {
       for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -119,7 +119,7 @@ class Cells {
     }
   }
 
-  /// The bitmap rotated by a quarter turn: rows become columns, the lowest row the last column.
+  /// The bitmap rotated by 90 degrees: rows become columns, the lowest row becomes the last column.
   Cells turned() const {
     Cells result(height_, width_);
     std::array<std::uint64_t, 64> block;
@@ -160,7 +160,8 @@ class Cells {
     std::vector<Span> rows;
 
     void add_to(Span& span, std::uint32_t y) const {
-      if (y - first >= rows.size()) return;  // Rows below `first` wrap to huge indices.
+      // Differences of rows below `first` wrap to large numbers
+      if (y - first >= rows.size()) return;
       span.low = std::min(span.low, rows[y - first].low);
       span.high = std::max(span.high, rows[y - first].high);
     }
@@ -174,8 +175,8 @@ class Cells {
       add_disc(centre, radius, y, disc.rows[y - disc.first]);
   }
 
-  /// Sets the cells within `margin` of one edge: in each row, the extent of the two discs at its ends and of the strip
-  /// between them.
+  /// Sets the cells within `margin` of one edge: in each row, the extent of the discs around its two vertices and of
+  /// the strip between them.
   void widen(const Vec2d& a, const Vec2d& b, double margin, const Disc& at_a, const Disc& at_b) {
     const Vec2d along = b - a;
     const double size = std::sqrt(dot(along, along));
@@ -191,7 +192,7 @@ class Cells {
     }
   }
 
-  /// Tolerance above all rounding errors, cells.
+  /// Tolerance that exceeds all rounding errors, in cells.
   static constexpr double kRoundingMargin = 1e-9;
 
   /// Transposes a 64 x 64 bit matrix by recursive swaps of off-diagonal blocks (Warren, "Hacker's Delight", section
@@ -207,8 +208,8 @@ class Cells {
     }
   }
 
-  std::uint64_t* row(std::uint32_t y) { return set_.data() + words_ * y; }
-  const std::uint64_t* row(std::uint32_t y) const { return set_.data() + words_ * y; }
+  std::uint64_t* row(std::uint32_t y) { return occupied_.data() + words_ * y; }
+  const std::uint64_t* row(std::uint32_t y) const { return occupied_.data() + words_ * y; }
   /// Rounds up, clamped to [0, max].
   static std::uint32_t round_up(double value, std::uint32_t most) {
     const double kept = std::clamp(value, 0.0, 1.0 * most);
@@ -244,16 +245,16 @@ class Cells {
 
   std::uint32_t width_, height_;
   std::size_t words_;
-  std::vector<std::uint64_t> set_;
+  std::vector<std::uint64_t> occupied_;
 };
 
-/// A mask without its runs, and the bitmap that they come from.
-struct Drawn {
+/// A mask whose runs are not set yet, and the bitmap from which they are computed.
+struct DrawnMask {
   ChartMask mask;
   Cells cells;
 };
 
-Drawn draw(const Outline& outline, double angle, double scale, double margin) {
+DrawnMask draw(const Outline& outline, double angle, double scale, double margin) {
   ChartMask mask;
   mask.turn = {std::cos(angle), std::sin(angle)};
   std::vector<std::vector<Vec2d>> rings = outline.rings;
@@ -290,8 +291,8 @@ void ChartMask::arrange() {
     if (most == nullptr || run.last - run.first > most->last - most->first) most = &run;
   }
   if (most == nullptr) return;
-  // Neighbouring rows are similar, so testing rows far apart finds a blocking one sooner. Rows are sorted by the power
-  // of 2 that divides their index, up to this exponent.
+  // Neighbouring rows are similar, so a blocking row is found sooner if rows far apart are tested first. Rows are
+  // sorted by the power of 2 that divides their index, up to this exponent.
   static constexpr std::uint32_t kHalvings = 4;
   const auto place = [](const Run& run) {
     return kHalvings - std::min(kHalvings, static_cast<std::uint32_t>(std::countr_zero(run.row)));
@@ -300,7 +301,7 @@ void ChartMask::arrange() {
   for (const Run& run : runs) ++starts[place(run) + 1];
   for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
   std::vector<Run> arranged(runs.size());
-  // The longest run comes first; the start of each group up to its own moves by one.
+  // The longest run comes first, which shifts by one the starts of all groups up to the run's own group.
   for (std::uint32_t i = 0; i <= place(*most); ++i) starts[i] += 1;
   arranged[0] = *most;
   for (const Run& run : runs) {
@@ -311,7 +312,7 @@ void ChartMask::arrange() {
 
 std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
                                            double margin) {
-  Drawn drawn = draw(outline, angle, scale, margin);
+  DrawnMask drawn = draw(outline, angle, scale, margin);
   std::array<ChartMask, 4> masks;
   for (std::size_t quarter = 0; quarter < 4; ++quarter) {
     ChartMask& mask = masks[quarter];

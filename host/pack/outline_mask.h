@@ -13,31 +13,32 @@ namespace kiln {
 /// Closed polygons that do not cross each other, filled by the even-odd rule.
 struct Outline {
   std::vector<std::vector<Vec2d>> rings;
-  double area = 0;  ///< Area of the interior.
+  double area = 0;  ///< Area of the interior
 };
 
-/// Conservative set of the cells that a widened outline touches.
+/// A conservative set of the cells that a widened outline touches.
 struct ChartMask {
-  /// Cells first to last of one row.
+  /// A run of cells in one row, from `first` to `last` inclusive.
   struct Run {
     std::uint32_t row = 0, first = 0, last = 0;
   };
   std::uint32_t width = 0, height = 0;
-  /// The longest run first, then runs of rows far from each other (see arrange()).
+  /// Runs of cells: the longest first, then runs in rows far from each other (see arrange()).
   std::vector<Run> runs;
-  std::vector<std::int16_t> longest;  ///< Length of each row's longest run, cells.
-  Vec2d turn{1, 0};                   ///< Cosine and sine of the rotation.
-  Vec2d shift{};                      ///< Translation of the rotated, scaled outline, cells.
+  std::vector<std::int16_t> longest;  ///< Length of each row's longest run, in cells
+  Vec2d turn{1, 0};                   ///< Cosine and sine of the rotation
+  Vec2d shift{};                      ///< Translation of the rotated, scaled outline, in cells
 
   /// Sorts runs so that searches fail early, and sets `longest`.
   void arrange();
 };
 
-/// Masks of an outline at an angle and at three further quarter turns. These rotate the cells of the first mask, which
-/// is faster than rasterising again. Since masks are whole cells wide, the outline then touches the opposite side of
-/// its mask.
+/// Masks of an outline at an angle, and at that angle plus 90, 180 and 270 degrees. The other three masks are the
+/// first one with rotated cells, which is faster than rasterising again. Since masks have an integer number of cells,
+/// the outline touches the opposite side of a rotated mask.
 /// \param scale   cells per unit of the outline
-/// \param margin  cells by which the outline is widened; outlines of two disjoint masks are at least twice this apart
+/// \param margin  cells by which the outline is widened; the distance between outlines of two disjoint masks is at
+///        least twice this
 std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
                                            double margin);
 

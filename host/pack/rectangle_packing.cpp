@@ -10,14 +10,15 @@ namespace {
 
 constexpr std::size_t kSkylineLimit = 8192;
 
-/// The upper outline of the placed rectangles. From a node's x up to the next node, the height is y.
+/// The upper outline of the placed rectangles. Between the x of a node and that of the next node, its height is the
+/// node's y.
 class Skyline {
  public:
   explicit Skyline(std::uint32_t side) : side_(side), nodes_{{0, 0}} {}
 
   struct Candidate {
     std::uint32_t top = std::numeric_limits<std::uint32_t>::max();
-    std::uint64_t waste = 0;  ///< Area below the rectangle that becomes unreachable.
+    std::uint64_t waste = 0;  ///< Area below the rectangle that becomes unreachable
     std::uint32_t x = 0, y = 0;
     std::size_t node = 0;
     bool found = false;
@@ -48,8 +49,9 @@ class Skyline {
 
   void place(const Candidate& at, std::uint32_t width) {
     const std::uint32_t end = at.x + width;
-    std::size_t last = at.node;  // One past the last node that starts under the rectangle.
-    std::uint32_t tail = 0;      // Height of that node, which continues right of the rectangle.
+    std::size_t last = at.node;  // One past the last node that starts under the rectangle
+    // Height of the last of these nodes, which continues to the right of the rectangle
+    std::uint32_t tail = 0;
     while (last < nodes_.size() && nodes_[last].x < end) tail = nodes_[last++].y;
     const bool cut = end < (last < nodes_.size() ? nodes_[last].x : side_);
     nodes_.erase(nodes_.begin() + static_cast<std::ptrdiff_t>(at.node),
@@ -110,7 +112,7 @@ bool pack_shelves(std::span<const PackSize> sizes, std::span<const std::uint32_t
 bool pack_rectangles(std::span<const PackSize> sizes, std::uint32_t side,
                      std::vector<PackPlace>& places) {
   places.resize(sizes.size());
-  // Sorts by falling longer side. Rectangles stand upright on shelves and may be turned on the skyline.
+  // Sorts by decreasing longer side. Rectangles are upright on shelves, and may be rotated on the skyline.
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(sizes.size());
   for (std::uint32_t i = 0; i < sizes.size(); ++i) {
     const std::uint64_t longer = std::max(sizes[i].width, sizes[i].height);

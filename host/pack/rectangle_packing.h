@@ -17,10 +17,10 @@ struct PackPlace {
   bool turned = false;
 };
 
-/// Places rectangles without overlap in [0, side] x [0, side], turned by 90 degrees if that helps. First tries shelves
-/// sorted by height, in O(n log n), whose waste is small for large numbers. If that fails, up to 8,192 rectangles are
-/// placed onto a skyline, longest side first, each where its lower side is lowest (Jylänki 2010, "A Thousand Ways to
-/// Pack the Bin", section 5).
+/// Places rectangles without overlap in [0, side] x [0, side], rotated by 90 degrees if that helps. First tries
+/// shelves sorted by height, in O(n log n), whose waste is small for large numbers. If that fails, up to 8,192
+/// rectangles are placed onto a skyline, longest side first, each at the position at which its lower side is lowest
+/// (Jylänki 2010, "A Thousand Ways to Pack the Bin", section 5).
 ///
 /// \param sizes  all sides at least 1
 /// \param places  [out] one per rectangle; undefined if the result is false

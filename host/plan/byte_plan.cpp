@@ -23,20 +23,22 @@ namespace kiln {
 namespace {
 
 /// Constants of the search for the face count within a byte budget. Building a low poly (unwrap, bake, measure)
-/// dominates the plan's time, so the search builds few and predicts the errors of all others.
+/// dominates the plan's time, so the search builds few low polys and predicts the errors of all others.
 struct BytePlanSettings {
   /// Maximum number of low polys that are built.
   static constexpr std::size_t kMaxTrials = 6;
-  /// Another is built only if its predicted error is below this share of the least error so far.
+  /// Another low poly is built only if its predicted error is below this share of the smallest error so far.
   static constexpr double kMaxErrorRatioToTry = 0.98;
-  /// The first low poly gets this share of the bytes, at this estimate of bytes per face (48 per vertex, 6 of indices).
+  /// The first low poly gets the share kFirstBytesShare of the bytes; its face count follows from the estimate
+  /// kBytesPerFace (48 bytes per vertex, 6 bytes of indices per face).
   static constexpr double kFirstBytesShare = 0.3, kBytesPerFace = 45;
-  /// The first map has the largest size at which the whole budget allows this many bytes per texel, with lossy and
-  /// lossless encodings. With fewer bytes per texel, a map of half the size and higher quality has a lower error.
+  /// The first map has the largest size at which the whole budget gives at least this number of bytes per texel, for
+  /// lossy and for lossless encodings. With fewer bytes per texel, a map of half the size and higher quality has a
+  /// lower error.
   static constexpr double kMinLossyBytesPerTexel = 0.15, kMinLosslessBytesPerTexel = 0.5;
   /// First and last step of the descent, in levels. The first step halves the faces; each next one is half as long.
   static constexpr std::size_t kFirstLevelStep = plan_settings::kNodeStep, kLastLevelStep = 3;
-  /// Penalty in steps of 1/255 for levels that lost a part of the surface: above every real error.
+  /// Penalty in steps of 1/255 for levels that have lost a part of the surface; it exceeds every real error.
   static constexpr double kLostSurfacePenalty = 1000;
 };
 using Settings = BytePlanSettings;
@@ -72,7 +74,7 @@ class BytePlanner {
     while (level + 1 < evaluator_.count() && evaluator_.faces(level) > faces) ++level;
     if (options_.plan.choose_match) evaluator_.choose_match(level);
     build_trial(level, first_size(), /*all_maps=*/true, 0);
-    while (made_.size() < Settings::kMaxTrials) {
+    while (built_.size() < Settings::kMaxTrials) {
       const std::optional<Prediction> next = best_predicted();
       if (!next || next->error >= Settings::kMaxErrorRatioToTry * error_of(best())) break;
       build_trial(next->level, next->size, /*all_maps=*/false, next->error);
@@ -116,13 +118,13 @@ class BytePlanner {
     if (!made.trial.fits) return oversize_rank(made.trial.bytes);
     return made.trial.error + (lost ? Settings::kLostSurfacePenalty : 0);
   }
-  /// Ranks files that exceed the budget after all others, by their bytes.
+  /// Rank of a file that exceeds the budget: after all files that fit, by its bytes.
   double oversize_rank(std::uint64_t bytes) const {
     return 2 * Settings::kLostSurfacePenalty +
            static_cast<double>(bytes) / static_cast<double>(options_.max_bytes);
   }
   Made& best() {
-    return *std::min_element(made_.begin(), made_.end(), [&](const Made& a, const Made& b) {
+    return *std::min_element(built_.begin(), built_.end(), [&](const Made& a, const Made& b) {
       return error_of(a) < error_of(b);
     });
   }
@@ -130,11 +132,12 @@ class BytePlanner {
     const auto apart = [level](const Made& made) {
       return std::max(made.level, level) - std::min(made.level, level);
     };
-    return *std::min_element(made_.rbegin(), made_.rend(),
+    return *std::min_element(built_.rbegin(), built_.rend(),
                              [&](const Made& a, const Made& b) { return apart(a) < apart(b); });
   }
 
-  /// The level itself or the nearest of the eight next finer ones without folds.
+  /// The nearest level without folds, among the level and the eight next finer ones; the level itself if there is
+  /// none.
   std::size_t without_folds(std::size_t level) const {
     const SimplifyLevels& levels = evaluator_.levels();
     for (std::size_t finer = 0; finer <= 8 && finer <= level; ++finer) {
@@ -171,7 +174,7 @@ class BytePlanner {
   }
 
   void build_trial(std::size_t asked, std::uint32_t size, bool all_maps, double expected) {
-    Made& made = made_.emplace_back();
+    Made& made = built_.emplace_back();
     made.level = without_folds(asked);
     const LaidOut& laid_out = evaluator_.laid_out(made.level, size);
     made.low = laid_out.mesh;
@@ -215,10 +218,10 @@ class BytePlanner {
     result_.plan.seconds_measure += watch.total();
     if (all_maps) {
       made.result = std::move(result);
-      others_.assign(made.ladders.begin() + 1, made.ladders.end());
+      other_ladders_.assign(made.ladders.begin() + 1, made.ladders.end());
       others_size_ = size;
     }
-    // Colours count here; finish() transfers them to the chosen low poly alone.
+    // Vertex colours are added for counting bytes only; finish() transfers colours to the chosen low poly.
     Mesh weighed = made.low;
     if (!high_.colors.empty())
       weighed.colors.assign(weighed.positions.size(), high_.colors.front());
@@ -226,7 +229,7 @@ class BytePlanner {
     const auto faces = static_cast<double>(made.low.triangles.size());
     made.bytes_per_face =
         (static_cast<double>(made.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) / faces;
-    made.ladders.resize(1);  // others_ has the ladders of the other pictures.
+    made.ladders.resize(1);  // others_ has the ladders of the other pictures
     std::vector<PictureLadder> all = made.ladders;
     const std::vector<PictureLadder> others = others_up_to(size);
     all.insert(all.end(), others.begin(), others.end());
@@ -236,9 +239,9 @@ class BytePlanner {
     choose(all, made.trial);
   }
 
-  /// Ladders of the pictures other than normals, limited to the size of a bake.
+  /// Ladders of all pictures except normals, limited to the size of a bake.
   std::vector<PictureLadder> others_up_to(std::uint32_t size) const {
-    std::vector<PictureLadder> list = others_;
+    std::vector<PictureLadder> list = other_ladders_;
     for (PictureLadder& ladder : list) {
       const PictureChoice least = ladder.choices.front();
       std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
@@ -263,7 +266,7 @@ class BytePlanner {
     trial.degrees = trial.pictures.front().error.degrees;
   }
 
-  /// Predicts a level's error with the best pictures that fit into the remaining bytes.
+  /// Predicts a level's error with the best pictures that fit in the remaining bytes.
   Prediction predict(std::size_t level) {
     const Made& known = nearest(level);
     const LevelErrors errors = evaluator_.at(level, /*mapped=*/true);
@@ -278,14 +281,15 @@ class BytePlanner {
       const double plain = model_.expected(faces, errors, known.trial.baked >> choice.level);
       const double of_level = measured.levels[choice.level].degrees;
       const double is = choice.error.degrees;
-      // Encoding loss is independent of the error of the mesh and its texels, so that squares add up.
+      // The loss by encoding is independent of the error of the mesh and its texels, so the squares of the two errors
+      // add up.
       const double lost = std::max(0.0, is * is - of_level * of_level);
       choice.error.degrees = std::sqrt(plain * plain + lost);
       choice.error.steps = steps_a_degree * choice.error.degrees;
     }
     const std::vector<PictureLadder> others = others_up_to(others_size_);
     ladders.insert(ladders.end(), others.begin(), others.end());
-    for (PictureLadder& ladder : ladders) {  // Predicted errors need not fall with rising bytes.
+    for (PictureLadder& ladder : ladders) {  // Predicted errors need not decrease as bytes increase
       double least = HUGE_VAL;
       std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
         if (choice.error.steps >= least) return true;
@@ -308,14 +312,14 @@ class BytePlanner {
     return expected;
   }
 
-  /// Descends from the best level with decreasing steps to the least predicted error. Levels that were built count with
-  /// their measured error.
+  /// Descends from the best level with decreasing steps to the smallest predicted error. For levels that were built,
+  /// the measured error is used.
   std::optional<Prediction> best_predicted() {
     std::map<std::size_t, Prediction> known;
     const auto at = [&](std::size_t level) -> const Prediction& {
       const auto found = known.find(level);
       if (found != known.end()) return found->second;
-      for (const Made& made : made_) {
+      for (const Made& made : built_) {
         if (made.level == level) {
           return known[level] = {level, made.trial.baked, error_of(made)};
         }
@@ -325,29 +329,29 @@ class BytePlanner {
     std::size_t level = best().level;
     for (std::size_t step = Settings::kFirstLevelStep; step >= Settings::kLastLevelStep;
          step /= 2) {
-      for (bool moved = true; moved;) {
-        moved = false;
+      for (bool any_moved = true; any_moved;) {
+        any_moved = false;
         for (const bool finer : {true, false}) {
           while (finer ? level >= step : level + step < evaluator_.count()) {
             const std::size_t next = finer ? level - step : level + step;
             if (at(next).error >= at(level).error) break;
             level = next;
-            moved = true;
+            any_moved = true;
           }
         }
       }
     }
     const auto was_made = [&](const Made& made) { return without_folds(level) == made.level; };
-    if (std::any_of(made_.begin(), made_.end(), was_made)) return std::nullopt;
+    if (std::any_of(built_.begin(), built_.end(), was_made)) return std::nullopt;
     return at(level);
   }
 
-  /// Builds the coarsest level with the smallest maps, if nothing fits so far. \throws Error(usage) with its bytes if
-  /// it does not fit either
+  /// Builds the coarsest level with the smallest maps if no low poly has fitted so far.
+  /// \throws Error(usage) with the bytes of that file if it does not fit either
   void build_smallest() {
     build_trial(evaluator_.count() - 1, sizes_.back(), /*all_maps=*/true, 0);
     if (best().trial.fits) return;
-    const std::uint64_t least = made_.back().trial.bytes;
+    const std::uint64_t least = built_.back().trial.bytes;
     throw Error(ErrorCode::usage,
                 formatted("%llu bytes are too few for a low poly with these maps: "
                           "the smallest file has %llu.",
@@ -355,13 +359,14 @@ class BytePlanner {
                           static_cast<unsigned long long>(least)));
   }
 
-  /// Rebuilds the best low poly if presimplification left folds in it, since simplifying again without them is slow.
+  /// Rebuilds the best low poly if presimplification left folds in it. Other low polys are not rebuilt, since another
+  /// simplification is slow.
   void rebuild_without_folds() {
     const std::size_t level = best().level;
     if (!evaluator_.levels().can_be_solved(level)) return;
     evaluator_.solve(level);
     const std::uint32_t size = best().trial.baked;
-    std::erase_if(made_, [&](const Made& made) { return made.level == level; });
+    std::erase_if(built_, [&](const Made& made) { return made.level == level; });
     build_trial(level, size, /*all_maps=*/true, 0);
     if (!best().trial.fits) build_smallest();
   }
@@ -374,7 +379,7 @@ class BytePlanner {
       chosen.result = bake_all(chosen.low, bake);
       chosen.bake.match.max_distance = bake.match.max_distance;
     }
-    for (const PictureLadder& ladder : others_) {
+    for (const PictureLadder& ladder : other_ladders_) {
       for (std::size_t level = 0; level < ladder.levels.size(); ++level) {
         if (others_size_ >> level != chosen.trial.baked) continue;
         result_.coarseness.emplace_back(ladder.picture, ladder.levels[level].steps);
@@ -399,7 +404,7 @@ class BytePlanner {
     candidate.silhouette_mismatch = chosen.normals.one_sided_share;
     plan.reached = (plan.wanted == 0 || candidate.measured <= plan.wanted) &&
                    (plan.max_outline == 0 || candidate.silhouette_mismatch <= plan.max_outline);
-    for (const Made& made : made_) {
+    for (const Made& made : built_) {
       if (&made == &chosen) result_.chosen = result_.trials.size();
       result_.trials.push_back(made.trial);
     }
@@ -416,10 +421,10 @@ class BytePlanner {
   BytePlan result_;
   LevelEvaluator evaluator_;
   ErrorModel model_;
-  std::vector<std::uint32_t> sizes_;  ///< In falling order
-  std::vector<Made> made_;
-  /// Ladders of all pictures but normals, from the first bake of all maps
-  std::vector<PictureLadder> others_;
+  std::vector<std::uint32_t> sizes_;  ///< Map sizes in decreasing order
+  std::vector<Made> built_;
+  /// Ladders of all pictures except normals, from the first bake of all maps
+  std::vector<PictureLadder> other_ladders_;
   std::uint32_t others_size_ = 0;
   std::uint64_t fixed_bytes_ = 0;  ///< Bytes of the file that do not depend on the mesh
 };

@@ -1,4 +1,4 @@
-// Plans the low poly whose file has the least error within a byte budget.
+// Plans the low poly whose file has the smallest error within a byte budget.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@ namespace kiln {
 
 /// The byte budget, and callbacks for the contents of the file.
 struct BytePlanOptions {
-  /// Maps to bake and the measure of error. `max_error` decides only LowPolyPlan::reached (0: ignored). `bounds` must
-  /// be empty.
+  /// Maps to bake and the measure of error. `max_error` only determines LowPolyPlan::reached (0: ignored). `bounds`
+  /// must be empty.
   LowPolyPlanOptions plan = {};
   std::uint64_t max_bytes = 0;  ///< Maximum bytes of the whole file
   PictureFitOptions pictures = {};
-  /// Makes the file's pictures from a bake's maps. May modify the maps
+  /// Creates the file's pictures from a bake's maps; may modify the maps
   std::function<AssetMaps(std::vector<BakedMap>&)> maps_of = {};
   /// Bytes of the file without its pictures, for a low poly
   std::function<std::uint64_t(const Mesh&)> mesh_bytes = {};
@@ -30,30 +30,30 @@ struct TrialPicture {
   PictureSlot picture = PictureSlot::normal;
   std::uint32_t width = 0, height = 0;
   PictureFormat format = PictureFormat::png;
-  std::uint32_t quality = 0;  ///< 0: lossless
+  std::uint32_t quality = 0;  ///< Quality of the encoding; 0: lossless
   std::uint64_t bytes = 0;
   PictureError error;
 };
 
-/// A low poly that was built, with the best pictures that fit into the remaining bytes.
+/// A low poly that was built, with the best pictures that fit in the remaining bytes.
 struct ByteTrial {
   std::uint64_t faces = 0;
   std::uint64_t mesh_bytes = 0;  ///< Bytes of the file without pictures
   std::uint64_t bytes = 0;  ///< Bytes of the file; above the budget if no choice of pictures fits
   double expected = 0;      ///< Predicted error in steps of 1/255; 0: not predicted
   double error = 0;         ///< Measured error of all pictures, in steps of 1/255
-  double degrees = 0;       ///< Error of normals
-  std::uint32_t baked = 0;  ///< Texels of one side of the bake
+  double degrees = 0;       ///< Error of normals, in degrees
+  std::uint32_t baked = 0;  ///< Side of the baked maps in texels
   bool fits = false;
   std::vector<TrialPicture> pictures;
 };
 
 struct BytePlan {
   LowPolyPlan plan;  ///< `result` has all maps at the largest size that a picture needs
-  std::vector<ByteTrial> trials;  ///< In the order in which they were built
-  std::size_t chosen = 0;         ///< Index into `trials`
-  /// Errors of pictures other than normals at the size of `plan`'s bake against the largest that was baked, in steps of
-  /// 1/255.
+  std::vector<ByteTrial> trials;  ///< All low polys, in the order in which they were built
+  std::size_t chosen = 0;         ///< Index of the chosen low poly in `trials`
+  /// Errors of pictures other than normals at the size of `plan`'s bake, relative to the largest baked size, in steps
+  /// of 1/255.
   std::vector<std::pair<PictureSlot, double>> coarseness;
 };
 

@@ -59,13 +59,13 @@ CandidateBuilder::CandidateBuilder(const Source& source, const LowPolyPlanOption
       channels_(map_channels(bake)) {}
 
 std::uint32_t CandidateBuilder::samples_for(std::uint32_t size) const {
-  // Texels of larger maps are smaller in pictures, so they need fewer samples each.
+  // Texels of larger maps cover less of rendered pictures, so they need fewer samples each.
   return options_.choose_samples ? std::clamp(1024 / std::max(size, 1U), 1U, 4U) : bake_.samples;
 }
 
 std::uint64_t CandidateBuilder::vertices_of(std::size_t level, std::uint32_t size) const {
   const auto count = static_cast<double>(evaluator_.levels().vertices(level));
-  // Seams are curves on the surface, so their vertices grow with the square root of the count.
+  // Seams are curves on the surface, so the number of their vertices grows with the square root of the vertex count.
   return static_cast<std::uint64_t>(size == 0 ? vertices_per_position_ * count
                                               : count + seam_vertices_ * std::sqrt(count));
 }
@@ -124,8 +124,8 @@ MadeCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
   return made;
 }
 
-/// Bakes the first map at twice the size that its charts are laid out for: its mip levels then calibrate the model for
-/// that size and all smaller ones.
+/// Bakes the first map at twice the size for which its charts are laid out: its mip levels then calibrate the error
+/// model for that size and all smaller ones.
 void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) {
   Candidate& candidate = made.candidate;
   const std::uint32_t size = candidate.size, largest = std::min(bake_.width, bake_.height);

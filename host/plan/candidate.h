@@ -24,14 +24,15 @@ struct MadeCandidate {
 /// Copies measured errors into a candidate.
 void set_measured(const NormalError& error, Candidate& candidate);
 
-/// Builds candidates. Each one's measured errors correct the predictions of the evaluator and the error model.
+/// Builds candidates. The measured errors of each candidate correct the predictions of the evaluator and the error
+/// model.
 class CandidateBuilder {
  public:
   /// \param bake  match options; may change between candidates. All arguments must outlive this object
   CandidateBuilder(const Source& source, const LowPolyPlanOptions& options, const BakeOptions& bake,
                    LevelEvaluator& evaluator, LowPolyPlan& plan);
 
-  /// Predicts a level's candidate with a map of `size` texels a side; 0: without a map.
+  /// Predicts a level's candidate with a map whose side has `size` texels; 0: without a map.
   Candidate predict(std::size_t level, std::uint32_t size) const;
   double bytes(std::size_t level, std::uint32_t size) const {
     return static_cast<double>(bytes_of(level, size).total());
@@ -55,12 +56,13 @@ class CandidateBuilder {
   LowPolyPlan& plan_;
   ErrorModel model_;
   std::uint32_t bits_ = 8;
-  std::vector<std::uint32_t> channels_;  ///< Channels of each map
+  std::vector<std::uint32_t> channels_;  ///< Number of channels of each map
   double vertices_per_position_ = 1;     ///< Vertices per position of a mesh without a map
   double seam_vertices_ =
       /// Vertices that seams of a mapped mesh add, divided by the square root of its positions
       10;
-  bool knows_maps_ = false;      ///< True after the first map
+  /// True once a map has been baked and has calibrated the error model
+  bool knows_maps_ = false;
   bool all_directions_ = false;  ///< Candidates use as many visibility directions as final bakes
 };
 

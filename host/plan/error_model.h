@@ -17,14 +17,14 @@ struct LevelErrors {
   double silhouette_mismatch = 0;  ///< NormalError::one_sided_share
 };
 
-/// The error of a mesh with a map of s texels a side: e(s) = infinite_map + d / (1 + d h(s)), where d = without_map -
-/// infinite_map. A tiny map shows nothing of the detail d, a large one all of it. The sharpness h comes from the
-/// measured maps of the mesh with the nearest face count. TexelError in match_plan.cpp is the same model for one mesh
-/// and two maps.
+/// The error of a mesh with a map whose side has s texels: e(s) = infinite_map + d / (1 + d h(s)), where d =
+/// without_map - infinite_map. A tiny map reproduces nothing of the detail d, a large one all of it. The sharpness h
+/// comes from the measured maps of the mesh with the nearest face count. TexelError in match_plan.cpp is the same
+/// model for one mesh and two maps.
 class ErrorModel {
  public:
-  /// \param own  true if the charts are laid out for this size; false for a mip level of a larger map, which counts
-  ///             until a map of this size is measured
+  /// \param own  true if the charts are laid out for this size; false for a mip level of a larger map, whose error is
+  ///             used until a map of this size is measured
   void add_measurement(double faces, const LevelErrors& level, std::uint32_t size, double error,
                        bool own) {
     std::vector<Sharpness>& known = known_[size];
@@ -46,8 +46,9 @@ class ErrorModel {
     double faces = 0, value = 0;
     bool own = false;
   };
-  /// Differences to the limit, or to the error without a map, below the share kMinRelativeError count as zero. kMinErrorDegrees avoids
-  /// divisions by 0. Sharpness is proportional to the face count to the power of -kSharpnessExponent.
+  /// Relative differences to the limit, or to the error without a map, count as zero if they are below
+  /// kMinRelativeError. kMinErrorDegrees avoids divisions by 0. Sharpness is proportional to the face count to the
+  /// power of -kSharpnessExponent.
   static constexpr double kMinRelativeError = 0.01, kMinErrorDegrees = 1e-9,
                           kSharpnessExponent = 0.15;
 
@@ -56,8 +57,8 @@ class ErrorModel {
   }
 
   /// Finer meshes leave finer detail to the map, so sharpness falls with the face count. Measured exponents were 0.15
-  /// to 0.6; kSharpnessExponent is the least, because a finer mesh that is predicted to miss is never built, while one that misses
-  /// corrects the model.
+  /// to 0.6; kSharpnessExponent is the smallest. If a finer mesh's error is overestimated, the mesh is never built;
+  /// an underestimate is corrected once the mesh is measured.
   static double nearest(const std::vector<Sharpness>& known, double faces) {
     const auto apart = [faces](const Sharpness& s) { return std::abs(std::log(s.faces / faces)); };
     const auto found = std::min_element(
@@ -66,9 +67,9 @@ class ErrorModel {
     return found->value * std::pow(found->faces / faces, kSharpnessExponent);
   }
 
-  /// Sharpness at a size. Beyond the largest measured size it is extrapolated along the last two, with an exponent of 1
-  /// to 2: smooth detail gains with the square of the size, edges, which are blurred by a texel's width, with the size
-  /// itself.
+  /// Sharpness at a size. Beyond the largest measured size it is extrapolated along the last two, with an exponent of
+  /// 1 to 2: the error of smooth detail falls with the square of the size, the error of edges, which are blurred by a
+  /// texel's width, with the size itself.
   double sharpness(double faces, std::uint32_t size) const {
     if (known_.empty()) return 0;
     const auto found = known_.lower_bound(size);
@@ -82,7 +83,7 @@ class ErrorModel {
            std::pow(1.0 * size / last->first, last == other ? 1 : std::clamp(slope, 1.0, 2.0));
   }
 
-  std::map<std::uint32_t, std::vector<Sharpness>> known_;  ///< By size
+  std::map<std::uint32_t, std::vector<Sharpness>> known_;  ///< Measured sharpness by map size
 };
 
 }  // namespace kiln

@@ -18,7 +18,7 @@ using namespace plan_settings;
 
 namespace {
 
-/// Gives a mesh arbitrary UVs so that it can be matched before it is unwrapped. Height fields keep their own, which
+/// Gives a mesh arbitrary UVs so that it can be matched before it is unwrapped. Height fields keep their UVs, which
 /// matching by UVs reads.
 Mesh with_placeholder_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
 
@@ -45,8 +45,8 @@ void LevelEvaluator::make_levels(std::uint32_t most) {
   for (auto& made : made_) made.clear();
   if (set_->levels == nullptr) {
     std::vector<std::uint32_t> faces;
-    const double least =
-        most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;  // Coarser levels exceeded the error.
+    // Coarser levels have exceeded the error bound
+    const double least = most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;
     for (double goal = std::min<double>(most, static_cast<double>(high_.triangles.size()));
          goal >= least || faces.empty(); goal *= kLevelFaceRatio) {
       const auto whole = static_cast<std::uint32_t>(std::max(goal, 2.0));
@@ -79,12 +79,12 @@ LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
   LevelErrors errors = rough_errors(level, mapped);
   if (made.empty()) return errors;
   // Face counts are a geometric sequence, so the nearest index has the nearest face count.
-  const auto apart = [&](const auto& item) {
+  const auto level_distance = [&](const auto& item) {
     return std::max(item.first, level) - std::min(item.first, level);
   };
   const Made& nearest =
       std::min_element(made.begin(), made.end(), [&](const auto& a, const auto& b) {
-        return apart(a) < apart(b);
+        return level_distance(a) < level_distance(b);
       })->second;
   errors.without_map *= nearest.without_map;
   errors.infinite_map *= nearest.infinite_map;
@@ -100,12 +100,12 @@ void LevelEvaluator::record_measured(std::size_t level, bool mapped, const Level
 
 LevelErrors LevelEvaluator::rough_errors(std::size_t level, bool mapped) {
   const std::map<std::size_t, LevelErrors>& nodes = nodes_[mapped ? 1 : 0];
-  const std::size_t before = level / kNodeStep * kNodeStep;
+  const std::size_t node_before = level / kNodeStep * kNodeStep;
   if (!is_frozen_ || nodes.empty()) {
-    const std::size_t next = std::min(before + kNodeStep, count() - 1);
-    if (level > before) evaluate(next, mapped);
+    const std::size_t next = std::min(node_before + kNodeStep, count() - 1);
+    if (level > node_before) evaluate(next, mapped);
     const bool near = 2 * (next - level) < kNodeStep && nodes.upper_bound(next) != nodes.end();
-    if (level == before || !near) evaluate(before, mapped);
+    if (level == node_before || !near) evaluate(node_before, mapped);
   }
   auto after = nodes.lower_bound(level);
   if (after == nodes.end()) return std::prev(after)->second;
@@ -135,7 +135,7 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
   const Stopwatch watch;
   auto rough = set_->rough.find(level);
   if (rough == set_->rough.end()) {
-    rough = set_->rough.emplace(level, levels().rough_meshes(level)).first;
+    rough = set_->rough.emplace(level, levels().draft_meshes(level)).first;
   }
   const Stopwatch measuring;
   const NormalProbe probe(impl_of(source_), with_placeholder_uvs(rough->second[mapped ? 1 : 0]),
@@ -176,28 +176,30 @@ bool LevelEvaluator::choose_match(std::size_t level) {
                           coarse_);
   const Stopwatch watch;
   std::shared_ptr<const VisibilityField> field;
-  std::vector<MatchMethod> ways = planned_matches(&MatchRow::low_poly_order);
+  std::vector<MatchMethod> methods = planned_matches(&MatchRow::low_poly_order);
   if (bake_.match.cage) {
-    std::erase_if(ways, [](MatchMethod way) { return !obeys(match_row(way).info, "match.cage"); });
+    std::erase_if(methods,
+                  [](MatchMethod method) { return !obeys(match_row(method).info, "match.cage"); });
   }
-  const MatchMethod first = ways.front(), before = bake_.match.method;
-  if (options_.height_field) ways.insert(ways.begin(), match_at_uvs());
+  const MatchMethod first = methods.front(), previous_method = bake_.match.method;
+  if (options_.height_field) methods.insert(methods.begin(), match_at_uvs());
   double least = 0;
-  for (const MatchMethod way : ways) {
-    const NormalProbe::InfiniteMap endless = probe.infinite_map(match_options(way), field);
+  for (const MatchMethod method : methods) {
+    const NormalProbe::InfiniteMap endless = probe.infinite_map(match_options(method), field);
     if (least != 0 && endless.error.mean_degrees >= kMaxErrorRatioOfBetterMatch * least) continue;
     least = endless.error.mean_degrees;
-    if (way != bake_.match.method) {
-      bake_.match.method = way;
+    if (method != bake_.match.method) {
+      bake_.match.method = method;
       nodes_[1].clear();
       made_[1].clear();
     }
-    // Other matches are skipped if none can reduce the error below the share kMaxErrorRatioOfBetterMatch, as is usual at hard edges.
-    if (way == first && probe.least_share(endless) >= kMaxErrorRatioOfBetterMatch) break;
+    // Other matches are skipped if none of them can reduce the error by the factor kMaxErrorRatioOfBetterMatch, which
+    // is typical of meshes with hard edges.
+    if (method == first && probe.least_share(endless) >= kMaxErrorRatioOfBetterMatch) break;
   }
   std::erase(bake_.match.fallback, bake_.match.method);
   plan_.seconds_measure += watch.total();
-  return bake_.match.method != before;
+  return bake_.match.method != previous_method;
 }
 
 const Mesh& LevelEvaluator::mesh(std::size_t level) {

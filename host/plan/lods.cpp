@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-/// A level has at most this share of the bytes of the one before.
+/// A level has at most this share of the bytes of the previous level.
 constexpr double kMaxLevelBytesRatio = 0.9;
 /// Minimum face count of meshes that are simplified from the first level.
 constexpr std::uint32_t kMinLodFaces = 12;
@@ -26,7 +26,7 @@ class LodMaker {
       : source_(source), high_(high), options_(options) {}
 
   LodChain run() {
-    chain_.levels.reserve(options_.levels);  // `simplified_levels_` refers to the first element.
+    chain_.levels.reserve(options_.levels);  // `simplified_levels_` refers to the first element
     for (std::uint32_t k = 0; k < options_.levels && !chain_.cancelled; ++k) {
       if (k > 0) error_factor_ *= options_.error_growth;
       LodLevel level;
@@ -65,11 +65,12 @@ class LodMaker {
     if (options_.share_uvs) options.may_leave_map_out = false;
     LowPolyPlan plan = plan_levels(source_, high_, options, cache_);
     if (k == 0 || plan.cancelled || plan.chosen.faces <= previous().chosen.faces) return plan;
-    // The lightest plan may have more faces and a smaller map, but engines expect faces to fall from level to level.
+    // The lightest plan may have more faces and a smaller map, but engines expect the face count to fall from level
+    // to level.
     return plan_levels(source_, high_, options, cache_, previous().chosen.faces);
   }
 
-  /// The coarsest simplification of the first level with which its map stays within the error.
+  /// The coarsest simplification of the first level with which the first level's map stays within the error bound.
   LowPolyPlan simplify_level(std::uint32_t k, std::uint32_t screen) {
     return unless_cancelled<LowPolyPlan>(
         [&] {
@@ -79,7 +80,8 @@ class LodMaker {
           plan.wanted = error_factor_ * options_.plan.max_error;
           plan.max_outline = max_outline();
           plan.bake = first().bake;
-          plan.chosen = previous().chosen;  // Without such a mesh, add() omits this level.
+          // If no mesh is within the error bound, add() omits this level
+          plan.chosen = previous().chosen;
           make_simplified_levels();
           progress.at(0, "looking at the high poly");
           const Stopwatch watch;
@@ -89,7 +91,7 @@ class LodMaker {
                  simplified_levels_->faces(begin) >= previous().chosen.faces) {
             ++begin;
           }
-          // fits() stores the lightest mesh within the error in `plan`.
+          // fits() stores in `plan` the lightest mesh within the error bound.
           coarsest(begin, simplified_levels_->count(), [&](std::size_t level) {
             progress.at(0.5, "measuring low polys");
             return fits(level, high_view, plan);
@@ -112,7 +114,7 @@ class LodMaker {
     simplified_levels_ = std::make_unique<SimplifyLevels>(first().low, faces, LevelRule::keep_uvs);
   }
 
-  /// Measures a level, and makes it the plan's choice if it is within the error.
+  /// Measures a level, and chooses it for the plan if it is within the error bound.
   bool fits(std::size_t level, const HighPolyView& high_view, LowPolyPlan& plan) {
     SimplifyReport report;
     Mesh low = simplified_levels_->mesh(level, &report);
@@ -121,7 +123,7 @@ class LodMaker {
     candidate.positions = low.positions.size();
     candidate.vertices = split_vertices(low);
     candidate.charts = report.charts;
-    // Counts vertices with UVs alone, since the map is the first level's.
+    // Counts only the bytes of vertices with UVs, since the level shares the first level's map.
     candidate.bytes =
         low_poly_bytes(candidate.vertices, candidate.faces, candidate.size, {}, candidate.bits);
     const NormalProbe probe(impl_of(source_), low, high_view);
@@ -140,7 +142,7 @@ class LodMaker {
   }
 
   void add(LodLevel level) {
-    const auto weight = [&](const LowPolyPlan& plan) {  // Shared maps add no bytes.
+    const auto weight = [&](const LowPolyPlan& plan) {  // Shared maps add no bytes
       const LowPolyBytes& bytes = plan.chosen.bytes;
       return static_cast<double>(level.own_maps ? bytes.total() : bytes.vertices);
     };

@@ -60,23 +60,23 @@ class LowPolyPlanner {
  private:
   /// Record of candidates of one map size that exceeded a bound.
   struct Missed {
-    std::size_t first_excluded =
-        SIZE_MAX;  ///< The finest level among them: it and coarser ones are out of the search.
+    /// Finest level among these candidates; it and coarser levels are excluded from the search
+    std::size_t first_excluded = SIZE_MAX;
     int count = 0;
   };
-  using Choice = std::pair<std::size_t, std::uint32_t>;  // Level, size
+  using Choice = std::pair<std::size_t, std::uint32_t>;  // Level and map size
 
   bool meets_bounds(const Candidate& candidate) const {
     return candidate.measured <= options_.max_error &&
            (options_.max_outline == 0 || candidate.silhouette_mismatch <= options_.max_outline);
   }
-  /// True if a candidate meets its bounds and lost no part of the surface.
+  /// True if a candidate meets its bounds and has not lost a part of the surface.
   bool is_sound(const Candidate& candidate) const {
     return meets_bounds(candidate) && candidate.silhouette_mismatch <= max_mismatch_;
   }
   bool is_better(const Candidate& a, const Candidate& b) const {
     const auto rank = [&](const Candidate& c) {
-      // This size is too small for the bound of another map.
+      // The size is too small for the bound of a map other than the normal map.
       if (c.size < sizes_.front()) return -1;
       return is_sound(c) ? 2 : meets_bounds(c) ? 1 : 0;
     };
@@ -84,12 +84,12 @@ class LowPolyPlanner {
     return rank(a) > 0 ? a.bytes.total() < b.bytes.total() : a.measured < b.measured;
   }
   MadeCandidate& best() {
-    return *std::min_element(made_.begin(), made_.end(), [&](const auto& a, const auto& b) {
+    return *std::min_element(built_.begin(), built_.end(), [&](const auto& a, const auto& b) {
       return is_better(a.candidate, b.candidate);
     });
   }
   bool has_sound_candidate() {
-    return !made_.empty() && is_sound(best().candidate) && best().candidate.size >= sizes_.front();
+    return !built_.empty() && is_sound(best().candidate) && best().candidate.size >= sizes_.front();
   }
 
   void build_candidate(const Choice& choice) {
@@ -99,11 +99,12 @@ class LowPolyPlanner {
       missed_[size].first_excluded = level;
       return;
     }
-    made_.push_back(builder_.build(level, size));
-    if (!is_sound(made_.back().candidate)) record_miss(made_.back());
+    built_.push_back(builder_.build(level, size));
+    if (!is_sound(built_.back().candidate)) record_miss(built_.back());
   }
-  /// The next finer level without folds if one is near, else the level itself. A near level is one of the next eight,
-  /// or once a sound candidate is known, one within kMaxBytesRatioWithoutFolds times the bytes.
+  /// The next finer level without folds if there is one nearby, otherwise the level itself. Without a sound
+  /// candidate, the next eight levels are nearby. Once there is one, levels with at most kMaxBytesRatioWithoutFolds
+  /// times the bytes are.
   std::size_t without_folds(const Choice& choice) {
     const auto [level, size] = choice;
     if (can_be_foldless(level)) return level;
@@ -120,7 +121,7 @@ class LowPolyPlanner {
   bool is_worth_folds(const Choice& choice) {
     const double max_bytes =
         kMaxBytesRatioWithoutFolds * builder_.bytes(choice.first, choice.second);
-    return std::none_of(made_.begin(), made_.end(), [&](const MadeCandidate& made) {
+    return std::none_of(built_.begin(), built_.end(), [&](const MadeCandidate& made) {
       return is_sound(made.candidate) && can_be_foldless(made.level) &&
              static_cast<double>(made.candidate.bytes.total()) <= max_bytes;
     });
@@ -142,8 +143,8 @@ class LowPolyPlanner {
     return level;
   }
 
-  /// coarsest() for errors that need not rise from level to level: the search starts at the coarsest evaluated level
-  /// that is good.
+  /// coarsest() for errors that need not increase from level to level: the search starts at the coarsest evaluated
+  /// level that satisfies the predicate.
   template <class IsGood>
   std::optional<std::size_t> coarsest_from_known(std::size_t begin, std::size_t end, bool mapped,
                                                  const IsGood& is_good) const {
@@ -159,12 +160,13 @@ class LowPolyPlanner {
     return errors.infinite_map <= options_.max_error / 2 &&
            errors.silhouette_mismatch <= max_mismatch_;
   }
-  /// The coarsest level with an error of at most half of the bound; the rest is left to texels. \param begin the finest level of the search
+  /// The coarsest level with an error of at most half of the bound; the other half is left to texels.
+  /// \param begin  the finest level of the search
   std::optional<std::size_t> coarsest_for_map(std::size_t begin) {
     return coarsest(begin, evaluator_.count(),
                     [&](std::size_t level) { return leaves_half_to_texels(level); });
   }
-  /// The coarsest level below `max_bytes` bytes that reaches the error without a map.
+  /// The coarsest level below `max_bytes` bytes that meets the error bound without a map.
   std::optional<std::size_t> coarsest_without_map(double max_bytes) {
     if (sizes_.front() != 0) return std::nullopt;
     return coarsest_from_known(finest_level_below(max_bytes, 0), evaluator_.count(), false,
@@ -182,14 +184,15 @@ class LowPolyPlanner {
   }
 
   /// Bakes the first map, which calibrates the error of texels. Its mesh leaves half of the error to texels, and mesh
-  /// and map have about the same bytes. If a mesh without a map is lighter than this mesh with the smallest map, no map
+  /// and map have about equal bytes. If a mesh without a map is lighter than this mesh with the smallest map, no map
   /// is baked.
   void try_first_map() {
     std::optional<std::size_t> mapped = coarsest_for_map(finest());
     if (!mapped && finest() == 0 && !coarsest_without_map(HUGE_VAL) && evaluator_.refine()) {
-      // A map is worth its bytes only on levels that do not reach the error without one.
-      const std::optional<std::size_t> bare = coarsest_without_map(HUGE_VAL);
-      if (!bare || leaves_half_to_texels(*bare)) mapped = coarsest_for_map(bare.value_or(0));
+      // A map is worth its bytes only on levels that do not meet the error bound without one.
+      const std::optional<std::size_t> coarsest_bare = coarsest_without_map(HUGE_VAL);
+      if (!coarsest_bare || leaves_half_to_texels(*coarsest_bare))
+        mapped = coarsest_for_map(coarsest_bare.value_or(0));
     }
     std::size_t level = mapped.value_or(finest());
     auto size = sizes_.begin() + (sizes_.front() == 0 ? 1 : 0);
@@ -205,9 +208,10 @@ class LowPolyPlanner {
     build_candidate({level, *size});
   }
 
-  /// Next candidate. For each map size, finds the coarsest level that is predicted to reach the error, and returns the
-  /// lightest of them. The target is one margin above the error for the size of the lightest candidate so far, one
-  /// margin below for other sizes. Each miss at a size lowers its target.
+  /// The next candidate. For each map size, finds the coarsest level that is predicted to meet a target error, and
+  /// returns the lightest of these levels. For the map size of the lightest candidate so far, the target is the error
+  /// bound plus a margin; for other sizes, it is the bound minus a margin. Each candidate that exceeds the bound
+  /// lowers the target for its map size.
   std::optional<Choice> lightest_predicted() {
     std::optional<Choice> lightest;
     const MadeCandidate* known = has_sound_candidate() ? &best() : nullptr;
@@ -233,7 +237,7 @@ class LowPolyPlanner {
     return lightest;
   }
 
-  /// The lightest candidate whose predicted error is within kErrorMargin of the least one.
+  /// The lightest candidate whose predicted error exceeds the smallest predicted error by at most kErrorMargin.
   Choice near_least_error() {
     double least = HUGE_VAL, max_bytes = HUGE_VAL;
     for (const std::uint32_t size : sizes_) {
@@ -255,11 +259,11 @@ class LowPolyPlanner {
     return nearest;
   }
 
-  /// Builds the candidate that is predicted to be lightest until no lighter one is predicted. If no candidate is
-  /// predicted to reach the error, builds the one near the least error.
+  /// Repeatedly builds the candidate that is predicted to be the lightest, until no lighter one is predicted. If no
+  /// candidate is predicted to meet the error bound, builds near_least_error().
   void search() {
-    const std::size_t max_candidates = std::max(kMaxCandidates, made_.size() + 2);
-    while (made_.size() < max_candidates) {
+    const std::size_t max_candidates = std::max(kMaxCandidates, built_.size() + 2);
+    while (built_.size() < max_candidates) {
       const std::optional<Choice> next = lightest_predicted();
       if (next) {
         build_candidate(*next);
@@ -272,13 +276,14 @@ class LowPolyPlanner {
     }
   }
 
-  /// Rebuilds the best candidate if presimplification left folds in its mesh; this is slow, hence not done for others.
-  /// \returns true if it has none
+  /// Rebuilds the best candidate if presimplification left folds in its mesh; other candidates are not rebuilt, since
+  /// this is slow.
+  /// \returns true if the best candidate has no folds
   bool rebuild_without_folds() {
     const Choice chosen = {best().level, best().candidate.size};
     if (!evaluator_.levels().can_be_solved(chosen.first)) return true;
     evaluator_.solve(chosen.first);
-    std::erase_if(made_, [&](const MadeCandidate& made) { return made.level == chosen.first; });
+    std::erase_if(built_, [&](const MadeCandidate& made) { return made.level == chosen.first; });
     build_candidate(chosen);
     return false;
   }
@@ -303,7 +308,7 @@ class LowPolyPlanner {
           reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
     }
     if (!all_reached(plan_.bounds) && chosen.candidate.size < sizes_.back()) {
-      // Another map exceeds its bound at this size with any mesh.
+      // A map other than the normal map exceeds its bound at this size, whatever the mesh.
       std::erase_if(sizes_, [&](std::uint32_t size) { return size <= chosen.candidate.size; });
       return false;
     }
@@ -317,7 +322,7 @@ class LowPolyPlanner {
   void list_candidates() {
     for (auto* list : {&plan_.candidates, &plan_.trade, &plan_.outlook}) list->clear();
     plan_.levels.clear();
-    for (const MadeCandidate& made : made_) plan_.candidates.push_back(made.candidate);
+    for (const MadeCandidate& made : built_) plan_.candidates.push_back(made.candidate);
     std::vector<std::size_t> known = evaluator_.evaluated(true);
     if (known.empty()) known = evaluator_.evaluated(false);
     evaluator_.freeze(true);
@@ -343,9 +348,9 @@ class LowPolyPlanner {
   const double most_faces_, max_mismatch_;
   BakeOptions bake_;
   ProgressScope progress_scope_;
-  std::vector<std::uint32_t> sizes_;        ///< Map sizes in rising order; 0: no map
-  std::map<std::uint32_t, Missed> missed_;  ///< By map size
-  std::vector<MadeCandidate> made_;
+  std::vector<std::uint32_t> sizes_;        ///< Map sizes in increasing order; 0: no map
+  std::map<std::uint32_t, Missed> missed_;  ///< Missed candidates by map size
+  std::vector<MadeCandidate> built_;
   LowPolyPlan plan_;
   LevelEvaluator evaluator_;
   CandidateBuilder builder_;

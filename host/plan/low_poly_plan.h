@@ -8,11 +8,11 @@
 
 namespace kiln {
 
-/// \throws Error(usage) for options out of range, and for options that only a given low poly can have
+/// \throws Error(usage) for options out of range, and for options that require a given low poly
 void check_plan(const LowPolyPlanOptions& options);
 
-/// plan_low_poly() with checked options.
-/// \param most_faces  maximum faces of the low poly; 0: unlimited
+/// Implements plan_low_poly(); the options must have been checked.
+/// \param most_faces  maximum face count of the low poly; 0: unlimited
 LowPolyPlan plan_levels(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
                         LevelCache& cache, std::uint64_t most_faces = 0);
 

@@ -1,6 +1,6 @@
 // Finds the cheapest match and the smallest map for a given low poly: see bake_planned(). Methods are tried in the
-// order of their cost. For each, the error with an infinite map bounds what any map can reach; TexelError predicts the
-// sizes between, so that few sizes are baked.
+// order of their cost. For each method, the error with a map of infinite resolution is a lower bound for all maps;
+// TexelError predicts the errors of other sizes, so that few sizes are baked.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -23,40 +23,43 @@ namespace {
 
 using plan_settings::kMaxErrorRatioOfBetterMatch;
 
-/// Side of the smallest map that is tried: smaller ones are no faster.
+/// Side of the smallest map that is tried: smaller maps take as much time.
 constexpr std::uint32_t kFirstMapSize = 128;
 /// From this number of triangles on, building the BVH dominates the time, so depth views are tried first.
 constexpr std::size_t kViewsFirstTriangles = 2000000;
-/// Share of misses up to which a match counts as working.
+/// Maximum share of misses of a match that counts as working.
 constexpr double kMaxMissedShare = 0.01;
-/// Tolerance of comparisons. A map whose error is within this factor of the infinite map's is large enough, and one
-/// that is predicted within this factor of the bound is worth a bake.
+/// Tolerance of comparisons. A map is large enough if its error is at most this factor times that of an infinite map,
+/// and is worth a bake if its predicted error is at most this factor times the bound.
 constexpr double kErrorTolerance = 1.05;
-/// Map size at which matches are compared. Depth views are half as large as for a bake of that size, and there are an
-/// eighth as many visibility directions.
+/// Map size at which matches are compared. For comparisons, depth views have half the size, and there is an eighth of
+/// the visibility directions.
 constexpr std::uint32_t kComparisonSize = 1024;
 
 /// Thrown if the UV layouts of both meshes do not agree at the size of a bake, or if no sample has a point at its UVs.
 struct LayoutMismatch {};
 
-/// Error that texels of a map of size s add to a match's error with an infinite map: 1 / (1 / range + rate s^2). A tiny
-/// map is as bad as none; for a large one the error is proportional to the square of the texel size.
+/// Error that texels of a map of size s add to a match's error with an infinite map: 1 / (1 / range + rate s^2). With
+/// a tiny map, the error is that of the mesh without a map; with a large map, it is proportional to the square of the
+/// texel size.
 class TexelError {
  public:
   double at(std::uint32_t size) const { return 1 / (1 / range_ + rate_ * size * size); }
 
-  /// \param plain  error without a map minus error with an infinite one
-  void begin(double plain) { range_ = std::max(plain, kLeast); }
+  /// \param stores_tangent_normals  error without a map minus error with an infinite one
+  void begin(double stores_tangent_normals) {
+    range_ = std::max(stores_tangent_normals, kMinRange);
+  }
   void measured(std::uint32_t size, double above) {
-    above = std::max(above, kLeast);
+    above = std::max(above, kMinRange);
     const double texels = 1.0 * size * size;
-    // The charts of a tiny map have few texels, so it may be worse than none; the range allows for twice the measured
-    // error.
+    // The charts of a tiny map have few texels, so it may be worse than no map; the range is raised to at least twice
+    // the measured error.
     range_ = std::max(range_, 2 * above);
     rate_ = (1 / above - 1 / range_) / texels;
     if (texels_ > 0) {
       // Two measured sizes determine both range and rate.
-      const double rate = (1 / above - 1 / above_) / (texels - texels_);
+      const double rate = (1 / above - 1 / excess_error_) / (texels - texels_);
       const double start = 1 / above - rate * texels;
       if (rate > 0 && start > 0) {
         rate_ = rate;
@@ -64,13 +67,14 @@ class TexelError {
       }
     }
     texels_ = texels;
-    above_ = above;
+    excess_error_ = above;
   }
 
  private:
-  static constexpr double kLeast = 1e-6;
-  double range_ = kLeast, rate_ = 0;
-  double texels_ = 0, above_ = 0;  // Of the last measured map
+  static constexpr double kMinRange = 1e-6;
+  double range_ = kMinRange, rate_ = 0;
+  // Texels of the last measured map, and its error above the infinite map's
+  double texels_ = 0, excess_error_ = 0;
 };
 
 class MatchPlanner {
@@ -79,7 +83,7 @@ class MatchPlanner {
       : source_(source), low_(low), options_(options), target_error_(options.max_error) {}
 
   PlannedBake run() {
-    const ProgressScope alive(options_.bake.progress);
+    const ProgressScope progress_scope(options_.bake.progress);
     return unless_cancelled<PlannedBake>(
         [this] {
           const bool cage = options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr;
@@ -98,12 +102,12 @@ class MatchPlanner {
   }
 
  private:
-  /// One bake that is not measured yet.
+  /// A bake that is not measured yet.
   struct Baked {
     PlanTrial trial;
     BakeOptions options;
     BakeResult result;
-    Image drawn;  // The tangent-space normals, if the map stores them in another encoding
+    Image normals_image;  // The tangent-space normals, if the map stores them in another encoding
   };
 
   PlannedBake planned(bool by_uvs) {
@@ -117,11 +121,12 @@ class MatchPlanner {
     MatchMethod nearest = methods_.front();
     for (std::size_t i = 0; i < methods_.size(); ++i) {
       const MatchMethod method = methods_[i];
-      // Number of searching methods up to this one
-      const std::size_t searching = by_uvs ? i : i + 1;
-      if (searching > 1 && (target_error_ == 0 || (chosen_found_points_ && is_hopeless(nearest))))
+      // Number of methods that search (not by UVs), up to and including this one
+      const std::size_t search_count = by_uvs ? i : i + 1;
+      if (search_count > 1 &&
+          (target_error_ == 0 || (chosen_found_points_ && is_hopeless(nearest))))
         break;
-      if (searching > 1 && uses_views(method) && !views_may_help()) continue;
+      if (search_count > 1 && uses_views(method) && !views_may_help()) continue;
       const double own = infinite_map_error(method), other = infinite_map_error(nearest);
       if (by_uvs && limit_of(method).missed == 1) continue;
       if (target_error_ > 0 && grow_until_reached(method)) return finished();
@@ -176,13 +181,13 @@ class MatchPlanner {
   double infinite_map_error(MatchMethod method) {
     const auto known = infinite_maps_.find(method.name);
     if (known != infinite_maps_.end()) return known->second.error.mean_degrees;
-    const std::string doing = "analysing both meshes";
-    BakeOptions options = bake_options(method, std::min(largest(), kComparisonSize), doing);
+    const std::string progress_text = "analysing both meshes";
+    BakeOptions options = bake_options(method, std::min(largest(), kComparisonSize), progress_text);
     options.match.visibility.directions =
         std::min(options.match.visibility.directions, kComparisonSize / 8);
     if (options.match.views.size == 0 && !uses_views(methods_.front()))
       options.match.views.size = kComparisonSize / 2;
-    ProgressGuard::poll_at(0, doing);
+    ProgressGuard::poll_at(0, progress_text);
     const Stopwatch watch;
     const NormalProbe::InfiniteMap& found = infinite_maps_[method.name] =
         probe_->infinite_map(options, field_);
@@ -202,10 +207,10 @@ class MatchPlanner {
     return !misses_more && error < kMaxErrorRatioOfBetterMatch * other_error;
   }
 
-  /// True if no match can reach the error even at the largest size, so that the others need no comparison.
+  /// True if no match can reach the error even at the largest size, so that the remaining methods need no comparison.
   bool is_hopeless(MatchMethod nearest) {
     if (planned_.least > 0 || uses_views(searching_methods().front()))
-      return false;  // This bound needs a BVH.
+      return false;  // The bound would need a BVH
     const Stopwatch watch;
     const NormalProbe::InfiniteMap& found = infinite_maps_.at(nearest.name);
     planned_.least = found.error.mean_degrees * probe_->least_share(found);
@@ -213,8 +218,8 @@ class MatchPlanner {
     return planned_.least + texels_.at(largest()) > target_error_;
   }
 
-  /// Preparing depth views beside a BVH is expensive. If rays miss nothing and no other method has a lower error, the
-  /// low poly's shape limits the error, not the match, and views are skipped.
+  /// Preparing depth views in addition to a BVH is expensive. If rays miss nothing and no other method has a lower
+  /// error, the error is limited by the low poly's shape and not by the match, so views are skipped.
   bool views_may_help() const {
     const PlanLimit& first = limit_of(searching_methods().front());
     return first.missed > kMaxMissedShare ||
@@ -224,7 +229,8 @@ class MatchPlanner {
            });
   }
 
-  /// Bakes growing maps, from the smallest that is predicted to reach the error. \returns whether one reached it
+  /// Bakes growing maps, from the smallest that is predicted to meet the error bound.
+  /// \returns true if one of them meets it
   bool grow_until_reached(MatchMethod method) {
     for (std::uint32_t size = largest_tried(method); size < largest();) {
       size = next_size(size);
@@ -240,23 +246,23 @@ class MatchPlanner {
   /// Bakes growing maps until texels add less than 5% to the error of an infinite map.
   void grow_until_flat(MatchMethod method) {
     for (std::uint32_t size = largest_tried(method); size < largest();) {
-      std::uint32_t enough = size;
-      while (enough < largest() &&
-             texels_.at(enough) > (kErrorTolerance - 1) * infinite_map_error(method)) {
-        enough = next_size(enough);
+      std::uint32_t sufficient_size = size;
+      while (sufficient_size < largest() &&
+             texels_.at(sufficient_size) > (kErrorTolerance - 1) * infinite_map_error(method)) {
+        sufficient_size = next_size(sufficient_size);
       }
-      if (enough == size || !std::isfinite(trial(method, size = enough))) return;
+      if (sufficient_size == size || !std::isfinite(trial(method, size = sufficient_size))) return;
     }
   }
 
   std::uint32_t largest() const { return std::min(options_.bake.width, options_.bake.height); }
 
-  /// The size after `size`; 0 stands for no map yet.
+  /// The next larger map size; the smallest if `size` is 0.
   std::uint32_t next_size(std::uint32_t size) const {
     return std::min(size == 0 ? kFirstMapSize : 2 * size, largest());
   }
 
-  /// The largest size that was tried with a method; 0: none.
+  /// The largest map size that was tried with a method; 0 if there was none.
   std::uint32_t largest_tried(MatchMethod method) const {
     std::uint32_t size = 0;
     for (const PlanTrial& trial : planned_.trials) {
@@ -265,7 +271,8 @@ class MatchPlanner {
     return size;
   }
 
-  BakeOptions bake_options(MatchMethod method, std::uint32_t size, const std::string& doing) const {
+  BakeOptions bake_options(MatchMethod method, std::uint32_t size,
+                           const std::string& progress_text) const {
     BakeOptions bake = options_.bake;
     const double share = static_cast<double>(size) / largest();
     bake.width = static_cast<std::uint32_t>(std::lround(bake.width * share));
@@ -280,8 +287,8 @@ class MatchPlanner {
     }
     // The number of trials is unknown, so progress reports the stage alone.
     if (options_.bake.progress) {
-      bake.progress = [this, doing](double, std::string_view) {
-        return options_.bake.progress(0, doing);
+      bake.progress = [this, progress_text](double, std::string_view) {
+        return options_.bake.progress(0, progress_text);
       };
     }
     return bake;
@@ -298,11 +305,12 @@ class MatchPlanner {
     baked.options = bake_options(
         method, size,
         "trying " + std::to_string(trial.width) + " x " + std::to_string(trial.height));
-    const bool plain = !baked.options.encoding.raw && !baked.options.encoding.two_component;
+    const bool stores_tangent_normals =
+        !baked.options.encoding.raw && !baked.options.encoding.two_component;
     const Stopwatch watch;
     try {
-      baked.result =
-          bake_drawn(impl_of(source_), low_, baked.options, plain ? nullptr : &baked.drawn);
+      baked.result = bake_drawn(impl_of(source_), low_, baked.options,
+                                stores_tangent_normals ? nullptr : &baked.normals_image);
     } catch (const Error& error) {
       if (method == by_uv_ && error.code() == ErrorCode::input) throw LayoutMismatch();
       throw;
@@ -321,15 +329,16 @@ class MatchPlanner {
 
   void set_error(Baked& baked) {
     const Stopwatch watch;
-    const Image& drawn = baked.drawn.pixels.empty()
-                             ? baked.result.map(*shading_map(baked.options)).image
-                             : baked.drawn;
-    baked.trial.error = probe_->with_map(drawn, baked.options);
+    const Image& normals_image = baked.normals_image.pixels.empty()
+                                     ? baked.result.map(*shading_map(baked.options)).image
+                                     : baked.normals_image;
+    baked.trial.error = probe_->with_map(normals_image, baked.options);
     planned_.seconds_measure += watch.total();
     planned_.trials.push_back(baked.trial);
   }
 
-  /// Bakes and measures. \returns the mean error; infinity if no sample has a point
+  /// Bakes and measures a map.
+  /// \returns the mean error; infinity if no texel sample has a point
   double trial(MatchMethod method, std::uint32_t size) { return measure(bake_at(method, size)); }
 
   double measure(Baked baked) {
@@ -339,14 +348,14 @@ class MatchPlanner {
     texels_.measured(std::min(trial.width, trial.height),
                      std::max(error - infinite_map_error(trial.method),
                               1e-3 * infinite_map_error(trial.method)));
-    // Lost parts of the surface count with the error without a map. A larger map must lower the error by 2%. Any match
-    // replaces one that found no point.
-    const double weighed = error + trial.lost * planned_.without_map.mean_degrees;
+    // Lost parts of the surface have the error of the mesh without a map. A larger map is chosen only if it lowers
+    // the error by 2%. Every match replaces a match that found no point.
+    const double weighted_error = error + trial.lost * planned_.without_map.mean_degrees;
     const bool finds = !found_nothing(baked.result.report);
     const bool first = planned_.trials.size() == 1 || (finds && !chosen_found_points_);
     if (first || (finds && ((target_error_ > 0 && error <= target_error_) ||
-                            weighed <= 0.98 * best_score_))) {
-      best_score_ = weighed;
+                            weighted_error <= 0.98 * best_score_))) {
+      best_score_ = weighted_error;
       chosen_found_points_ = finds;
       planned_.chosen = trial;
       planned_.result = std::move(baked.result);
@@ -356,7 +365,7 @@ class MatchPlanner {
 
   PlannedBake finished() {
     planned_.wanted = target_error_ > 0 ? target_error_ : planned_.chosen.error.mean_degrees;
-    if (!options_.bounds.empty()) reach_bounds();
+    if (!options_.bounds.empty()) bake_within_bounds();
     planned_.reached = chosen_found_points_ &&
                        planned_.chosen.error.mean_degrees <= planned_.wanted &&
                        all_reached(planned_.bounds);
@@ -364,7 +373,7 @@ class MatchPlanner {
   }
 
   /// Bakes all maps with the chosen match at growing sizes until each is within its bound.
-  void reach_bounds() {
+  void bake_within_bounds() {
     all_maps_ = true;
     for (std::uint32_t size = std::min(planned_.chosen.width, planned_.chosen.height);;
          size = next_size(size)) {
@@ -385,16 +394,16 @@ class MatchPlanner {
   const PlanOptions& options_;
   const double target_error_;
   const MatchMethod by_uv_ = match_at_uvs();
-  std::vector<MatchMethod> methods_;  // In rising order of cost
+  std::vector<MatchMethod> methods_;  // Methods in increasing order of cost
   std::optional<NormalProbe> probe_;
   std::shared_ptr<const VisibilityField> field_;
-  // Errors with a map of unlimited resolution, by the name of the match
+  // Errors with a map of infinite resolution, by the name of the match
   std::map<std::string_view, NormalProbe::InfiniteMap> infinite_maps_;
   TexelError texels_;
   PlannedBake planned_;
   double best_score_ = 0;
   bool chosen_found_points_ = false;  // True if the chosen trial found a point for any sample
-  // True while reach_bounds() bakes all maps; before, only the normal map is baked
+  // True while bake_within_bounds() bakes all maps; before that, only the normal map is baked
   bool all_maps_ = false;
 };
 

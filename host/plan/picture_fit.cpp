@@ -14,16 +14,17 @@
 namespace kiln {
 namespace {
 
-/// Constants of the choice of encodings. Sizes halve down to kMinPictureSide; kQualities are tried at each size unless
-/// the next smaller one shows that the bytes cannot fit.
+/// Constants of the choice of encodings. Sizes are halved down to kMinPictureSide. At each size, kQualities are
+/// tried, unless the bytes of the next smaller size show that a picture cannot fit.
 struct PictureFitSettings {
   /// Smallest side in texels: in smaller maps, padding covers everything.
   static constexpr std::uint32_t kMinPictureSide = 16;
-  /// Qualities of lossy pictures, about 25% of the bytes apart. Below 35, a smaller size has a lower error.
+  /// Qualities of lossy pictures; consecutive ones differ by about 25% of the bytes. Below 35, a picture of a smaller
+  /// size has a lower error.
   static constexpr std::array<std::uint32_t, 7> kQualities = {35, 50, 65, 78, 88, 94, 98};
-  /// Least growth of bytes if the side doubles (measured: 2.2 to 4).
+  /// Minimum factor by which bytes grow if the side doubles (measured: 2.2 to 4).
   static constexpr double kMinByteGrowth = 2.2;
-  /// Number of byte classes of the knapsack: each is 0.05% of the budget.
+  /// Number of byte classes of the knapsack: each covers 0.05% of the budget.
   static constexpr std::uint64_t kByteClasses = 2048;
 };
 using Fit = PictureFitSettings;
@@ -57,8 +58,8 @@ void from_mean_space(TextureUse use, std::uint32_t channels, std::array<double, 
   }
 }
 
-/// An image and its successive halvings. Each texel is the mean of the covered texels below it; if there are none, it
-/// gets the value of the next coarser level.
+/// An image and its successive halvings. Each texel is the mean of the covered texels below it; if there is no
+/// covered texel, the value of the next coarser level.
 std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_t> coverage,
                                   TextureUse use) {
   const std::uint32_t channels = full.channels;
@@ -68,9 +69,9 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
   if (coverage.size() != texels) coverage = {};
   weights[0].resize(texels);
   for (std::size_t i = 0; i < texels; ++i) weights[0][i] = is_covered(coverage, i) ? 1 : 0;
-  std::size_t kept = 1;
-  // Levels go down to one texel, whose value fills areas far from all charts. Levels that are not exactly half of the
-  // one before serve only to fill.
+  std::size_t measured_levels = 1;
+  // Levels go down to one texel, whose value fills areas far from all charts. Levels whose size is not exactly half
+  // of the previous one are used for filling only.
   while (levels.back().width > 1 || levels.back().height > 1) {
     const Image& from = levels.back();
     const std::vector<double>& of = weights.back();
@@ -78,9 +79,9 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
     half.width = (from.width + 1) / 2;
     half.height = (from.height + 1) / 2;
     const bool is_half = from.width % 2 == 0 && from.height % 2 == 0;
-    if (kept == levels.size() && is_half &&
+    if (measured_levels == levels.size() && is_half &&
         std::min(half.width, half.height) >= Fit::kMinPictureSide) {
-      ++kept;
+      ++measured_levels;
     }
     half.channels = channels;
     half.pixels.resize(std::size_t{half.width} * half.height * channels);
@@ -120,7 +121,7 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
       }
     }
   }
-  levels.resize(kept);
+  levels.resize(measured_levels);
   return levels;
 }
 
@@ -152,24 +153,25 @@ PictureError error_over_texels(const Image& map, const Image& picture,
     for (std::size_t y = begin; y < end; ++y) {
       for (std::size_t x = 0; x < map.width; ++x) {
         if (!is_covered(coverage, y * map.width + x)) continue;
-        // Alpha stays 1 in opaque pictures, which store none.
-        std::array<double, 4> shown{1, 1, 1, 1};
-        const bool same = picture.width == map.width && picture.height == map.height;
-        if (same) {
-          for (std::uint32_t c = 0; c < picture.channels; ++c) shown[c] = picture.at(x, y)[c];
+        // Alpha remains 1 for opaque pictures, which store no alpha.
+        std::array<double, 4> picture_value{1, 1, 1, 1};
+        const bool is_same_size = picture.width == map.width && picture.height == map.height;
+        if (is_same_size) {
+          for (std::uint32_t c = 0; c < picture.channels; ++c)
+            picture_value[c] = picture.at(x, y)[c];
         } else {
           read_bilinear(picture, (static_cast<double>(x) + 0.5) / map.width,
-                        (static_cast<double>(y) + 0.5) / map.height, shown.data());
+                        (static_cast<double>(y) + 0.5) / map.height, picture_value.data());
         }
-        if (picture.channels < 3) shown[1] = shown[2] = shown[0];
-        const float* const own = map.at(x, y);
+        if (picture.channels < 3) picture_value[1] = picture_value[2] = picture_value[0];
+        const float* const map_value = map.at(x, y);
         double squares = 0;
         if (use == TextureUse::normal) {
           std::array<double, 3> a{}, b{};
           double dot = 0, of_a = 0, of_b = 0;
           for (std::size_t c = 0; c < 3; ++c) {
-            a[c] = 2.0 * own[c] - 1;
-            b[c] = 2 * shown[c] - 1;
+            a[c] = 2.0 * map_value[c] - 1;
+            b[c] = 2 * picture_value[c] - 1;
             dot += a[c] * b[c];
             of_a += a[c] * a[c];
             of_b += b[c] * b[c];
@@ -177,11 +179,11 @@ PictureError error_over_texels(const Image& map, const Image& picture,
           const double cosine =
               std::clamp(dot / std::sqrt(std::max(of_a * of_b, 1e-30)), -1.0, 1.0);
           rows[y].degrees += std::acos(cosine) * 180 / 3.14159265358979323846;
-          squares = (1 - cosine) / 2;  // square of half the chord between unit vectors
+          squares = (1 - cosine) / 2;  // Square of half the chord between unit vectors
         } else {
           for (std::uint32_t c = 0; c < map.channels; ++c) {
-            const double off = own[c] - shown[c];
-            squares += std::isfinite(off) ? off * off : 1;
+            const double difference = map_value[c] - picture_value[c];
+            squares += std::isfinite(difference) ? difference * difference : 1;
           }
         }
         rows[y].steps += 255 * std::sqrt(squares);
@@ -208,10 +210,10 @@ std::vector<PictureEncoding> encodings_of(const PictureFitOptions& options, Text
   PictureFormat lossy = options.any_format ? PictureFormat::jpeg : encode.format;
   if (lossy == PictureFormat::webp) lossless.format = lossy;
   const bool can_lose = lossy != PictureFormat::png && !(has_alpha && lossy == PictureFormat::jpeg);
-  const std::uint32_t fixed = is_normal ? 0 : encode.quality;
+  const std::uint32_t fixed_quality = is_normal ? 0 : encode.quality;
   std::vector<PictureEncoding> list;
-  const bool jpeg_alone = !options.any_format && lossy == PictureFormat::jpeg;
-  if (!can_lose || (fixed == 0 && (is_normal || !jpeg_alone))) list.push_back(lossless);
+  const bool only_jpeg = !options.any_format && lossy == PictureFormat::jpeg;
+  if (!can_lose || (fixed_quality == 0 && (is_normal || !only_jpeg))) list.push_back(lossless);
   if (!can_lose) return list;
   std::vector<std::uint32_t> qualities(Fit::kQualities.begin(), Fit::kQualities.end());
   if (options.all_qualities) {
@@ -221,7 +223,7 @@ std::vector<PictureEncoding> encodings_of(const PictureFitOptions& options, Text
       qualities.push_back(quality);
     }
   }
-  if (fixed != 0) qualities = {fixed};
+  if (fixed_quality != 0) qualities = {fixed_quality};
   for (const std::uint32_t quality : qualities) {
     PictureEncoding& next = list.emplace_back(lossless);
     next.format = lossy;
@@ -238,7 +240,7 @@ std::optional<std::vector<std::byte>> encoded(const Image& image, const PictureE
     return encode_picture(image, encoding);
   } catch (const Error&) {
     if (encoding.format == PictureFormat::png) throw;
-    return std::nullopt;  // Builds without libjpeg have PNG alone.
+    return std::nullopt;  // Builds without libjpeg only write PNG
   }
 }
 
@@ -254,7 +256,7 @@ PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
   PictureLadder ladder;
   ladder.picture = picture;
   ladder.levels.resize(levels.size());
-  std::vector<double> before(encodings.size(), 0);
+  std::vector<double> bytes_before(encodings.size(), 0);
   const auto most = static_cast<double>(options.most_bytes);
   for (std::size_t level = levels.size(); level-- > 0;) {
     Image rounded = levels[level];
@@ -263,7 +265,7 @@ PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
     }
     ladder.levels[level] = error_of(rounded);
     for (std::size_t i = 0; i < encodings.size(); ++i) {
-      if (Fit::kMinByteGrowth * before[i] > most) continue;
+      if (Fit::kMinByteGrowth * bytes_before[i] > most) continue;
       PictureChoice choice;
       choice.level = level;
       choice.width = levels[level].width;
@@ -272,7 +274,7 @@ PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
       auto data = encoded(levels[level], encodings[i], options.any_format);
       if (!data) continue;
       choice.bytes = (data->size() + 3) / 4 * 4;
-      before[i] = static_cast<double>(choice.bytes);
+      bytes_before[i] = static_cast<double>(choice.bytes);
       choice.data = std::move(*data);
       choice.error = error_of(load_image(choice.data));
       if (use == TextureUse::normal && options.encode.max_normal_error > 0 &&
@@ -320,8 +322,8 @@ std::uint64_t least_bytes(std::span<const PictureLadder> ladders) {
 }
 
 std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes) {
-  // Knapsack by dynamic programming: of all partial sums within one byte class, only the one with the least error is
-  // kept. The classes are finer than the steps between qualities, so the loss is negligible.
+  // Knapsack by dynamic programming: of all combinations of choices whose bytes lie in one class, only the one with
+  // the smallest error is kept. The classes are finer than the steps between qualities, so the loss is negligible.
   const std::uint64_t step = bytes / Fit::kByteClasses + 1;
   std::map<std::uint64_t, PictureFit> sums;
   sums[0] = {};

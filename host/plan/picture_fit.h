@@ -1,4 +1,4 @@
-// Chooses sizes and encodings of an asset's pictures for the least error within a byte budget.
+// Chooses sizes and encodings of an asset's pictures for the smallest error within a byte budget.
 #pragma once
 
 #include <cstddef>
@@ -31,12 +31,13 @@ struct PictureChoice {
   std::vector<std::byte> data;  ///< The encoded picture
 };
 
-/// Pareto-optimal ways to store a picture, by rising bytes and falling error.
+/// Pareto-optimal ways to store a picture, in order of increasing bytes and decreasing error.
 struct PictureLadder {
   PictureSlot picture = PictureSlot::normal;
   double weight = 1;                   ///< Share of the surface that has this picture
-  std::vector<PictureChoice> choices;  ///< At least one
-  std::vector<PictureError> levels;  ///< By PictureChoice::level: errors of lossless 8-bit pictures
+  std::vector<PictureChoice> choices;  ///< The choices; at least one
+  /// Errors of lossless 8-bit pictures, indexed by PictureChoice::level
+  std::vector<PictureError> levels;
 };
 
 /// Measures a decoded normal map of any size.
@@ -44,34 +45,35 @@ using NormalMapError = std::function<PictureError(const Image&)>;
 
 /// Allowed encodings of pictures, and the measure of their errors.
 struct PictureFitOptions {
-  /// With `any_format`, PNG and JPEG are tried, which all glTF readers support; else `format` alone, and PNG for
-  /// pictures that it cannot store. A set `quality` or `max_normal_error` excludes other encodings.
+  /// If `any_format` is set, PNG and JPEG are tried, which all glTF readers support; otherwise only `format`, and PNG
+  /// for pictures that `format` cannot store. A set `quality` or `max_normal_error` excludes other encodings.
   EncodeMapsOptions encode = {};
   bool any_format = true;
   bool all_qualities =
-      false;  ///< For the final file: tries every third quality, not only kQualities
-  std::uint64_t most_bytes = 0;      ///< Larger pictures are skipped
-  NormalMapError normal_error = {};  ///< If empty: the mean angle to the full-size map's texels
+      false;  ///< True for the final file: every third quality is tried instead of a few
+  std::uint64_t most_bytes = 0;  ///< Maximum bytes of a picture; larger ones are skipped
+  /// Error of a decoded normal map; if empty, the mean angle to the texels of the full-size map
+  NormalMapError normal_error = {};
 };
 
 /// Computes the ladder of each picture of a set of maps. Smaller sizes average covered texels: normals as directions,
-/// colours in linear light. Uncovered texels get the nearest coarser mean, so that no background bleeds in. Errors
-/// compare the decoded picture, filtered bilinearly, with the maps. Deterministic on any number of threads. Cost: each
-/// size and quality is encoded and decoded once, in total 1.33 times the texels per quality; a size is skipped if the
-/// bytes of the next smaller one show that it cannot fit.
+/// colours in linear light. Uncovered texels get the mean of the nearest coarser level that has one, so that no
+/// background colour bleeds in. Errors compare the decoded picture, filtered bilinearly, with the maps. Deterministic
+/// on any number of threads. Cost: each size and quality is encoded and decoded once, in total 1.33 times the texels
+/// per quality; a size is skipped if the bytes of the next smaller one show that it cannot fit.
 std::vector<PictureLadder> picture_ladders(const AssetMaps& maps, const PictureFitOptions& options);
 
-/// One choice for each ladder.
+/// One choice from each ladder.
 struct PictureFit {
-  std::vector<std::size_t> choices;  ///< Indices into PictureLadder::choices
-  std::uint64_t bytes = 0;           ///< Sum over all pictures
+  std::vector<std::size_t> choices;  ///< Index into PictureLadder::choices for each ladder
+  std::uint64_t bytes = 0;           ///< Sum of the bytes of all pictures
   double error = 0;                  ///< Weighted sum of PictureError::steps
 };
 
-/// The choices with the least sum of errors within `bytes`; nullopt if even the smallest exceed it.
+/// The choices with the smallest sum of errors within `bytes`; nullopt if even the smallest choices exceed it.
 std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes);
 
-/// Sum of the smallest choices' bytes.
+/// Sum of the bytes of the smallest choice of each ladder.
 std::uint64_t least_bytes(std::span<const PictureLadder> ladders);
 
 }  // namespace kiln

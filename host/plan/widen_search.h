@@ -7,9 +7,9 @@
 
 namespace kiln {
 
-/// Runs an attempt. While over 0.5% of the samples miss, doubles the search distance, up to eight times
-/// kSearchDistance, as long as each doubling resolves at least a quarter of the misses. An explicit distance or cage is
-/// kept.
+/// Runs an attempt, and repeats it with doubled search distances while over 0.5% of the samples miss, up to eight
+/// times kSearchDistance, and as long as each doubling resolves at least a quarter of the misses. A search distance
+/// or cage that the caller has set is not changed.
 /// \param options  receives the chosen distance if it differs from the default
 /// \param attempt  function from options to a result
 /// \param missed  function from a result to the share of samples without a point
@@ -23,12 +23,12 @@ auto widen_search(BakeOptions& options, const Attempt& attempt, const Missed& mi
     return result;
   for (double share = kFirstDistanceShare;
        share <= kMaxDistanceShare && missed(result) > kMaxMissedShare; share *= 2) {
-    BakeOptions wide = options;
-    wide.match.max_distance = Length::share(share);
-    auto next = attempt(wide);
+    BakeOptions wider_options = options;
+    wider_options.match.max_distance = Length::share(share);
+    auto next = attempt(wider_options);
     if (missed(next) > kMaxUnresolvedShare * missed(result)) break;
     result = std::move(next);
-    options.match.max_distance = wide.match.max_distance;
+    options.match.max_distance = wider_options.match.max_distance;
   }
   return result;
 }

@@ -22,22 +22,23 @@ std::pair<double, double> sine_cosine(double degrees) {
   return {sine, cosine};
 }
 
-/// Converts from axes with +Y up and +Z to the front to the options' axes.
+/// Converts a vector from axes with +Y up and +Z to the front, to the axes of the options.
 Vec3d oriented(const Vec3d& v, bool z_up) { return z_up ? Vec3d{v.x, -v.z, v.y} : v; }
 
 Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
-/// Key light from the front, above, on the left. For sheets such as terrains and reliefs, which this light would wash
-/// out, it is 60 degrees off the sheet's mean normal, so that slopes are visible.
+/// Direction of the key light: from the front, above, on the left. That light would hardly shade sheets such as
+/// terrains and reliefs; for these, the angle between the light and the mean normal is 60 degrees, so that slopes are
+/// visible.
 Vec3d key_light(const Vec3d& facing, const Camera& camera) {
   constexpr double kMinSheetFacing = 0.7;
-  const Vec3d usual = {-0.5145, 0.6860, 0.5145};
-  if (length(facing) < kMinSheetFacing) return usual;
+  const Vec3d default_light = {-0.5145, 0.6860, 0.5145};
+  if (length(facing) < kMinSheetFacing) return default_light;
   Vec3d n = unit({dot(facing, camera.right), dot(facing, camera.up), dot(facing, camera.toward)});
   if (n.z < 0) n = n * -1.0;  // Back faces are shaded as front faces
   const Vec3d left_up = {-1, 1, 0};
   const Vec3d across = left_up - n * dot(left_up, n);
-  if (length(across) < 1e-6) return usual;
+  if (length(across) < 1e-6) return default_light;
   return n * 0.5 + unit(across) * std::sqrt(0.75);
 }
 
@@ -53,11 +54,11 @@ std::array<double, 3> PictureGeometry::project(const std::array<double, 3>& poin
 
 CameraTarget CameraTarget::of(const Mesh& mesh) {
   CameraTarget target{Frame::of(mesh), {}, {}};
-  std::vector<bool> used(mesh.positions.size());
+  std::vector<bool> is_used(mesh.positions.size());
   double area = 0;
   for (const Triangle& triangle : mesh.triangles) {
     if (!has_area(mesh.positions, triangle)) continue;
-    for (std::uint32_t i : triangle) used[i] = true;
+    for (std::uint32_t i : triangle) is_used[i] = true;
     const Vec3d a = to_double(target.frame.to_frame(mesh, triangle[0]));
     const Vec3d normal = cross(to_double(target.frame.to_frame(mesh, triangle[1])) - a,
                                to_double(target.frame.to_frame(mesh, triangle[2])) - a);
@@ -66,9 +67,9 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
   }
   if (area > 0) target.facing = target.facing * (1 / area);
   constexpr double kMaxFrameDistance =
-      1;  // Frame units: vertices farther out are not shown, see Frame
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (!used[i]) continue;
+      1;  // Largest coordinate in frame units; vertices farther out are not shown, see Frame
+  for (std::size_t i = 0; i < is_used.size(); ++i) {
+    if (!is_used[i]) continue;
     const Vec3 point = target.frame.to_frame(mesh, i);
     if (length(to_double(point)) <= kMaxFrameDistance) target.points.push_back(point);
   }
@@ -96,7 +97,7 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
     low_y = std::min(low_y, y);
     high_y = std::max(high_y, y);
   }
-  // A minimum extent, so that a line seen end-on still gets a picture.
+  // The minimum extent gives a picture even to a line that is seen end-on.
   constexpr double kMargin = 0.04;
   const double extent_x = high_x - low_x, extent_y = high_y - low_y;
   const double extent = std::max({extent_x, extent_y, 1e-6});

@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// Vertices that a camera shows: those of finite triangles, in a frame of their own.
+/// The vertices that a camera shows: those of finite triangles, in a separate frame.
 struct CameraTarget {
   Frame frame;
   std::vector<Vec3> points;

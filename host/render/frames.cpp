@@ -1,5 +1,5 @@
-// Frames drawn by a z-buffer as in a renderer, and their cost (Wang, Froehlich, Goebel 2003, figure 7; Barry and Wood
-// 2007, table 1).
+// Draws frames with a z-buffer, as renderers do, and measures their cost (Wang, Froehlich, Goebel 2003, figure 7;
+// Barry and Wood 2007, table 1).
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -28,7 +28,7 @@ void check_frame(const RenderOptions& options) {
     refuse("Frames show all of the mesh: leave zoom and at out.");
 }
 
-/// The camera as a depth view with the picture's pixels, to 1/512 pixel.
+/// The camera as a depth view with the picture's pixels, exact to 1/512 pixel.
 kiln_view view_of(const kiln_render_params& params) {
   kiln_view view{};
   std::copy_n(params.right, 3, view.right);
@@ -62,7 +62,7 @@ std::vector<Triangle> triangles_of(const std::vector<std::uint32_t>& numbers) {
   return result;
 }
 
-/// Draws frames of one size; owns the arrays for them.
+/// Draws frames of one size, and owns the arrays that they need.
 class FramePainter {
  public:
   FramePainter(const Scene::Impl& scene, const RenderOptions& options)
@@ -77,11 +77,12 @@ class FramePainter {
   bool with_map() const { return with_map_; }
 
   /// Parameters of a camera position.
-  /// \param options  with the size that the painter was created for
+  /// \param options  options whose size is that of the painter
   kiln_render_params place(const CameraTarget& target, const RenderOptions& options) const {
-    RenderOptions one = options;
-    one.samples = 1;
-    kiln_render_params params = camera_params(Camera::fit(target, one), scene_.target.frame, one);
+    RenderOptions single_sample = options;
+    single_sample.samples = 1;
+    kiln_render_params params =
+        camera_params(Camera::fit(target, single_sample), scene_.target.frame, single_sample);
     const std::uint32_t rows = (params.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
     params.pixel_count = params.sample_count = params.tile_columns * rows * kFrameTilePixels;
     params.capacity = capacity_;
@@ -188,9 +189,9 @@ FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t f
   const CameraTarget shown = framed(*this, options);
   std::vector<double> seconds;
   for (std::uint32_t i = 0; i < frames + kWarmUpFrames; ++i) {
-    RenderOptions turned = options;
-    turned.azimuth_degrees += 360.0 * (i % frames) / frames;
-    const kiln_render_params params = painter.place(shown, turned);
+    RenderOptions rotated_options = options;
+    rotated_options.azimuth_degrees += 360.0 * (i % frames) / frames;
+    const kiln_render_params params = painter.place(shown, rotated_options);
     painter.finish();
     const auto start = std::chrono::steady_clock::now();
     painter.draw(params);

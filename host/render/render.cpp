@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
 constexpr std::uint32_t kMaxSamplesPerPart = 1 << 20;
 constexpr double kMinZoom = 0.01, kMaxZoom = 1e5;
-/// Distance within which occluders count, as a share of the visible extent.
+/// Maximum distance of occluders, as a share of the visible extent.
 constexpr double kMaxOccluderShare = 0.4;
 
 template <typename T>
@@ -290,11 +290,11 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   const std::uint32_t tiles_per_part = std::min(tiles, kMaxSamplesPerPart / samples_per_tile);
   params.capacity = tiles_per_part * samples_per_tile;
 
-  // Peak memory for one part: its samples on the device, and its colours on both sides. Nothing is allocated before
-  // this check.
+  // Peak memory for one part: its samples on the device, and its colours on device and host. It is checked before
+  // anything is allocated.
   constexpr std::uint64_t kBytesPerSample =
       7 * sizeof(float) + KILN_SURFACE_PLANES * sizeof(float) + 2 + 17;
-  constexpr std::uint64_t kLaunchBytes = 12 << 20;  // PoCL keeps 11 MiB while it draws
+  constexpr std::uint64_t kLaunchBytes = 12 << 20;  // PoCL holds 11 MiB while it draws
   require_memory("The picture",
                  kLaunchBytes + std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
                      kBytesPerSample * params.capacity +
@@ -305,16 +305,18 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
       vogel_disc(std::max(1U, params.ambient_passes) * std::size_t{per_pixel});
   const cl::Array<float> device_disc = upload(context, disc.data(), disc.size());
 
-  RayQuery to_surface;
-  to_surface.t_max = 1.5F;  // Through the bounding sphere, from the kernel's 0.75
-  to_surface.two_sided = true;
-  RayQuery to_sky;
-  to_sky.t_min = 5e-5F;
-  // In an extreme close-up, the reach could be below t_min.
-  to_sky.t_max = std::max(to_sky.t_min,
-                          static_cast<float>(std::min(
-                              2.0, kMaxOccluderShare * 2 * camera.half_side * target.frame.scale)));
-  to_sky.two_sided = true;
+  RayQuery surface_ray;
+  // Length of a ray through the bounding sphere, from the kernel's start at 0.75
+  surface_ray.t_max = 1.5F;
+  surface_ray.two_sided = true;
+  RayQuery occlusion_ray;
+  occlusion_ray.t_min = 5e-5F;
+  // In an extreme close-up, the maximum distance of occluders could be below t_min.
+  occlusion_ray.t_max =
+      std::max(occlusion_ray.t_min,
+               static_cast<float>(
+                   std::min(2.0, kMaxOccluderShare * 2 * camera.half_side * target.frame.scale)));
+  occlusion_ray.two_sided = true;
 
   Image image{camera.width, camera.height, 3, {}};
   image.pixels.resize(std::size_t{camera.width} * camera.height * 3);
@@ -325,7 +327,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
     const std::uint32_t count = params.sample_count;
     context.launch(context.kernel("render", "kiln_render_camera"), count, kLocal, params,
                    part.points);
-    rays->intersect(part.points, count, params.capacity, to_surface, part.match);
+    rays->intersect(part.points, count, params.capacity, surface_ray, part.match);
     context.launch(context.kernel("render", "kiln_render_surface"), count, kLocal, params,
                    part.match.triangle, part.match.barycentric, position_indices, positions,
                    normal_indices, normals, part.surface);
@@ -333,7 +335,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
     for (kiln_uint pass = 0; pass < params.ambient_passes; ++pass) {
       context.launch(context.kernel("render", "kiln_render_ambient_rays"), count, kLocal, params,
                      pass, part.match.triangle, part.surface, device_disc, part.points);
-      rays->occluded(part.points, count, params.capacity, to_sky, part.hit);
+      rays->occluded(part.points, count, params.capacity, occlusion_ray, part.hit);
       context.launch(context.kernel("render", "kiln_render_ambient_add"), count, kLocal, params,
                      pass, part.hit, part.open);
     }

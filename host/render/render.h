@@ -47,7 +47,7 @@ struct KILN_HIDDEN Scene::Impl {
 /// \throws Error(usage) for an option out of its range
 void check_render(const RenderOptions& options);
 
-/// The camera's parameters in a mesh's frame, where the mesh surrounds the origin.
+/// The camera's parameters in a mesh's frame, in which the mesh lies around the origin.
 kiln_render_params camera_params(const Camera& camera, const Frame& frame,
                                  const RenderOptions& options);
 

@@ -10,13 +10,13 @@
 namespace kiln {
 namespace {
 
-/// Factor by which a collapse that leaves bad shapes must be cheaper than others to go first, for costs of distances
-/// and of squared distances. Rejecting such collapses altogether would keep the high poly's slivers (at a sphere's
-/// poles).
+/// A collapse that leaves badly shaped triangles has its cost multiplied by this factor: for costs that are
+/// distances, and for costs that are squared distances. Rejecting such collapses altogether would keep the high
+/// poly's slivers (at a sphere's poles).
 constexpr double kBadShapeFactor = 1.5, kBadShapeFactorOfSquares = 6;
 constexpr double kHubCostTolerance = 1.01;  ///< At a hub, costs may be outdated by this factor.
 /// Rejected edges are tried again after each round that collapses at least one edge per kTrianglesPerCollapse
-/// triangles, and after at most kMaxUnproductiveRounds others.
+/// triangles, and after at most kMaxUnproductiveRounds rounds below that rate.
 constexpr std::size_t kTrianglesPerCollapse = 64, kMaxUnproductiveRounds = 4;
 
 }  // namespace
@@ -63,19 +63,19 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   if (mesh_.is_hub(b)) return keeps_topology_at_hub(b, a);
   mesh_.gather_unordered(a, near_a_);
   mesh_.gather_unordered(b, near_b_);
-  std::uint32_t on_edge = 0;
+  std::uint32_t edge_triangles = 0;
   common_.clear();
   bool border_a = false, border_b = false;
   for (const CollapseMesh::Neighbour& n : near_a_) {
     border_a = border_a || n.triangles == 1;
-    if (n.vertex == b) on_edge = n.triangles;
+    if (n.vertex == b) edge_triangles = n.triangles;
   }
   for (const CollapseMesh::Neighbour& n : near_b_) border_b = border_b || n.triangles == 1;
   mesh_.find_common(near_a_, near_b_, common_);
-  if (on_edge == 0 || common_.size() != on_edge) return false;
-  if (border_a && border_b && on_edge != 1) return false;
+  if (edge_triangles == 0 || common_.size() != edge_triangles) return false;
+  if (border_a && border_b && edge_triangles != 1) return false;
   // Some triangles must remain, and no two triangles may get the same corners.
-  if (mesh_.valence[a] + mesh_.valence[b] <= 2 * on_edge) return false;
+  if (mesh_.valence[a] + mesh_.valence[b] <= 2 * edge_triangles) return false;
   return !would_duplicate_triangle(a, b);
 }
 
@@ -83,23 +83,23 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
 /// beside a second hub.
 bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
   mesh_.gather(b, near_b_);
-  std::uint32_t on_edge = 0;
+  std::uint32_t edge_triangles = 0;
   common_.clear();
   bool border_b = false;
   for (const CollapseMesh::Neighbour& n : near_b_) {
     border_b = border_b || n.triangles == 1;
     if (n.vertex == hub) {
-      on_edge = n.triangles;
+      edge_triangles = n.triangles;
       continue;
     }
     if (mesh_.is_hub(n.vertex)) return false;
-    bool next = false;
+    bool is_adjacent = false;
     mesh_.visits += mesh_.valence[n.vertex];
-    mesh_.each_on_edge(n.vertex, hub, [&](std::uint32_t) { next = true; });
-    if (next) common_.push_back(n.vertex);
+    mesh_.each_on_edge(n.vertex, hub, [&](std::uint32_t) { is_adjacent = true; });
+    if (is_adjacent) common_.push_back(n.vertex);
   }
-  if (on_edge == 0 || common_.size() != on_edge) return false;
-  if (border_[hub] != 0 && border_b && on_edge != 1) return false;
+  if (edge_triangles == 0 || common_.size() != edge_triangles) return false;
+  if (border_[hub] != 0 && border_b && edge_triangles != 1) return false;
   return !would_duplicate_triangle(hub, b);
 }
 
@@ -126,7 +126,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   mesh_.merge(kept, gone);
   ++stamps_[gone];
   if (step.anchor != Anchor::none) {
-    // Queue entries of the hub's other edges remain; their costs are updated when they are popped.
+    // Queue entries of the hub's other edges remain in the queue; their costs are updated when they are popped.
     for (const CollapseMesh::Neighbour& n : near_b_) {
       if (n.vertex != kept) push(kept, n.vertex);
     }
@@ -144,7 +144,8 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   for (const CollapseMesh::Neighbour& n : near_a_) touched_[n.vertex] = 1;
 }
 
-/// Collapses an edge if allowed. A collapse that only violates the limits of shapes is queued again at a higher cost.
+/// Collapses an edge if allowed. A collapse that violates nothing but the limits of triangle shapes is queued again
+/// at a higher cost.
 bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
   Step step = step_for(entry.a, entry.b);
   if (!step.allowed) return false;
@@ -176,7 +177,7 @@ bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
   return true;
 }
 
-/// The collapse of a UV copy, if it is allowed too.
+/// The collapse of a UV copy of an edge; nullopt if it is not allowed.
 std::optional<EdgeCollapser::Step> EdgeCollapser::twin_step(const Entry& twin) {
   Step step = step_for(twin.a, twin.b);
   if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
@@ -199,19 +200,20 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
   };
   for (std::size_t i = 0; all && i < twins.size(); ++i)
     all = twin_step(entry_of(twins[i])).has_value();
-  // Last check: the bound remembers the collapse that it allowed.
+  // The bound is checked last, because it stores the samples' new triangles for the collapse that it allowed.
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
     collapse(entry.a, entry.b, step);
     std::unordered_map<std::uint32_t, std::uint32_t> merged{
-        {entry.b, entry.a}};  // edge that goes, and the vertex that it becomes
+        {entry.b, entry.a}};  // Removed vertex, and the vertex that replaces it
     for (std::array<std::uint32_t, 2> last : twins) {
       for (std::uint32_t& end : last) {
         for (auto into = merged.find(end); into != merged.end(); into = merged.find(end)) {
           end = into->second;
         }
       }
-      // If the first collapse has made this one impossible, its triangles have lost their copies and stay.
+      // If the first collapse has made the copy's collapse impossible, triangles there are no longer copies, and
+      // remain.
       const std::optional<Step> own = twin_step(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
@@ -227,13 +229,14 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
   return false;
 }
 
-/// Rebuilds quadrics from the current mesh. Summed planes count most planes two or three times, and some belong to
-/// surface that has moved; planes of the current mesh place vertices better (Lindstrom and Turk 1998, "Fast and
-/// Memory Efficient Polygonal Simplification"). It happens at powers of two triangles, so that the result does not
-/// depend on intermediate targets.
+/// Rebuilds quadrics from the current mesh. Sums of merged quadrics count most planes two or three times, and contain
+/// planes of triangles that have moved since; planes of the current mesh place vertices better (Lindstrom and Turk
+/// 1998, "Fast and Memory Efficient Polygonal Simplification"). Quadrics are rebuilt whenever the number of triangles
+/// falls below a power of two, so that the result does not depend on intermediate targets.
 bool EdgeCollapser::rebuild_when_due() {
   if (rule_ != nullptr || mesh_.faces > next_rebuild_) return false;
-  // No rebuild if there is a hub: most of its edges are deferred, and evaluating all of them each time is too slow.
+  // Meshes with a hub are not rebuilt: most edges of a hub are deferred, and evaluating all of them each time is too
+  // slow.
   const auto is_hub = [](std::uint32_t valence) { return valence > CollapseMesh::kMaxValence; };
   if (std::any_of(mesh_.valence.begin(), mesh_.valence.end(), is_hub)) {
     next_rebuild_ = 0;
@@ -284,7 +287,7 @@ void EdgeCollapser::fetch_ahead() const {
 }
 
 void EdgeCollapser::run_cheap(double cost) {
-  constexpr std::uint8_t kDone = 2;
+  constexpr std::uint8_t kVisited = 2;
   deferred_.emplace();
   for (const Entry* front = nullptr; (front = queue_.front(stamps_)) != nullptr;) {
     const Entry entry = *front;
@@ -294,36 +297,38 @@ void EdgeCollapser::run_cheap(double cost) {
   }
   const std::vector<std::uint32_t> changed = std::move(*deferred_);
   deferred_.reset();
-  std::vector<std::uint8_t> waits(mesh_.points.size(), 0);
-  for (const std::uint32_t v : changed) waits[v] = 1;
+  std::vector<std::uint8_t> is_pending(mesh_.points.size(), 0);
+  for (const std::uint32_t v : changed) is_pending[v] = 1;
   for (const std::uint32_t v : changed) {
-    if (waits[v] == kDone) continue;
+    if (is_pending[v] == kVisited) continue;
     mesh_.gather_unordered(v, near_a_);
     std::erase_if(near_a_, [&](const CollapseMesh::Neighbour& n) {
-      return waits[n.vertex] != 0 && n.vertex < v;
+      return is_pending[n.vertex] != 0 && n.vertex < v;
     });
     push_all(v, near_a_);
-    waits[v] = kDone;
+    is_pending[v] = kVisited;
   }
   if (2 * mesh_.faces < mesh_.triangles.size()) compact();
 }
 
 void EdgeCollapser::run(std::size_t faces) {
   constexpr std::size_t kPollInterval = 1024;
-  std::size_t poor = 0, looked = 0;
+  std::size_t unproductive_rounds = 0, looked = 0;
   while (true) {
-    std::size_t taken = 0;
+    std::size_t collapse_count = 0;
     while (mesh_.all_faces() > faces && queue_.front(stamps_) != nullptr) {
       if (++looked % kPollInterval == 0) ProgressGuard::poll();
       if (rebuild_when_due()) continue;
       const Entry entry = *queue_.front(stamps_);
       queue_.pop();
       fetch_ahead();
-      if (is_current(entry)) taken += collapse_if_allowed(entry);
+      if (is_current(entry)) collapse_count += collapse_if_allowed(entry);
     }
-    if (mesh_.all_faces() <= faces || taken == 0) return;
-    if (taken * kTrianglesPerCollapse < mesh_.faces && ++poor > kMaxUnproductiveRounds) return;
-    // Rejected edges may be allowed by now.
+    if (mesh_.all_faces() <= faces || collapse_count == 0) return;
+    if (collapse_count * kTrianglesPerCollapse < mesh_.faces &&
+        ++unproductive_rounds > kMaxUnproductiveRounds)
+      return;
+    // Edges that were rejected before may be allowed after other collapses.
     fill_queue(mesh_.edges(), deviation_bound_ != nullptr);
   }
 }

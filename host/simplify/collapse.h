@@ -23,9 +23,11 @@
 namespace kiln {
 
 /// Reduces a triangle mesh by edge collapses. The cheapest collapse goes first; the merged vertex lies at the minimum
-/// of its quadric (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics"). Perpendicular planes
-/// through open borders hold these in place (section 6 there). Without a constraint, the cost is the increase of the
-/// distance, not of the squared distance. Quadrics are rebuilt whenever the number of triangles has halved.
+/// of its quadric (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics"). Perpendicular
+/// planes
+/// through open borders hold the borders in place (section 6 of that paper). Without a constraint, the cost is the
+/// increase of the distance to the planes, not of the squared distance. Quadrics are rebuilt whenever the number of
+/// triangles has halved.
 ///
 /// Each collapse keeps the topology (link condition; borders do not pinch, components do not vanish). Triangles do
 /// not flip, fold onto a neighbour or lose their area. They become slivers or turn far only if every other collapse
@@ -39,18 +41,20 @@ class EdgeCollapser {
   /// Rounds a point to one that the caller's mesh can store.
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
-  /// Triangles must have three different vertices, and no duplicate of the same orientation.
-  /// \param mesh  must outlive this. Its triangles and vertices are renumbered as it shrinks
+  /// Triangles must have three different vertices, and no two triangles may have the same vertices in the same
+  /// orientation.
+  /// \param mesh  must outlive this object. Its triangles and vertices are renumbered as it shrinks
   ///              (CollapseMesh::compact()), unless there is a constraint or a bound
-  /// \param rule  constraint besides the shape; may be null; must outlive this
-  /// \param fixed  by vertex, 1 if its edges may not collapse; empty: all may
+  /// \param rule  constraint in addition to triangle shapes; may be null; must outlive this object
+  /// \param fixed  by vertex, 1 if its edges may not collapse; if empty, all edges may
   explicit EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule = nullptr, Snap snap = {},
                          std::vector<std::uint8_t> fixed = {});
 
-  /// Rejects collapses that `deviation` refuses from now on. It must have been made from the mesh in its present
-  /// state, and outlive this.
-  /// \param sharpening  by how much sharp edges may become sharper (cosine); no other edge may become sharp
-  /// \param bound       largest root-mean-square distance of lines between labels from their present place
+  /// Rejects collapses that `deviation` refuses from now on. The bound must have been built from the mesh in its
+  /// present state, and must outlive this object.
+  /// \param sharpening  decrease of the cosine by which sharp edges may become sharper; no other edge may become
+  ///        sharp
+  /// \param bound       largest root-mean-square distance of the lines between labels from their present position
   void limit_deviation(DeviationBound* deviation, double sharpening, double bound) {
     deviation_bound_ = deviation;
     shape_.limit_edges(sharpening);
@@ -58,23 +62,23 @@ class EdgeCollapser {
     bound_lines(bound);
   }
 
-  /// Moves one vertex after another to where the distances around it are least within the bound. Then rebuilds
-  /// quadrics.
+  /// Moves one vertex after another to the position that minimizes the sample distances around it, within the bound.
+  /// Then rebuilds the quadrics.
   void relax(Distances which);
 
   /// Collapses until at most `faces` triangles are left (backs of two-sided triangles count), or no collapse is
   /// allowed. A later call with fewer `faces` continues.
   void run(std::size_t faces);
 
-  /// Sum of the planes of the surface that was merged into the vertex.
+  /// Quadric of a vertex: the sum of the planes of all triangles that were merged into it.
   const Quadric& quadric(std::uint32_t vertex) const { return quadrics_[vertex]; }
 
   /// Collapses all edges that cost at most `cost`, cheapest first. Edges of a changed vertex are deferred to the next
   /// call.
   void run_cheap(double cost);
 
-  /// Moves a corner of a bad triangle or collapses one of its sides, whichever deviates least. No triangle around is
-  /// bad afterwards. Returns false if no such step exists.
+  /// Repairs a bad triangle: moves one of its corners or collapses one of its sides, whichever deviates least and
+  /// leaves no bad triangle around it. Returns false if no such step exists.
   bool mend(std::uint32_t triangle, const std::function<bool(const TriangleCorners&)>& bad);
 
  private:
@@ -130,27 +134,28 @@ class EdgeCollapser {
   Snap snap_;
   CollapseShape shape_;
   DeviationBound* deviation_bound_ = nullptr;
-  std::vector<std::uint8_t>
-      touched_;  ///< With a bound: 1 if a vertex's surroundings changed since the queue was filled.
+  /// If there is a bound, 1 for vertices whose neighbourhood has changed since the queue was filled
+  std::vector<std::uint8_t> touched_;
   std::vector<Quadric> quadrics_;
-  /// Quadric::off() of each vertex at its position; unused with a constraint.
+  /// Quadric::off() of each vertex at its current position; empty if there is a constraint.
   std::vector<double> base_errors_;
-  /// With a bound: quadrics of perpendicular planes through lines between labels; empty if there are no labels.
+  /// If there is a bound, per vertex the quadric of perpendicular planes through lines between labels; empty without
+  /// labels.
   std::vector<Quadric> lines_;
   double lines_bound_ = 0;
   std::size_t next_rebuild_ = 0;  ///< Triangle count at which quadrics are rebuilt next.
   std::vector<std::uint32_t> stamps_;
-  std::vector<std::uint8_t> fixed_;  ///< By vertex, 1 if it may not move; empty: all may.
-  /// By vertex, 1 if a vertex on an open border was merged into it.
+  std::vector<std::uint8_t> fixed_;  ///< By vertex, 1 if it may not move; if empty, all may
+  /// By vertex, 1 if it lies on an open border or a border vertex was merged into it.
   std::vector<std::uint8_t> border_;
   double penalty_;  ///< Factor on the cost of a collapse that leaves bad shapes.
   CollapseQueue queue_;
   /// Changed vertices whose edges are not queued yet.
   std::optional<std::vector<std::uint32_t>> deferred_;
   std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
-  std::vector<std::uint64_t> edges_;  ///< Scratch memory of push_all().
+  std::vector<std::uint64_t> edges_;  ///< Scratch memory of push_all()
   std::vector<Entry> entries_;
-  std::vector<std::uint32_t> common_;  ///< Common neighbours of an edge's ends.
+  std::vector<std::uint32_t> common_;  ///< Common neighbours of an edge's two vertices
 };
 
 }  // namespace kiln

@@ -1,9 +1,9 @@
-// EdgeCollapser: collapses within a bound.
+// EdgeCollapser: collapses within a bound on the deviation.
 #include "simplify/collapse.h"
 
 namespace kiln {
 
-/// \param b  kNoVertex: `a` is moved alone
+/// \param b  second vertex of the edge; kNoVertex if `a` is moved without a collapse
 bool EdgeCollapser::bound_allows(std::uint32_t a, std::uint32_t b, Anchor anchor,
                                  const Vec3d& target) {
   return deviation_bound_ == nullptr ||
@@ -17,7 +17,7 @@ bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& t
   return sum.at(target) <= lines_bound_ * lines_bound_ * sum.area;
 }
 
-/// True if the bound allows the collapse, or one to a position close by, which then replaces it.
+/// True if the bound allows the collapse, or a collapse to a nearby position, which is then written to `step`.
 bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
   if (!keeps_lines(entry.a, entry.b, step.target)) return false;
   if (bound_allows(entry.a, entry.b, step.anchor, step.target)) return true;
@@ -34,7 +34,7 @@ void EdgeCollapser::relax_at(std::uint32_t v, Distances which) {
   const Vec3d from = mesh_.points[v];
   if (!bound_allows(v, kNoVertex, Anchor::none, from)) return;
   const double before = deviation_bound_->energy(which);
-  // Reassigns samples, which may be nearer to other triangles of the star now.
+  // Reassigns the samples: after the move, other triangles of the star may be nearer to them.
   deviation_bound_->collapse();
   const Vec3d way = deviation_bound_->improved_position(from, which) - from;
   if (!(dot(way, way) > 0)) return;

@@ -1,4 +1,4 @@
-// Constraints on edge collapses besides the surface's shape.
+// Constraints on edge collapses in addition to triangle shapes.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// The end of an edge that may not move.
+/// The vertex of an edge that may not move.
 enum class Anchor : std::uint8_t { none, first, second };
 
 /// Interface that EdgeCollapser calls before and at each collapse. place() must be safe to call from several threads.
@@ -35,16 +35,16 @@ class CollapseConstraint {
                      const Vec3d& target) const = 0;
 
   /// Finds collapses that must happen together with this one: those of its UV copies, which must stay copies. keeps()
-  /// has allowed this one. Each edge starts with the end that corresponds to `a`. Until end_twins(), the constraint
-  /// treats collapses of these edges as parts of this one.
-  /// \returns false if one of them is impossible, which rejects all
+  /// has allowed the given collapse. Each found edge starts with the vertex that corresponds to `a`. Until
+  /// end_twins(), the constraint treats collapses of the found edges as parts of the given one.
+  /// \returns false if a copy cannot collapse, which rejects the whole group
   virtual bool find_twins(const CollapseMesh&, std::uint32_t, std::uint32_t, Anchor, const Vec3d&,
                           std::vector<std::array<std::uint32_t, 2>>&) {
     return true;
   }
   virtual void end_twins() {}
 
-  /// Notifies the constraint of the collapse: both ends become `kept`, at `target`.
+  /// Notifies the constraint of the collapse: both vertices of the edge become `kept`, at `target`.
   virtual void collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
                         const Vec3d& target, std::uint32_t kept) = 0;
 

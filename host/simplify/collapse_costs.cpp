@@ -12,7 +12,7 @@ namespace kiln {
 namespace {
 
 /// Share of the edge length that is added to the cost: on flat surfaces, short edges collapse first and triangles
-/// stay even. It is too small to keep triangles there that curved places need.
+/// stay even. The weight is small enough that flat surfaces keep no triangles that curved ones need.
 constexpr double kLengthWeight = 1e-7;
 /// With a constraint: share of the squared edge length that is added to the squared deviation. It exceeds the
 /// rounding of single precision; 1e-8 made long edges too expensive.
@@ -23,9 +23,9 @@ constexpr std::size_t kEdgesPerBatch = std::size_t{1} << 15;
 }  // namespace
 
 /// Position and cost of an edge's collapse. A hub keeps its position, since moving it would move its whole fan.
-/// The cost is the increase of distance times weight, since pictures show a deviation by its size and not by its
-/// square. With a constraint, whose planes are weighed against squares, it is the squared distance, as in Garland and
-/// Heckbert.
+/// The cost is the increase of distance times weight, since a deviation is visible in proportion to its size, not to
+/// its square. If there is a constraint, the cost is the squared distance, as in Garland and Heckbert, because the
+/// constraint's planes add squared distances.
 EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) const {
   Step step(quadrics_[a] + quadrics_[b]);
   const bool hub_a = mesh_.is_hub(a), hub_b = mesh_.is_hub(b);
@@ -45,20 +45,20 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
     step.cost = step.sum.at(step.target) + kLengthWeightOfSquares * size * step.sum.area;
     return step;
   }
-  const double already = base_errors_[a] + base_errors_[b];
-  step.cost =
-      std::max(0.0, step.sum.off(step.target) - already) + kLengthWeight * size * step.sum.area;
+  const double previous_error = base_errors_[a] + base_errors_[b];
+  step.cost = std::max(0.0, step.sum.off(step.target) - previous_error) +
+              kLengthWeight * size * step.sum.area;
   return step;
 }
 
-/// Entry of an edge; its cost is infinite if the edge may not collapse.
+/// Queue entry of an edge; the cost is infinite if the edge may not collapse.
 EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) const {
   const Step step = step_for(a, b);
   const double cost = step.allowed ? step.cost : std::numeric_limits<double>::infinity();
   return {cost, a, b, stamps_[a], stamps_[b], 0};
 }
 
-/// \param edges    as CollapseMesh::edges()
+/// \param edges    edges as CollapseMesh::edges() returns them
 /// \param entries  out: one entry per edge
 void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* entries) const {
   for (const std::uint64_t edge : edges) {
@@ -67,7 +67,7 @@ void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* en
   }
 }
 
-/// \param all           all edges of the mesh, each once
+/// \param all           all edges of the mesh, without duplicates
 /// \param only_touched  skips edges whose surroundings have not changed since the last call
 void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched) {
   if (rule_ == nullptr) {

@@ -8,10 +8,10 @@
 
 namespace kiln {
 
-/// Moves a corner towards the mean of its neighbours, all the way or partly.
+/// Moves a corner of the triangle to the mean of its neighbours, or part of the way.
 bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
   double least = std::numeric_limits<double>::infinity();
-  std::uint32_t mover = kNoVertex;
+  std::uint32_t moved_vertex = kNoVertex;
   Vec3d best{};
   for (const std::uint32_t v : mesh_.triangles[triangle]) {
     if (mesh_.is_hub(v) || border_[v] != 0) continue;
@@ -25,28 +25,28 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
       const double cost = quadrics_[v].at(target);
       if (!(cost < least)) continue;
       if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
-      if (!bad.none_around(v, kNoVertex, target)) continue;
+      if (!bad.no_bad_around(v, kNoVertex, target)) continue;
       if (!bound_allows(v, kNoVertex, Anchor::none, target)) continue;
       least = cost;
-      mover = v;
+      moved_vertex = v;
       best = target;
     }
   }
-  if (mover == kNoVertex) return false;
+  if (moved_vertex == kNoVertex) return false;
   if (deviation_bound_ != nullptr) {
-    bound_allows(mover, kNoVertex, Anchor::none, best);
+    bound_allows(moved_vertex, kNoVertex, Anchor::none, best);
     deviation_bound_->collapse();
   }
-  mesh_.points[mover] = best;
-  base_errors_[mover] = quadrics_[mover].off(best);
-  ++stamps_[mover];
-  mesh_.gather(mover, near_a_);
-  for (const CollapseMesh::Neighbour& n : near_a_) push(mover, n.vertex);
+  mesh_.points[moved_vertex] = best;
+  base_errors_[moved_vertex] = quadrics_[moved_vertex].off(best);
+  ++stamps_[moved_vertex];
+  mesh_.gather(moved_vertex, near_a_);
+  for (const CollapseMesh::Neighbour& n : near_a_) push(moved_vertex, n.vertex);
   return true;
 }
 
-/// True if UV copies would have to collapse, too. Such collapses are no repairs: copies are sound, or are repaired
-/// themselves.
+/// True if UV copies of the edge would have to collapse, too. Such a collapse is not used for repairs: the copies may
+/// be sound, or are repaired separately.
 bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step) {
   std::vector<std::array<std::uint32_t, 2>> twins;
   const bool all = rule_->find_twins(mesh_, a, b, step.anchor, step.target, twins);
@@ -54,7 +54,7 @@ bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step
   return !all || !twins.empty();
 }
 
-/// Collapses a side to an end, the middle, or the quadric's minimum.
+/// Collapses a side of the triangle into one of its corners, its middle, or the quadric's minimum.
 bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
   Step best{Quadric()};
   best.cost = std::numeric_limits<double>::infinity();
@@ -78,7 +78,7 @@ bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
           (!rule_->keeps(mesh_, a, b, step.anchor, step.target) || has_twins(a, b, step))) {
         continue;
       }
-      if (!bad.none_around(a, b, step.target) || !bad.none_around(b, a, step.target)) continue;
+      if (!bad.no_bad_around(a, b, step.target) || !bad.no_bad_around(b, a, step.target)) continue;
       if (!bound_allows(a, b, step.anchor, step.target)) continue;
       best = step;
       best_a = a;
@@ -97,8 +97,9 @@ bool EdgeCollapser::mend(std::uint32_t triangle,
   struct Around {
     const CollapseMesh& mesh;
     const std::function<bool(const TriangleCorners&)>& bad;
-    std::uint32_t mended;  ///< Checked first, since it most often stays bad.
-    bool none_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
+    /// The triangle to repair; it is checked first, since it is the most likely one to remain bad
+    std::uint32_t mended;
+    bool no_bad_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
       const auto is_bad = [&](std::uint32_t t) {
         if (mesh.alive[t] == 0 || mesh.contains(t, other)) return false;
         TriangleCorners corners;

@@ -75,7 +75,7 @@ void CollapseMesh::find_common(const std::vector<Neighbour>& one,
 }
 
 std::vector<std::uint64_t> CollapseMesh::edges() const {
-  // Half-edges are bucketed by their lower vertex; each bucket has few and is sorted.
+  // Half-edges are bucketed by their lower vertex; each bucket is short and is sorted.
   std::vector<std::uint32_t> start(points.size() + 1, 0);
   const auto each = [&](const auto& body) {
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -102,8 +102,9 @@ std::vector<std::uint64_t> CollapseMesh::edges() const {
   return result;
 }
 
-/// Removes dead triangles from a vertex's list once they are the majority: O(1) per removed triangle, amortized.
-void CollapseMesh::tidy(std::uint32_t vertex) {
+/// Removes dead triangles from a vertex's list once most of its triangles are dead: amortized O(1) per removed
+/// triangle.
+void CollapseMesh::remove_dead(std::uint32_t vertex) {
   List& list = lists_[vertex];
   if (list.size <= 2 * std::size_t{valence[vertex]}) return;
   visits += list.size;
@@ -137,7 +138,7 @@ void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
       if (!two_sided.empty()) backs -= two_sided[t];
       for (const std::uint32_t vertex : triangles[t]) {
         --valence[vertex];
-        if (vertex != gone && vertex != kept) tidy(vertex);
+        if (vertex != gone && vertex != kept) remove_dead(vertex);
       }
     } else {
       for (std::uint32_t& vertex : triangles[t]) {
@@ -149,7 +150,7 @@ void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
   }
   lists_[gone] = {};
   valence[gone] = 0;
-  tidy(kept);
+  remove_dead(kept);
 }
 
 std::vector<std::uint32_t> CollapseMesh::compact() {

@@ -24,11 +24,11 @@ class CollapseMesh {
   struct Neighbour {
     std::uint32_t vertex, triangles;
   };
-  /// Vertices with more triangles are hubs: no collapse may visit all triangles of a hub.
+  /// A vertex with more triangles than this is a hub; no collapse may visit all triangles of a hub.
   static constexpr std::uint32_t kMaxValence = 256;
 
   /// Triangles must have three different vertices.
-  /// \param labels  by triangle; empty: none
+  /// \param labels  label of each triangle; empty if the mesh has no labels
   CollapseMesh(std::span<const Vec3d> positions, std::span<const Triangle> given,
                std::span<const std::uint32_t> labels = {});
 
@@ -37,7 +37,7 @@ class CollapseMesh {
     return t[0] == vertex || t[1] == vertex || t[2] == vertex;
   }
   bool is_hub(std::uint32_t vertex) const { return valence[vertex] > kMaxValence; }
-  /// Calls `body` for each triangle of an edge, in the order of the end that has fewer triangles.
+  /// Calls `body` for each triangle of an edge, in the order of the triangle list of the vertex that has fewer.
   template <class Body>
   void each_on_edge(std::uint32_t a, std::uint32_t b, const Body& body) const {
     if (valence[b] < valence[a]) std::swap(a, b);
@@ -56,8 +56,8 @@ class CollapseMesh {
     const List& list = lists_[vertex];
     return {pool_.data() + list.first, list.size};
   }
-  /// Prefetches a vertex into the processor's cache. Each of these fetches needs what the one before has loaded: the
-  /// vertex's record, its list, the list's triangles, their corners.
+  /// Prefetches a vertex into the processor's cache. The four fetches form a chain, in which each needs the data that
+  /// the previous one loaded: the vertex's record, its list, the list's triangles, their corners.
   void fetch(std::uint32_t vertex) const {
     prefetch(&lists_[vertex]);
     prefetch(&points[vertex]);
@@ -85,16 +85,16 @@ class CollapseMesh {
                    std::vector<std::uint32_t>& common);
   /// All edges, each once, as lower vertex << 32 | higher vertex, in order.
   std::vector<std::uint64_t> edges() const;
-  /// Replaces `gone` by `kept`. Triangles that have both are removed.
+  /// Replaces vertex `gone` by `kept` in all triangles. Triangles that contain both are removed.
   void merge(std::uint32_t kept, std::uint32_t gone);
-  /// Sets which triangles have a back, so that all_faces() counts them twice.
+  /// Sets which triangles are two-sided: all_faces() counts these twice.
   void count_sides(std::vector<std::uint8_t> of_triangles);
-  /// Number of triangles, backs included.
+  /// Number of triangles; two-sided ones count twice.
   std::size_t all_faces() const { return faces + backs; }
-  /// Removes dead triangles and vertices from the arrays. The others keep their order.
-  /// \returns the new number of each vertex; kNoVertex: removed
+  /// Removes dead triangles and vertices from the arrays. The remaining ones keep their order.
+  /// \returns the new index of each vertex; kNoVertex for removed ones
   std::vector<std::uint32_t> compact();
-  /// Number of a triangle, or of a vertex, in the mesh that the constructor received.
+  /// Index that a triangle, or a vertex, had in the mesh that the constructor received.
   std::uint32_t given_triangle(std::uint32_t triangle) const {
     return given_triangles_.empty() ? triangle : given_triangles_[triangle];
   }
@@ -102,16 +102,16 @@ class CollapseMesh {
     return given_vertices_.empty() ? vertex : given_vertices_[vertex];
   }
   /// Returns the remaining mesh with only its used vertices, in their original order.
-  /// \param sources  each triangle's number in the mesh that the constructor received
+  /// \param sources  each triangle's index in the mesh that the constructor received
   void extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
                std::vector<std::uint32_t>& sources) const;
 
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> labels;  ///< Label of each triangle; empty: none.
+  std::vector<std::uint32_t> labels;  ///< Label of each triangle; empty if there are no labels
   std::vector<std::uint8_t> alive;    ///< 1 for each triangle that still exists.
   std::vector<std::uint32_t> valence;
-  std::vector<std::uint8_t> two_sided;  ///< Per triangle, whether it has a back; empty: none has.
+  std::vector<std::uint8_t> two_sided;  ///< 1 for each two-sided triangle; empty if there are none
   std::size_t faces = 0, backs = 0;
   std::uint64_t visits = 0;
 
@@ -120,13 +120,13 @@ class CollapseMesh {
   struct List {
     std::uint32_t first = 0, size = 0, capacity = 0;
   };
-  void tidy(std::uint32_t vertex);
+  void remove_dead(std::uint32_t vertex);
   void make_room(std::uint32_t vertex, std::uint32_t more);
 
   std::vector<List> lists_;
   std::vector<std::uint32_t> pool_;
-  std::vector<std::uint32_t> marks_;  ///< Scratch by vertex; 0 except within gather().
-  /// Original numbers; empty: not renumbered.
+  std::vector<std::uint32_t> marks_;  ///< Scratch of gather(), by vertex; all 0 between calls
+  /// Indices in the constructor's mesh; empty until compact() renumbers.
   std::vector<std::uint32_t> given_triangles_, given_vertices_;
 };
 

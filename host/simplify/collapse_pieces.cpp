@@ -16,14 +16,14 @@ namespace {
 
 /// Minimum number of triangles per piece. The data of such a piece mostly fits in a core's cache.
 constexpr std::size_t kMinPieceTriangles = 16'000;
-/// First and last cost limit: from below rounding to above every cost.
+/// First and last cost limit: the first is below rounding errors, the last above every cost.
 constexpr double kMinCostLimit = 1e-16, kMaxCostLimit = 1;
 /// Factor between cost limits. Costs are distance times area, so one step removes at most a third of the triangles.
 constexpr double kCostLimitGrowth = 2;
 
-/// Number of cost steps until triangles are counted again: as many as possible, to work on a piece without
-/// interruption, but not past the goal.
-/// \param over  number of triangles over the goal
+/// Number of increases of the cost limit until triangles are counted again: as many as possible, so that pieces are
+/// processed without interruption, but too few to fall below the goal.
+/// \param over  ratio of the triangle count to the goal
 int cost_steps(double over) { return over > 5 ? 4 : over > 2.5 ? 2 : over > 1 ? 1 : 0; }
 
 /// Number of triangles with a fixed corner.
@@ -50,15 +50,16 @@ std::vector<std::uint8_t> fixed_vertices(const Work& work,
     for (std::size_t v = begin; v < end; ++v) {
       fixed[v] = fixed[v] != 0 || (!label_of.empty() && label_of[v] == kManyLabels) ||
                  std::any_of(untouched.begin(), untouched.end(), [&](const Place& place) {
-                   const Vec3d way = work.points[v] - place.center;
-                   return dot(way, way) < place.radius * place.radius;
+                   const Vec3d offset = work.points[v] - place.center;
+                   return dot(offset, offset) < place.radius * place.radius;
                  });
     }
   });
   return fixed;
 }
 
-/// A pool of per-vertex arrays of numbers, at most one per thread. The arrays are long, and most entries stay unused.
+/// A pool of index arrays with an entry per vertex of the whole mesh, at most one array per thread. Pieces share the
+/// arrays because each piece uses only a few entries.
 class NumberPool {
  public:
   using Array = std::vector<std::uint32_t>;
@@ -72,7 +73,7 @@ class NumberPool {
     idle_.pop_back();
     return numbers;
   }
-  /// \param used  entries that are not kNoVertex and are reset
+  /// \param used  indices of the entries that are not kNoVertex; they are reset
   void release(Array numbers, std::span<const std::uint32_t> used) {
     for (const std::uint32_t i : used) numbers[i] = kNoVertex;
     const std::lock_guard lock(mutex_);
@@ -85,7 +86,7 @@ class NumberPool {
   std::vector<Array> idle_;
 };
 
-/// A piece of a mesh, collapsed as a mesh of its own.
+/// A piece of a mesh, copied into a separate mesh and collapsed there.
 class Piece {
  public:
   Piece(const Work& work, std::vector<std::uint32_t> triangles,
@@ -94,38 +95,39 @@ class Piece {
       : source_triangles_(std::move(triangles)) {
     NumberPool::Array number = numbers.lend();
     std::vector<Vec3d> points;
-    std::vector<Triangle> own;
-    std::vector<std::uint8_t> stays;
-    own.reserve(source_triangles_.size());
+    std::vector<Triangle> piece_triangles;
+    std::vector<std::uint8_t> is_fixed;
+    piece_triangles.reserve(source_triangles_.size());
     for (const std::uint32_t t : source_triangles_) {
-      Triangle& corners = own.emplace_back(work.triangles[t]);
+      Triangle& corners = piece_triangles.emplace_back(work.triangles[t]);
       for (std::uint32_t& v : corners) {
         if (number[v] == kNoVertex) {
           number[v] = static_cast<std::uint32_t>(points.size());
           source_vertices_.push_back(v);
           points.push_back(work.points[v]);
-          stays.push_back(fixed[v]);
+          is_fixed.push_back(fixed[v]);
         }
         v = number[v];
       }
     }
     numbers.release(std::move(number), source_vertices_);
-    mesh_ = std::make_unique<CollapseMesh>(points, own);
-    collapser_ = std::make_unique<EdgeCollapser>(*mesh_, nullptr, snap, std::move(stays));
+    mesh_ = std::make_unique<CollapseMesh>(points, piece_triangles);
+    collapser_ = std::make_unique<EdgeCollapser>(*mesh_, nullptr, snap, std::move(is_fixed));
   }
 
   std::size_t faces() const { return mesh_->faces; }
   EdgeCollapser& collapser() { return *collapser_; }
 
-  /// Marks the remaining vertices in `used`, by their numbers in the whole mesh.
+  /// Sets entries of `used`, which are indexed as the whole mesh's vertices, for the vertices that remain in the
+  /// piece.
   void mark_used(std::vector<std::uint32_t>& used) const {
     for (std::uint32_t v = 0; v < mesh_->points.size(); ++v) {
       if (mesh_->valence[v] != 0) used[vertex(v)] = 1;
     }
   }
   /// Writes the remaining vertices and triangles back to the whole mesh.
-  /// \param number  new vertex numbers by old ones
-  /// \param left    receives the remaining triangles, by their old numbers
+  /// \param number  new vertex index by old index
+  /// \param left    receives the remaining triangles, indexed as before
   void write_back(Work& work, const std::vector<std::uint32_t>& number,
                   std::vector<std::uint32_t>& left) const {
     for (std::uint32_t v = 0; v < mesh_->points.size(); ++v) {
@@ -140,9 +142,9 @@ class Piece {
   }
 
  private:
-  /// Number of a vertex in the whole mesh.
-  std::uint32_t vertex(std::uint32_t own) const {
-    return source_vertices_[mesh_->given_vertex(own)];
+  /// Index in the whole mesh of a vertex of the piece.
+  std::uint32_t vertex(std::uint32_t piece_triangles) const {
+    return source_vertices_[mesh_->given_vertex(piece_triangles)];
   }
 
   std::vector<std::uint32_t> source_triangles_, source_vertices_;
@@ -175,9 +177,9 @@ Work collapsed_in_pieces(const Work& dense, std::span<const Vec3> positions, std
     const int steps = cost_steps(static_cast<double>(left) / goal);
     if (steps == 0) break;
     each([&](std::size_t i) {
-      double own = cost;
+      double piece_triangles = cost;
       for (int step = 0; step < steps; ++step)
-        pieces[i]->collapser().run_cheap(own *= kCostLimitGrowth);
+        pieces[i]->collapser().run_cheap(piece_triangles *= kCostLimitGrowth);
     });
     cost *= std::pow(kCostLimitGrowth, steps);
     left = 0;

@@ -1,4 +1,4 @@
-// EdgeCollapser: the quadrics that hold a mesh in place.
+// EdgeCollapser: building the quadrics of vertices.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,13 +16,14 @@ namespace {
 
 /// With a constraint: weight of perpendicular planes through open borders, relative to a triangle's own plane.
 constexpr double kBorderWeight = 10;
-/// Weight of the previous quadrics when they are rebuilt. Without it, the error of a thin rim would be forgotten at
-/// each rebuild and accumulate.
+/// Weight of a vertex's previous quadric in its rebuilt one. Without it, each rebuild would discard the error at thin
+/// rims, and the errors of all rebuilds would add up.
 constexpr double kPreviousQuadricWeight = 0.1;
-/// Weight of perpendicular planes through lines between labels, relative to those on open borders, per mean edge length: a line
-/// counts as wide as a face. Otherwise densely lined areas would keep too many faces.
+/// Weight of perpendicular planes through lines between labels, relative to planes through open borders. The weight
+/// is per mean edge length, so that a line counts like a strip as wide as a face. Otherwise densely lined areas would
+/// keep too many faces.
 constexpr double kLineWeight = 2;
-/// An edge between two labels, with a triangle of each.
+/// An edge between triangles of two labels, with one triangle of each label.
 struct LabelLine {
   std::uint32_t a, b;
   std::array<std::uint32_t, 2> triangles;
@@ -34,39 +35,39 @@ struct LabelLines {
   double length = 0, length_of_all = 0, edges = 0;
 
   void add(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& labels,
-           std::uint32_t a, std::span<const SideLists::Item> of_edge) {
+           std::uint32_t a, std::span<const SideLists::Item> edge_sides) {
     if (labels.empty()) return;
-    const std::uint32_t b = SideLists::higher(of_edge[0]);
+    const std::uint32_t b = SideLists::higher(edge_sides[0]);
     const double size = glm::length(points[b] - points[a]);
     length_of_all += size;
     ++edges;
-    for (std::size_t i = 1; i < of_edge.size(); ++i) {
-      const std::uint32_t one = of_edge[i - 1].index / 3, other = of_edge[i].index / 3;
+    for (std::size_t i = 1; i < edge_sides.size(); ++i) {
+      const std::uint32_t one = edge_sides[i - 1].index / 3, other = edge_sides[i].index / 3;
       if (labels[one] == labels[other]) continue;
       lines.push_back({a, b, {one, other}});
       length += size;
     }
   }
-  double room() const { return max_line_weight(length, length_of_all); }
+  double max_weight() const { return max_line_weight(length, length_of_all); }
 };
 
 /// The live triangles of a mesh, and their labels.
 class LiveTriangles {
-  std::vector<Triangle> own_triangles_;
-  std::vector<std::uint32_t> own_labels_;
+  std::vector<Triangle> live_triangles_;
+  std::vector<std::uint32_t> live_labels_;
 
  public:
   const std::vector<Triangle>& triangles;
   const std::vector<std::uint32_t>& labels;
   explicit LiveTriangles(const CollapseMesh& mesh)
-      : triangles(is_whole(mesh) ? mesh.triangles : own_triangles_),
-        labels(is_whole(mesh) ? mesh.labels : own_labels_) {
+      : triangles(is_whole(mesh) ? mesh.triangles : live_triangles_),
+        labels(is_whole(mesh) ? mesh.labels : live_labels_) {
     if (is_whole(mesh)) return;
-    own_triangles_.reserve(mesh.faces);
+    live_triangles_.reserve(mesh.faces);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       if (mesh.alive[t] == 0) continue;
-      own_triangles_.push_back(mesh.triangles[t]);
-      if (!mesh.labels.empty()) own_labels_.push_back(mesh.labels[t]);
+      live_triangles_.push_back(mesh.triangles[t]);
+      if (!mesh.labels.empty()) live_labels_.push_back(mesh.labels[t]);
     }
   }
 
@@ -80,8 +81,8 @@ Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
 
 }  // namespace
 
-/// Adds perpendicular planes through each line, weighted by its length. Creases need none: their faces are held by samples
-/// within the bound.
+/// Adds perpendicular planes through each line, weighted by its length. Creases need no such planes, since the
+/// bound's samples hold the faces on both sides.
 void EdgeCollapser::bound_lines(double bound) {
   lines_.clear();
   lines_bound_ = bound;
@@ -89,10 +90,10 @@ void EdgeCollapser::bound_lines(double bound) {
   if (left.labels.empty()) return;
   LabelLines found;
   SideLists(left.triangles, mesh_.points.size())
-      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> of_edge) {
-        found.add(mesh_.points, left.labels, a, of_edge);
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> edge_sides) {
+        found.add(mesh_.points, left.labels, a, edge_sides);
       });
-  if (found.lines.empty() || !(found.room() > 0)) return;
+  if (found.lines.empty() || !(found.max_weight() > 0)) return;
   lines_.resize(mesh_.points.size());
   for (const LabelLine& line : found.lines) {
     const Quadric held = line_planes(mesh_.points[line.a], mesh_.points[line.b],
@@ -118,7 +119,7 @@ void compute_in_batches(std::size_t count, const Make& make, const Give& give) {
   }
 }
 
-/// \returns all edges, each once, as CollapseMesh::edges()
+/// \returns all edges, without duplicates, as CollapseMesh::edges() returns them
 std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
   const std::vector<Vec3d>& points = mesh_.points;
   const LiveTriangles left(mesh_);
@@ -142,13 +143,13 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
   LabelLines found;
   const SideLists sides(triangles, points.size());
   std::vector<std::uint64_t> edges;
-  std::vector<std::span<const SideLists::Item>> of_edges;
+  std::vector<std::span<const SideLists::Item>> sides_by_edge;
   edges.reserve(triangles.size() * 3 / 2 + 1);
-  of_edges.reserve(edges.capacity());
-  sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> of_edge) {
-    edges.push_back(std::uint64_t{a} << 32 | SideLists::higher(of_edge[0]));
-    of_edges.push_back(of_edge);
-    found.add(points, left.labels, a, of_edge);
+  sides_by_edge.reserve(edges.capacity());
+  sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> edge_sides) {
+    edges.push_back(std::uint64_t{a} << 32 | SideLists::higher(edge_sides[0]));
+    sides_by_edge.push_back(edge_sides);
+    found.add(points, left.labels, a, edge_sides);
   });
   const auto ends_of = [&](std::size_t i) {
     return std::pair(static_cast<std::uint32_t>(edges[i] >> 32),
@@ -157,34 +158,34 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
   compute_in_batches<Quadric>(
       edges.size(),
       [&](std::size_t i) {
-        const std::span<const SideLists::Item> of_edge = of_edges[i];
+        const std::span<const SideLists::Item> edge_sides = sides_by_edge[i];
         const auto [a, b] = ends_of(i);
-        if (of_edge.size() == 2 && rule_ == nullptr) {
-          const auto far = [&](const SideLists::Item& side) -> const Vec3d& {
+        if (edge_sides.size() == 2 && rule_ == nullptr) {
+          const auto opposite_corner = [&](const SideLists::Item& side) -> const Vec3d& {
             return points[triangles[side.index / 3][(side.index + 2) % 3]];
           };
-          const bool forward = SideLists::forward(of_edge[0]);
-          return bent_planes(points[forward ? a : b], points[forward ? b : a], far(of_edge[0]),
-                             far(of_edge[1]));
+          const bool forward = SideLists::forward(edge_sides[0]);
+          return bent_planes(points[forward ? a : b], points[forward ? b : a],
+                             opposite_corner(edge_sides[0]), opposite_corner(edge_sides[1]));
         }
-        if (of_edge.size() != 1) return Quadric();
-        const Vec3d normal = normal_of(triangles[of_edge[0].index / 3]);
+        if (edge_sides.size() != 1) return Quadric();
+        const Vec3d normal = normal_of(triangles[edge_sides[0].index / 3]);
         if (rule_ == nullptr) return border_planes(points[a], points[b], normal);
         const Vec3d edge = points[b] - points[a];
         return standing_plane(points[a], points[b], normal, kBorderWeight * dot(edge, edge) / 2);
       },
       [&](std::size_t i, const Quadric& quadric) {
         const auto [a, b] = ends_of(i);
-        if (of_edges[i].size() == 1) {
+        if (sides_by_edge[i].size() == 1) {
           border_[a] = border_[b] = 1;
-        } else if (of_edges[i].size() != 2 || rule_ != nullptr) {
+        } else if (sides_by_edge[i].size() != 2 || rule_ != nullptr) {
           return;
         }
         quadrics_[a] += quadric;
         quadrics_[b] += quadric;
       });
   if (found.lines.empty()) return edges;
-  const double share = kLineWeight * found.length_of_all / found.edges * found.room();
+  const double share = kLineWeight * found.length_of_all / found.edges * found.max_weight();
   for (const LabelLine& line : found.lines) {
     const Vec3d &a = points[line.a], &b = points[line.b];
     const Quadric held = line_planes(a, b, normal_of(triangles[line.triangles[0]]),

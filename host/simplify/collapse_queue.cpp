@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-/// Edges sorted at a time: at least kMinBatch, and one in kBatchDivisor.
+/// Number of entries sorted at a time: 1/kBatchDivisor of the queue, but at least kMinBatch.
 constexpr std::size_t kMinBatch = 1024, kBatchDivisor = 16;
 /// Number of costs sampled to estimate the limit of the next batch.
 constexpr std::size_t kCostSamples = 4096;

@@ -10,36 +10,37 @@ namespace kiln {
 /// A collapse in the queue.
 struct CollapseEntry {
   double cost;
-  std::uint32_t a, b;  ///< Ends of the edge, a < b.
+  std::uint32_t a, b;  ///< Vertices of the edge, a < b
   std::uint32_t stamp_a, stamp_b;
-  std::uint32_t leniency;  ///< Number of rejections for bad shapes.
-  /// Reversed: std heaps have the largest element first.
+  /// How often the collapse was rejected for bad shapes; each time relaxes the limits
+  std::uint32_t leniency;
+  /// Orders by descending cost, because std heaps keep the largest element first.
   bool operator<(const CollapseEntry& other) const;
 };
 
-/// A priority queue of edges by cost; ties go to the lower vertices. Only the cheapest entries are sorted. The others
-/// wait in an unsorted list, from which the next cheapest are moved when the sorted ones run out. New entries that
-/// are cheaper than the list's go to a small heap.
+/// A priority queue of edges by cost; ties go to the lower vertices. Only the cheapest entries are sorted. The rest
+/// is an unsorted list, from which the next cheapest entries are moved when the sorted ones run out. New entries that
+/// are cheaper than all of the unsorted list go to a small heap.
 class CollapseQueue {
  public:
   /// Replaces the contents of the queue.
   void assign(std::vector<CollapseEntry>&& entries);
   void push(const CollapseEntry& entry);
   void pop();
-  /// \param stamps  by vertex; entries with an older stamp are dropped
+  /// \param stamps  current stamp of each vertex; entries with an older stamp are dropped
   /// \returns the cheapest entry; null if the queue is empty
   const CollapseEntry* front(const std::vector<std::uint32_t>& stamps) {
     if (sorted_.empty() && added_.empty() && !unsorted_.empty()) sort_next_batch(stamps);
     if (added_.empty()) return sorted_.empty() ? nullptr : &sorted_.back();
     return is_added_first() ? &added_.front() : &sorted_.back();
   }
-  /// An entry that becomes the cheapest after at least `others` pops; null if unknown. For prefetching.
+  /// An entry that will become the cheapest after at least `others` pops, for prefetching; null if unknown.
   const CollapseEntry* peek(std::size_t others) const {
     return others < sorted_.size() ? &sorted_[sorted_.size() - 1 - others] : nullptr;
   }
   /// Renumbers vertices; they must keep their order. Drops outdated entries.
-  /// \param number  new number by vertex; kNoVertex: removed
-  /// \param stamps  by old number
+  /// \param number  new index of each vertex; kNoVertex for removed ones
+  /// \param stamps  stamp of each vertex by its old index
   void renumber(const std::vector<std::uint32_t>& number, const std::vector<std::uint32_t>& stamps);
 
  private:

@@ -11,29 +11,31 @@ namespace {
 
 /// Cosine of the largest turn of a triangle in one collapse, by leniency.
 constexpr std::array<double, 3> kTurnLimits{0.5, 0.2, 0.0};
-/// Quality (1: equilateral; 0: no area) below which a triangle may not get worse. This limit, a triangle 80 times as
-/// long as high, is low because long triangles along bevels and creases approximate the surface better than even
-/// ones: with 0.35, errors of rendered normals were up to 13% larger.
+/// Minimum quality of a triangle (1: equilateral; 0: no area). Triangles below it may not get worse. This limit, a
+/// triangle 80 times as long as high, is low because long triangles along bevels and creases approximate the surface
+/// better than even ones: with 0.35, errors of rendered normals were up to 13% larger.
 constexpr double kQualityLimit = 0.02;
-/// Limit of doubled area over the squared longest side below which a triangle may not get worse at any leniency.
+/// Minimum of doubled area over the squared longest side. Triangles below it may not get worse at any leniency.
 /// Triangles at this limit are still safely non-degenerate in single precision.
 constexpr double kAreaLimit = 1e-5;
-/// The same ratio below which a triangle has no area.
+/// Ratio of doubled area to the squared longest side below which a triangle counts as degenerate.
 constexpr double kNoArea = 1e-12;
 /// Smallest cosine between a triangle's normal and the surface that its corners replace, by leniency.
 constexpr std::array<double, 3> kFacingLimits{0.2, 0.0, -0.1};
-/// Length of a mean of unit normals below which they have no common direction.
+/// Minimum length of a mean of unit normals; below it, the normals have no common direction.
 constexpr double kMinDirectionLength = 0.3;
-/// Cosine between normals of neighbours below which they are folded, by leniency.
+/// Cosine between the normals of neighbours below which the two triangles count as folded onto each other, by
+/// leniency.
 constexpr std::array<double, 3> kFoldLimits{-0.8, -0.9, -0.985};
-/// Cosine of a turn that cannot fold anything. On flat surfaces it spares nearly all checks.
+/// Cosine of the angle up to which the turn of a triangle cannot cause folds. On flat surfaces it spares nearly all
+/// checks.
 constexpr double kSafeTurnCosine = 0.9999;
-/// kFoldLimits where collapses run until none is allowed.
+/// Replaces kFoldLimits where collapses run until none is allowed.
 constexpr double kStrictFoldLimit = -0.5;
 /// Number of triangles around a vertex above which they are sorted for searching.
 constexpr std::size_t kMinValenceToSort = 32;
 
-/// \param sides  sum of the squared sides
+/// \param sides  sum of the squared side lengths
 double quality(double sides, double doubled_area) {
   return 2 * std::sqrt(3.0) * doubled_area / sides;
 }
@@ -54,7 +56,7 @@ CollapseShape::Facing& CollapseShape::Facing::operator+=(const Facing& other) {
   return *this;
 }
 
-/// Cosine to the mean direction; 1 if there is none because the surface faces all ways.
+/// Cosine of a normal to the mean direction; 1 if there is no mean direction because the surface faces all around.
 double CollapseShape::Facing::cosine(const Vec3d& unit_normal) const {
   const double size = length(sum);
   return size > kMinDirectionLength * area ? dot(unit_normal, sum) / size : 1;
@@ -98,7 +100,7 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
       surface += facing_[first];
       surface += facing_[second];
       if (const double cosine = surface.cosine(normal); cosine < kFacingLimits[leniency]) {
-        // Allowed only if it faced away even more before.
+        // A triangle that faces away is allowed only if it faced away even more before.
         if (!had_area || !(cosine > surface.cosine(was))) return false;
       }
     }

@@ -15,18 +15,20 @@ using TriangleCorners = std::array<Vec3d, 3>;
 /// Compares the triangles around an edge before and after its collapse.
 class CollapseShape {
  public:
-  /// Rejections for bad shapes after which a collapse is rejected for folds only.
+  /// Largest leniency. A collapse that was rejected this often for bad shapes is from then on rejected for folds
+  /// only.
   static constexpr std::uint32_t kMaxLeniency = 2;
 
   explicit CollapseShape(const CollapseMesh& mesh);
 
-  /// Lets no edge become sharp, and no sharp edge sharper by more than `sharpening` (cosine).
+  /// From now on, no edge may become sharp, and the cosine at a sharp edge may fall by at most `sharpening`.
   void limit_edges(double sharpening) { sharpening_ = sharpening; }
 
   /// True if the remaining triangles have an area, turn less than the limit for `leniency`, do not face away from the
   /// surface that they replace, and do not newly fold onto a neighbour.
-  /// \param b      kNoVertex: `a` is moved alone
-  /// \param fixed  an end that does not move, whose triangles thus stay as they are; or kNoVertex
+  /// \param b      second vertex of the edge; kNoVertex if `a` is moved without a collapse
+  /// \param fixed  vertex of the edge that does not move, so that its triangles keep their shape; kNoVertex if both
+  ///        move
   bool keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
              std::uint32_t fixed, std::uint32_t leniency);
 
@@ -36,13 +38,14 @@ class CollapseShape {
   void renumber(const std::vector<std::uint32_t>& number) { renumber_values(facing_, number); }
 
  private:
-  /// A triangle around the merged vertex: its other two corners, in order.
+  /// A triangle around the merged vertex: its two other corners, in the triangle's order.
   struct Star {
     std::uint32_t first, second;
-    bool turned;              ///< True if it turns by more than kSafeTurnCosine.
-    Vec3d before{}, after{};  ///< Unit normals; before: zero if the triangle had no area.
+    bool turned;  ///< True if it turns by more than kSafeTurnCosine.
+    /// Unit normals before and after the collapse; `before` is zero if the triangle had no area
+    Vec3d before{}, after{};
   };
-  /// Sum of normals weighted by area, and of areas.
+  /// Sums of area-weighted normals, and of areas.
   struct Facing {
     Vec3d sum{};
     double area = 0;
@@ -53,10 +56,10 @@ class CollapseShape {
            std::uint32_t leniency, const Facing& facing);
   bool folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t leniency);
 
-  /// Mean orientation of the surface that was merged into each vertex.
+  /// Per vertex, the mean orientation of all triangles that were merged into it.
   std::vector<Facing> facing_;
   std::vector<Star> star_;
-  bool any_turned_ = false;  ///< True if star_ has a turned triangle.
+  bool any_turned_ = false;  ///< True if a triangle of star_ turns by more than kSafeTurnCosine
   std::optional<double> sharpening_;
 };
 

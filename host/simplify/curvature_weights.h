@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// Weight of each triangle of a high poly: larger in curved areas, as in bent_planes().
+/// Weight of each triangle of a high poly, which grows with curvature as in bent_planes().
 class CurvatureWeights {
  public:
   CurvatureWeights(std::span<const Vec3> positions, std::span<const Triangle> triangles)
@@ -25,7 +25,7 @@ class CurvatureWeights {
       if (const double size = length(normal); size > 0) normal = normal * (1 / size);
     }
   }
-  /// Weight per unit of area: 1 where the surface is flat. The curvature is the mean over the triangle's sides.
+  /// Weight per unit of area: 1 where the surface is flat. The curvature used is the mean over the triangle's sides.
   double of(const Triangle& t) const {
     double bent = 0;
     for (std::size_t k = 0; k < 3; ++k) {

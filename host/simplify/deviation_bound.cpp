@@ -12,13 +12,15 @@ namespace {
 
 /// Largest number of samples that improved_position() uses.
 constexpr std::size_t kMaxMoveSamples = 128;
-/// Weight of close samples relative to those at the bound, and of moving along the surface.
+/// Weights in improved_position(): of samples at distance 0 relative to samples at the bound, and of displacement
+/// tangential to the surface.
 constexpr double kUniformWeight = 0.01, kBoundTangentialWeight = 0.02;
 
 /// Rounds to single precision, in which final deviations are measured.
 Vec3d rounded(const Vec3d& p) { return to_double(to_float(p)); }
 
-double to_segment(const Vec3d& offset, const Vec3d& edge, double edge2, double& share) {
+double squared_to_segment_point(const Vec3d& offset, const Vec3d& edge, double edge2,
+                                double& share) {
   const double along = dot(offset, edge);
   share = along > 0 ? (along < edge2 ? along / edge2 : 1.0) : 0.0;
   const Vec3d rest = offset - edge * share;
@@ -26,9 +28,9 @@ double to_segment(const Vec3d& offset, const Vec3d& edge, double edge2, double& 
 }
 
 /// Squared distance of a point to a triangle, and barycentric coordinates of the nearest point.
-/// \param best  the result may be infinity if the distance certainly exceeds this
+/// \param best  best squared distance so far; the result may be infinity if the distance certainly exceeds it
 template <class Face>
-double to_face(const Face& f, const Vec3d& p, double best, std::array<double, 3>* share) {
+double squared_to_face(const Face& f, const Vec3d& p, double best, std::array<double, 3>* share) {
   const Vec3d ap = p - f.a;
   const double along = dot(ap, f.normal);
   if (f.size > 0) {
@@ -38,16 +40,17 @@ double to_face(const Face& f, const Vec3d& p, double best, std::array<double, 3>
     }
     const double d20 = dot(ap, f.ab), d21 = dot(ap, f.ac);
     const double v = f.ac2 * d20 - f.ab_ac * d21, w = f.ab2 * d21 - f.ab_ac * d20;
-    const double whole = f.ab2 * f.ac2 - f.ab_ac * f.ab_ac;
-    if (v >= 0 && w >= 0 && v + w <= whole) {
-      if (share != nullptr) *share = {1 - (v + w) / whole, v / whole, w / whole};
+    const double determinant = f.ab2 * f.ac2 - f.ab_ac * f.ab_ac;
+    if (v >= 0 && w >= 0 && v + w <= determinant) {
+      if (share != nullptr) *share = {1 - (v + w) / determinant, v / determinant, w / determinant};
       return along * along / f.size;
     }
   }
   double s0 = 0, s1 = 0, s2 = 0;
   const Vec3d bc = f.ac - f.ab;
-  const double e0 = to_segment(ap, f.ab, f.ab2, s0), e1 = to_segment(ap, f.ac, f.ac2, s1),
-               e2 = to_segment(ap - f.ab, bc, dot(bc, bc), s2);
+  const double e0 = squared_to_segment_point(ap, f.ab, f.ab2, s0),
+               e1 = squared_to_segment_point(ap, f.ac, f.ac2, s1),
+               e2 = squared_to_segment_point(ap - f.ab, bc, dot(bc, bc), s2);
   if (share != nullptr) {
     if (e0 <= e1 && e0 <= e2)
       *share = {1 - s0, s0, 0};
@@ -66,15 +69,15 @@ BoundSamples::BoundSamples(std::span<const Vec3> positions, std::span<const Tria
     : surface(positions, dense) {
   const std::uint64_t available = std::uint64_t{dense.size()} * 4;
   const std::uint64_t count = std::min(available, most);
-  std::vector<std::uint8_t> seen(positions.size(), 0);
+  std::vector<std::uint8_t> is_sampled(positions.size(), 0);
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::uint64_t sample = distance_sample(i, count, available);
     const auto t = static_cast<std::uint32_t>(sample / 4);
     const Triangle& v = dense[t];
     const std::size_t k = sample % 4;
     if (k < 3) {
-      if (seen[v[k]] != 0) continue;
-      seen[v[k]] = 1;
+      if (is_sampled[v[k]] != 0) continue;
+      is_sampled[v[k]] = 1;
     }
     points.push_back(distance_point(positions, v, k));
     triangles.push_back(t);
@@ -100,8 +103,8 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
         const Triangle& t = mesh.triangles[of[i]];
         const Face face = face_of(of[i], rounded(mesh.points[t[0]]), rounded(mesh.points[t[1]]),
                                   rounded(mesh.points[t[2]]));
-        squared[i] = to_face(face, to_double(samples.points[i]),
-                             std::numeric_limits<double>::infinity(), nullptr);
+        squared[i] = squared_to_face(face, to_double(samples.points[i]),
+                                     std::numeric_limits<double>::infinity(), nullptr);
       }
     });
     holds_ =
@@ -115,7 +118,7 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
   }
 }
 
-void DeviationBound::narrow(std::span<const Place> places) {
+void DeviationBound::tighten_limits(std::span<const Place> places) {
   for (std::size_t i = 0; i < limits_.size(); ++i) {
     const Vec3d p = to_double(samples_.points[i]);
     const bool inside = std::any_of(places.begin(), places.end(), [&](const Place& place) {
@@ -164,20 +167,21 @@ void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint
   slot_.clear();
   star_.clear();
   const Vec3d place = rounded(target);
-  // Triangles that only the unmoved end has do not change.
+  // Triangles around the vertex that does not move remain unchanged, so only those around the other one are added.
   if (anchor != Anchor::first) add_triangles_around(mesh, a, b, place, true);
   if (b != kNoVertex && anchor != Anchor::second) {
     add_triangles_around(mesh, b, a, place, anchor == Anchor::first);
   }
 }
 
-/// The nearest triangle of the star. Tests the one at `first` before the others, since it most often is the nearest.
+/// The nearest triangle of the star. Tests triangle `first` before the others, since it is the most likely one to be
+/// nearest.
 DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size_t first) const {
   Assigned result{sample, 0, std::numeric_limits<double>::infinity()};
   const Vec3d p = to_double(samples_.points[sample]);
   const std::size_t count = star_.size();
   for (std::size_t k = 0, i = first; k < count; ++k, i = i + 1 == count ? 0 : i + 1) {
-    const double squared = to_face(star_[i], p, result.squared, nullptr);
+    const double squared = squared_to_face(star_[i], p, result.squared, nullptr);
     if (!(squared < result.squared)) continue;
     result.squared = squared;
     result.face = static_cast<std::uint32_t>(i);
@@ -186,8 +190,9 @@ DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size
   return result;
 }
 
-/// Reassigns all samples of the star.
-/// \returns false at the first one out of bounds, which is tested first next time
+/// Reassigns all samples of the star. Stops at the first sample that exceeds its limit, which is then tested first in
+/// the next call.
+/// \returns true if all are within their limits
 bool DeviationBound::assign() {
   assigned_.clear();
   for (std::size_t i = 0; i < replaced_.size(); ++i) {
@@ -208,8 +213,8 @@ bool DeviationBound::assign() {
   return true;
 }
 
-/// True if the star's triangles are within the bound of the high poly at their corner, centroids and middles of moved
-/// edges.
+/// True if the star's triangles are within the bound of the high poly, tested at the moved vertex, the centroids and
+/// the middles of moved edges.
 bool DeviationBound::is_near(const Vec3d& place) {
   const auto is_off = [&](const Vec3d& p) {
     const Vec3 at = to_float(p);
@@ -220,7 +225,7 @@ bool DeviationBound::is_near(const Vec3d& place) {
   };
   const auto is_face_off = [&](const Face& f) {
     if (is_off(f.a + (f.ab + f.ac) * (1.0 / 3)) || is_off(f.a + f.ab * 0.5)) return true;
-    // The other moved edge is the first one of a neighbour, except on a border.
+    // The triangle's other moved edge is tested with the neighbour that shares it, except on a border.
     const bool shared = std::any_of(star_.begin(), star_.end(), [&](const Face& other) {
       return other.ab.x == f.ac.x && other.ab.y == f.ac.y && other.ab.z == f.ac.z;
     });
@@ -250,7 +255,8 @@ void DeviationBound::collapse() {
   }
 }
 
-/// Minimizes the squared distances in the directions of the samples; Distances::large weighs them by fourth powers.
+/// Minimizes the squared distances in the directions of the samples; Distances::large weights each squared distance
+/// by the fourth power of the distance.
 Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, weight = 0;
   Vec3d right{};
@@ -258,15 +264,15 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
   for (const std::uint32_t t : replaced_) count += count_[t];
   const std::size_t stride = std::max<std::size_t>(1, count / kMaxMoveSamples);
   for (std::size_t i = 0; i < replaced_.size(); ++i) {
-    // Starts with a triangle's first sample, which often is the farthest.
-    std::size_t skip = 0;
+    // Each stride starts at a triangle's first sample, which is often the farthest.
+    std::size_t sample_index = 0;
     for (std::uint32_t s = first_[replaced_[i]]; s != kNoVertex; s = next_[s]) {
-      if (skip++ % stride != 0) continue;
+      if (sample_index++ % stride != 0) continue;
       const Assigned found = nearest(s, slot_[i] == kNoVertex ? 0 : slot_[i]);
       const Face& f = star_[found.face];
       const Vec3d p = to_double(samples_.points[s]);
       std::array<double, 3> share{};
-      to_face(f, p, 0, &share);
+      squared_to_face(f, p, 0, &share);
       if (!(share[0] > 0)) continue;
       const Vec3d rest = p - f.a - f.ab * share[1] - f.ac * share[2];
       const double size = length(rest), relative = found.squared;
@@ -283,8 +289,9 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
     }
   }
   if (!(weight > 0)) return target;
-  const double more = kBoundTangentialWeight * weight;
-  const Vec3d row0{xx + more, xy, xz}, row1{xy, yy + more, yz}, row2{xz, yz, zz + more};
+  const double tangential_weight = kBoundTangentialWeight * weight;
+  const Vec3d row0{xx + tangential_weight, xy, xz}, row1{xy, yy + tangential_weight, yz},
+      row2{xz, yz, zz + tangential_weight};
   const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
   return target + (c12 * right.x + c20 * right.y + c01 * right.z) * (1 / dot(row0, c12));
 }

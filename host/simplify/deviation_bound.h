@@ -23,40 +23,43 @@ struct BoundSamples {
                std::uint64_t most);
 
   std::vector<Vec3> points;
-  std::vector<std::uint32_t> triangles;  ///< By sample, the high-poly triangle that it lies on.
+  std::vector<std::uint32_t> triangles;  ///< High-poly triangle on which each sample lies
   SurfaceDistance surface;               ///< Distances to the high poly.
 };
 
-/// The norm that moved vertices minimize: `large` weighs large distances most (sixth powers); `all` is least squares.
+/// The norm that moved vertices minimize: `large` is the sum of sixth powers, which large distances dominate; `all`
+/// is least squares.
 enum class Distances : std::uint8_t { large, all };
 
 /// Rejects collapses after which a high-poly sample would be farther from the low poly than a bound.
 /// Each sample is assigned to a triangle. A collapse reassigns the samples of the triangles around it to the nearest
 /// of those that remain (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The distance to the
 /// assigned triangle is an upper bound of the true distance. Corners, centroids and middles of edges of the low poly
-/// must be within the bound of the high poly, too: samples do not notice that a thin bar grows thick.
+/// must be within the bound of the high poly, too, because a thin bar that grows thick keeps all samples within the
+/// bound.
 class DeviationBound {
  public:
-  /// \param samples  must outlive this
-  /// \param own      true if the mesh is the high poly itself; else the nearest triangle of each sample is searched
+  /// \param samples  must outlive this object
+  /// \param own      true if the mesh is the high poly itself; otherwise the nearest triangle of each sample is
+  ///        searched
   DeviationBound(const CollapseMesh& mesh, const BoundSamples& samples, double bound, bool own);
 
   /// True if all samples were within the bound at the start.
   bool holds() const { return holds_; }
   /// Divides the limit by 4 for samples in any of the balls.
-  void narrow(std::span<const Place> places);
+  void tighten_limits(std::span<const Place> places);
 
   /// True if an edge may collapse to `target`. Remembers the new assignment for collapse().
-  /// \param b  kNoVertex: `a` is moved alone
+  /// \param b  second vertex of the edge; kNoVertex if `a` is moved without a collapse
   bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
              const Vec3d& target);
-  /// True if a position close to the one that keeps() just rejected may be within the bound.
+  /// True if a position near the one that keeps() has just rejected may be within the bound.
   bool may_be_near() const { return refused_ < kMaxRecoverableRatio; }
-  /// A position whose distances to the samples of the last keeps() are less.
+  /// A position from which the samples of the last keeps() are less distant.
   Vec3d improved_position(const Vec3d& target, Distances which);
-  /// True if it ever rejected a collapse.
+  /// True if keeps() has ever rejected a collapse.
   bool has_refused() const { return has_refused_; }
-  /// Applies the assignment of the last keeps(), which must have returned true.
+  /// Applies the sample assignment that the last keeps() computed; that call must have returned true.
   void collapse();
 
   /// Sum of powers of the sample distances of the last keeps(): sixth powers or squares.
@@ -73,7 +76,7 @@ class DeviationBound {
   };
   struct Assigned {
     std::uint32_t sample, face;
-    double squared;  ///< Squared distance over the sample's squared limit.
+    double squared;  ///< Squared distance divided by the sample's squared limit
   };
   static Face face_of(std::uint32_t triangle, const Vec3d& a, const Vec3d& b, const Vec3d& c);
   void gather(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
@@ -86,15 +89,15 @@ class DeviationBound {
 
   const BoundSamples& samples_;
   std::vector<double> limits_;  ///< Squared limit of each sample.
-  double bound_;                ///< Squared bound of the low poly's own points.
+  double bound_;                ///< Squared bound on distances from the low poly to the high poly
   bool holds_ = true, has_refused_ = false;
   double refused_ =
-      0;  ///< Ratio of squared distance to squared limit that made keeps() return false.
+      0;  ///< Ratio of squared distance to squared limit at which keeps() last returned false
   std::vector<std::uint32_t> first_;     ///< First sample of each triangle, or kNoVertex.
   std::vector<std::uint32_t> count_;     ///< Number of samples of each triangle.
   std::vector<std::uint32_t> next_;      ///< The next sample in the same triangle, or kNoVertex.
   std::vector<std::uint32_t> replaced_;  ///< Triangles whose samples a collapse reassigns.
-  /// By triangle of replaced_, its place in star_; kNoVertex: removed.
+  /// Index in star_ of each triangle of replaced_; kNoVertex if the triangle is removed.
   std::vector<std::uint32_t> slot_;
   std::vector<Face> star_;
   std::vector<Assigned> assigned_;

@@ -9,10 +9,10 @@
 namespace kiln {
 namespace {
 
-/// Bound on rounding of double precision in a mesh of unit size.
+/// Bound on rounding errors of double precision in a mesh of unit size.
 constexpr double kHullRounding = 1e-14;
 /// Sine between normals below which half-spaces are parallel.
-constexpr double kParallel = 1e-9;
+constexpr double kMaxParallelSine = 1e-9;
 
 /// Quadratic form x.M.x / 2 - r.x of a symmetric matrix; x is relative to the middle of an edge.
 struct QuadraticForm {
@@ -28,7 +28,7 @@ std::optional<Vec3d> least_on_line(const QuadraticForm& form, const Vec3d& at, c
   for (const HalfSpace& space : spaces) {
     const double slope = dot(space.normal, along);
     const double room = space.offset - dot(space.normal, at);
-    if (std::abs(slope) < kParallel) {
+    if (std::abs(slope) < kMaxParallelSine) {
       if (room > kHullRounding) return std::nullopt;
     } else if (slope > 0) {
       low = std::max(low, room / slope);
@@ -50,9 +50,9 @@ std::optional<Vec3d> least_on_plane(const QuadraticForm& form, const HalfSpace& 
   u = u * (1 / length(u));
   const Vec3d v = cross(n, u);
   const Vec3d from = n * plane.offset;
-  const Vec3d mu = form.times(u), mv = form.times(v), rest = form.right - form.times(from);
+  const Vec3d mu = form.times(u), mv = form.times(v), residual = form.right - form.times(from);
   const double uu = dot(u, mu), uv = dot(u, mv), vv = dot(v, mv);
-  const double ru = dot(u, rest), rv = dot(v, rest);
+  const double ru = dot(u, residual), rv = dot(v, residual);
   const double determinant = uu * vv - uv * uv;
   Vec3d best =
       from + u * ((ru * vv - rv * uv) / determinant) + v * ((rv * uu - ru * uv) / determinant);
@@ -61,8 +61,8 @@ std::optional<Vec3d> least_on_plane(const QuadraticForm& form, const HalfSpace& 
     if (dot(space.normal, best) >= space.offset - kHullRounding) continue;
     const Vec3d along = cross(n, space.normal);
     const double sine = length(along);
-    if (sine < kParallel) return std::nullopt;
-    // Point of the line in which both planes meet.
+    if (sine < kMaxParallelSine) return std::nullopt;
+    // Start with a point on the intersection line of both planes.
     const double cosine = dot(n, space.normal);
     const double share = 1 / (sine * sine);
     const Vec3d at = n * ((plane.offset - space.offset * cosine) * share) +
@@ -75,12 +75,13 @@ std::optional<Vec3d> least_on_plane(const QuadraticForm& form, const HalfSpace& 
   return best;
 }
 
-/// Calls `body` for each open edge of a vertex: its ends in the order of its triangle, and that triangle's normal.
+/// Calls `body` for each open edge of a vertex, with the edge's two vertices in the order of its triangle, and that
+/// triangle's normal.
 template <class Body>
 void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& body) {
   struct Side {
     std::uint32_t other, triangle;
-    bool out;  ///< The edge starts at the vertex.
+    bool starts_at_vertex;  ///< True if the edge starts at the vertex
   };
   thread_local std::vector<Side> sides;
   sides.clear();
@@ -100,13 +101,13 @@ void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& 
     const Vec3d& p = mesh.points[v[0]];
     const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
     const Vec3d &here = mesh.points[vertex], &there = mesh.points[side.other];
-    body(side.out ? here : there, side.out ? there : here, normal);
+    body(side.starts_at_vertex ? here : there, side.starts_at_vertex ? there : here, normal);
   }
 }
 
 void add_space(const Vec3d& normal, const Vec3d& through, std::vector<HalfSpace>& spaces) {
   const double size = length(normal);
-  if (!(size > 0)) return;  // Degenerate: it bounds no tetrahedron.
+  if (!(size > 0)) return;  // A degenerate triangle bounds no tetrahedron.
   const Vec3d unit = normal * (1 / size);
   spaces.push_back({unit, dot(unit, through)});
 }
@@ -126,8 +127,8 @@ void add_spaces(const CollapseMesh& mesh, std::uint32_t vertex, bool open,
 
 }  // namespace
 
-/// Adds one half-space after another: if the minimum so far violates it, the new minimum lies on its plane (Seidel
-/// 1991, for linear programs).
+/// Adds one half-space after another: if the current minimum violates the new half-space, the new minimum lies on its
+/// plane (Seidel 1991, for linear programs).
 std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d& b,
                                   std::span<const HalfSpace> spaces, double slack) {
   const Vec3d middle = (a + b) * 0.5;
@@ -139,16 +140,16 @@ std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d&
                      {-(q.xx * middle.x + q.xy * middle.y + q.xz * middle.z + q.x),
                       -(q.xy * middle.x + q.yy * middle.y + q.yz * middle.z + q.y),
                       -(q.xz * middle.x + q.yz * middle.y + q.zz * middle.z + q.z)}};
-  std::vector<HalfSpace> moved(spaces.begin(), spaces.end());
-  for (HalfSpace& space : moved) space.offset += slack - dot(space.normal, middle);
+  std::vector<HalfSpace> offset_spaces(spaces.begin(), spaces.end());
+  for (HalfSpace& space : offset_spaces) space.offset += slack - dot(space.normal, middle);
   const Vec3d c12 = cross(form.row1, form.row2), c20 = cross(form.row2, form.row0),
               c01 = cross(form.row0, form.row1);
   Vec3d best =
       (c12 * form.right.x + c20 * form.right.y + c01 * form.right.z) * (1 / dot(form.row0, c12));
-  for (std::size_t i = 0; i < moved.size(); ++i) {
-    if (dot(moved[i].normal, best) >= moved[i].offset - kHullRounding) continue;
+  for (std::size_t i = 0; i < offset_spaces.size(); ++i) {
+    if (dot(offset_spaces[i].normal, best) >= offset_spaces[i].offset - kHullRounding) continue;
     const std::optional<Vec3d> on_plane =
-        least_on_plane(form, moved[i], std::span<const HalfSpace>(moved).first(i));
+        least_on_plane(form, offset_spaces[i], std::span<const HalfSpace>(offset_spaces).first(i));
     if (!on_plane) return std::nullopt;
     best = *on_plane;
   }
@@ -186,19 +187,21 @@ EnclosingHullConstraint::EnclosingHullConstraint(const CollapseMesh& mesh, Snap 
 /// True if moving the vertex to `target` cuts nothing from the solid.
 bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t vertex,
                                          const Vec3d& target) const {
-  bool outside = true;
+  bool is_outside_planes = true;
   mesh.each_around(vertex, [&](std::uint32_t t) {
     const Triangle& v = mesh.triangles[t];
     const Vec3d& p = mesh.points[v[0]];
     const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
-    outside = outside && dot(normal, target - p) >= -kHullRounding * length(normal);
+    is_outside_planes =
+        is_outside_planes && dot(normal, target - p) >= -kHullRounding * length(normal);
   });
-  if (!outside || open_[vertex] == 0) return outside;
+  if (!is_outside_planes || open_[vertex] == 0) return is_outside_planes;
   each_open_edge(mesh, vertex, [&](const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
     const Vec3d across = cross(to - from, normal);
-    outside = outside && dot(across, target - from) >= -kHullRounding * length(across);
+    is_outside_planes =
+        is_outside_planes && dot(across, target - from) >= -kHullRounding * length(across);
   });
-  return outside;
+  return is_outside_planes;
 }
 
 std::optional<Vec3d> EnclosingHullConstraint::place(const CollapseMesh& mesh, std::uint32_t a,
@@ -215,7 +218,8 @@ std::optional<Vec3d> EnclosingHullConstraint::place(const CollapseMesh& mesh, st
   spaces.clear();
   add_spaces(mesh, a, open_[a] != 0, spaces);
   add_spaces(mesh, b, open_[b] != 0, spaces);
-  // Tries the planes themselves first, then positions a little outside, which survive rounding to the mesh's numbers.
+  // Tries the exact planes first, then planes moved slightly outwards, so that the position stays outside after
+  // rounding to the mesh's precision.
   for (const double slack : {0.0, slack_, 4 * slack_}) {
     const std::optional<Vec3d> best =
         least_within(sum, mesh.points[a], mesh.points[b], spaces, slack);

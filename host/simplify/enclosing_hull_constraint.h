@@ -1,4 +1,4 @@
-// Hulls: no collapse cuts anything from the enclosed solid.
+// Constraint for hulls: no collapse cuts anything from the enclosed solid.
 #pragma once
 
 #include <cstdint>
@@ -26,14 +26,14 @@ std::optional<Vec3d> least_within(const Quadric& quadric, const Vec3d& a, const 
 /// ("Silhouette Clipping", section 4.1): the merged vertex lies on or outside the planes of all triangles around the
 /// edge, so that each collapse only adds tetrahedra to the solid. The winding number of the surface around any point
 /// never falls, even if the surface intersects itself. Vertices on open borders also stay outside the
-/// perpendicular planes through the border's edges, so that borders only move outwards. Vertices where triangles disagree on the outside do not
-/// move.
+/// perpendicular planes through the border's edges, so that borders only move outwards. Vertices whose triangles have
+/// inconsistent orientation do not move.
 class EnclosingHullConstraint : public CollapseConstraint {
  public:
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
   /// \param snap   rounds a point to one that the caller's mesh can store
-  /// \param slack  largest distance by which that moves a point
+  /// \param slack  largest distance by which `snap` moves a point
   EnclosingHullConstraint(const CollapseMesh& mesh, Snap snap, double slack);
 
   std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
@@ -49,8 +49,9 @@ class EnclosingHullConstraint : public CollapseConstraint {
 
   Snap snap_;
   double slack_;
-  std::vector<std::uint8_t> fixed_;  ///< By vertex, 1 where triangles disagree on the outside.
-  std::vector<std::uint8_t> open_;   ///< By vertex, 1 on open borders.
+  /// By vertex, 1 if its triangles have inconsistent orientation
+  std::vector<std::uint8_t> fixed_;
+  std::vector<std::uint8_t> open_;  ///< By vertex, 1 on open borders.
 };
 
 }  // namespace kiln

@@ -55,17 +55,17 @@ float snap_to_border(double u) {
 
 /// Detects numbers that stand for "no data" in a height field.
 ///
-/// Surveys mark missing heights by an extreme number. The lowest or highest value is such a mark if its distance to
-/// the next value exceeds the range of all others, and it is a number that known programs write. Other values as far
-/// off that occur in several pixels only cause a warning. A surface whose own heights have such a range (ocean floor
-/// with -9999) is not changed.
+/// Surveys mark missing heights by an extreme number. The lowest or highest value counts as "no data" if its distance
+/// to the next value exceeds the range of all other values, and if known programs write that number. Another number
+/// at such a distance, in several pixels, only causes a warning. Real heights with such a range (an ocean floor that
+/// contains -9999) are not changed.
 struct NoDataRule {
-  /// Marks of GDAL, ArcGIS, SRTM and Surfer, and the extremes of single precision.
-  static constexpr double kKnown[] = {
+  /// "No data" values of GDAL, ArcGIS, SRTM and Surfer, and the lowest and highest single-precision numbers.
+  static constexpr double kKnownNoDataValues[] = {
       -9999,         -99999, -999999,      -32768,     -32767, -10000, 9999, 99999, 32767,
       -3.4028235e38, -1e38,  3.4028235e38, 1.70141e38, 1e30,   -1e30,  1e20, -1e20};
   static constexpr double kRelativeTolerance = 1e-6;  ///< Relative tolerance of comparisons
-  /// Minimum gap, as a multiple of the range of all other values
+  /// Minimum gap between the value and the next one, as a multiple of the range of all other values
   static constexpr double kMinGap = 1;
   static constexpr double kMinDoubtfulGap =
       10;  ///< Minimum gap for a warning about values that no known program writes
@@ -76,7 +76,7 @@ struct NoDataRule {
     return std::abs(value - other) <= kRelativeTolerance * std::abs(other);
   }
   static bool is_known(double value) {
-    return std::any_of(std::begin(kKnown), std::end(kKnown),
+    return std::any_of(std::begin(kKnownNoDataValues), std::end(kKnownNoDataValues),
                        [value](double known) { return is(value, known); });
   }
 };
@@ -84,7 +84,8 @@ struct NoDataRule {
 /// Lowest and highest value, their counts, and the values next to them.
 struct Ends {
   struct End {
-    double value = 0, next = 0;  ///< Equal if there is only one value
+    /// Extreme value, and the one next to it; equal if the image has a single value
+    double value = 0, next = 0;
     std::uint64_t count = 0;
   };
   End low, high;
@@ -126,7 +127,7 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
   Image& image = heights.image;
   constexpr float kNoHeight = std::numeric_limits<float>::quiet_NaN();
   NoData found;
-  const auto drop = [&](const auto& is_none) {
+  const auto remove_values = [&](const auto& is_none) {
     std::uint64_t count = 0;
     for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
       float& pixel = image.pixels[i];
@@ -138,35 +139,35 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
   };
   const std::optional<double> given = value ? value : guess ? heights.no_data : std::nullopt;
   if (given && std::isfinite(*given)) {
-    // Files may state a number such as the lowest float with rounding beyond it.
+    // A file may state the lowest or highest float in decimal digits that round beyond the float range.
     constexpr double kLargestFloat = std::numeric_limits<float>::max();
-    const double wanted = std::clamp(*given, -kLargestFloat, kLargestFloat);
+    const double no_data_value = std::clamp(*given, -kLargestFloat, kLargestFloat);
     const auto is_given = [&](double pixel) {
-      return heights.largest == 1
-                 ? pixel == static_cast<float>(wanted) || NoDataRule::is(pixel, wanted)
-                 : std::round(pixel * heights.largest) == wanted;
+      return heights.largest == 1 ? pixel == static_cast<float>(no_data_value) ||
+                                        NoDataRule::is(pixel, no_data_value)
+                                  : std::round(pixel * heights.largest) == no_data_value;
     };
-    if (drop(is_given) != 0) found.values.push_back(*given);
+    if (remove_values(is_given) != 0) found.values.push_back(*given);
   } else if (guess && !given && heights.largest == 1) {
     for (Ends ends = Ends::of(image); ends.any; ends = Ends::of(image)) {
-      bool again = false;
+      bool repeat = false;
       for (const Ends::End& end : {ends.low, ends.high}) {
         const bool is_low = end.value == ends.low.value;
         const double gap = std::abs(end.next - end.value);
-        const double rest = is_low ? ends.high.value - end.next : end.next - ends.low.value;
-        if (gap == 0 || gap <= NoDataRule::kMinGap * rest) continue;
+        const double other_range = is_low ? ends.high.value - end.next : end.next - ends.low.value;
+        if (gap == 0 || gap <= NoDataRule::kMinGap * other_range) continue;
         if (NoDataRule::is_known(end.value)) {
-          drop([&](double pixel) { return pixel == end.value; });
+          remove_values([&](double pixel) { return pixel == end.value; });
           found.values.push_back(end.value);
-          again = true;
+          repeat = true;
           break;
         }
-        if (gap > NoDataRule::kMinDoubtfulGap * rest && rest > 0 &&
+        if (gap > NoDataRule::kMinDoubtfulGap * other_range && other_range > 0 &&
             end.count >= NoDataRule::kMinDoubtfulPixels) {
           found.doubtful = end.value;
         }
       }
-      if (!again) break;
+      if (!repeat) break;
       found.doubtful.reset();
     }
   }
@@ -246,7 +247,8 @@ void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightField
 namespace {
 
 /// The rectangle over which a field's own UVs span the unit square, if they are linear in x and y. It exceeds the
-/// bounding box if there are holes at the border. nullopt if the box is the whole rectangle.
+/// bounding box if there are holes at the border. nullopt if the UVs span the unit square over the bounding box
+/// itself.
 std::optional<FieldRectangle> rectangle_from_uvs(const Mesh& field,
                                                  const std::array<double, 2>& low,
                                                  const std::array<double, 2>& high) {
@@ -265,24 +267,26 @@ std::optional<FieldRectangle> rectangle_from_uvs(const Mesh& field,
   }
   if (first == std::array<double, 2>{0, 0} && last == std::array<double, 2>{1, 1})
     return std::nullopt;
-  FieldRectangle whole{};
+  FieldRectangle full_rectangle{};
   for (std::size_t k = 0; k < 2; ++k) {
     if (!(last[k] > first[k]) || first[k] < -kLinearTolerance || last[k] > 1 + kLinearTolerance)
       return std::nullopt;
-    whole.size[k] = (high[k] - low[k]) / (last[k] - first[k]);
-    whole.center[k] = low[k] + (0.5 - first[k]) * whole.size[k];
+    full_rectangle.size[k] = (high[k] - low[k]) / (last[k] - first[k]);
+    full_rectangle.center[k] = low[k] + (0.5 - first[k]) * full_rectangle.size[k];
   }
   for (std::size_t t = 0; t < field.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3& p = field.positions[field.triangles[t][k]];
       const Vec2& uv = field.uvs[field.uv_triangles[t][k]];
-      const double u = (p.x + field.origin[0] - whole.center[0]) / whole.size[0] + 0.5;
-      const double v = (p.y + field.origin[1] - whole.center[1]) / whole.size[1] + 0.5;
+      const double u =
+          (p.x + field.origin[0] - full_rectangle.center[0]) / full_rectangle.size[0] + 0.5;
+      const double v =
+          (p.y + field.origin[1] - full_rectangle.center[1]) / full_rectangle.size[1] + 0.5;
       if (!(std::abs(u - uv.x) < kLinearTolerance && std::abs(v - uv.y) < kLinearTolerance))
         return std::nullopt;
     }
   }
-  return whole;
+  return full_rectangle;
 }
 
 }  // namespace
@@ -299,7 +303,7 @@ FieldRectangle FieldRectangle::of(const Mesh& field) {
         ErrorCode::input,
         "Mesh '" + field.name + "' has no area in the plane of x and y, so it is no height field.");
   }
-  if (const auto whole = rectangle_from_uvs(field, low, high)) return *whole;
+  if (const auto full_rectangle = rectangle_from_uvs(field, low, high)) return *full_rectangle;
   return {{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2}, {high[0] - low[0], high[1] - low[1]}};
 }
 

@@ -36,14 +36,15 @@ std::optional<Vec3d> HeightfieldConstraint::place(const CollapseMesh& mesh, std:
                                                   Quadric& sum) const {
   const Vec3d &pa = mesh.points[a], &pb = mesh.points[b];
   const auto on = static_cast<std::uint8_t>(sides_[a] | sides_[b]);
-  // Vertices on different sides may not merge, since one would leave its side.
+  // Vertices on different sides of the rectangle may not merge, since one of them would leave its side.
   if (on != sides_[a] && on != sides_[b]) return std::nullopt;
   if (anchor != Anchor::none) {
     const std::uint32_t fixed = anchor == Anchor::first ? a : b;
     return sides_[fixed] == on ? std::optional(mesh.points[fixed]) : std::nullopt;
   }
   if (on == 0) return sum.best_near(pa, pb);
-  // Moves along the side on which one of them lies; a corner keeps its position.
+  // The merged vertex moves only along the side on which one of the two lies; a corner of the rectangle keeps its
+  // position.
   const Vec3d& fixed = sides_[a] == on ? pa : pb;
   const bool x_fixed = (on & (kLeft | kRight)) != 0, y_fixed = (on & (kBottom | kTop)) != 0;
   if (x_fixed && y_fixed) return fixed;

@@ -1,4 +1,4 @@
-// Constraint for height fields: they keep their rectangle and face up.
+// Constraint for height fields: the outline stays a rectangle, and triangles face up.
 #pragma once
 
 #include <cstdint>
@@ -24,15 +24,15 @@ class HeightfieldConstraint : public CollapseConstraint {
  private:
   bool faces_up(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                 const Vec3d& target) const;
-  /// By vertex, the rectangle's sides on which it lies, one bit each.
+  /// Per vertex, one bit for each side of the rectangle on which it lies.
   std::vector<std::uint8_t> sides_;
 };
 
-/// Twice a triangle's area seen from +z over the square of its longest side there; negative if it faces down, 0 if it
-/// degenerates to a point.
+/// Twice a triangle's projected area, seen from +z, divided by the square of its longest projected side; negative if
+/// it faces down, 0 if it degenerates to a point.
 double upward(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-/// Limit of upward() below which a triangle may not get worse. Triangles at this limit are still safely non-degenerate
+/// Minimum of upward(); triangles below it may not get worse. Triangles at this limit are still safely non-degenerate
 /// in single precision.
 inline constexpr double kMinUpward = 1e-4;
 

@@ -14,13 +14,13 @@
 namespace kiln {
 namespace {
 
-/// Maximum number of box comparisons. With more components than that allows, none is reported.
+/// Maximum number of box comparisons. If more comparisons would be needed, no component is reported.
 constexpr std::size_t kMaxComparisons = 10'000'000;
 
 struct Part {
   double volume = 0;
   Vec3d low{}, high{}, corner{};
-  bool used = false, open = false;
+  bool has_triangle = false, open = false;
 
   bool holds(const Part& other) const {
     return low.x <= other.low.x && low.y <= other.low.y && low.z <= other.low.z &&
@@ -35,8 +35,8 @@ std::vector<Part> parts_of(const Work& work) {
   for (const Triangle& t : work.triangles) {
     Part& part = parts[sets.find(t[0])];
     const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
-    if (!part.used) part.low = part.high = part.corner = a;
-    part.used = true;
+    if (!part.has_triangle) part.low = part.high = part.corner = a;
+    part.has_triangle = true;
     part.volume += dot(a - part.corner, cross(b - part.corner, c - part.corner)) / 6;
     for (const Vec3d* p : {&a, &b, &c}) {
       part.low = {std::min(part.low.x, p->x), std::min(part.low.y, p->y),
@@ -47,11 +47,12 @@ std::vector<Part> parts_of(const Work& work) {
   }
   SideLists(work.triangles, work.points.size())
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
-        int sense = 0;
-        for (const SideLists::Item& side : sides) sense += SideLists::forward(side) ? 1 : -1;
-        if (sense != 0) parts[sets.find(a)].open = true;
+        int orientation_sum = 0;
+        for (const SideLists::Item& side : sides)
+          orientation_sum += SideLists::forward(side) ? 1 : -1;
+        if (orientation_sum != 0) parts[sets.find(a)].open = true;
       });
-  std::erase_if(parts, [](const Part& part) { return !part.used || part.open; });
+  std::erase_if(parts, [](const Part& part) { return !part.has_triangle || part.open; });
   return parts;
 }
 
@@ -61,11 +62,13 @@ InsideOut find_inside_out(const Work& work) {
   const std::vector<Part> parts = parts_of(work);
   InsideOut found;
   found.closed = parts.size();
-  std::vector<const Part*> solid, turned;
-  for (const Part& part : parts) (part.volume < 0 ? turned : solid).push_back(&part);
-  if (solid.size() * turned.size() > kMaxComparisons) return found;
-  for (const Part* part : turned) {
-    if (std::any_of(solid.begin(), solid.end(), [&](const Part* s) { return s->holds(*part); })) {
+  std::vector<const Part*> positive_parts, negative_parts;
+  for (const Part& part : parts)
+    (part.volume < 0 ? negative_parts : positive_parts).push_back(&part);
+  if (positive_parts.size() * negative_parts.size() > kMaxComparisons) return found;
+  for (const Part* part : negative_parts) {
+    if (std::any_of(positive_parts.begin(), positive_parts.end(),
+                    [&](const Part* s) { return s->holds(*part); })) {
       continue;
     }
     if (found.count++ == 0) found.place = part->corner;
@@ -73,7 +76,8 @@ InsideOut find_inside_out(const Work& work) {
   return found;
 }
 
-void warn_of_inside_out(const Work& work, const std::function<std::string(const Vec3d&)>& in_words,
+void warn_of_inside_out(const Work& work,
+                        const std::function<std::string(const Vec3d&)>& format_point,
                         std::vector<Warning>& warnings) {
   const InsideOut found = find_inside_out(work);
   if (found.count == 0) return;
@@ -81,7 +85,7 @@ void warn_of_inside_out(const Work& work, const std::function<std::string(const 
       {"inside-out",
        std::to_string(found.count) + " of " + counted(found.closed, "closed part") +
            " of the high poly " + (found.count == 1 ? "is" : "are") + " inside out, one " +
-           in_words(found.place) +
+           format_point(found.place) +
            ": the hull lies within. Turn the faces round (flip normals) in the modelling tool",
        found.count});
 }

@@ -38,31 +38,31 @@ void LabelSeams::join(std::vector<Triangle>& triangles) {
   for (Triangle& t : triangles) {
     const std::uint32_t label = label_[t[0]];
     for (std::uint32_t& v : t) v = origin_[v];
-    noted_.emplace_back(lowest_first(t), label);
+    stored_.emplace_back(lowest_first(t), label);
   }
 }
 
 void LabelSeams::add(const std::vector<Triangle>& triangles,
                      const std::vector<std::uint32_t>& labels) {
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    noted_.emplace_back(lowest_first(triangles[t]), labels[t]);
+    stored_.emplace_back(lowest_first(triangles[t]), labels[t]);
   }
 }
 
 std::vector<std::uint32_t> LabelSeams::of(const std::vector<Triangle>& triangles,
                                           const std::vector<std::uint32_t>& origin) {
-  // A stable sort: the first label seen wins.
-  std::stable_sort(noted_.begin(), noted_.end(),
-                   [](const Noted& a, const Noted& b) { return a.first < b.first; });
+  // The sort is stable, so that the first label of equal triangles is kept.
+  std::stable_sort(stored_.begin(), stored_.end(),
+                   [](const StoredLabel& a, const StoredLabel& b) { return a.first < b.first; });
   std::vector<std::uint32_t> labels;
   labels.reserve(triangles.size());
   for (Triangle t : triangles) {
     for (std::uint32_t& v : t) v = origin[v];
     t = lowest_first(t);
     labels.push_back(
-        std::lower_bound(noted_.begin(), noted_.end(), t, [](const Noted& a, const Triangle& b) {
-          return a.first < b;
-        })->second);
+        std::lower_bound(stored_.begin(), stored_.end(), t,
+                         [](const StoredLabel& a, const Triangle& b) { return a.first < b; })
+            ->second);
   }
   return labels;
 }

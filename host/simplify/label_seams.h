@@ -1,4 +1,4 @@
-// Borders between labels as seams, for code that knows no labels.
+// Turns borders between labels into seams, for code without support for labels.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 namespace kiln {
 
 /// Splits the vertices where labels meet into copies of one label each. meshoptimizer treats such borders as seams:
-/// their vertices only move along them, both sides together.
+/// their vertices only move along the border, with both sides together.
 class LabelSeams {
  public:
   /// \param triangles  [in, out] corners are replaced by the copies
@@ -19,8 +19,8 @@ class LabelSeams {
   LabelSeams(const std::vector<std::uint32_t>& labels, std::vector<Triangle>& triangles,
              std::vector<Vec3>& positions);
 
-  /// True if the copies are few enough for a large reduction. If labels meet nearly everywhere, nearly no vertex
-  /// could go.
+  /// True if the copies are few enough for a large reduction. If labels meet nearly everywhere, hardly any vertex
+  /// could be removed.
   bool is_worthwhile() const {
     return origin_.size() - vertices_ <= vertices_ / kMinVerticesPerCopy;
   }
@@ -29,18 +29,18 @@ class LabelSeams {
   void join(std::vector<Triangle>& triangles);
   /// Stores the labels of triangles with original vertices.
   void add(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& labels);
-  /// Labels of stored triangles, in any order.
+  /// Labels of triangles that join() or add() stored; they may come in any order.
   /// \param origin  by vertex of `triangles`, the original vertex
   std::vector<std::uint32_t> of(const std::vector<Triangle>& triangles,
                                 const std::vector<std::uint32_t>& origin);
 
  private:
   static constexpr std::size_t kMinVerticesPerCopy = 4;
-  using Noted = std::pair<Triangle, std::uint32_t>;
+  using StoredLabel = std::pair<Triangle, std::uint32_t>;
 
   std::size_t vertices_;
-  std::vector<std::uint32_t> origin_, label_;  ///< By vertex: its original vertex, its label.
-  std::vector<Noted> noted_;
+  std::vector<std::uint32_t> origin_, label_;  ///< Original vertex, and label, of each vertex
+  std::vector<StoredLabel> stored_;
 };
 
 }  // namespace kiln

@@ -11,11 +11,11 @@
 namespace kiln {
 namespace {
 
-/// Probe points along a side of the layout for finding overlaps.
+/// Number of probe points along a side of the layout, for finding overlaps.
 constexpr std::uint32_t kProbesPerSide = 1024;
 constexpr std::uint32_t kNoBorder = 0xFFFFFFFFU, kNoIndex = 0xFFFFFFFFU;
 
-double doubled(const Vec2& a, const Vec2& b, const Vec2& c) {
+double doubled_area(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
 }
 
@@ -121,11 +121,12 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
       charts.empty() ? 0 : *std::max_element(charts.begin(), charts.end()) + 1;
   group_.resize(count);
   std::iota(group_.begin(), group_.end(), 0U);
-  std::vector<std::uint8_t> twice(count, 0);
-  std::vector<std::uint32_t> owner(std::size_t{kProbesPerSide} * kProbesPerSide, kNoBorder);
+  std::vector<std::uint8_t> is_overlapping(count, 0);
+  std::vector<std::uint32_t> first_triangle_at(std::size_t{kProbesPerSide} * kProbesPerSide,
+                                               kNoBorder);
   std::vector<std::uint8_t> meets_others(corners.size(), 0);
-  // True if a triangle has the UVs of its first copy and that copy shares no probe with others, which then holds for
-  // this triangle, too. Thousands of copies over one picture are thus tested once.
+  // True if a triangle need not be tested: it has the UVs of its first copy, and that copy shares no probe with other
+  // triangles. So thousands of copies over one part of the texture are tested once.
   const auto is_known = [&](std::size_t t) {
     const std::uint32_t first = copies_->first_triangle(static_cast<std::uint32_t>(t));
     if (first == t || meets_others[first] != 0) return false;
@@ -143,7 +144,7 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
     each_probe(
         {uvs[corners[t][0]], uvs[corners[t][1]], uvs[corners[t][2]]}, low_, size_,
         [&](std::uint32_t probe) {
-          std::uint32_t& first = owner[probe];
+          std::uint32_t& first = first_triangle_at[probe];
           if (first == kNoBorder) {
             first = static_cast<std::uint32_t>(t);
             return;
@@ -151,7 +152,7 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
           if (copies_->triangles(first, static_cast<std::uint32_t>(t))) return;
           meets_others[t] = 1;
           const std::uint32_t chart = charts[first];
-          twice[charts[t]] = twice[chart] = 1;
+          is_overlapping[charts[t]] = is_overlapping[chart] = 1;
           const auto [low, high] = std::minmax({root(group_, chart), root(group_, charts[t])});
           group_[high] = low;
         });
@@ -159,7 +160,7 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
   overlapping_.assign(count, 0);
   for (std::uint32_t c = 0; c < count; ++c) {
     group_[c] = root(group_, c);
-    if (twice[c] != 0) overlapping_[group_[c]] = 1;
+    if (is_overlapping[c] != 0) overlapping_[group_[c]] = 1;
   }
 }
 
@@ -186,10 +187,10 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
                          std::uint32_t after) const {
   const Vec2 &a = uvs[before], &b = uvs[gone], &c = uvs[after];
   if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return true;
-  const double turn = doubled(a, b, c);
+  const double turn = doubled_area(a, b, c);
   if (turn == 0) return true;
   const double sign = turn > 0 ? 1 : -1;
-  const std::uint32_t own = group_[chart_[gone]];
+  const std::uint32_t own_group = group_[chart_[gone]];
   const auto [left, right] = std::minmax({a.x, b.x, c.x});
   const auto [bottom, top] = std::minmax({a.y, b.y, c.y});
   for (std::uint32_t y = row(bottom); y <= row(top); ++y) {
@@ -202,13 +203,13 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
         const Vec2& p = uvs[items[0]];
         if (p == a || p == c || (p == b && copies_->first(items[0]) == copies_->first(gone)))
           continue;
-        if (!(sign * doubled(a, b, p) >= 0 && sign * doubled(b, c, p) >= 0 &&
-              sign * doubled(c, a, p) >= 0)) {
+        if (!(sign * doubled_area(a, b, p) >= 0 && sign * doubled_area(b, c, p) >= 0 &&
+              sign * doubled_area(c, a, p) >= 0)) {
           continue;
         }
-        // Borders do not block each other if their charts overlap from the start.
+        // Borders of charts that overlapped from the start do not block each other.
         const auto holds = [&](std::uint32_t other) {
-          return overlapping_[own] == 0 || group_[chart_[other]] != own;
+          return overlapping_[own_group] == 0 || group_[chart_[other]] != own_group;
         };
         if (std::any_of(items.begin(), items.end(), holds)) return false;
       }

@@ -11,13 +11,13 @@
 
 namespace kiln {
 
-/// A grid over the layout with the corners of chart borders. Charts that overlap from the start, and are no copies,
-/// may overlap further.
+/// A grid over the layout that holds the corners of chart borders. Charts that overlap from the start without being
+/// copies may overlap further.
 class LayoutBorders {
  public:
   /// \param corners  indices into uvs, by triangle
   /// \param on_border  by UV, 1 on a chart's border
-  /// \param copies  copies among these corners; must outlive this
+  /// \param copies  copies among these corners; must outlive this object
   LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle> corners,
                 std::span<const std::uint32_t> charts, const std::vector<std::uint8_t>& on_border,
                 const LayoutCopies& copies);
@@ -45,10 +45,10 @@ class LayoutBorders {
   const LayoutCopies* copies_;
   std::vector<std::uint32_t> chart_;  ///< Chart of each UV.
   std::vector<std::uint32_t> group_;  ///< By chart: charts that overlap each other form a group.
-  std::vector<std::uint8_t> overlapping_;  ///< By group, 1 if its charts overlap.
+  std::vector<std::uint8_t> overlapping_;  ///< By group, 1 if its charts overlap each other
   Vec2 low_{}, size_{1, 1};
   std::uint32_t side_ = 1;            ///< Cells along a side of the grid.
-  std::vector<std::uint32_t> start_;  ///< By cell, its first place; one extra entry.
+  std::vector<std::uint32_t> start_;  ///< First place of each grid cell; one extra entry at the end
   std::vector<Place> places_;
   std::vector<std::uint32_t> items_;     ///< UVs of border corners, grouped by place.
   std::vector<std::uint32_t> place_of_;  ///< Place of each UV on a border.

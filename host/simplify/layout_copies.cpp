@@ -11,10 +11,11 @@
 namespace kiln {
 namespace {
 
-/// Distance up to which corners are the same, and the side of the grid cells for searching; UV units.
+/// Distance up to which two corners count as the same, and the side of the cells of the search grid; both in UV
+/// units.
 constexpr double kMaxCopyDistance = 1e-5, kCellSize = 1.0 / 1024;
 
-struct CopyPlace {
+struct CopyCenter {
   /// Whole-number offset that moves the middle into the unit square.
   std::array<double, 2> whole{};
   std::array<double, 2> middle{};
@@ -33,27 +34,27 @@ std::uint64_t key_of(std::int64_t x, std::int64_t y) {
 LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> corners)
     : on_fold_(uvs.size(), 0), first_triangle_(corners.size()) {
   std::iota(first_triangle_.begin(), first_triangle_.end(), 0U);
-  std::vector<CopyPlace> places(corners.size());
+  std::vector<CopyCenter> places(corners.size());
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells;
   cells.reserve(corners.size());
-  DisjointSets same(uvs.size());
+  DisjointSets copy_sets(uvs.size());
   const auto at = [&](std::uint32_t t, std::size_t k) {
     const Vec2& uv = uvs[corners[t][k]];
     return std::array<double, 2>{uv.x - places[t].whole[0], uv.y - places[t].whole[1]};
   };
-  /// Finds for each corner of t the same corner of `other`; false if one has none.
+  /// Finds the corresponding corner of `other` for each corner of t; false if a corner has none.
   const auto matches = [&](std::uint32_t t, std::uint32_t other, std::array<std::size_t, 3>& of) {
-    std::array<bool, 3> taken{};
+    std::array<bool, 3> is_matched{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto p = at(t, k);
       for (of[k] = 0; of[k] < 3; ++of[k]) {
         const auto q = at(other, of[k]);
-        if (!taken[of[k]] && std::abs(p[0] - q[0]) < kMaxCopyDistance &&
+        if (!is_matched[of[k]] && std::abs(p[0] - q[0]) < kMaxCopyDistance &&
             std::abs(p[1] - q[1]) < kMaxCopyDistance)
           break;
       }
       if (of[k] == 3) return false;
-      taken[of[k]] = true;
+      is_matched[of[k]] = true;
     }
     return true;
   };
@@ -63,34 +64,34 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
     const double twice =
         (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
     if (twice == 0) continue;
-    CopyPlace& place = places[t];
+    CopyCenter& place = places[t];
     const double u = (double{a.x} + b.x + c.x) / 3, v = (double{a.y} + b.y + c.y) / 3;
     place.whole = {std::floor(u), std::floor(v)};
     place.middle = {u - place.whole[0], v - place.whole[1]};
     const std::int64_t x = cell_of(place.middle[0]), y = cell_of(place.middle[1]);
     std::array<std::size_t, 3> of{};
-    std::uint32_t found = t;
+    std::uint32_t first_copy = t;
     for (std::int64_t row = y - 1; row <= y + 1; ++row) {
       for (std::int64_t column = x - 1; column <= x + 1; ++column) {
         const auto list = cells.find(key_of(column, row));
         if (list == cells.end()) continue;
         for (const std::uint32_t other : list->second) {
           std::array<std::size_t, 3> order{};
-          if (other >= found || !matches(t, other, order)) continue;
-          found = other;
+          if (other >= first_copy || !matches(t, other, order)) continue;
+          first_copy = other;
           of = order;
         }
       }
     }
-    if (found == t) {
+    if (first_copy == t) {
       cells[key_of(x, y)].push_back(t);  // The first of its copies represents all of them.
       continue;
     }
     any_ = true;
-    first_triangle_[t] = found;
+    first_triangle_[t] = first_copy;
     for (std::size_t k = 0; k < 3; ++k) {
-      same.join(corners[t][k], corners[found][of[k]]);
-      if (corners[t][k] == corners[found][of[k]]) on_fold_[corners[t][k]] = 1;
+      copy_sets.join(corners[t][k], corners[first_copy][of[k]]);
+      if (corners[t][k] == corners[first_copy][of[k]]) on_fold_[corners[t][k]] = 1;
     }
   }
   if (!any_) return;
@@ -98,7 +99,7 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
   first_.resize(uvs.size());
   std::iota(next_.begin(), next_.end(), 0U);
   for (std::uint32_t uv = 0; uv < uvs.size(); ++uv) {
-    first_[uv] = same.find(uv);
+    first_[uv] = copy_sets.find(uv);
     if (first_[uv] == uv) continue;
     next_[uv] = next_[first_[uv]];
     next_[first_[uv]] = uv;

@@ -1,4 +1,4 @@
-// Exact copies within a UV layout: mirrored halves, repeated parts.
+// Exact copies within a UV layout, such as mirrored halves and repeated parts.
 #pragma once
 
 #include <array>
@@ -43,10 +43,11 @@ class LayoutCopies {
 
  private:
   bool any_ = false;
-  std::vector<std::uint32_t> next_;            ///< By UV, the next copy in a ring.
-  std::vector<std::uint32_t> first_;           ///< By UV, the lowest copy.
-  std::vector<std::uint8_t> on_fold_;          ///< By UV, 1 if it lies on a fold.
-  std::vector<std::uint32_t> first_triangle_;  ///< By triangle, the lowest copy.
+  /// Next copy of each UV; the copies of a UV form a ring
+  std::vector<std::uint32_t> next_;
+  std::vector<std::uint32_t> first_;           ///< Lowest index among the copies of each UV
+  std::vector<std::uint8_t> on_fold_;          ///< 1 for each UV that lies on a fold
+  std::vector<std::uint32_t> first_triangle_;  ///< Lowest index among the copies of each triangle
 };
 
 }  // namespace kiln

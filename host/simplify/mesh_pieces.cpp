@@ -67,16 +67,16 @@ std::vector<std::uint8_t> between_pieces(const std::vector<std::vector<std::uint
                                          std::size_t vertices) {
   constexpr auto kNone = static_cast<std::uint32_t>(-1);
   std::vector<std::uint32_t> piece_of(vertices, kNone);
-  std::vector<std::uint8_t> between(vertices, 0);
+  std::vector<std::uint8_t> is_between(vertices, 0);
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {
     for (const std::uint32_t t : pieces[i]) {
       for (const std::uint32_t v : triangles[t]) {
         if (piece_of[v] == kNone) piece_of[v] = i;
-        if (piece_of[v] != i) between[v] = 1;
+        if (piece_of[v] != i) is_between[v] = 1;
       }
     }
   }
-  return between;
+  return is_between;
 }
 
 }  // namespace kiln

@@ -10,8 +10,9 @@
 
 namespace kiln {
 
-/// Triangles by piece, in order. Halves the mesh across its longest side, recursively, while all pieces keep at least
-/// `least` triangles. Depends on the mesh alone.
+/// Splits a mesh into pieces: halves it across its longest side, recursively, while all pieces keep at least `least`
+/// triangles.
+/// \returns the triangles of each piece, in ascending order. Depends on the mesh alone.
 std::vector<std::vector<std::uint32_t>> pieces_of(std::span<const Vec3> positions,
                                                   std::span<const Triangle> triangles,
                                                   std::size_t least);

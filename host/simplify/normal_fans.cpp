@@ -11,10 +11,11 @@
 namespace kiln {
 namespace {
 
-/// Smallest cosine between a normal and the faces around it: tangent space covers angles below 90 degrees only.
+/// Smallest cosine between a normal and the faces around it. It is positive because tangent space only covers angles
+/// below 90 degrees.
 constexpr double kMinFacingCosine = 0.05;
 
-/// By UV, the index of the first UV of the same value.
+/// For each UV, the index of the first UV of equal value.
 std::vector<std::uint32_t> first_uvs(const Mesh& low) {
   std::vector<Vec3> flat;
   flat.reserve(low.uvs.size());
@@ -22,7 +23,7 @@ std::vector<std::uint32_t> first_uvs(const Mesh& low) {
   return weld_vertices(flat);
 }
 
-/// By normal, the smallest cosine to the faces around it.
+/// For each normal, the smallest cosine to the faces around it.
 std::vector<double> least_facing(const std::vector<Vec3>& positions,
                                  const std::vector<Triangle>& triangles,
                                  const std::vector<std::uint32_t>& slots, const Normals& normals) {
@@ -68,7 +69,7 @@ Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Tri
 void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
                  const std::vector<std::uint32_t>& slots, Normals& normals) {
   constexpr int kBlendSteps = 4;
-  const Normals fitted = normals;
+  const Normals original = normals;
   const Normals base =
       angle_weighted(positions, triangles, slots, static_cast<std::size_t>(normals.rows()));
   const std::vector<double> of_base = least_facing(positions, triangles, slots, base);
@@ -79,7 +80,7 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
     for (Eigen::Index i = 0; i < normals.rows(); ++i) {
       const auto k = static_cast<std::size_t>(i);
       if (least[k] >= std::min(kMinFacingCosine, of_base[k])) continue;
-      normals.row(i) = (fitted.row(i) * (1 - share) + base.row(i) * share).normalized();
+      normals.row(i) = (original.row(i) * (1 - share) + base.row(i) * share).normalized();
       any = true;
     }
     if (!any) return;
@@ -131,7 +132,7 @@ std::size_t NormalFans::split_sides(const TwoSided& sides, std::size_t vertices)
   return 3 * vertices;
 }
 
-/// True if UVs differ at an end of an edge.
+/// True if the UVs on both sides of an edge differ at one of its vertices.
 bool NormalFans::is_seam(const std::array<std::array<std::uint32_t, 2>, 2>& ends) const {
   return uv_of(ends[0][0]) != uv_of(ends[0][1]) || uv_of(ends[1][0]) != uv_of(ends[1][1]);
 }

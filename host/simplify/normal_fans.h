@@ -17,7 +17,7 @@ namespace kiln {
 /// Matrix with one normal per row.
 using Normals = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-/// A triangle's normal, twice its area long.
+/// A triangle's normal, whose length is twice the triangle's area.
 inline Vec3d face_of(const std::vector<Vec3>& positions, const Triangle& t) {
   const Vec3d a = to_double(positions[t[0]]);
   return cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a);
@@ -27,12 +27,12 @@ inline Vec3d face_of(const std::vector<Vec3>& positions, const Triangle& t) {
 void normalize(Normals& normals);
 
 /// Angle-weighted normals that face the same way as all faces around, if possible.
-/// \param slots  by corner, its normal's row, of `count`
+/// \param slots  by corner, the row of its normal, below `count`
 Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
                        const std::vector<std::uint32_t>& slots, std::size_t count);
 
-/// Blends normals with the angle-weighted ones where the angle to a face would be too large.
-/// \param slots  by corner, its normal's row
+/// Blends a normal with the angle-weighted one where its angle to a face is too large.
+/// \param slots  by corner, the row of its normal
 void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
                  const std::vector<std::uint32_t>& slots, Normals& normals);
 
@@ -40,29 +40,30 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
 /// vertices; splitting them at creases, which is optional, does.
 class NormalFans {
  public:
-  /// \param sides  of `low`: fronts and backs of two-sided sheets share no normal, nor do one-sided sheets with
-  ///               bodies
-  /// \param least_turn  cosine: edges whose faces turn by more are creases, which split normals; -1: none
-  /// \param hard  by side, 3 * triangle + corner: true if it is a crease at any angle; empty: none
+  /// \param sides  two-sided triangles of `low`: fronts and backs of a sheet share no normal, nor do one-sided sheets
+  ///               and bodies
+  /// \param least_turn  cosine of the largest angle between faces that share normals; edges at larger angles are
+  ///        creases, which split normals; -1: no creases
+  /// \param hard  true for each side (3 * triangle + corner) that is a crease at any angle; empty: none
   explicit NormalFans(const Mesh& low, const TwoSided& sides, double least_turn = -1,
                       const std::vector<bool>& hard = {});
 
-  /// Merges the normals on both sides of seams whose angle at both ends is below a limit.
-  /// \param of_seams, of_creases  cosines of the limits: at UV seams, and at creases without a seam
+  /// Merges the normals on both sides of a seam if the angle between them is below a limit at both vertices.
+  /// \param of_seams, of_creases  cosines of the limits at UV seams, and at creases without a UV seam
   void soften(const Normals& normals, const std::vector<std::uint32_t>& slots, double of_seams,
               double of_creases);
 
-  /// By corner, the number of its normal; numbered in the order of vertices.
+  /// For each corner, the index of its normal; normals are numbered in the order of vertices.
   std::vector<std::uint32_t> slots();
   std::size_t count() const { return count_; }
   /// Number of edges that split normals.
   std::size_t hard() const { return seams_.size(); }
 
  private:
-  /// Corners on both sides of an edge, at both of its ends.
+  /// An edge's four corners: on both sides, at both vertices.
   struct Seam {
     std::array<std::array<std::uint32_t, 2>, 2> ends;
-    bool crease;  ///< True for a crease, false for a UV seam.
+    bool crease;  ///< True for a crease, false for a UV seam
   };
 
   std::uint32_t corner(std::uint32_t triangle, std::uint32_t vertex) const {
@@ -83,7 +84,8 @@ class NormalFans {
 
   DisjointSets sets_;
   std::vector<Triangle> welded_;
-  std::vector<std::uint32_t> uvs_;    ///< By corner, the first UV of the same value; empty: no UVs
+  /// For each corner, the first UV of equal value; empty without UVs
+  std::vector<std::uint32_t> uvs_;
   std::vector<std::uint32_t> order_;  ///< Corners, grouped by vertex
   std::vector<Seam> seams_;
   std::size_t count_ = 0;

@@ -25,34 +25,35 @@
 namespace kiln {
 namespace {
 
-/// High-poly samples per face, and at least. Rough fits divide these by kRoughDivisor, and use no more samples than
-/// the high poly has triangles.
+/// Number of high-poly samples: kNormalSamplesPerFace for each low-poly face, but at least kMinNormalSamples. Draft
+/// fits divide both by kDraftDivisor, and use at most as many samples as the high poly has triangles.
 constexpr std::size_t kNormalSamplesPerFace = 16, kMinNormalSamples = std::size_t{1} << 15,
-                      kRoughDivisor = 4;
+                      kDraftDivisor = 4;
 constexpr std::size_t kSamplesPerTask = 1024;
 constexpr std::uint32_t kNoSide = 0xFFFFFFFFU;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Bound on the relative rounding of squared distances in double precision.
+/// Bound on the relative rounding error of squared distances in double precision.
 constexpr double kNormalRounding = 1e-9;
 /// A high poly without normals and with more triangles than this is sampled by its face normals, which then do not
 /// differ visibly from smooth ones.
 constexpr std::size_t kMaxSmoothedTriangles = 200'000;
-/// Relative residual at which the solver stops, for results and for rough fits.
-constexpr double kTolerance = 1e-6, kRoughTolerance = 1e-3;
+/// Relative residual at which the solver stops: in full fits, and in drafts.
+constexpr double kTolerance = 1e-6, kDraftTolerance = 1e-3;
 /// Smallest cosine between the normals of a sample and of the low-poly face for which the sample counts.
 constexpr double kMinNormalCosine = 0.2;
 /// Range of the weight of the faces' area-weighted normal relative to the samples, from smooth to rough surfaces.
 /// With less weight on rough surfaces, normals fit better without a map but vary more between faces, which a normal
 /// map has to undo.
 constexpr double kMinFaceNormalWeight = 0.001, kMaxFaceNormalWeight = 0.6;
-/// Mean squared residual at which the weight is in the middle of that range: the square of 1.6 degrees in radians.
+/// Mean squared residual at which that weight is the middle of its range: the square of 1.6 degrees in radians.
 constexpr double kMidRoughness = 0.0008;
 
 /// Smallest angle between the two fitted normals of a crease, in degrees: smaller angles are not worth the extra
 /// vertices. The limit is lower along hard edges of the high poly, where the angle is no artifact of few faces.
 constexpr double kMinFittedCreaseDegrees = 45, kMinHardEdgeDegrees = 30;
-/// A hard edge of the high poly belongs to a low-poly edge if its distance is below this share of that edge's length.
-/// The low-poly edge is hard if hard edges along it cover this share of its length.
+/// A hard edge of the high poly belongs to a low-poly edge if it is nearer than kMaxHardEdgeDistance times that
+/// edge's length. A low-poly edge is hard if the hard edges that belong to it cover at least kMinHardEdgeCoverage of
+/// its length.
 constexpr double kMaxHardEdgeDistance = 0.25, kMinHardEdgeCoverage = 0.5;
 
 double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
@@ -63,7 +64,7 @@ double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 
 struct NormalFit::Place {
   std::uint32_t triangle = 0;
   std::array<double, 3> share{};
-  Vec3d normal{};  ///< Zero: the sample does not count
+  Vec3d normal{};  ///< The high poly's normal; zero if the sample does not count
   bool counts() const { return dot(normal, normal) > 0; }
 };
 
@@ -121,8 +122,8 @@ void NormalFit::find_hard_edges() {
       });
 }
 
-/// By side of a low-poly triangle (3 * triangle + corner), true if it lies along hard edges of the high poly. Empty
-/// if there are none.
+/// True for each side of a low-poly triangle (3 * triangle + corner) that lies along hard edges of the high poly.
+/// Empty if there are no such sides.
 std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions,
                                               const std::vector<Triangle>& triangles) const {
   if (hard_edges_.empty()) return {};
@@ -179,7 +180,7 @@ std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions
 }
 
 /// Interpolated normal of the high poly, not of unit length.
-/// \param face  the triangle's unit normal, used if it has no others
+/// \param face  the triangle's unit normal, used if its corners have no normals
 /// \returns false if the normal has no direction
 bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& share,
                           const Vec3d& face, Vec3d& normal) const {
@@ -200,8 +201,8 @@ bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& sha
   return length(normal) > 0;
 }
 
-/// Draws samples of equal area and matches each with the nearest point of the low poly; on two-sided sheets, of the
-/// same side.
+/// Draws samples of equal area and matches each with the nearest point of the low poly, on two-sided sheets only on
+/// the same side.
 std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& low,
                                                 const TwoSided& sides) const {
   std::vector<Place> result(count);
@@ -245,17 +246,18 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
                           to_double(positions_[c[2]]) * share[2];
       Place& place = result[i];
       const Vec3 rounded = to_float(point);
-      // Starts from the previous match: samples follow the order of the high poly's triangles, so it is usually near.
+      // Starts from the previous match: samples follow the order of the high poly's triangles, so consecutive matches
+      // are usually close.
       nearest = surface.nearest(rounded, surely_within(rounded, nearest));
       place.triangle = source[nearest];
-      Vec3d below = face_of(low_points, low.triangles[place.triangle]);
+      Vec3d face_normal = face_of(low_points, low.triangles[place.triangle]);
       if (!sides.empty() && sides.twins[place.triangle] != TwoSided::kNone &&
-          dot(below, unit) < 0) {
+          dot(face_normal, unit) < 0) {
         place.triangle = sides.twins[place.triangle];
-        below = below * -1.0;
+        face_normal = face_normal * -1.0;
       }
       const Triangle& l = low.triangles[place.triangle];
-      if (!(dot(below, unit) > kMinNormalCosine * length(below))) continue;
+      if (!(dot(face_normal, unit) > kMinNormalCosine * length(face_normal))) continue;
       place.share =
           barycentric_projection(point, to_double(low_points[l[0]]), to_double(low_points[l[1]]),
                                  to_double(low_points[l[2]]));
@@ -265,7 +267,7 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
   return result;
 }
 
-/// Solves for the normals that fit the samples of a low poly best, for any sharing of normals.
+/// Solves for the normals of a low poly that fit the samples best, given which corners share a normal.
 class NormalFit::Solver {
  public:
   /// \param sample_area  area that each sample represents
@@ -279,7 +281,7 @@ class NormalFit::Solver {
         positions_(positions),
         triangles_(triangles),
         sums_(triangles.size(), std::array<double, 6>{}),
-        left_(triangles.size(), 0.0) {
+        residuals_(triangles.size(), 0.0) {
     for (const Place& place : places) {
       if (!place.counts()) continue;
       const auto& [x, y, z] = place.share;
@@ -288,7 +290,7 @@ class NormalFit::Solver {
     }
   }
 
-  /// \param slots  by corner, the number of its normal, below `count`
+  /// \param slots  by corner, the index of its normal, below `count`
   Normals solve(const std::vector<std::uint32_t>& slots, std::size_t count) const {
     Normals faces = Normals::Zero(static_cast<Eigen::Index>(count), 3), right = faces;
     std::vector<double> weights(count, 1e-12);
@@ -303,7 +305,7 @@ class NormalFit::Solver {
       for (std::size_t i = 0; i < 3; ++i) {
         const std::uint32_t slot = slots[3 * t + i];
         if (purpose_ == NormalPurpose::shading) faces.row(slot) += row_of(face);
-        weights[slot] += doubled / 3 * face_normal_weight(left_[t]);
+        weights[slot] += doubled / 3 * face_normal_weight(residuals_[t]);
         for (std::size_t k = 0; k < 3; ++k) {
           entries.emplace_back(slot, slots[3 * t + k], sums_[t][kPairIndex[i][k]]);
         }
@@ -339,42 +341,42 @@ class NormalFit::Solver {
   /// samples are few.
   void find_roughness(const Normals& normals, const std::vector<std::uint32_t>& slots) {
     constexpr double kPriorSamples = 4;  // Weight of the overall mean, in samples.
-    std::vector<double> number(left_.size(), 0.0);
-    left_.assign(left_.size(), 0.0);
-    double all = 0, count = 0;
+    std::vector<double> number(residuals_.size(), 0.0);
+    residuals_.assign(residuals_.size(), 0.0);
+    double total = 0, count = 0;
     for (const Place& place : places_) {
       if (!place.counts()) continue;
-      Eigen::RowVector3d left = row_of(place.normal);
+      Eigen::RowVector3d residual = row_of(place.normal);
       for (std::size_t k = 0; k < 3; ++k) {
-        left -= place.share[k] * normals.row(slots[3 * std::size_t{place.triangle} + k]);
+        residual -= place.share[k] * normals.row(slots[3 * std::size_t{place.triangle} + k]);
       }
-      left_[place.triangle] += left.squaredNorm();
+      residuals_[place.triangle] += residual.squaredNorm();
       ++number[place.triangle];
-      all += left.squaredNorm();
+      total += residual.squaredNorm();
       ++count;
     }
-    const double mean = count > 0 ? all / count : 0;
-    for (std::size_t t = 0; t < left_.size(); ++t) {
-      left_[t] = (left_[t] + kPriorSamples * mean) / (number[t] + kPriorSamples);
+    const double mean = count > 0 ? total / count : 0;
+    for (std::size_t t = 0; t < residuals_.size(); ++t) {
+      residuals_[t] = (residuals_[t] + kPriorSamples * mean) / (number[t] + kPriorSamples);
     }
   }
 
  private:
   static Eigen::RowVector3d row_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
-  static double face_normal_weight(double left) {
+  static double face_normal_weight(double residual) {
     return kMinFaceNormalWeight +
-           (kMaxFaceNormalWeight - kMinFaceNormalWeight) * left / (left + kMidRoughness);
+           (kMaxFaceNormalWeight - kMinFaceNormalWeight) * residual / (residual + kMidRoughness);
   }
 
   const std::vector<Place>& places_;
   double sample_area_;
-  NormalPurpose purpose_;  ///< Any but NormalPurpose::by_uvs
+  NormalPurpose purpose_;  ///< shading or a normal map, never NormalPurpose::by_uvs
   double tolerance_;
   const std::vector<Vec3>& positions_;
   const std::vector<Triangle>& triangles_;
-  std::vector<std::array<double, 6>>
-      sums_;                  ///< Sums of products of barycentric coordinates, by triangle
-  std::vector<double> left_;  ///< Mean squared residual of each triangle's samples
+  /// Per triangle, sums of products of its samples' barycentric coordinates
+  std::vector<std::array<double, 6>> sums_;
+  std::vector<double> residuals_;  ///< Mean squared residual of each triangle's samples
 };
 
 const std::vector<NormalFit::Place>& NormalFit::sampled_places(const Mesh& low,
@@ -402,17 +404,16 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
       kTolerance, report);
 }
 
-std::array<Mesh, 2> NormalFit::run_roughly(const Mesh& low,
-                                           const FitNormalsOptions& options) const {
+std::array<Mesh, 2> NormalFit::run_draft(const Mesh& low, const FitNormalsOptions& options) const {
   const std::size_t wanted =
       std::max(kMinNormalSamples, kNormalSamplesPerFace * low.triangles.size());
   const TwoSided sides = TwoSided::of(low);
-  const std::size_t rough = std::min(
-      wanted / kRoughDivisor, std::max(kMinNormalSamples / kRoughDivisor, high_.triangles.size()));
-  const std::vector<Place> found = places(rough, low, sides);
+  const std::size_t draft_samples = std::min(
+      wanted / kDraftDivisor, std::max(kMinNormalSamples / kDraftDivisor, high_.triangles.size()));
+  const std::vector<Place> found = places(draft_samples, low, sides);
   std::array<Mesh, 2> result{low, low};
-  fit(result[0], sides, found, NormalPurpose::shading, options, kRoughTolerance, nullptr);
-  fit(result[1], sides, found, NormalPurpose::map, options, kRoughTolerance, nullptr);
+  fit(result[0], sides, found, NormalPurpose::shading, options, kDraftTolerance, nullptr);
+  fit(result[1], sides, found, NormalPurpose::map, options, kDraftTolerance, nullptr);
   return result;
 }
 
@@ -423,11 +424,11 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles, purpose, tolerance);
   // Under a normal map, which corrects normals, a crease is not worth the extra vertices. Hard edges of the high poly
-  // are: smooth normals across them would leave a step within a texel.
+  // are worth them: smooth normals across such an edge would leave a step within a texel.
   const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
-  const bool creased = shaded && options.crease_degrees < 180;
+  const bool with_creases = shaded && options.crease_degrees < 180;
   const std::vector<bool> hard = along_hard_edges(positions, low.triangles);
-  NormalFans fans(low, sides, creased ? cosine_of(options.crease_degrees) : -1, hard);
+  NormalFans fans(low, sides, with_creases ? cosine_of(options.crease_degrees) : -1, hard);
   std::vector<std::uint32_t> slots = fans.slots();
   Normals normals = solver.solve(slots, fans.count());
   solver.find_roughness(normals, slots);
@@ -445,7 +446,7 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     low.normal_triangles[t] = {slots[3 * t], slots[3 * t + 1], slots[3 * t + 2]};
   }
-  low.tangents.clear();  // Tangents of the old normals are invalid.
+  low.tangents.clear();  // Tangents belong to the old normals and are now invalid.
   if (report == nullptr) return;
   report->normals = fans.count();
   report->hard_edges = fans.hard();

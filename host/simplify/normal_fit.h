@@ -23,16 +23,17 @@ class NormalFit {
   /// Finds the high poly's hard edges. Low-poly edges along them become hard, both for plain shading and under maps.
   void find_hard_edges();
   /// Fits a low poly's normals. Deterministic on any number of threads.
-  /// \param last  [in, out] samples of the previous low poly, which are reused if only the UVs differ; receives those
-  ///              of this one; may be null
+  /// \param last  [in, out] samples of the previous low poly, which are reused if the two meshes differ in UVs only;
+  ///              receives the samples of `low`; may be null
   void run(Mesh& low, const FitNormalsOptions& options = {}, FitNormalsReport* report = nullptr,
            Samples* last = nullptr) const;
-  /// The same with a quarter of the samples, for meshes that are only measured: once for shading, once for a map.
-  std::array<Mesh, 2> run_roughly(const Mesh& low, const FitNormalsOptions& options) const;
+  /// Copies of a low poly whose normals are fitted with a quarter of the samples, for meshes that are only measured:
+  /// the first for plain shading, the second for a normal map.
+  std::array<Mesh, 2> run_draft(const Mesh& low, const FitNormalsOptions& options) const;
 
  private:
   struct Place;
-  /// An edge at which normals are split.
+  /// A high-poly edge at which normals are split.
   struct HardEdge {
     Vec3 middle;
     double length = 0;
@@ -53,8 +54,9 @@ class NormalFit {
   Frame frame_;
   std::vector<Vec3> positions_;
   CornerNormals smooth_;  ///< Computed normals of a small mesh without normals; else empty
-  std::vector<HardEdge> hard_edges_;  ///< Of the high poly; empty: none, or not looked for
-  std::vector<double> area_until_;    ///< Prefix sums of doubled triangle areas
+  /// Hard edges of the high poly; empty if there are none, or before find_hard_edges()
+  std::vector<HardEdge> hard_edges_;
+  std::vector<double> area_until_;  ///< Prefix sums of the triangles' doubled areas
 };
 
 /// Positions of high-poly samples on a low poly.

@@ -24,24 +24,25 @@
 namespace kiln {
 namespace {
 
-/// Factor on heights of height fields, so that meshoptimizer sees them nearly from above.
+/// Factor on the heights of height fields, which makes surface normals nearly vertical: meshoptimizer prevents flips
+/// relative to them.
 constexpr double kHeightScale = 0.1;
-/// Strength of the bend of other meshes. On flat surfaces meshoptimizer's collapses cost nothing, which would leave
-/// long slivers and folds that hinder all later collapses.
+/// Strength by which meshes other than height fields are bent. On flat surfaces meshoptimizer's collapses cost
+/// nothing, which would leave long slivers and folds that hinder all later collapses.
 constexpr float kBendStrength = 0.05F;
 /// Minimum number of triangles per piece; meshes are halved until smaller pieces would result.
 constexpr std::size_t kMinPresimplifyPiece = 125'000;
-/// Pieces keep their borders. If the result has over this many times the goal, as for meshes of many small
-/// components, the whole mesh is simplified further.
+/// Pieces keep their borders. If the result has more than kMaxGoalExcess times the requested triangles, as for meshes
+/// of many small components, the whole mesh is simplified further.
 constexpr double kMaxGoalExcess = 1.25;
-/// Largest share of the goal for triangles along borders of pieces. Above it, few triangles would remain between the
-/// borders (an urn of 4.5 million triangles on the way to 50,000: 57,000 along borders, and no relief left). The
-/// pieces then keep correspondingly more triangles, and the whole mesh is simplified further.
+/// Largest share of the goal for triangles along borders of pieces. A larger share would leave few triangles between
+/// the borders: an urn of 4.5 million triangles, reduced to 50,000, would have kept 57,000 along borders and lost its
+/// relief. Above this share, pieces keep correspondingly more triangles, and the whole mesh is simplified further.
 constexpr double kMaxBorderShare = 0.75;
 /// Maximum number of triangles of a small component.
 constexpr std::size_t kMaxSmallComponent = 64;
-/// Limit for the sum of squared valences per triangle. meshoptimizer's time is quadratic in the valence: 0.2 ns times
-/// that sum, while EdgeCollapser takes 10 us per triangle. Above this limit meshoptimizer is slower.
+/// Limit for the sum of squared valences, divided by the number of triangles. meshoptimizer takes 0.2 ns times the
+/// sum of squared valences, while EdgeCollapser takes 10 us per triangle. Above this limit meshoptimizer is slower.
 constexpr double kMaxMeanSquaredValence = 50'000;
 /// Cosine between neighbours' normals below which one of them may be folded.
 constexpr double kMaxFoldCosine = 0;
@@ -78,33 +79,34 @@ std::vector<Triangle> simplified(const Input& mesh, std::size_t faces, double er
 }
 
 /// Simplifies one piece and keeps its border. Memory is proportional to the piece, not to the mesh.
-/// \param scale  scale of the whole mesh
+/// \param scale  scale of the whole mesh, by meshopt_simplifyScale()
 std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std::uint32_t>& piece,
                                        std::size_t faces, double error, float scale) {
   std::unordered_map<std::uint32_t, std::uint32_t> number;
   number.reserve(piece.size());
-  std::vector<std::uint32_t> given;
+  std::vector<std::uint32_t> source_vertices;
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   triangles.reserve(piece.size());
   for (const std::uint32_t t : piece) {
     Triangle corners = mesh.triangles[t];
     for (std::uint32_t& vertex : corners) {
-      const auto [place, added] = number.emplace(vertex, static_cast<std::uint32_t>(given.size()));
+      const auto [place, added] =
+          number.emplace(vertex, static_cast<std::uint32_t>(source_vertices.size()));
       if (added) {
-        given.push_back(vertex);
+        source_vertices.push_back(vertex);
         positions.push_back(mesh.positions[vertex]);
       }
       vertex = place->second;
     }
     triangles.push_back(corners);
   }
-  // meshoptimizer's errors are relative to the mesh that it receives.
+  // meshoptimizer's errors are relative to the size of the mesh that it receives, here a piece.
   const double larger = scale / std::max(scale_of(positions), 1e-12F);
   std::vector<Triangle> result =
       simplified({positions, triangles}, faces, error * larger, meshopt_SimplifyLockBorder);
   for (Triangle& t : result) {
-    for (std::uint32_t& vertex : t) vertex = given[vertex];
+    for (std::uint32_t& vertex : t) vertex = source_vertices[vertex];
   }
   return result;
 }
@@ -126,8 +128,8 @@ std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::
 }
 
 /// Simplifies the pieces on all threads, then the whole mesh if needed.
-/// \param stays      by triangle, 1 if it is kept; empty: none
-/// \param other_work  other work to run on one of the threads
+/// \param stays      by triangle, 1 if it must be kept; empty: none
+/// \param other_work  unrelated work that one of the threads runs meanwhile
 /// \param known      as for presimplify()
 std::vector<Triangle> simplified_by_pieces(const Input& mesh,
                                            const std::vector<std::uint8_t>& stays,
@@ -193,7 +195,7 @@ bool has_costly_hubs(const std::vector<Triangle>& triangles, std::size_t vertice
   return squares > kMaxMeanSquaredValence * static_cast<double>(triangles.size());
 }
 
-/// By triangle, 1 if it lies in one of the places; empty if there are no places.
+/// For each triangle, 1 if it lies in one of the balls; empty if there are no balls.
 std::vector<std::uint8_t> in_places(const Work& work, std::span<const Place> places) {
   if (places.empty()) return {};
   constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
@@ -232,29 +234,29 @@ std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
   return result;
 }
 
-/// By vertex, the component of the dense mesh, connected over edges; none for vertices where components touch.
+/// For each vertex, its component of the dense mesh, connected over edges; kNoVertex where components touch.
 std::vector<std::uint32_t> dense_parts(const std::vector<Triangle>& dense, const SideLists& sides) {
   DisjointSets parts(dense.size());
   sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of_edge) {
     for (const SideLists::Item& side : of_edge) parts.join(of_edge[0].index / 3, side.index / 3);
   });
   std::vector<std::uint32_t> result(sides.vertices(), kNoVertex);
-  std::vector<std::uint8_t> several(sides.vertices(), 0);
+  std::vector<std::uint8_t> is_shared(sides.vertices(), 0);
   for (std::uint32_t t = 0; t < dense.size(); ++t) {
     const std::uint32_t part = parts.find(t);
     for (const std::uint32_t v : dense[t]) {
-      if (result[v] != kNoVertex && result[v] != part) several[v] = 1;
+      if (result[v] != kNoVertex && result[v] != part) is_shared[v] = 1;
       result[v] = part;
     }
   }
-  for (std::size_t v = 0; v < several.size(); ++v) {
-    if (several[v] != 0) result[v] = kNoVertex;
+  for (std::size_t v = 0; v < is_shared.size(); ++v) {
+    if (is_shared[v] != 0) result[v] = kNoVertex;
   }
   return result;
 }
 
 /// Triangles that face away from the dense triangles around their corners.
-/// \param origin  by vertex of `triangles`, its dense vertex
+/// \param origin  dense vertex of each vertex of `triangles`
 std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<Triangle>& dense,
                            const std::vector<Triangle>& triangles,
                            const std::vector<std::uint32_t>& origin) {
@@ -302,39 +304,40 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   join_parts(triangles, parts);
   std::vector<std::uint32_t> size(origin.size(), 0);
   for (const Triangle& t : triangles) ++size[parts.find(t[0])];
-  // By vertex, 1 in a small component beside a cut.
-  std::vector<std::uint8_t> torn(origin.size(), 0);
+  // For each vertex, 1 if it is in a small component beside a cut.
+  std::vector<std::uint8_t> is_torn(origin.size(), 0);
   bool any = false;
   for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
     for (const std::uint32_t end : {v, origin[v]}) {
       const std::uint32_t part = parts.find(end);
-      torn[part] = size[part] > 0 && size[part] <= kMaxSmallComponent;
-      any = any || torn[part] != 0;
+      is_torn[part] = size[part] > 0 && size[part] <= kMaxSmallComponent;
+      any = any || is_torn[part] != 0;
     }
   }
   if (!any) return;
-  // If all vertices of a small component belong to one dense component alone, it was cut off from that.
+  // A small component whose vertices all belong to one dense component was cut off from that component.
   const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
-  // By dense triangle: 1 if more of its component is left.
-  std::vector<std::uint8_t> lives(dense.size(), 0);
+  // For each dense triangle, 1 if its component has other remaining triangles.
+  std::vector<std::uint8_t> is_remaining(dense.size(), 0);
   std::vector<std::uint32_t> cut_off(
       origin.size(),
-      kNoVertex);  // By vertex of a small component, the vertex from which it was cut off.
+      kNoVertex);  // For each vertex of a small component, the vertex from which it was cut off
   for (std::uint32_t v = 0; v < origin.size(); ++v) {
     const std::uint32_t from = dense_part[origin[v]], part = parts.find(v);
     if (from == kNoVertex) continue;
-    if (size[part] > kMaxSmallComponent) lives[from] = 1;
-    if (torn[part] != 0) cut_off[part] = from;
+    if (size[part] > kMaxSmallComponent) is_remaining[from] = 1;
+    if (is_torn[part] != 0) cut_off[part] = from;
   }
-  for (std::size_t part = 0; part < torn.size(); ++part) {
-    if (torn[part] != 0) torn[part] = cut_off[part] != kNoVertex && lives[cut_off[part]] != 0;
+  for (std::size_t part = 0; part < is_torn.size(); ++part) {
+    if (is_torn[part] != 0)
+      is_torn[part] = cut_off[part] != kNoVertex && is_remaining[cut_off[part]] != 0;
   }
-  std::erase_if(triangles, [&](const Triangle& t) { return torn[parts.find(t[0])] != 0; });
+  std::erase_if(triangles, [&](const Triangle& t) { return is_torn[parts.find(t[0])] != 0; });
 }
 
-/// meshoptimizer leaves triangles back to back, and edges of four triangles, where the high poly had none: the former
-/// are removed, the latter are cut. It prevents flips only as seen along the surface's normal, so height fields are
-/// flattened first, which makes this nearly the view from above.
+/// meshoptimizer may create pairs of triangles back to back, which are removed, and edges of four triangles, which
+/// are cut. It prevents flips relative to surface normals, so height fields are flattened first, which makes their
+/// normals nearly vertical.
 void presimplify(Work& work, std::size_t faces, double error, bool height_field,
                  std::span<const Place> untouched, bool parts, PresimplifiedPieces* known) {
   if (has_costly_hubs(work.triangles, work.points.size())) return;
@@ -346,28 +349,28 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
     bend(positions);
   }
   const std::vector<std::uint8_t> stays = in_places(work, untouched);
-  std::vector<Triangle> given = work.triangles;
+  std::vector<Triangle> source_vertices = work.triangles;
   std::optional<LabelSeams> seams;
   if (!work.labels.empty()) {
-    seams.emplace(work.labels, given, positions);
+    seams.emplace(work.labels, source_vertices, positions);
     if (!seams->is_worthwhile()) {
       if (work.keep_labels) return;
       seams.reset();
-      given = work.triangles;
+      source_vertices = work.triangles;
       positions.resize(work.points.size());
       work.labels.clear();
     }
   }
   std::optional<SideLists> sides;
-  DisjointSets of_parts(parts ? work.points.size() : 0);
-  PresimplifiedPieces none;
+  DisjointSets part_sets(parts ? work.points.size() : 0);
+  PresimplifiedPieces no_pieces;
   std::vector<Triangle> triangles = simplified_by_pieces(
-      {positions, given}, stays, faces, error,
+      {positions, source_vertices}, stays, faces, error,
       [&] {
         sides.emplace(work.triangles, work.points.size());
-        if (parts) join_parts(work.triangles, of_parts);
+        if (parts) join_parts(work.triangles, part_sets);
       },
-      known != nullptr ? *known : none);
+      known != nullptr ? *known : no_pieces);
   if (triangles.empty()) return;
   if (seams) seams->join(triangles);
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
@@ -390,7 +393,7 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
     }
   }
   const std::size_t before = triangles.size();
-  if (parts) restore_lost_parts(triangles, work.triangles, origin, of_parts);
+  if (parts) restore_lost_parts(triangles, work.triangles, origin, part_sets);
   if (seams) {
     if (triangles.size() > before) seams->add(work.triangles, work.labels);
     work.labels = seams->of(triangles, origin);

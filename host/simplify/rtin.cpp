@@ -15,7 +15,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPointsPerTask = std::size_t{1} << 15;
-/// Largest ratio of lattice points to grid points. Long strips, which need a large square, exceed it.
+/// Largest ratio of lattice points to grid points. Long strips exceed it, since the lattice is a square.
 constexpr std::size_t kMaxLatticeRatio = 8;
 
 /// Heights over a grid of columns (x) and rows (y), row by row.
@@ -23,20 +23,20 @@ struct Grid {
   std::vector<double> x, y, z;
 };
 
-std::vector<double> distinct(const std::vector<Vec3d>& points, double Vec3d::*axis) {
+std::vector<double> distinct_values(const std::vector<Vec3d>& points, double Vec3d::*axis) {
   std::vector<double> values(points.size());
   std::transform(points.begin(), points.end(), values.begin(),
                  [axis](const Vec3d& p) { return p.*axis; });
-  // Most meshes list vertices row by row: dropping repeats first makes sorting cheap.
+  // Most meshes list vertices row by row: removing repeated values first makes sorting cheap.
   values.erase(std::unique(values.begin(), values.end()), values.end());
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
 }
 
-/// The grid of heights that a mesh forms; nullopt if it is none.
+/// The grid of heights that a mesh forms; nullopt if it is not a full grid.
 std::optional<Grid> grid_of(const Work& work) {
-  Grid grid{distinct(work.points, &Vec3d::x), distinct(work.points, &Vec3d::y), {}};
+  Grid grid{distinct_values(work.points, &Vec3d::x), distinct_values(work.points, &Vec3d::y), {}};
   const std::size_t columns = grid.x.size(), rows = grid.y.size();
   if (columns < 2 || rows < 2 || columns * rows != work.points.size() ||
       work.triangles.size() != 2 * (columns - 1) * (rows - 1)) {
@@ -55,14 +55,14 @@ std::optional<Grid> grid_of(const Work& work) {
       at[i] = {index(grid.x, work.points[i].x), index(grid.y, work.points[i].y)};
     }
   });
-  std::vector<std::uint8_t> taken(work.points.size(), 0);
+  std::vector<std::uint8_t> is_point_used(work.points.size(), 0);
   grid.z.resize(work.points.size());
   for (std::size_t i = 0; i < at.size(); ++i) {
     const std::size_t place = at[i].row * columns + at[i].column;
-    if (std::exchange(taken[place], 1) != 0) return std::nullopt;
+    if (std::exchange(is_point_used[place], 1) != 0) return std::nullopt;
     grid.z[place] = work.points[i].z;
   }
-  // As many triangles as fill all cells, each within one cell and facing up: so they fill each cell exactly.
+  // The mesh has two triangles per cell, each within one cell and facing up, so they fill each cell exactly.
   const bool fits =
       std::all_of(work.triangles.begin(), work.triangles.end(), [&](const Triangle& t) {
         const auto [left, right] = std::minmax({at[t[0]].column, at[t[1]].column, at[t[2]].column});
@@ -73,7 +73,7 @@ std::optional<Grid> grid_of(const Work& work) {
   return fits ? std::optional(std::move(grid)) : std::nullopt;
 }
 
-/// The grid's surface resampled to a square of 2^n cells, as recursive halving requires.
+/// The grid's surface, resampled to a square of 2^n x 2^n cells, as recursive halving requires.
 class Lattice {
  public:
   static std::size_t cells_for(const Grid& grid) {
@@ -82,8 +82,8 @@ class Lattice {
     return cells;
   }
   explicit Lattice(const Grid& grid) : cells_(cells_for(grid)) {
-    x_ = spread(grid.x);
-    y_ = spread(grid.y);
+    x_ = resample(grid.x);
+    y_ = resample(grid.y);
     z_.resize(side() * side());
     const std::size_t columns = grid.x.size();
     parallel_for(side(), 16, [&](std::size_t begin, std::size_t end) {
@@ -113,7 +113,7 @@ class Lattice {
     const std::size_t scaled = place * (count - 1);
     return {scaled / cells_, static_cast<double>(scaled % cells_) / static_cast<double>(cells_)};
   }
-  std::vector<double> spread(const std::vector<double>& values) const {
+  std::vector<double> resample(const std::vector<double>& values) const {
     std::vector<double> result(side());
     for (std::size_t i = 0; i < side(); ++i) {
       const auto [at, on] = cell(i, values.size());
@@ -126,12 +126,13 @@ class Lattice {
   std::vector<double> x_, y_, z_;
 };
 
-/// By lattice point, except the corners: the largest error of heights if no triangle is halved there.
+/// For each lattice point except the corners, the largest height error that remains if no triangle is halved at that
+/// point.
 std::vector<double> errors_of(const Lattice& lattice) {
   const std::size_t side = lattice.side();
   std::vector<double> errors(side * side, 0);
-  // Middles of hypotenuses, from the smallest triangles on: at each size first those on sides of squares, then on
-  // diagonals.
+  // Visits midpoints of hypotenuses, from the smallest triangles to the largest: for each size, first hypotenuses on
+  // sides of squares, then those on diagonals.
   for (std::size_t step = 1; step < lattice.cells(); step *= 2) {
     const std::size_t square = 2 * step;
     const auto off = [&](std::size_t at, std::size_t from, std::size_t to) {
@@ -144,8 +145,8 @@ std::vector<double> errors_of(const Lattice& lattice) {
         const std::size_t j = row * step;
         const bool upright = row % 2 == 1;
         for (std::size_t i = upright ? 0 : step; i < side; i += square) {
-          const std::size_t at = j * side + i, reach = upright ? step * side : step;
-          double worst = off(at, at - reach, at + reach);
+          const std::size_t at = j * side + i, half_span = upright ? step * side : step;
+          double worst = off(at, at - half_span, at + half_span);
           if (step > 1) {
             const std::size_t half = step / 2;
             for (const bool right : {false, true}) {
@@ -168,10 +169,10 @@ std::vector<double> errors_of(const Lattice& lattice) {
         for (std::size_t column = 0; column < lattice.cells() / square; ++column) {
           const std::size_t at = (row * square + step) * side + column * square + step;
           const bool rising = (row + column) % 2 == 0;
-          const std::size_t reach = rising ? step * side + step : step * side - step;
+          const std::size_t half_span = rising ? step * side + step : step * side - step;
           errors[at] =
-              std::max({off(at, at - reach, at + reach), errors[at - step], errors[at + step],
-                        errors[at - step * side], errors[at + step * side]});
+              std::max({off(at, at - half_span, at + half_span), errors[at - step],
+                        errors[at + step], errors[at - step * side], errors[at + step * side]});
         }
       }
     });
@@ -181,19 +182,20 @@ std::vector<double> errors_of(const Lattice& lattice) {
 
 /// The error above which triangles are halved, so that about `faces` are left.
 double limit_for(const std::vector<double>& errors, std::size_t faces, double error) {
-  const std::size_t middles = faces / 2;  // Each halving adds two triangles, or one at the border.
-  if (middles >= errors.size()) return std::min(0.0, error);
+  const std::size_t max_halvings =
+      faces / 2;  // Each halving adds two triangles, or one at the border.
+  if (max_halvings >= errors.size()) return std::min(0.0, error);
   std::vector<double> sorted = errors;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(middles),
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(max_halvings),
                    sorted.end(), std::greater<>());
-  return std::min(sorted[middles], error);
+  return std::min(sorted[max_halvings], error);
 }
 
 /// Halves triangles recursively where the error exceeds the limit.
 class TriangleHalving {
  public:
   TriangleHalving(const Lattice& lattice, const std::vector<double>& errors, double limit)
-      : lattice_(lattice), errors_(errors), limit_(limit), number_(errors.size(), kNoVertex) {
+      : lattice_(lattice), errors_(errors), limit_(limit), vertex_index_(errors.size(), kNoVertex) {
     const std::size_t last = errors.size() - 1, end = lattice.cells();
     add(last, 0, end);
     add(0, last, last - end);
@@ -215,17 +217,17 @@ class TriangleHalving {
     triangles.push_back({number(c), number(a), number(b)});
   }
   std::uint32_t number(std::size_t place) {
-    if (number_[place] == kNoVertex) {
-      number_[place] = static_cast<std::uint32_t>(points.size());
+    if (vertex_index_[place] == kNoVertex) {
+      vertex_index_[place] = static_cast<std::uint32_t>(points.size());
       points.push_back(lattice_.point(place));
     }
-    return number_[place];
+    return vertex_index_[place];
   }
 
   const Lattice& lattice_;
   const std::vector<double>& errors_;
   double limit_;
-  std::vector<std::uint32_t> number_;
+  std::vector<std::uint32_t> vertex_index_;
 };
 
 }  // namespace

@@ -29,14 +29,15 @@
 namespace kiln {
 namespace {
 
-/// Peak memory in bytes, besides the mesh. Measured: 160 bytes per face of 2 million for a goal of faces. For a goal
-/// of an error, which simplifies the whole mesh: 430 per face of 300,000, 338 per face of 1.2 million.
+/// Peak memory in bytes, in addition to the mesh. Measured with a face count as goal: 160 bytes per face of a mesh of
+/// 2 million faces. With an error as goal, which simplifies the whole mesh without presimplification: 430 bytes per
+/// face of a mesh of 300,000, and 338 bytes per face of one of 1.2 million.
 std::uint64_t bytes_of(std::uint64_t faces, bool within) {
   constexpr std::uint64_t kMaxCostlyFaces = 300000;
   return within ? 320 * faces + 80 * std::min(faces, kMaxCostlyFaces) : 160 * faces;
 }
-/// Angle between faces, in degrees, above which edges of levels are hard. Levels may be used without maps and UVs;
-/// charts end at such edges, so that they look the same with UVs.
+/// Angle between faces, in degrees, above which edges of a level of detail are hard. Levels may be used without maps
+/// and UVs; charts end at such edges, so that levels look the same with and without UVs.
 constexpr double kCreaseDegrees = 75;
 
 void check(const Mesh& high, const SimplifyOptions& options) {
@@ -71,8 +72,8 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
   const auto start = std::chrono::steady_clock::now();
   validate(high);
   check(high, options);
-  SimplifyReport unwanted;
-  SimplifyReport& out = report != nullptr ? *report : unwanted;
+  SimplifyReport unused_report;
+  SimplifyReport& out = report != nullptr ? *report : unused_report;
   out = {};
   out.input_faces = high.triangles.size();
   std::optional<Mesh> repaired;
@@ -99,8 +100,8 @@ struct SimplifyLevels::Impl {
     check(high, options);
     job.emplace(high, options, report);
     results = job->levels(asked);
-    of_high = report;
-    of_high.input_faces = high.triangles.size();
+    high_report = report;
+    high_report.input_faces = high.triangles.size();
   }
 
   /// A fitted and repaired level, with its measurements.
@@ -113,7 +114,7 @@ struct SimplifyLevels::Impl {
   /// Starts work on a level.
   void select_level(std::size_t level) {
     options.faces = asked.at(level);
-    report = of_high;
+    report = high_report;
   }
 
   FinishedLevel& finished_level(std::size_t level) {
@@ -146,16 +147,17 @@ struct SimplifyLevels::Impl {
     if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
   }
 
-  SimplifyReport report, of_high;
-  const std::optional<Mesh> repaired;  ///< Copy with finite UVs; nullopt: all were finite
+  SimplifyReport report, high_report;
+  /// Copy of the mesh with finite UVs; nullopt if all were finite
+  const std::optional<Mesh> repaired;
   const Mesh& high;
-  std::vector<std::uint32_t> asked;  ///< Requested face count of each of `results`
+  std::vector<std::uint32_t> asked;  ///< Requested face count of each item of `results`
   SimplifyOptions options;
   std::optional<SimplifyJob> job;
   std::optional<NormalFit> fit;  ///< Fit of normals; built on first use
-  NormalFit::Samples samples;    ///< Samples of the previous mesh, for reuse
+  NormalFit::Samples samples;    ///< High-poly samples of the previously fitted mesh, for reuse
   std::vector<SimplifyResult> results;
-  std::map<std::size_t, FinishedLevel> meshes;  ///< Finished levels, by number
+  std::map<std::size_t, FinishedLevel> meshes;  ///< Finished levels, by index
 };
 
 SimplifyLevels::SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces,
@@ -193,14 +195,14 @@ SimplifyReport SimplifyLevels::report(std::size_t level) const {
   return impl_->report;
 }
 
-std::array<Mesh, 2> SimplifyLevels::rough_meshes(std::size_t level) const {
+std::array<Mesh, 2> SimplifyLevels::draft_meshes(std::size_t level) const {
   impl_->select_level(level);
   SimplifyResult result = impl_->results.at(level);
-  impl_->job->fit_roughly(result);
-  std::array<Mesh, 2> rough =
-      impl_->normals().run_roughly(impl_->job->finish(result), {.crease_degrees = kCreaseDegrees});
-  for (Mesh& mesh : rough) impl_->lay_out(mesh);
-  return rough;
+  impl_->job->fit_draft(result);
+  std::array<Mesh, 2> drafts =
+      impl_->normals().run_draft(impl_->job->finish(result), {.crease_degrees = kCreaseDegrees});
+  for (Mesh& mesh : drafts) impl_->lay_out(mesh);
+  return drafts;
 }
 
 void SimplifyLevels::fit_normals(Mesh& low) const {
@@ -227,14 +229,14 @@ void SimplifyLevels::solve(std::size_t level) const {
 
 std::vector<SimplifiedLevel> simplify_levels(const Mesh& high, std::span<const std::uint32_t> faces,
                                              const SimplifyOptions& options) {
-  const SimplifyOptions plain;
+  const SimplifyOptions default_options;
   if (faces.empty())
     throw Error(ErrorCode::usage, "simplify_levels() needs a number of faces for each level.");
   if (std::adjacent_find(faces.begin(), faces.end(), std::less_equal<>()) != faces.end()) {
     throw Error(ErrorCode::usage, "The numbers of faces of levels must descend.");
   }
-  if (options.max_error != plain.max_error || options.hull || options.keep_parts ||
-      options.fit_normals != plain.fit_normals) {
+  if (options.max_error != default_options.max_error || options.hull || options.keep_parts ||
+      options.fit_normals != default_options.fit_normals) {
     throw Error(
         ErrorCode::usage,
         "Levels support only keep_uvs and height_field: call simplify() for other options.");
@@ -250,19 +252,19 @@ std::vector<SimplifiedLevel> simplify_levels(const Mesh& high, std::span<const s
   result.reserve(faces.size());
   std::size_t level = 0;
   for (const std::uint32_t number : faces) {
-    // A number without a mesh of its own gets the level of the number before, which has no more faces.
-    const std::size_t former = level;
+    // A face count without a separate mesh gets the level of the previous count, which has at most as many faces.
+    const std::size_t previous_level = level;
     while (level + 1 < levels.count() && levels.asked(level + 1) >= number) ++level;
-    if (!result.empty() && level == former) {
+    if (!result.empty() && level == previous_level) {
       result.push_back(result.back());
       continue;
     }
-    const Stopwatch watch;
+    const Stopwatch timer;
     SimplifiedLevel& made = result.emplace_back();
     if (levels.can_be_solved(level)) levels.solve(level);
     made.mesh = levels.mesh(level, &made.report);
     transfer_colors(high, made.mesh);
-    made.report.seconds = watch.total();
+    made.report.seconds = timer.total();
   }
   return result;
 }

@@ -22,7 +22,7 @@ using flaw_rules::kNoArea;
 using flaw_rules::normal_of;
 using flaw_rules::unit_or_zero;
 
-/// Cosine between nearby normals of the high poly below which it has a sharp edge.
+/// Cosine between nearby normals of the high poly below which there is a sharp edge between them.
 constexpr double kSharpCosine = -0.5;
 /// At thin shells, a triangle does not face away if high-poly triangles within kShellReach (share of its longest
 /// side) agree with its normal by at least kShellCosine (cosine): between its corners, it cuts through a curved shell
@@ -40,7 +40,7 @@ TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) 
   return {points[t[0]], points[t[1]], points[t[2]]};
 }
 
-/// Sides of triangles grouped by edge; neighbours of opposite orientation first.
+/// A side of a triangle, for sorting by edge; neighbours of opposite orientation come first.
 struct Side {
   std::uint64_t key;
   std::uint32_t triangle;
@@ -86,7 +86,8 @@ std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
   return found;
 }
 
-/// Calls `body` with the cells of a grid over [-1, 1]^3 that a box touches, as runs along x: first cell and count.
+/// Calls `body` for the cells of a grid over [-1, 1]^3 that a box touches. Cells are passed as runs along x: first
+/// cell and count.
 /// \param body  returns whether to continue
 template <class Body>
 void each_run(const Vec3d& low, const Vec3d& high, const Body& body) {
@@ -116,16 +117,16 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
   if (surface_ && marked_.empty()) return;  // The tree already holds all triangles.
-  // A margin, so that the tree still serves after repairs have moved some candidates.
-  std::vector<std::uint8_t> needed(std::size_t{kGridCells} * kGridCells * kGridCells, 0),
-      marked = needed;
+  // The margin keeps the tree usable after repairs have moved some candidates.
+  std::vector<std::uint8_t> needed_cells(std::size_t{kGridCells} * kGridCells * kGridCells, 0),
+      marked = needed_cells;
   Vec3d low{}, high{};
   for (const std::uint32_t t : candidates) {
     bounds(corners_of(points, triangles[t]), low, high);
     const double reach = kSearchRadius + length(high - low);
-    for (auto* cells : {&needed, &marked}) {
-      const double wide = cells == &needed ? reach : reach + kSearchMargin;
-      const Vec3d margin{wide, wide, wide};
+    for (auto* cells : {&needed_cells, &marked}) {
+      const double cell_margin = cells == &needed_cells ? reach : reach + kSearchMargin;
+      const Vec3d margin{cell_margin, cell_margin, cell_margin};
       each_run(low - margin, high + margin, [&](std::size_t first, std::size_t count) {
         std::memset(cells->data() + first, 1, count);
         return true;
@@ -133,10 +134,10 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
     }
   }
   const bool known =
-      std::equal(needed.begin(), needed.end(), marked_.begin(), marked_.end(),
+      std::equal(needed_cells.begin(), needed_cells.end(), marked_.begin(), marked_.end(),
                  [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
   if (known) return;
-  std::vector<std::uint8_t> is_near(triangles_.size(), 0);
+  std::vector<std::uint8_t> is_near_marked(triangles_.size(), 0);
   parallel_for(triangles_.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
     Vec3d from{}, to{};
     for (std::size_t i = begin; i < end; ++i) {
@@ -145,26 +146,26 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
           {to_double(positions_[t[0]]), to_double(positions_[t[1]]), to_double(positions_[t[2]])},
           from, to);
       each_run(from, to, [&](std::size_t first, std::size_t count) {
-        is_near[i] = std::memchr(marked.data() + first, 1, count) != nullptr;
-        return is_near[i] == 0;
+        is_near_marked[i] = std::memchr(marked.data() + first, 1, count) != nullptr;
+        return is_near_marked[i] == 0;
       });
     }
   });
   near_.clear();
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    if (is_near[i] != 0) near_.push_back(triangles_[i]);
+    if (is_near_marked[i] != 0) near_.push_back(triangles_[i]);
   }
   surface_ = std::make_unique<SurfaceDistance>(positions_, near_);
   marked_ = std::move(marked);
 }
 
-/// True if the high poly faces the other way near at least three of four points of the triangle.
-/// \param shell  true: the other wall of a thin shell is accepted if it is near enough
+/// True if the high poly faces in the opposite direction near at least three of four points of the triangle.
+/// \param shell  true: the opposite wall of a thin shell is accepted, too, if it is near enough
 bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
   const Vec3d normal = unit_or_zero(normal_of(p));
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
   const double between = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
-  std::size_t away = 0;
+  std::size_t points_away = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     Vec3d at{};
     for (std::size_t k = 0; k < 3; ++k) at += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
@@ -187,10 +188,10 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
         if (agreement(c) > kShellCosine) best = 1;
       });
     }
-    away += best < kMaxAwayCosine;
-    if (i >= away + 1) return false;  // Already two points that do not face away.
+    points_away += best < kMaxAwayCosine;
+    if (i >= points_away + 1) return false;  // Two points do not face away already.
   }
-  return away >= 3;
+  return points_away >= 3;
 }
 
 /// True if the high poly near the triangle has a sharp edge or is thin.
@@ -199,14 +200,14 @@ bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
   double radius = 0;
   for (const Vec3d& corner : p) radius = std::max(radius, length(corner - center));
   const Vec3d normal = unit_or_zero(normal_of(p));
-  double most = -1, least = 1;
+  double max_cosine = -1, least = 1;
   surface_->each_within(to_float(center), radius * radius, [&](const Vec3* c) {
     const double cosine =
         dot(normal, unit_or_zero(normal_of({to_double(c[0]), to_double(c[1]), to_double(c[2])})));
-    most = std::max(most, cosine);
+    max_cosine = std::max(max_cosine, cosine);
     least = std::min(least, cosine);
   });
-  return most > -kSharpCosine && least < kSharpCosine;
+  return max_cosine > -kSharpCosine && least < kSharpCosine;
 }
 
 Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
@@ -217,9 +218,9 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
 Flaws SimplifyCheck::find_among(const std::vector<Vec3d>& points,
                                 const std::vector<Triangle>& triangles,
                                 std::span<const std::uint32_t> some) {
-  std::vector<std::uint8_t> marks(triangles.size(), 0);
-  for (const std::uint32_t t : some) marks[t] = 1;
-  return find_in(points, triangles, &marks);
+  std::vector<std::uint8_t> is_candidate(triangles.size(), 0);
+  for (const std::uint32_t t : some) is_candidate[t] = 1;
+  return find_in(points, triangles, &is_candidate);
 }
 
 Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
@@ -242,15 +243,17 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (!counts(t)) continue;
-    int against = 0;
-    for (const std::uint32_t v : triangles[t]) against += dot(normals[t], around[v]) < 0;
-    if (neighbours[t].least < kMaxSuspiciousCosine || against >= 2) candidates.push_back(t);
+    int opposed_neighbours = 0;
+    for (const std::uint32_t v : triangles[t]) opposed_neighbours += dot(normals[t], around[v]) < 0;
+    if (neighbours[t].least < kMaxSuspiciousCosine || opposed_neighbours >= 2)
+      candidates.push_back(t);
   }
-  std::vector<std::uint32_t> looked_at = candidates;
-  looked_at.insert(looked_at.end(), flaws.flat.begin(), flaws.flat.end());
-  looked_at.insert(looked_at.end(), flaws.facing_down.begin(), flaws.facing_down.end());
-  if (looked_at.empty()) return flaws;
-  load_near(points, triangles, looked_at);
+  std::vector<std::uint32_t> checked_triangles = candidates;
+  checked_triangles.insert(checked_triangles.end(), flaws.flat.begin(), flaws.flat.end());
+  checked_triangles.insert(checked_triangles.end(), flaws.facing_down.begin(),
+                           flaws.facing_down.end());
+  if (checked_triangles.empty()) return flaws;
+  load_near(points, triangles, checked_triangles);
   std::vector<std::uint8_t> folded(candidates.size(), 0);
   constexpr std::size_t kCandidatesOfPiece = 64;
   parallel_for(candidates.size(), kCandidatesOfPiece, [&](std::size_t begin, std::size_t end) {
@@ -258,9 +261,9 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
       const std::uint32_t t = candidates[i];
       const TriangleCorners corners = corners_of(points, triangles[t]);
       if (is_flat(corners)) continue;
-      // At a shell's rim, a triangle turns away from one neighbour; a folded one turns away from several.
-      const bool rim = neighbours[t].suspicious == 1;
-      folded[i] = faces_away(corners, rim) ||
+      // A triangle at a shell's rim makes a sharp angle with one neighbour, a folded triangle with several.
+      const bool is_at_rim = neighbours[t].suspicious == 1;
+      folded[i] = faces_away(corners, is_at_rim) ||
                   (neighbours[t].least < kMaxBackToBackCosine && !has_edge(corners));
     }
   });
@@ -282,17 +285,17 @@ std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertic
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
   };
-  std::vector<std::uint8_t> open(vertices, 0);
+  std::vector<std::uint8_t> is_open(vertices, 0);
   SideLists(triangles, vertices)
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
         if (sides.size() != 1) return;
         const std::uint32_t b = SideLists::higher(sides[0]);
-        open[a] = open[b] = 1;
+        is_open[a] = is_open[b] = 1;
         const std::uint32_t ra = find(a), rb = find(b);
         parent[std::max(ra, rb)] = std::min(ra, rb);
       });
   std::uint64_t count = 0;
-  for (std::uint32_t v = 0; v < vertices; ++v) count += open[v] != 0 && find(v) == v;
+  for (std::uint32_t v = 0; v < vertices; ++v) count += is_open[v] != 0 && find(v) == v;
   return count;
 }
 

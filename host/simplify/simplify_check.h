@@ -15,10 +15,10 @@ namespace kiln {
 
 /// Triangles with flaws.
 struct Flaws {
-  /// Triangles that face away from the high poly, or lie on a neighbour.
+  /// Triangles that face away from the high poly, or are folded onto a neighbour.
   std::vector<std::uint32_t> folded;
-  std::vector<std::uint32_t> flat;         ///< Triangles without area in single precision.
-  std::vector<std::uint32_t> facing_down;  ///< Triangles of a height field that face down.
+  std::vector<std::uint32_t> flat;         ///< Triangles without area in single precision
+  std::vector<std::uint32_t> facing_down;  ///< Triangles of a height field that face down
   bool none() const { return folded.empty() && flat.empty() && facing_down.empty(); }
   std::size_t count() const { return folded.size() + flat.size() + facing_down.size(); }
 };
@@ -27,9 +27,9 @@ struct Flaws {
 namespace flaw_rules {
 
 /// Cosine between neighbours' normals: below kMaxSuspiciousCosine both triangles are checked; below
-/// kMaxBackToBackCosine one lies on the other.
+/// kMaxBackToBackCosine one is folded onto the other.
 inline constexpr double kMaxSuspiciousCosine = -0.5, kMaxBackToBackCosine = -0.985;
-/// A triangle faces away if its largest cosine to the high poly's normals near it is below this.
+/// A triangle faces away if the largest cosine between its normal and nearby normals of the high poly is below this.
 inline constexpr double kMaxAwayCosine = -0.2;
 /// Height of a degenerate triangle, as a share of its longest side.
 inline constexpr double kNoArea = 1e-12;
@@ -48,7 +48,7 @@ inline bool is_flat(const TriangleCorners& p) { return is_thin(p, kNoArea); }
 
 }  // namespace flaw_rules
 
-/// Compares a low poly with its high poly. Coordinates of about unit size.
+/// Compares a low poly with its high poly. Coordinates should be of about unit size.
 class SimplifyCheck {
  public:
   /// Spans must outlive this.
@@ -56,7 +56,7 @@ class SimplifyCheck {
                 bool height_field)
       : positions_(positions), triangles_(triangles), height_field_(height_field) {}
 
-  /// For a high poly that is small enough to keep in one tree.
+  /// Constructor for a high poly that is small enough to keep in one tree.
   SimplifyCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles)
       : positions_(positions),
         triangles_(triangles),
@@ -68,7 +68,7 @@ class SimplifyCheck {
   Flaws find_among(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
                    std::span<const std::uint32_t> some);
 
-  /// True if a triangle is a flaw by itself. It must lie near one that find() checked.
+  /// True if a triangle is a flaw by itself. The triangle must lie near one that find() checked.
   bool is_flaw(const TriangleCorners& corners) const;
 
  private:

@@ -6,8 +6,9 @@
 namespace kiln {
 namespace {
 
-/// Smallest ratio of high-poly triangles to faces at which vertices are fitted. Below it, quadrics meet the high
-/// poly's edges better (a hard-surface assembly reduced to a quarter: normals 9% worse when fitted).
+/// Smallest ratio of high-poly triangles to faces at which vertices are fitted. Below it, quadrics alone reproduce
+/// the high poly's edges better: fitting made normals of a hard-surface assembly 9% worse at a quarter of its
+/// triangles.
 constexpr std::size_t kMinTrianglesPerFace = 6;
 
 }  // namespace
@@ -19,14 +20,14 @@ bool SimplifyJob::is_fitted(std::size_t faces) const {
 }
 
 /// Prepares the part of the fit that depends on the high poly alone.
-/// \returns true if there will be a fit
+/// \returns true if the vertices will be fitted
 bool SimplifyJob::prepare_fit() {
   if (!is_fitted(options_.faces)) return false;
   surface_fit().prepare(options_.faces);
   return true;
 }
 
-/// Quadrics that hold a low poly's vertices during the fit. Those of height fields also hold the rectangle.
+/// Quadrics that hold a low poly's vertices during the fit. On height fields, they also keep the outline a rectangle.
 std::span<const Quadric> SimplifyJob::planes_of(const SimplifyResult& result) const {
   if (options_.height_field) return {};
   return result.quadrics;
@@ -40,10 +41,10 @@ SurfaceFit& SimplifyJob::surface_fit() {
   return *fit_;
 }
 
-void SimplifyJob::fit_roughly(SimplifyResult& result) {
+void SimplifyJob::fit_draft(SimplifyResult& result) {
   if (!is_fitted(result.triangles.size())) return;
   surface_fit().run(result.points, result.triangles, result.labels, planes_of(result),
-                    /*rough=*/true);
+                    /*draft=*/true);
 }
 
 /// Restores the corners of flawed triangles to their positions before the fit.
@@ -64,7 +65,8 @@ void SimplifyJob::revert_flawed(SimplifyResult& fitted, const SimplifyResult& be
   }
 }
 
-/// Fits vertices and repairs flaws of that, unless a constraint places the vertices.
+/// Fits vertices and repairs the flaws that the fit causes. Does nothing if a constraint determines the vertices'
+/// positions.
 /// \returns true on success; else `result` is restored
 bool SimplifyJob::fit(SimplifyResult& result) {
   if (!is_fitted(result.triangles.size())) return false;

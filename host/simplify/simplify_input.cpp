@@ -44,30 +44,32 @@ struct Dropped {
   }
 };
 
-enum class Usable : std::uint8_t { yes, not_finite, degenerate };
+enum class TriangleState : std::uint8_t { yes, not_finite, degenerate };
 
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 15;
 
-/// Triangles that repeat others.
+/// Triangles with the same vertices as an earlier one.
 struct Repeats {
-  std::vector<std::uint8_t> twin;  ///< 1 if it repeats an earlier triangle; empty: none does.
-  bool turned = false;             ///< True if some duplicates have opposite orientation.
+  /// 1 for each triangle that repeats an earlier one; empty if none does
+  std::vector<std::uint8_t> is_duplicate;
+  bool turned = false;  ///< True if some repeated triangles have opposite orientation
 };
 
-/// \param triangles  each with its lowest vertex first
+/// \param triangles  triangles whose lowest vertex comes first
 Repeats find_repeats(const std::vector<Triangle>& triangles, std::size_t vertices) {
   const VertexLists lists(
       vertices, triangles.size(), [&](std::size_t i) { return triangles[i][0]; },
       [&](std::size_t i) { return std::uint64_t{triangles[i][1]} << 32 | triangles[i][2]; });
   Repeats found{std::vector<std::uint8_t>(triangles.size(), 0)};
-  std::atomic<bool> any_turned = false, any_twin = false;
+  std::atomic<bool> any_opposed = false, any_duplicate = false;
   const auto less = [](const VertexLists::Item& item, std::uint64_t key) { return item.key < key; };
   parallel_for(vertices, kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
-    bool turned = false, twin = false;
+    bool turned = false, is_duplicate = false;
     for (std::size_t v = begin; v < end; ++v) {
       const std::span<const VertexLists::Item> items = lists.of(v);
       for (std::size_t i = 1; i < items.size(); ++i) {
-        if (items[i].key == items[i - 1].key) found.twin[items[i].index] = twin = true;
+        if (items[i].key == items[i - 1].key)
+          found.is_duplicate[items[i].index] = is_duplicate = true;
         if (turned) continue;
         const std::uint64_t other = std::rotl(items[i].key, 32);
         if (other > items[i].key) continue;
@@ -75,11 +77,11 @@ Repeats find_repeats(const std::vector<Triangle>& triangles, std::size_t vertice
         turned = at->key == other;
       }
     }
-    if (turned) any_turned = true;
-    if (twin) any_twin = true;
+    if (turned) any_opposed = true;
+    if (is_duplicate) any_duplicate = true;
   });
-  found.turned = any_turned;
-  if (!any_twin) found.twin.clear();
+  found.turned = any_opposed;
+  if (!any_duplicate) found.is_duplicate.clear();
   return found;
 }
 
@@ -106,9 +108,9 @@ std::vector<std::uint32_t> drop_backs(std::vector<Triangle>& triangles,
   if (sides.empty()) return backs;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (sides.backs[t] != 0) continue;
-    const std::uint32_t twin = sides.twins[t];
+    const std::uint32_t is_duplicate = sides.twins[t];
     triangles[backs.size()] = triangles[t];
-    backs.push_back(twin == TwoSided::kNone ? twin : sources[twin].index);
+    backs.push_back(is_duplicate == TwoSided::kNone ? is_duplicate : sources[is_duplicate].index);
   }
   std::size_t kept = 0;
   for (std::size_t t = 0; t < sides.backs.size(); ++t) {
@@ -126,7 +128,7 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
   const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
   Dropped not_finite, degenerate, duplicate;
   std::vector<Triangle> result(mesh.triangles.size());
-  std::vector<Usable> usable(result.size());
+  std::vector<TriangleState> usable(result.size());
   sources.resize(result.size());
   std::atomic<bool> all_usable = true;
   parallel_for(result.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -134,10 +136,10 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle v = welded_corners(mesh, welded, t);
       const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
-      usable[t] = !is_finite(a) || !is_finite(b) || !is_finite(c) ? Usable::not_finite
-                  : triangle_shape(a, b, c).area > 0              ? Usable::yes
-                                                                  : Usable::degenerate;
-      all = all && usable[t] == Usable::yes;
+      usable[t] = !is_finite(a) || !is_finite(b) || !is_finite(c) ? TriangleState::not_finite
+                  : triangle_shape(a, b, c).area > 0              ? TriangleState::yes
+                                                                  : TriangleState::degenerate;
+      all = all && usable[t] == TriangleState::yes;
       const std::size_t lowest = v[0] <= v[1] ? (v[0] <= v[2] ? 0 : 2) : (v[1] <= v[2] ? 1 : 2);
       result[t] = {v[lowest], v[(lowest + 1) % 3], v[(lowest + 2) % 3]};
       sources[t] = {static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(lowest)};
@@ -157,16 +159,16 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
   };
   if (!all_usable) {
     keep_if([&](std::size_t t) {
-      if (usable[t] == Usable::not_finite) not_finite.add(t);
-      if (usable[t] == Usable::degenerate) degenerate.add(t);
-      return usable[t] == Usable::yes;
+      if (usable[t] == TriangleState::not_finite) not_finite.add(t);
+      if (usable[t] == TriangleState::degenerate) degenerate.add(t);
+      return usable[t] == TriangleState::yes;
     });
   }
   const Repeats repeats = find_repeats(result, mesh.positions.size());
-  if (!repeats.twin.empty()) {
+  if (!repeats.is_duplicate.empty()) {
     keep_if([&](std::size_t i) {
-      if (repeats.twin[i] != 0) duplicate.add(sources[i].index);
-      return repeats.twin[i] == 0;
+      if (repeats.is_duplicate[i] != 0) duplicate.add(sources[i].index);
+      return repeats.is_duplicate[i] == 0;
     });
   }
   not_finite.report("non-finite-triangles", "has a corner that is not finite",
@@ -281,7 +283,7 @@ Labels labels_of(const Mesh& mesh, const Work& work) {
 Layout layout_of(const Mesh& mesh, const Work& work) {
   struct Corner {
     std::uint32_t vertex;
-    std::uint64_t uv;  ///< Bit pattern of the UV's value.
+    std::uint64_t uv;  ///< Bit pattern of the UV's value
     std::uint32_t place;
     auto key() const { return std::tuple(vertex, uv, place); }
   };
@@ -324,7 +326,7 @@ std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {
 }
 
 bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
-  // Length of the summed area vectors of a closed mesh, as a share of the area.
+  // Largest length of the sum of area vectors of a mesh that counts as closed, as a share of its area.
   constexpr double kMaxOpenShare = 1e-6;
   const auto at = [&](std::uint32_t v) {
     const Vec3& p = mesh.positions[v];
@@ -364,8 +366,8 @@ bool is_finely_curved(const Work& work) {
   constexpr double kAlikeCosine = 0.99996192306;  // Cosine of half a degree.
   constexpr std::size_t kMinAlikePercent = 15, kWholePercent = 100;
   std::vector<Vec3d> first(work.points.size(),
-                           Vec3d{0, 0, 0});  // By vertex, the normal of its first triangle.
-  std::size_t alike = 0, all = 0;
+                           Vec3d{0, 0, 0});  // Normal of the first triangle of each vertex
+  std::size_t aligned_corners = 0, all = 0;
   for (const Triangle& t : work.triangles) {
     const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
     const Vec3d across = cross(b - a, c - a);
@@ -378,10 +380,10 @@ bool is_finely_curved(const Work& work) {
         continue;
       }
       ++all;
-      if (dot(first[v], normal) > kAlikeCosine) ++alike;
+      if (dot(first[v], normal) > kAlikeCosine) ++aligned_corners;
     }
   }
-  return kWholePercent * alike >= kMinAlikePercent * all && all > 0;
+  return kWholePercent * aligned_corners >= kMinAlikePercent * all && all > 0;
 }
 
 }  // namespace kiln

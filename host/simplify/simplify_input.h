@@ -15,13 +15,13 @@ namespace kiln {
 /// A triangle of the given mesh.
 struct SourceTriangle {
   std::uint32_t index;
-  std::uint32_t first;  ///< Corner of the given triangle that became the first one.
+  std::uint32_t first;  ///< Corner of the given triangle that became the first corner
 };
 
 /// A triangle that faces away from the surface that it approximates.
 struct Fold {
   std::uint32_t triangle;
-  Vec3d surface{};  ///< The high poly's normal there, of any length.
+  Vec3d surface{};  ///< The high poly's normal at the triangle, of any length
 };
 
 /// A ball: centre and radius.
@@ -34,24 +34,26 @@ struct Place {
 struct Work {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<SourceTriangle>
-      sources;  ///< By triangle; empty after presimplification, which makes new triangles.
-  std::vector<std::uint32_t> labels;  ///< By triangle; empty: all have one. See Labels.
-  /// By triangle, the given mesh's triangle on its back, or TwoSided::kNone; empty: none is two-sided. Only for
-  /// labels_of(), which assigns triangles labels of their fronts and backs.
+  /// Source of each triangle; empty after presimplification, which creates new triangles
+  std::vector<SourceTriangle> sources;
+  /// Label of each triangle (see Labels); empty if all have the same
+  std::vector<std::uint32_t> labels;
+  /// For each triangle, the given mesh's triangle on its back, or TwoSided::kNone; empty if no triangle is two-sided.
+  /// Needed by labels_of(), whose labels depend on fronts and backs.
   std::vector<std::uint32_t> backs;
-  bool keep_labels = false;  ///< Labels must be kept, since only some triangles are two-sided.
-  std::vector<Fold> folds;   ///< Folds that presimplification left.
-  std::vector<Vec3d> torn;   ///< Places where edges of more than two triangles were cut.
+  /// True if labels must be kept because only some triangles are two-sided
+  bool keep_labels = false;
+  std::vector<Fold> folds;  ///< Folds that presimplification left.
+  std::vector<Vec3d> torn;  ///< Points at which edges of more than two triangles were cut
 };
 
-/// True if much of a mesh is flat, or curved in far finer steps than low polys need: around at least 15% of the
+/// True if much of a mesh is flat, or tessellated far more finely than low polys need: at no less than 15% of the
 /// corners, triangles lie within half a degree of each other. meshoptimizer collapses these edges at nearly no cost,
 /// and leaves slivers. Hard surfaces and smooth tubes have 23% to 64% such corners; scans and rocks have 1% to 5%.
 bool is_finely_curved(const Work& work);
 
-/// Reverses all triangles if the closed ones are inside out, as marching cubes often leaves them: convex and concave
-/// places differ in weight, so the orientation matters.
+/// Reverses all triangles if the closed components are inside out, as marching cubes often leaves them. The
+/// orientation matters because convex and concave places have different weights.
 /// \returns true if reversed
 bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles);
 
@@ -72,20 +74,22 @@ class Scale {
 };
 
 /// Triangles over welded vertices, without degenerate and duplicate ones.
-/// \param backs  receives Work::backs, and backs of two-sided sheets are left out; null: they are kept
+/// \param backs  if not null, receives Work::backs, and backs of two-sided sheets are left out of the result
 /// \throws Error(input) for an index out of range, or if no triangle is left
 std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sources,
                             std::vector<std::uint32_t>* backs, std::vector<Warning>& warnings);
 
-/// Removes unused vertices and renumbers the rest.
+/// Removes unused vertices and renumbers the remaining ones.
 Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
              std::vector<std::uint32_t> backs, const Scale& scale);
 
-/// Labels: combinations of group, object and material of a triangle's front, and of its back if it has one.
+/// A label stands for one combination of group, object and material of a triangle's front, and of its back if it has
+/// one.
 struct Labels {
-  std::vector<std::uint32_t> of;      ///< By triangle; empty: the mesh has no labels.
-  std::vector<std::uint32_t> source;  ///< By label, a triangle of the given mesh that has it.
-  /// By label, a triangle on the back of one that has it, or TwoSided::kNone; empty: none is two-sided.
+  std::vector<std::uint32_t> of;      ///< Label of each triangle; empty if the mesh has no labels
+  std::vector<std::uint32_t> source;  ///< For each label, a triangle of the given mesh that has it
+  /// For each label, a triangle on the back of one that has the label, or TwoSided::kNone; empty if no triangle is
+  /// two-sided.
   std::vector<std::uint32_t> backs;
 };
 Labels labels_of(const Mesh& mesh, const Work& work);

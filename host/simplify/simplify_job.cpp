@@ -30,9 +30,10 @@ namespace {
 /// Denser meshes are presimplified to kDirectLimit triangles, or down to kMinDirectLimit for small goals. Finely curved
 /// meshes, which meshoptimizer spoils, are collapsed in pieces instead, up to kFineLimit triangles.
 constexpr std::size_t kDirectLimit = 100'000, kMinDirectLimit = 50'000, kFineLimit = 2'500'000;
-/// Smallest ratio of presimplified triangles to the goal: up to kDirectLimit triangles, and beyond.
+/// Minimum ratio of presimplified triangles to the goal: kMinStartRatio as long as that gives at most kDirectLimit
+/// triangles, kMinLargeStartRatio for more.
 constexpr std::size_t kMinStartRatio = 10, kMinLargeStartRatio = 4;
-/// Fewest faces of a closed component.
+/// Smallest number of faces of a closed component: a tetrahedron.
 constexpr std::uint32_t kMinComponentFaces = 4;
 /// Ratio of faces to the requested number above which components are removed, and the largest number of such rounds.
 constexpr double kMaxFaceExcess = 1.1;
@@ -41,20 +42,20 @@ constexpr int kMaxSurplusRounds = 3;
 constexpr std::uint64_t kComponentSamples = 1 << 14;
 /// Largest number of presimplifications.
 constexpr int kMaxStarts = 4;
-/// The same with a bound, which avoids flaws by itself.
+/// Largest number of presimplifications for simplification within a bound, which causes fewer flaws.
 constexpr int kMaxBoundStarts = 2;
-/// Presimplification is repeated, without these regions, if there are at most this many flaws.
+/// Presimplification is repeated, except around flaws, if there are at most this many flaws.
 constexpr std::size_t kMaxFlawedPlaces = 256;
 
 /// Number of faces to presimplify to.
-/// \param faces  goal; 0: the goal is an error
+/// \param faces  requested number; 0 if the goal is an error
 std::size_t presimplified_faces(std::size_t faces) {
   if (faces == 0) return kDirectLimit;
   const std::size_t small = std::clamp(kMinStartRatio * faces, kMinDirectLimit, kDirectLimit);
   return std::max(small, kMinLargeStartRatio * faces);
 }
 
-/// \param place_of  formats the place of a degenerate (false) or folded (true) triangle
+/// \param place_of  formats the position of the first degenerate (false) or folded (true) triangle
 void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)>& place_of) {
   const auto warn = [&](const char* code, std::uint64_t count, const std::string& what,
                         std::optional<bool> folded = {}) {
@@ -104,7 +105,7 @@ void SimplifyJob::report_progress(double share) {
   ProgressGuard::poll_at(*reported_, "simplifying");
 }
 
-SimplifyResult SimplifyJob::to_count(const Work& work) const {
+SimplifyResult SimplifyJob::simplify_to_count(const Work& work) const {
   SimplifyState shrinking(work, layout(), options_, scale_);
   shrinking.count_sides(sides_of(work));
   shrinking.collapser().run(options_.faces);
@@ -165,14 +166,14 @@ bool SimplifyJob::is_fine() {
 
 /// The high poly, or its presimplification for a number of faces.
 /// \param parts  true: none of its components may vanish
-/// \param fine   true: reduce in pieces instead of by meshoptimizer
+/// \param finely_curved  true: reduce in pieces instead of by meshoptimizer
 /// \param known  as for presimplify(); may be null
-Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine,
-                        PresimplifiedPieces* known) const {
+Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts,
+                        bool finely_curved, PresimplifiedPieces* known) const {
   const std::size_t near_goal = presimplified_faces(faces);
   const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
                      !options_.keep_uvs && !options_.hull;
-  if (dense && fine) {
+  if (dense && finely_curved) {
     return collapsed_in_pieces(dense_, dense_positions_, near_goal, untouched,
                                [this](const Vec3d& p) { return scale_.snap(p); });
   }
@@ -196,7 +197,7 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& face
   std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
     const std::size_t before = shrinking.faces();
-    // A collapse removes two faces, so the previous level may already have as few.
+    // A collapse removes two faces, so the previous level may already have this few faces.
     if (!results.empty() && before <= goal) continue;
     shrinking.collapser().run(goal);
     if (!results.empty() && shrinking.faces() == before) break;
@@ -225,10 +226,10 @@ DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
 bool SimplifyJob::simplify_from(const Work& work, bool last, SimplifyResult& result) {
   const bool by_error = options_.faces == 0;
   if (by_error) {
-    result = within(options_.max_error, work);
+    result = simplify_within(options_.max_error, work);
   } else {
     AsyncTask<bool> prepared([this] { return prepare_fit(); });
-    result = to_count(work);
+    result = simplify_to_count(work);
     prepared.get();
   }
   report_progress(0.5);
@@ -259,10 +260,10 @@ SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
   std::vector<Place> places;
   PresimplifiedPieces known;
-  const bool fine = is_fine();
-  const int starts = options_.faces == 0 ? kMaxBoundStarts : kMaxStarts;
-  for (int attempt = 0; attempt < starts; ++attempt) {
-    const Work work = start(options_.faces, places, true, fine, &known);
+  const bool finely_curved = is_fine();
+  const int max_attempts = options_.faces == 0 ? kMaxBoundStarts : kMaxStarts;
+  for (int attempt = 0; attempt < max_attempts; ++attempt) {
+    const Work work = start(options_.faces, places, true, finely_curved, &known);
     report_progress(0.2);
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (simplify_from(work, false, result)) return result;
@@ -282,7 +283,7 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
                                   const std::string& why) {
   const auto count = static_cast<std::uint64_t>(std::count(dropped.begin(), dropped.end(), 1));
   report_.dropped_parts += count;
-  dense_ = parts.without(dense_, dropped);
+  dense_ = parts.without_components(dense_, dropped);
   is_fine_.reset();
   fit_.reset();
   dense_positions_ = to_floats(dense_.points);
@@ -294,14 +295,15 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
                               count});
 }
 
-/// Removes components for which there are too few faces, smallest first, and those smaller than the deviation of the
-/// largest component.
+/// Removes the smallest components until the requested faces suffice for the others, and components smaller than the
+/// deviation of the largest one.
 /// \returns true if any was removed
 bool SimplifyJob::drop_small_components() {
   if (options_.keep_parts || options_.faces == 0 || !is_free(options_)) return false;
-  AsyncTask<bool> fine([this] { return is_fine(); });  // Computed in parallel; rarely needed below.
+  AsyncTask<bool> finely_curved(
+      [this] { return is_fine(); });  // Computed in parallel; rarely needed below.
   const ComponentSizes parts(dense_);
-  fine.get();
+  finely_curved.get();
   if (parts.is_whole()) return false;
   const std::size_t of_one_side =
       std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
@@ -313,8 +315,9 @@ bool SimplifyJob::drop_small_components() {
   }
   // A low poly never deviates by more than its edge length.
   if (parts.count_below(mean_edge(dense_, of_one_side)) == 0) return false;
-  // The deviation of the largest component decides, since stray components may deviate far.
-  const SimplifyResult guess = to_count(start(options_.faces, {}, true, /*fine=*/false));
+  // Uses the deviation of the largest component, since stray components may deviate far.
+  const SimplifyResult guess =
+      simplify_to_count(start(options_.faces, {}, true, /*finely_curved=*/false));
   const double size = one_sided_distance(dense_positions_, parts.body(dense_),
                                          SurfaceDistance(to_floats(guess.points), guess.triangles),
                                          kComponentSamples)
@@ -327,8 +330,8 @@ bool SimplifyJob::drop_small_components() {
   return true;
 }
 
-/// Removes the smallest components if a result shows that components need more faces than estimated, as for holes and
-/// handles.
+/// Removes the smallest components if a result has too many faces because components need more of them than
+/// estimated, as for holes and handles.
 /// \returns true if any was removed
 bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
   const double above = static_cast<double>(count_faces(result)) / options_.faces;

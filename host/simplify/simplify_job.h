@@ -37,9 +37,9 @@ inline constexpr double kFlawRadius = 0.01;
 struct SimplifyResult {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> labels;  ///< By triangle, of SimplifyJob::labels(); empty: unknown.
-  Layout layout;                      ///< The kept UV layout; empty: none is kept.
-  /// By point, its quadric; empty: unknown.
+  std::vector<std::uint32_t> labels;  ///< Label of each triangle; empty if unknown
+  Layout layout;                      ///< The kept UV layout; empty if no layout is kept
+  /// Quadric of each point; empty if unknown.
   std::vector<Quadric> quadrics;
   DistanceReport deviation;
   DistanceReport back;  ///< Deviation from low to high poly; only with a bound.
@@ -71,11 +71,11 @@ class SimplifyState {
   EdgeCollapser& collapser() { return collapser_; }
   /// Bounds the distance of samples from now on.
   /// \returns true if they are within the bound now
-  /// \param close  places with a tighter bound, tighter with each set
-  bool limit_deviation(const BoundSamples& samples, double bound, bool own,
+  /// \param close  sets of balls with a tighter bound; each set that contains a sample tightens its limit further
+  bool limit_deviation(const BoundSamples& samples, double bound, bool is_high_poly,
                        std::span<const std::vector<Place>> close, double sharpening) {
-    deviation_bound_ = std::make_unique<DeviationBound>(mesh_, samples, bound, own);
-    for (const std::vector<Place>& places : close) deviation_bound_->narrow(places);
+    deviation_bound_ = std::make_unique<DeviationBound>(mesh_, samples, bound, is_high_poly);
+    for (const std::vector<Place>& places : close) deviation_bound_->tighten_limits(places);
     collapser_.limit_deviation(deviation_bound_.get(), sharpening, bound);
     return deviation_bound_->holds();
   }
@@ -87,10 +87,10 @@ class SimplifyState {
     mesh_.count_sides(std::move(of_triangles));
   }
 
-  /// \param of  receives the original number of each triangle; may be null
+  /// \param of  receives the original index of each triangle; may be null
   void extract(SimplifyResult& result, std::vector<std::uint32_t>* of = nullptr) const {
-    std::vector<std::uint32_t> own;
-    std::vector<std::uint32_t>& sources = of != nullptr ? *of : own;
+    std::vector<std::uint32_t> local_sources;
+    std::vector<std::uint32_t>& sources = of != nullptr ? *of : local_sources;
     mesh_.extract(result.points, result.triangles, sources);
     result.quadrics.clear();
     for (std::uint32_t v = 0; v < mesh_.points.size(); ++v) {
@@ -115,7 +115,7 @@ class SimplifyState {
 
  private:
   void unfold(std::span<const Fold> folds);
-  /// True if vertices may also move without a collapse.
+  /// True if vertices may move without a collapse, too.
   bool may_relax() const { return !layout_ && !hull_; }
   CollapseConstraint* rule() const {
     if (layout_) return layout_.get();
@@ -152,22 +152,22 @@ class SimplifyJob {
   Mesh run(bool with_deviation);
 
   /// One unrepaired mesh for each face count.
-  /// \param faces  descending; counts that yield no mesh of their own are removed
+  /// \param faces  requested counts, descending; counts whose mesh equals the previous one are removed
   std::vector<SimplifyResult> levels(std::vector<std::uint32_t>& faces);
   /// Fits and repairs a level.
   /// \returns true if it has no flaws
   bool improve(SimplifyResult& result);
-  /// Fits a level roughly, for measuring only.
-  void fit_roughly(SimplifyResult& result);
+  /// Fits a level with fewer samples and rounds, for meshes that are only measured.
+  void fit_draft(SimplifyResult& result);
   /// True if solve() may succeed where improve() fails: levels share one presimplification, and solve() makes
   /// another.
   bool may_solve();
-  /// The repaired low poly. Where presimplification causes flaws that cannot be repaired, it is run again and keeps
-  /// the high poly there; if flaws remain, the high poly itself is simplified.
+  /// The repaired low poly. If presimplification causes flaws that cannot be repaired, it is run again and keeps the
+  /// high poly around them; if flaws remain, the high poly itself is simplified.
   SimplifyResult solve();
   /// Deviation of a low poly from all samples.
   DistanceReport deviation(const SimplifyResult& result) const;
-  /// Triangles of the resulting mesh; count_vertices(): its vertices. Backs of two-sided sheets have their own.
+  /// Numbers of triangles and of vertices of the resulting mesh. Backs of two-sided sheets have separate vertices.
   std::size_t count_faces(const SimplifyResult& result) const {
     return count_faces(result.triangles.size(), result.labels);
   }
@@ -179,7 +179,7 @@ class SimplifyJob {
  private:
   /// Reports the progress of run(), which never falls although steps may be repeated. Not used for levels.
   void report_progress(double share);
-  /// True if vertices may move without constraints. Then backs of two-sided sheets are left out during
+  /// True if no constraint limits the vertices. In that case backs of two-sided sheets are left out during
   /// simplification, and inside-out meshes are reversed.
   static bool is_free(const SimplifyOptions& options) {
     return !options.keep_uvs && !options.hull && !options.height_field;
@@ -189,7 +189,7 @@ class SimplifyJob {
     if (label_back_.empty()) return false;
     return !dense_.keep_labels || label_back_[labels[triangle]] != TwoSided::kNone;
   }
-  /// Number of triangles, backs included.
+  /// Number of triangles including backs.
   std::size_t count_faces(std::size_t triangles, const std::vector<std::uint32_t>& labels) const;
   std::size_t faces_of_dense() const { return count_faces(dense_.triangles.size(), dense_.labels); }
   std::vector<std::uint8_t> sides_of(const Work& work) const;
@@ -205,11 +205,11 @@ class SimplifyJob {
   SimplifyResult unchanged() const {
     return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, {}, false, {}};
   }
-  SimplifyResult to_count(const Work& work) const;
-  SimplifyResult within(double bound, const Work& work);
+  SimplifyResult simplify_to_count(const Work& work) const;
+  SimplifyResult simplify_within(double bound, const Work& work);
   std::size_t mend_within(SimplifyState& shrinking, SimplifyResult& result);
   bool is_fine();
-  Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine,
+  Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool finely_curved,
              PresimplifiedPieces* known = nullptr) const;
   void find_labels();
   void drop_components(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
@@ -245,8 +245,9 @@ class SimplifyJob {
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
-  std::vector<std::uint32_t> label_source_;  ///< By label, a high-poly triangle that has it.
-  std::vector<std::uint32_t> label_back_;  ///< By label, a triangle on the back; see Labels::backs.
+  std::vector<std::uint32_t> label_source_;  ///< A high-poly triangle of each label
+  /// A triangle on the back for each label; see Labels::backs
+  std::vector<std::uint32_t> label_back_;
   std::unique_ptr<BoundSamples> bound_samples_;  ///< Samples for bounds; built on first use.
   std::optional<bool> is_fine_;                  ///< Result of is_fine(), once computed.
   std::optional<double> reported_;  ///< Largest progress reported; nullopt: run() is not active

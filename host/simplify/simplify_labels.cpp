@@ -10,7 +10,8 @@
 namespace kiln {
 namespace {
 
-/// True if lines between labels were held during simplification. Otherwise, transfer_labels() names triangles better.
+/// True if lines between labels were held in place during simplification. If not, transfer_labels() assigns names
+/// more accurately.
 bool have_held_lines(const SimplifyResult& result) {
   double length_of_lines = 0, length_of_all = 0;
   SideLists(result.triangles, result.points.size())

@@ -26,7 +26,7 @@ std::size_t SimplifyJob::count_vertices(const SimplifyResult& result) const {
   return points.size();
 }
 
-/// Adds the backs of all fronts. They get vertices of their own, since many programs reject two faces with the same
+/// Adds the backs of all fronts. Backs get separate vertices, since many programs reject two faces with the same
 /// vertices.
 void SimplifyJob::add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
                             std::vector<Triangle>& triangles) const {

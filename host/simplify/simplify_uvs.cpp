@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// A corner without a finite UV, in triangles that have some: one entry per vertex and UV index.
+/// A corner without a finite UV in triangles that have finite UVs, too: one entry per vertex and UV index.
 struct BareCorner {
   double u = 0, v = 0, count = 0;  ///< Sum and number of the finite UVs of its triangles
   std::uint32_t given = kNone;     ///< UV of an adjacent triangle of the same chart at that vertex
@@ -29,7 +29,7 @@ struct BareCorner {
 /// Bare corners, keyed by vertex and UV index.
 using BareCorners = std::map<std::array<std::uint32_t, 2>, BareCorner>;
 
-/// Number of a triangle's corners without a finite UV.
+/// How many of a triangle's corners have no finite UV.
 int bare_corners(const Mesh& mesh, std::size_t t) {
   const Triangle& uv = mesh.uv_triangles[t];
   return static_cast<int>(std::count_if(uv.begin(), uv.end(),
@@ -50,10 +50,11 @@ bool continues_chart(const Mesh& mesh, std::size_t t, std::size_t other, std::ui
   return false;
 }
 
-BareCorners find_bare_corners(const Mesh& mesh, std::span<const std::uint32_t> partly) {
+BareCorners find_bare_corners(const Mesh& mesh, std::span<const std::uint32_t> partial_triangles) {
   BareCorners found;
-  std::map<std::uint32_t, std::vector<std::uint32_t>> at;  // By vertex, triangles that lack its UV
-  for (const std::uint32_t t : partly) {
+  // For each vertex, triangles without a finite UV at it
+  std::map<std::uint32_t, std::vector<std::uint32_t>> at;
+  for (const std::uint32_t t : partial_triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = mesh.triangles[t][k], uv = mesh.uv_triangles[t][k];
       if (is_finite(mesh.uvs[uv])) continue;
@@ -86,13 +87,13 @@ BareCorners find_bare_corners(const Mesh& mesh, std::span<const std::uint32_t> p
 }  // namespace
 
 std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings) {
-  std::vector<std::uint32_t> partly;
+  std::vector<std::uint32_t> partial_triangles;
   for (std::uint32_t t = 0; t < mesh.uv_triangles.size(); ++t) {
     const int bare = bare_corners(mesh, t);
-    if (bare == 1 || bare == 2) partly.push_back(t);
+    if (bare == 1 || bare == 2) partial_triangles.push_back(t);
   }
-  if (partly.empty()) return std::nullopt;
-  const std::size_t bad = partly.size();
+  if (partial_triangles.empty()) return std::nullopt;
+  const std::size_t bad = partial_triangles.size();
   warnings.push_back(
       {"non-finite-uvs",
        counted(bad, "triangle") + (bad == 1 ? " has" : " have") +
@@ -100,13 +101,13 @@ std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warn
            "adjacent triangles there, or by the mean of its triangle's others",
        bad});
   Mesh result = mesh;
-  BareCorners corners = find_bare_corners(mesh, partly);
+  BareCorners corners = find_bare_corners(mesh, partial_triangles);
   for (auto& [key, corner] : corners) {
     if (corner.given != kNone) continue;
     corner.given = static_cast<std::uint32_t>(result.uvs.size());
     result.uvs.push_back(corner.mean());
   }
-  for (const std::uint32_t t : partly) {
+  for (const std::uint32_t t : partial_triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& uv = result.uv_triangles[t][k];
       if (!is_finite(mesh.uvs[uv])) uv = corners.at({mesh.triangles[t][k], uv}).given;
@@ -130,8 +131,8 @@ std::uint64_t count_outside(const Mesh& mesh) {
 
 namespace {
 
-/// Triangles of finite UVs in the plane z = 0, without duplicates: a search among thousands of copies at one place
-/// would visit all of them, since their distances differ by rounding only.
+/// Triangles of finite UVs in the plane z = 0, without duplicates: since copies differ in distance by rounding only,
+/// a search would visit thousands of copies at one place.
 struct UvTriangles {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;

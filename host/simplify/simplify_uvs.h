@@ -10,8 +10,8 @@
 namespace kiln {
 
 /// Returns the mesh with UVs for corners that have no finite UV in triangles that have some. Such a corner gets the
-/// UV that its chart has at that vertex, or the mean of its triangles' finite UVs. Triangles without a finite UV stay
-/// so. Returns nullopt if there are no such corners.
+/// UV that its chart has at that vertex, or the mean of its triangles' finite UVs. Triangles without any finite UV
+/// are unchanged. Returns nullopt if there are no such corners.
 /// \param warnings  receives a warning with the number of triangles
 std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings);
 

@@ -17,10 +17,11 @@ constexpr int kRelaxRounds = 2;
 constexpr int kFinalRelaxRounds = 2;
 /// Tolerance of distances, which are compared in double precision but finally measured in single precision.
 constexpr double kDistanceRounding = 1e-6;
-/// Allowed sharpening of sharp edges (cosine), first everywhere, then only away from folds. Without it, a blade at
-/// 0.1% takes 10% more faces.
+/// Allowed sharpening of sharp edges (cosine), first everywhere, then only away from folds. Without this allowance, a
+/// blade simplified within 0.1% of its diagonal has 10% more faces.
 constexpr double kSharpening = 0.05;
-/// Largest number of runs: first repeated without sharpening, then with a tighter bound around flaws.
+/// Largest number of runs: after the first run, runs are repeated without sharpening, then with a tighter bound
+/// around flaws.
 constexpr int kMaxRuns = 4;
 /// Largest number of flaws for which runs are repeated: kMaxFlaws, or one per kFacesPerFlaw faces. More flaws belong
 /// to the high poly itself.
@@ -64,20 +65,20 @@ std::size_t SimplifyJob::mend_within(SimplifyState& shrinking, SimplifyResult& r
 
 /// Simplifies to the fewest faces within a bound. Runs again with a tighter bound around flaws.
 /// \returns no triangles if `work` cannot stay within the bound
-SimplifyResult SimplifyJob::within(double bound, const Work& work) {
+SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
   const bool own = work.triangles.size() == dense_.triangles.size();
   if (!bound_samples_) {
     bound_samples_ =
         std::make_unique<BoundSamples>(dense_positions_, dense_.triangles, kMaxSamples);
   }
   double limit = (1 - kDistanceRounding) * bound;
-  std::vector<std::vector<Place>> close;
+  std::vector<std::vector<Place>> flawed_sets;
   SimplifyResult best;
   std::size_t best_mended = 0;
   double sharpening = kSharpening;
   for (int run = 0; run < kMaxRuns; ++run) {
     SimplifyState shrinking(work, layout(), options_, scale_);
-    if (!shrinking.limit_deviation(*bound_samples_, limit, own, close, sharpening)) break;
+    if (!shrinking.limit_deviation(*bound_samples_, limit, own, flawed_sets, sharpening)) break;
     shrinking.run_within();
     SimplifyResult result;
     const std::size_t mended = mend_within(shrinking, result);
@@ -97,9 +98,9 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
     const std::size_t most = kMaxFlaws + result.triangles.size() / kFacesPerFlaw;
     if (good || result.flawed.empty() || result.flawed.size() > most) break;
     if (std::exchange(sharpening, 0) > 0) continue;
-    close.push_back(result.flawed);
+    flawed_sets.push_back(result.flawed);
     // Shrinks to the triangle's own radius.
-    for (Place& place : close.back()) place.radius -= kFlawRadius;
+    for (Place& place : flawed_sets.back()) place.radius -= kFlawRadius;
   }
   report_.mended = best_mended;
   return best;

@@ -88,7 +88,8 @@ std::vector<Triangle> ComponentSizes::body(const Work& work) const {
   return triangles;
 }
 
-Work ComponentSizes::without(const Work& work, const std::vector<std::uint8_t>& dropped) const {
+Work ComponentSizes::without_components(const Work& work,
+                                        const std::vector<std::uint8_t>& dropped) const {
   constexpr std::uint32_t kNoComponent = std::numeric_limits<std::uint32_t>::max();
   Work result;
   result.keep_labels = work.keep_labels;
@@ -119,10 +120,10 @@ void join_parts(const std::vector<Triangle>& triangles, DisjointSets& parts) {
 
 void restore_lost_parts(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
                         const std::vector<std::uint32_t>& origin, DisjointSets& parts) {
-  std::vector<std::uint8_t> lives(origin.size(), 0);
-  for (const Triangle& t : triangles) lives[parts.find(origin[t[0]])] = 1;
+  std::vector<std::uint8_t> has_remaining(origin.size(), 0);
+  for (const Triangle& t : triangles) has_remaining[parts.find(origin[t[0]])] = 1;
   for (const Triangle& t : dense) {
-    if (lives[parts.find(t[0])] == 0) triangles.push_back(t);
+    if (has_remaining[parts.find(t[0])] == 0) triangles.push_back(t);
   }
 }
 

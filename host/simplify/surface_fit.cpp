@@ -17,30 +17,31 @@
 namespace kiln {
 namespace {
 
-/// High-poly samples per face, and at least.
+/// Number of high-poly samples: kSamplesPerFace for each low-poly face, but at least kMinSamples.
 constexpr std::size_t kSamplesPerFace = 24, kMinSamples = 1 << 15;
 constexpr int kFitRounds = 4;
-/// High-poly samples of rough fits per face, and at least.
-constexpr std::size_t kRoughSamplesPerFace = 6, kMinRoughSamples = 1 << 11;
-constexpr int kRoughFitRounds = 2;
+/// Number of high-poly samples of draft fits: kDraftSamplesPerFace for each low-poly face, but at least
+/// kMinDraftSamples.
+constexpr std::size_t kDraftSamplesPerFace = 6, kMinDraftSamples = 1 << 11;
+constexpr int kDraftFitRounds = 2;
 /// Smallest cosine between the normals of a sample and of the triangle that it may match.
 constexpr double kMinMatchCosine = 0.3;
-/// Weights, relative to distances along the high poly's normal: of distances tangential to it, and of staying in
-/// place.
+/// Weights relative to distances along the high poly's normal: kTangentialWeight for distances tangential to the
+/// surface, kStayWeight for moving at all.
 constexpr double kTangentialWeight = 0.002, kStayWeight = 0.02;
-/// Weight of staying on lines between labels.
+/// Weight of leaving a line between labels, relative to distances along normals.
 constexpr double kLineStayWeight = 6;
-/// Extra weight of a sample at a side, relative to a triangle's centre. Outlines consist of sides: without it,
-/// silhouettes of smooth shapes are slightly too wide.
+/// Extra weight of a sample at a side, relative to a triangle's centre. Silhouettes consist of sides: without the
+/// extra weight, those of smooth shapes are slightly too wide.
 constexpr double kSideWeight = 6;
 /// Weight of a vertex's distance from the high poly's nearest plane, relative to the faces around it. Protruding
-/// vertices form outlines.
+/// vertices form silhouettes.
 constexpr double kNearestPlaneWeight = 0.05;
 /// Weight of a vertex's quadric, if its error after collapses equals that of the samples; for a smaller error it
-/// grows in proportion, up to kMaxQuadricFactor times. Planes and creases were met to rounding, and noise of few
-/// samples must not move vertices off them.
+/// grows in proportion, up to kMaxQuadricFactor times. On planes and creases, the collapses left rounding errors
+/// only, and noise of few samples must not move vertices off them.
 constexpr double kQuadricWeight = 0.003, kMaxQuadricFactor = 1000;
-/// Longest step, as a share of the shortest side around.
+/// Longest step of a vertex, as a share of the shortest side around it.
 constexpr double kMaxStepShare = 0.3;
 /// Cosine of the largest turn of a triangle in one step.
 constexpr double kMinStepTurnCosine = 0.9;
@@ -88,7 +89,7 @@ struct AcrossLines {
   }
 };
 
-/// By vertex, its lines between labels; empty if there are none.
+/// For each vertex, the lines between labels at it; empty if there are none.
 std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
                                   const std::vector<Triangle>& low,
                                   std::span<const std::uint32_t> labels) {
@@ -139,21 +140,23 @@ struct StepEquations {
     weight += square;
     missed += square * along * along;
   }
-  /// Pulls the vertex towards a plane, but not along it: tangential pull displaced vertices that their quadrics hardly hold, as
+  /// Pulls the vertex towards a plane, but not along it: tangential pull displaced vertices that their quadrics
+  /// hardly hold, as
   /// on shallow fillets.
   void pull_to_plane(const Vec3d& normal, const Vec3d& missing, double w) {
     add(normal, normal * dot(normal, missing), 1, w);
   }
-  /// Penalizes moving across lines, in proportion to the total weight so far.
+  /// Penalizes moving across lines, in proportion to the total weight of the equations so far.
   void restrict_to_lines(const AcrossLines& lines) {
     xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
     yy += weight * lines.yy, yz += weight * lines.yz, zz += weight * lines.zz;
   }
   /// Pulls the vertex towards the planes of its quadric.
-  /// \param met  the vertex's position after the collapses
-  void pull_to_quadric(const Quadric& planes, const Vec3d& met, const Vec3d& p) {
+  /// \param collapsed_position  the vertex's position after the collapses, on those planes
+  void pull_to_quadric(const Quadric& planes, const Vec3d& collapsed_position, const Vec3d& p) {
     if (!(missed > 0) || !(planes.area > 0)) return;
-    const double off = planes.at(met) / planes.area + missed / weight / kMaxQuadricFactor;
+    const double off =
+        planes.at(collapsed_position) / planes.area + missed / weight / kMaxQuadricFactor;
     const double w = kQuadricWeight * missed / off / planes.area;
     xx += w * planes.xx, xy += w * planes.xy, xz += w * planes.xz;
     yy += w * planes.yy, yz += w * planes.yz, zz += w * planes.zz;
@@ -186,8 +189,8 @@ class MovingMesh {
   }
 
   bool fixed(std::uint32_t vertex) const { return fixed_[vertex] != 0; }
-  /// By triangle, 1 if it has a movable corner.
-  std::vector<std::uint8_t> loose() const {
+  /// For each triangle, 1 if it has a movable corner.
+  std::vector<std::uint8_t> is_movable() const {
     std::vector<std::uint8_t> result(triangles_.size());
     std::transform(triangles_.begin(), triangles_.end(), result.begin(), [&](const Triangle& t) {
       return fixed(t[0]) && fixed(t[1]) && fixed(t[2]) ? 0 : 1;
@@ -233,29 +236,29 @@ class MovingMesh {
 
 }  // namespace
 
-std::size_t SurfaceFit::wanted_for(std::size_t faces, bool rough) {
-  return rough ? std::max(kMinRoughSamples, kRoughSamplesPerFace * faces)
+std::size_t SurfaceFit::wanted_for(std::size_t faces, bool draft) {
+  return draft ? std::max(kMinDraftSamples, kDraftSamplesPerFace * faces)
                : std::max(kMinSamples, kSamplesPerFace * faces);
 }
 
 /// Weighs samples by area, and (except on height fields) by curvature.
 void SurfaceFit::set_weights() {
   share_.resize(triangles_.size());
-  std::optional<CurvatureWeights> bent;
-  if (!height_field_) bent.emplace(positions_, triangles_);
+  std::optional<CurvatureWeights> curvature_weights;
+  if (!height_field_) curvature_weights.emplace(positions_, triangles_);
   parallel_for(share_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles_[i];
       const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
                   c = to_double(positions_[t[2]]);
-      share_[i] = length(normal_of(a, b, c)) * (bent ? bent->of(t) : 1);
+      share_[i] = length(normal_of(a, b, c)) * (curvature_weights ? curvature_weights->of(t) : 1);
     }
   });
 }
 
 /// Draws samples evenly along the list of triangles by weight, and three from each triangle if there are few
-/// triangles. Weighing by area alone would leave fillets, rims and edges with one or two samples, and faces there
-/// would move at random.
+/// triangles. Weighing by area alone would leave fillets, rims and edges with one or two samples, and faces at such
+/// places would move at random.
 void SurfaceFit::take_samples(std::size_t wanted) {
   if (wanted_ == wanted) return;
   wanted_ = wanted;
@@ -312,25 +315,25 @@ double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
 }
 
 /// Matches the samples with the current low poly.
-/// \param loose   by triangle, 1 if samples may move it. The match among other triangles is not resolved, since
-///               vegetation has lots of them at nearly equal distances, where an exact search is slow
+/// \param is_movable   by triangle, 1 if samples may move it. Among fixed triangles, the nearest is not determined
+///               exactly: vegetation has many at nearly equal distances, where an exact search is slow
 /// \param before  matches of the previous round; empty in the first
-/// \param found   out: the matched samples
-void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector<Sample>& before,
-                       const std::vector<Vec3d>& points, const std::vector<Triangle>& low,
-                       std::vector<Sample>& found) const {
+/// \param found   receives the matched samples
+void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
+                       const std::vector<Sample>& before, const std::vector<Vec3d>& points,
+                       const std::vector<Triangle>& low, std::vector<Sample>& found) const {
   std::vector<Vec3> floats(points.size());
   std::transform(points.begin(), points.end(), floats.begin(), to_float);
   const SurfaceDistance tree(floats, low);
   std::vector<Triangle> moved;
   for (std::size_t t = 0; t < low.size(); ++t) {
-    if (loose[t] != 0) moved.push_back(low[t]);
+    if (is_movable[t] != 0) moved.push_back(low[t]);
   }
   const bool all_move = moved.size() == low.size();
   const SurfaceDistance moved_tree(floats, all_move ? std::span<const Triangle>() : moved);
   // True if a fixed triangle is nearer than all movable ones.
   const auto is_at_rest = [&](const Vec3& point, std::uint32_t triangle) {
-    if (loose[triangle] != 0) return false;
+    if (is_movable[triangle] != 0) return false;
     const Triangle& t = low[triangle];
     const std::array<Vec3, 3> corners{floats[t[0]], floats[t[1]], floats[t[2]]};
     const double distance = squared_to_triangle(to_double(point), corners.data(),
@@ -361,18 +364,18 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector
 
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
                      std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
-                     bool rough) {
-  take_samples(wanted_for(low.size(), rough));
+                     bool draft) {
+  take_samples(wanted_for(low.size(), draft));
   std::vector<Sample> found, before;
-  const std::vector<Vec3d> met = points;
+  const std::vector<Vec3d> collapsed_position = points;
   const MovingMesh moving(points, low, height_field_);
-  const std::vector<std::uint8_t> loose = moving.loose();
-  if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return;
+  const std::vector<std::uint8_t> is_movable = moving.is_movable();
+  if (std::find(is_movable.begin(), is_movable.end(), 1) == is_movable.end()) return;
   const std::vector<AcrossLines> lines = lines_of(points, low, labels);
-  for (int round = 0; round < (rough ? kRoughFitRounds : kFitRounds); ++round) {
+  for (int round = 0; round < (draft ? kDraftFitRounds : kFitRounds); ++round) {
     before.swap(found);
-    match(loose, before, points, low, found);
-    const VertexLists of_triangle(
+    match(is_movable, before, points, low, found);
+    const VertexLists triangle_samples(
         low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },
         [](std::size_t) { return std::uint64_t{0}; });
     for (std::uint32_t v = 0; v < points.size(); ++v) {
@@ -381,19 +384,21 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       const Sample* nearest = nullptr;
       double least = std::numeric_limits<double>::infinity();
       for (const VertexLists::Item& corner : moving.corners(v)) {
-        for (const VertexLists::Item& item : of_triangle.of(corner.index / 3)) {
+        for (const VertexLists::Item& item : triangle_samples.of(corner.index / 3)) {
           const Sample& s = found[item.index];
           if (s.weight == 0) continue;
-          const Vec3d way = s.point - points[v];
-          if (const double square = dot(way, way); square < least) least = square, nearest = &s;
+          const Vec3d offset = s.point - points[v];
+          if (const double square = dot(offset, offset); square < least)
+            least = square, nearest = &s;
           equations.add(s.normal, s.point - place_of(s, points, low), s.share[corner.index % 3],
                         s.weight);
         }
       }
       if (!(equations.weight > 0)) continue;
-      const double onto = height_field_ ? 0 : kNearestPlaneWeight * equations.weight;
-      equations.pull_to_plane(nearest->normal, nearest->point - points[v], onto);
-      if (!planes.empty()) equations.pull_to_quadric(planes[v], met[v], points[v]);
+      const double nearest_plane_weight =
+          height_field_ ? 0 : kNearestPlaneWeight * equations.weight;
+      equations.pull_to_plane(nearest->normal, nearest->point - points[v], nearest_plane_weight);
+      if (!planes.empty()) equations.pull_to_quadric(planes[v], collapsed_position[v], points[v]);
       if (!lines.empty()) equations.restrict_to_lines(lines[v]);
       Vec3d step = equations.step();
       const double size = length(step), longest = moving.longest_step(v);

@@ -19,15 +19,15 @@ namespace kiln {
 /// Quadrics put each vertex at the intersection of the planes around it, so that the faces between lie on one side of
 /// a curved surface. The fit centres them: it matches samples of the high poly with their nearest points on the low
 /// poly, then moves one vertex after another to minimize the squared distances along the high poly's normals (Hoppe,
-/// DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). It repeats both steps for a few
-/// rounds. Samples of curved places weigh more (quadric.h), except on height fields. Coordinates should be of about
+/// DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). Both steps are repeated for a few
+/// rounds. Samples in curved areas weigh more (quadric.h), except on height fields. Coordinates should be of about
 /// unit size.
 class SurfaceFit {
  public:
   /// Rounds a point to one that the caller's mesh can store.
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
-  /// Spans must outlive this.
+  /// Spans must outlive this object.
   SurfaceFit(std::span<const Vec3> positions, std::span<const Triangle> triangles,
              bool height_field, Snap snap)
       : positions_(positions),
@@ -35,27 +35,28 @@ class SurfaceFit {
         height_field_(height_field),
         snap_(std::move(snap)) {}
 
-  /// Draws the samples for a low poly of `faces` triangles ahead of run(), to overlap other work.
-  void prepare(std::size_t faces) { take_samples(wanted_for(faces, /*rough=*/false)); }
+  /// Draws the samples for a low poly of `faces` triangles before run(), so that this may overlap other work.
+  void prepare(std::size_t faces) { take_samples(wanted_for(faces, /*draft=*/false)); }
 
   /// Moves vertices of a low poly. Vertices on open edges, or on edges of more than two triangles, do not move. No
   /// triangle turns far, loses its area or (on a height field) faces down. Deterministic on any number of threads.
-  /// \param rough  a quarter of the samples and half the rounds, for meshes that are only measured
+  /// \param draft  a quarter of the samples and half the rounds, for meshes that are only measured
   /// \param labels  by triangle; vertices on lines between labels only move along them; empty: none
-  /// \param planes  by point, quadrics that hold it; empty: none
+  /// \param planes  by point, the quadric that holds it; empty: none
   void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
            std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
-           bool rough = false);
+           bool draft = false);
 
  private:
   /// A point of the high poly, and its match on the low poly.
   struct Sample {
     Vec3d point{}, normal{};
-    double weight = 0;  ///< Area, larger where the surface is curved; 0: no match.
+    /// Area, enlarged where the surface is curved; 0 if the sample has no match
+    double weight = 0;
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Barycentric weights of the triangle's corners.
   };
-  static std::size_t wanted_for(std::size_t faces, bool rough);
+  static std::size_t wanted_for(std::size_t faces, bool draft);
   void take_samples(std::size_t wanted);
   void set_weights();
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
@@ -70,7 +71,7 @@ class SurfaceFit {
   std::span<const Triangle> triangles_;
   bool height_field_;
   Snap snap_;
-  std::vector<double> share_;  ///< Cumulative weight by triangle; empty until used.
+  std::vector<double> share_;  ///< Cumulative weights of triangles; empty until first use
   std::vector<Sample> samples_;
   std::size_t wanted_ = 0;  ///< Number of samples requested for samples_.
 };

@@ -48,7 +48,7 @@ Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
 struct Surroundings {
   std::vector<double> area;  ///< A third of the triangles' area; 0 if a corner is not finite.
   std::vector<Vec3d>
-      facing;  ///< Sum of cross products; about 0 where a vertex is on both sides of a sheet.
+      facing;  ///< Sum of cross products; about 0 where a vertex belongs to both sides of a sheet
 
   /// Side of a triangle on which a vertex lies: along its normal (1), against it (-1), or both (0).
   int side(std::size_t vertex, const Vec3d& normal) const {
@@ -58,7 +58,7 @@ struct Surroundings {
   }
 };
 
-Surroundings around_vertices(const Mesh& high, const std::vector<Vec3>& positions) {
+Surroundings surroundings_of_vertices(const Mesh& high, const std::vector<Vec3>& positions) {
   Surroundings around{std::vector<double>(positions.size()), std::vector<Vec3d>(positions.size())};
   for (const Triangle& t : high.triangles) {
     const Vec3d facing = face_of(positions, t);
@@ -75,7 +75,7 @@ Surroundings around_vertices(const Mesh& high, const std::vector<Vec3>& position
 std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> high_points = frame.to_frame(high), low_points = frame.to_frame(low);
-  const Surroundings around = around_vertices(high, high_points);
+  const Surroundings around = surroundings_of_vertices(high, high_points);
   const SurfaceDistance surface(low_points, low.triangles);
   const TwoSided sides = TwoSided::of(low);
   const std::size_t most = std::max(kMinPlaces, kPlacesPerVertex * low.positions.size());
@@ -87,7 +87,7 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3& point = high_points[i * step];
       if (!(around.area[i * step] > 0) || !is_finite(point)) continue;
-      const auto put = [&](ColoredPlace& place, std::uint32_t triangle, double area) {
+      const auto set_place = [&](ColoredPlace& place, std::uint32_t triangle, double area) {
         place.area = area;
         place.color = linear_of(high.colors[i * step]);
         place.corners = low.triangles[triangle];
@@ -101,8 +101,8 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
                            ? 1
                            : around.side(i * step, face_of(low_points, low.triangles[nearest]));
       const double area = around.area[i * step];
-      put(places[i], side < 0 ? twin : nearest, side == 0 ? area / 2 : area);
-      if (side == 0) put(places[count + i], twin, area / 2);
+      set_place(places[i], side < 0 ? twin : nearest, side == 0 ? area / 2 : area);
+      if (side == 0) set_place(places[count + i], twin, area / 2);
     }
   });
   return places;
@@ -110,7 +110,7 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
 
 /// Colour sums at each low-poly vertex.
 struct VertexColors {
-  std::vector<double> weight;  ///< Total weight of a vertex's samples; 0: no samples
+  std::vector<double> weight;  ///< Total weight of each vertex's samples; 0 without samples
   Colors nearest;  ///< Colour of its nearest sample, and that sample's barycentric coordinate
 };
 
@@ -133,8 +133,8 @@ VertexColors nearest_places(const std::vector<ColoredPlace>& places, std::size_t
 /// Fills vertices without a colour with the mean of their neighbours, ring by ring.
 void fill_uncolored(const Mesh& low, VertexColors& vertices) {
   auto& [weight, mean] = vertices;
-  for (bool changed = true; changed;) {
-    changed = false;
+  for (bool any_filled = true; any_filled;) {
+    any_filled = false;
     std::vector<double> count(weight.size());
     Colors sum = Colors::Zero(mean.rows(), 4);
     for (const Triangle& t : low.triangles) {
@@ -151,13 +151,13 @@ void fill_uncolored(const Mesh& low, VertexColors& vertices) {
       if (count[v] == 0) continue;
       const auto row = static_cast<Eigen::Index>(v);
       mean.row(row) = sum.row(row) / count[v];
-      weight[v] = 1e-30;  // A tiny weight marks the vertex as coloured.
-      changed = true;
+      weight[v] = 1e-30;  // A tiny weight stands for "coloured".
+      any_filled = true;
     }
   }
 }
 
-/// Least-squares fit over all samples.
+/// Fits the vertex colours to all samples by least squares.
 Colors fit(const std::vector<ColoredPlace>& places, const VertexColors& vertices) {
   const Eigen::Index count = vertices.nearest.rows();
   std::vector<Eigen::Triplet<double>> entries;

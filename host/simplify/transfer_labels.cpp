@@ -19,13 +19,14 @@ using Names = std::vector<std::uint32_t>;
 
 constexpr std::size_t kNamesPerTask = 256;
 
-/// True if triangles have different names.
+/// True if not all triangles have the same name.
 bool have_several_names(const Names& names) {
   return std::any_of(names.begin(), names.end(),
                      [&](std::uint32_t name) { return name != names.front(); });
 }
 
-/// The nearest high-poly triangles to four points of each low-poly triangle; on two-sided sheets, of the same side.
+/// For each low-poly triangle, the nearest high-poly triangle at four of its points; on two-sided sheets, on the same
+/// side.
 std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> high_points = frame.to_frame(high), low_points = frame.to_frame(low);

@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-/// Weight of squared UV distances, scaled to the surface, relative to distances from planes: the map stores detail by
-/// UV, so a shift along the surface matters less than leaving it.
+/// Weight of squared UV distances, scaled to the surface, relative to distances from planes: maps store detail by UV,
+/// so a shift along the surface matters less than a deviation from it.
 constexpr double kUvWeight = 0.02;
 /// Weight of perpendicular planes through seams and borders of groups, relative to a triangle's own plane.
 constexpr double kSeamWeight = 10;
@@ -24,7 +24,7 @@ double squared(const Vec2& a, const Vec2& b) {
   return x * x + y * y;
 }
 
-double doubled(const std::array<Vec2, 3>& p) {
+double doubled_area(const std::array<Vec2, 3>& p) {
   return (double{p[1].x} - p[0].x) * (double{p[2].y} - p[0].y) -
          (double{p[1].y} - p[0].y) * (double{p[2].x} - p[0].x);
 }
@@ -32,7 +32,7 @@ double doubled(const std::array<Vec2, 3>& p) {
 /// Signed doubled area over the squared longest side; 0 for a point.
 double uv_shape(const std::array<Vec2, 3>& p) {
   const double longest = std::max({squared(p[0], p[1]), squared(p[1], p[2]), squared(p[2], p[0])});
-  return longest > 0 ? doubled(p) / longest : 0;
+  return longest > 0 ? doubled_area(p) / longest : 0;
 }
 
 double axis_of(const Vec2& uv, std::size_t axis) { return axis == 0 ? uv.x : uv.y; }
@@ -62,7 +62,7 @@ UvSeamConstraint::Attributes& UvSeamConstraint::Attributes::operator+=(const Att
   return *this;
 }
 
-/// The value at a point on which the affine maps agree best.
+/// The UV coordinate at a point that minimizes the summed squared errors of the affine maps.
 double UvSeamConstraint::Attributes::best(std::size_t axis, const Vec3d& p) const {
   return (dot(gradient[axis], p) + offset[axis]) / weight;
 }
@@ -104,9 +104,9 @@ void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::u
   }
   vertex_class_.resize(mesh.points.size());
   for (std::size_t v = 0; v < lines.size(); ++v) {
-    // A seam that ends at a group border is a corner of both lines.
-    const bool passes = lines[v] == 2 && seams[v] != 1;
-    vertex_class_[v] = lines[v] == 0 ? kInside : passes ? kLine : kCorner;
+    // A vertex where a seam ends at a group border is a corner of both lines.
+    const bool is_on_line = lines[v] == 2 && seams[v] != 1;
+    vertex_class_[v] = lines[v] == 0 ? kInside : is_on_line ? kLine : kCorner;
   }
 }
 
@@ -124,7 +124,7 @@ void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!load(t)) continue;
     surface += length(cross(p[1] - p[0], p[2] - p[0]));
-    layout += std::abs(doubled(uv));
+    layout += std::abs(doubled_area(uv));
   }
   scale_ = layout > 0 ? std::sqrt(surface / layout) : 1;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -179,47 +179,47 @@ std::uint32_t UvSeamConstraint::corner_at(const CollapseMesh& mesh, std::uint32_
 bool UvSeamConstraint::is_uv_border(const CollapseMesh& mesh, std::uint32_t a,
                                     std::uint32_t b) const {
   std::uint32_t count = 0, at_a = 0, at_b = 0;
-  bool same = true;
+  bool is_same_edge = true;
   mesh.each_on_edge(a, b, [&](std::uint32_t t) {
     const std::uint32_t ca = corner_at(mesh, t, a), cb = corner_at(mesh, t, b);
     if (count++ == 0) {
       at_a = ca;
       at_b = cb;
     }
-    same = same && ca == at_a && cb == at_b;
+    is_same_edge = is_same_edge && ca == at_a && cb == at_b;
   });
-  return count != 2 || !same;
+  return count != 2 || !is_same_edge;
 }
 
 bool UvSeamConstraint::is_line(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b) const {
   if (is_uv_border(mesh, a, b)) return true;
   if (layout_.groups.empty()) return false;
   std::uint32_t group = kNoVertex;
-  bool same = true;
+  bool is_same_edge = true;
   mesh.each_on_edge(a, b, [&](std::uint32_t t) {
-    same = same && (group == kNoVertex || layout_.groups[t] == group);
+    is_same_edge = is_same_edge && (group == kNoVertex || layout_.groups[t] == group);
     group = layout_.groups[t];
   });
-  return !same;
+  return !is_same_edge;
 }
 
-/// Finds the pairs of corners that merge, from the edge's triangles. False if the edge has more than two sides.
+/// Finds the pairs of corners that merge, from the edge's triangles. False if the edge has more than two triangles.
 bool UvSeamConstraint::pair_corners(const CollapseMesh& mesh, Plan& plan) const {
-  bool fits = true;
+  bool is_consistent = true;
   mesh.each_on_edge(plan.gone, plan.kept, [&](std::uint32_t t) {
     const Pair pair{corner_at(mesh, t, plan.gone), corner_at(mesh, t, plan.kept)};
     for (std::size_t i = 0; i < plan.count; ++i) {
       if (plan.pairs[i].gone != pair.gone) continue;
-      fits = fits && plan.pairs[i].kept == pair.kept;
+      is_consistent = is_consistent && plan.pairs[i].kept == pair.kept;
       return;
     }
     if (plan.count == plan.pairs.size()) {
-      fits = false;
+      is_consistent = false;
     } else {
       plan.pairs[plan.count++] = pair;
     }
   });
-  return fits && plan.count > 0;
+  return is_consistent && plan.count > 0;
 }
 
 UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uint32_t a,
@@ -261,7 +261,7 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     const auto key = [&](const Plan& p) { return copies_.first(p.pairs[0].kept); };
     return key(other) < key(plan) ? other : plan;
   }
-  // Chooses the cheaper direction. On a straight line, the shape's cost hardly depends on it.
+  // Chooses the cheaper direction. On a straight line, the cost of the shape hardly depends on the direction.
   const Quadric keeps_b = cost_of(other), keeps_a = cost_of(plan);
   return keeps_b.at(mesh.points[b]) < keeps_a.at(mesh.points[a]) ? other : plan;
 }
@@ -278,7 +278,7 @@ Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
       Quadric part = sum.linear[axis];
       part.area = 0;
       if (plan.kind == Plan::Kind::inside) {
-        // With the best value at each position: Hoppe 1999, section 3, with the value eliminated.
+        // Hoppe 1999, section 3, with the UV eliminated: it takes its best value at each position.
         part.add_linear(sum.gradient[axis], sum.offset[axis], -1 / sum.weight);
       } else {
         const double value = scale_ * axis_of(layout_.uvs[plan.pairs[i].kept], axis);
@@ -363,7 +363,7 @@ bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex,
   return true;
 }
 
-/// True if the line may run straight past the removed vertex.
+/// True if the line stays valid when it skips the removed vertex.
 bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
   std::uint32_t before = kNoVertex;
   bool free = true;
@@ -438,15 +438,15 @@ bool UvSeamConstraint::has_copies(const Plan& plan) const {
 }
 
 /// Collapses that must happen together because they move copies of the same corners. Lookups take constant time, so
-/// that a group is linear in the number of copies.
+/// that the time for a group is linear in the number of copies.
 struct UvSeamConstraint::TwinGroup {
   std::vector<Plan> steps;
-  /// By removed vertex, the vertex that it becomes.
+  /// Maps each removed vertex to the vertex that replaces it.
   std::unordered_map<std::uint32_t, std::uint32_t> kept_of;
-  std::unordered_set<std::uint32_t> kept;  ///< Vertices that are kept.
-  /// Pairs (gone, kept) of first copies whose copies are all in the group: each copy of such a pair leads to the same
-  /// collapses.
-  std::unordered_set<std::uint64_t> complete;
+  std::unordered_set<std::uint32_t> kept;  ///< Vertices that replace removed ones
+  /// Pairs (gone, kept) of first copies of which all copies are in the group already, so that other copies of such a
+  /// pair need no search.
+  std::unordered_set<std::uint64_t> complete_pairs;
 
   void add(const Plan& step) {
     steps.push_back(step);
@@ -455,11 +455,11 @@ struct UvSeamConstraint::TwinGroup {
   }
 };
 
-/// The copy of pair.kept that shares a triangle with `gone`, a copy of pair.gone; kNoVertex if there is none. Of
-/// several, the last in the order of LayoutCopies::each(pair.kept).
-/// \param unique  set to false if there are several
+/// The copy of pair.kept that shares a triangle with `gone`, a copy of pair.gone; kNoVertex if there is none. If
+/// there are several, the last one in the order of LayoutCopies::each(pair.kept).
+/// \param is_unique  set to false if there are several
 std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone,
-                                                 const Pair& pair, bool& unique) const {
+                                                 const Pair& pair, bool& is_unique) const {
   // each() descends from pair.kept to the lowest copy, then from the highest one.
   const auto order = [&](std::uint32_t uv) {
     if (uv == pair.kept) return std::pair<int, std::uint32_t>(0, 0);
@@ -473,15 +473,15 @@ std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::
       if (other == found || copies_.first(other) != copies_.first(pair.kept)) continue;
       if (other == pair.kept && !copies_.on_fold(other)) continue;
       if (!mesh.contains(t, vertex_of_[other])) continue;
-      if (found != kNoVertex) unique = false;
+      if (found != kNoVertex) is_unique = false;
       if (found == kNoVertex || order(other) > order(found)) found = other;
     }
   });
   return found;
 }
 
-/// Adds the collapses of copies of the corners of collapse `of`. False if a copy has no such edge or cannot collapse
-/// in that direction.
+/// Adds to the group the collapses that must happen together with collapse `of`, because they move copies of the same
+/// corners. False if a copy has no edge there, or cannot collapse in the same direction.
 bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const {
   const Plan::Kind kind = group.steps[of].kind;
   const auto add = [&](std::uint32_t gone, std::uint32_t kept) {
@@ -492,23 +492,24 @@ bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std
     if (moves || group.kept.contains(gone) || group.kept_of.contains(kept)) return false;
     const Plan twin = plan(mesh, gone, kept, Anchor::none);
     const Plan other = plan(mesh, kept, gone, Anchor::none);
-    const Plan& fits = twin.gone == gone ? twin : other;
-    if (fits.kind != kind || fits.gone != gone || fits.kept != kept) return false;
-    group.add(fits);
+    const Plan& is_consistent = twin.gone == gone ? twin : other;
+    if (is_consistent.kind != kind || is_consistent.gone != gone || is_consistent.kept != kept)
+      return false;
+    group.add(is_consistent);
     return true;
   };
   for (std::size_t i = 0; i < group.steps[of].count; ++i) {
     const Pair pair = group.steps[of].pairs[i];
     const std::uint64_t key =
         std::uint64_t{copies_.first(pair.gone)} << 32 | copies_.first(pair.kept);
-    if (group.complete.contains(key)) continue;
-    bool unique = true;
+    if (group.complete_pairs.contains(key)) continue;
+    bool is_unique = true;
     std::size_t found = 0, moved = 0;
     std::unordered_set<std::uint32_t> kept_corners{pair.kept};
     const bool added = copies_.all_of(pair.gone, [&](std::uint32_t gone) {
-      const std::uint32_t kept = find_twin_corner(mesh, gone, pair, unique);
+      const std::uint32_t kept = find_twin_corner(mesh, gone, pair, is_unique);
       ++found;
-      unique = unique && kept_corners.insert(kept).second;
+      is_unique = is_unique && kept_corners.insert(kept).second;
       return kept != kNoVertex && add(vertex_of_[gone], vertex_of_[kept]);
     });
     if (!added) return false;
@@ -516,7 +517,7 @@ bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std
       copies_.all_of(pair.kept, [&](std::uint32_t) { return ++moved <= found; });
       if (moved != found) return false;
     }
-    if (unique) group.complete.insert(key);
+    if (is_unique) group.complete_pairs.insert(key);
   }
   return true;
 }
@@ -529,7 +530,8 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
   const Plan lead = plan(mesh, a, b, anchor);
   for (std::size_t i = 0; i < lead.count; ++i) {
     const Pair& pair = lead.pairs[i];
-    if (rank(pair.gone) > rank(pair.kept)) return false;  // It would leave a fold or the copies.
+    // The collapse would move a corner off a fold, or away from its copies.
+    if (rank(pair.gone) > rank(pair.kept)) return false;
   }
   if (!has_copies(lead)) return true;
   if (anchor != Anchor::none) return false;
@@ -541,11 +543,11 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
   const Vec2 from = layout_.uvs[lead.pairs[0].kept], to = uv_at(lead, target);
   for (std::size_t i = 1; i < group.steps.size(); ++i) {
     const Plan& twin = group.steps[i];
-    twins.push_back({twin.kept, twin.gone});  // The order in which plan() removes that end.
+    twins.push_back({twin.kept, twin.gone});  // plan() removes the second vertex of an edge.
     if (twin.kind != Plan::Kind::inside) continue;
     const std::uint32_t corner = twin.pairs[0].kept;
-    const Vec2& own = layout_.uvs[corner];
-    moved_.emplace(corner, Vec2{own.x + (to.x - from.x), own.y + (to.y - from.y)});
+    const Vec2& old_uv = layout_.uvs[corner];
+    moved_.emplace(corner, Vec2{old_uv.x + (to.x - from.x), old_uv.y + (to.y - from.y)});
   }
   return true;
 }

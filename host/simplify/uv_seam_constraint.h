@@ -19,19 +19,19 @@ namespace kiln {
 struct Layout {
   std::vector<Vec2> uvs;
   std::vector<Triangle> corners;  ///< Indices into uvs, by triangle.
-  /// By triangle, a number for group, object and material; empty: all have one.
+  /// For each triangle, an index for its combination of group, object and material; empty if all have the same.
   std::vector<std::uint32_t> groups;
-  std::vector<std::uint32_t> group_of;  ///< By group, a triangle of the given mesh.
+  std::vector<std::uint32_t> group_of;  ///< A triangle of the given mesh for each group
   std::vector<std::uint32_t> charts;    ///< Chart of each triangle.
 };
 
-/// Keeps UV seams, their ends and crossings, open borders, and borders between groups in place, on the surface and in
-/// the layout. No UV triangle flips, and no charts begin to overlap.
+/// Keeps UV seams (with their end points and crossings), open borders and borders between groups in place, on the
+/// surface and in the layout. No UV triangle flips, and no charts begin to overlap.
 ///
-/// Inside a chart, a moved vertex gets the UV that fits the affine maps of its triangles best, and their error adds
-/// to the cost (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes", section 3). UV
-/// copies, such as mirrored halves, collapse together, so that they stay copies. Vertices of seams and borders
-/// collapse only along these, into the next vertex there, on both sides together.
+/// Inside a chart, a moved vertex gets the UV that fits the affine maps of its triangles best, and the error of that
+/// fit adds to the cost (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes", section
+/// 3). UV copies, such as mirrored halves, collapse together, so that they stay copies. A vertex on a seam or border
+/// only collapses along that line, into the next vertex on it, with both sides together.
 class UvSeamConstraint : public CollapseConstraint {
  public:
   /// \param layout  UVs of equal value at a vertex must have one index
@@ -52,7 +52,7 @@ class UvSeamConstraint : public CollapseConstraint {
   void end_twins() override { moved_.clear(); }
   bool may_move(const CollapseMesh& mesh, std::uint32_t vertex, const Vec3d& target) const override;
 
-  /// Current UVs; corners are indices into them, by the triangles that the constructor received.
+  /// The current layout; its corners are indexed by the triangles that the constructor received.
   const Layout& layout() const { return layout_; }
 
  private:
@@ -71,7 +71,7 @@ class UvSeamConstraint : public CollapseConstraint {
   };
   struct Plan {
     enum class Kind : std::uint8_t { none, inside, onto } kind = Kind::none;
-    std::uint32_t gone = 0, kept = 0;  ///< Vertices: removed and kept. Inside a chart, both move.
+    std::uint32_t gone = 0, kept = 0;  ///< Removed and kept vertex; inside a chart, both move
     std::array<Pair, 2> pairs{};
     std::size_t count = 0;
   };
@@ -89,7 +89,8 @@ class UvSeamConstraint : public CollapseConstraint {
                  const Vec2& uv) const;
   bool keeps_line(const CollapseMesh& mesh, const Plan& plan) const;
 
-  /// 0: a corner without copies; 1: with copies; 2: on a fold. Of two merging corners, the lower rank is removed.
+  /// Rank of a corner. 0: it has no copies; 1: it has copies; 2: it lies on a fold. Of two merging corners, the lower
+  /// rank is removed.
   int rank(std::uint32_t uv) const;
   bool has_copies(const Plan& plan) const;
   struct TwinGroup;
@@ -100,7 +101,7 @@ class UvSeamConstraint : public CollapseConstraint {
   Layout layout_;
   LayoutCopies copies_;
   std::vector<std::uint32_t> vertex_of_;           ///< Vertex of each UV.
-  std::unordered_map<std::uint32_t, Vec2> moved_;  ///< New UVs of copies during a collapse.
+  std::unordered_map<std::uint32_t, Vec2> moved_;  ///< New UVs of copies during a collapse
   LayoutBorders borders_;
   std::vector<Attributes> attributes_;  ///< Error sums of each UV.
   std::vector<std::uint8_t>

@@ -20,7 +20,7 @@
 namespace kiln {
 namespace {
 
-/// Builds `slot` at its first use, and counts its time and device memory.
+/// Builds the structure in `slot` at its first use, and records its time and device memory.
 template <typename Pointer, typename Make>
 Pointer& build_once(Pointer& slot, Source::Stats& stats, const Make& make) {
   if (slot == nullptr) {
@@ -34,13 +34,14 @@ Pointer& build_once(Pointer& slot, Source::Stats& stats, const Make& make) {
   return slot;
 }
 
-/// Greatest coordinate of moving vertices; they start within 1. A margin, since a triangle may gain area later.
+/// Largest coordinate of moving vertices, which start within 1. The margin is for triangles that gain area later.
 constexpr double kMaxMovedCoordinate = 2;
 
-// Elements that kernels read beyond the end of an array.
+// Number of elements that kernels read beyond the end of an array.
 constexpr std::size_t kReadAhead = 1;
 
-/// Kernels require coordinates of at most about 1 in the frame; within the bounds they are at most 0.5.
+/// Checks that moved vertices are within bounds: kernels require coordinates of at most about 1 in the frame, and the
+/// bounds are at 0.5.
 void check_within_bounds(const Mesh& high, const std::vector<Vec3>& positions) {
   for (const Triangle& t : high.triangles) {
     if (!has_area(high.positions, t)) continue;
@@ -58,9 +59,9 @@ void check_within_bounds(const Mesh& high, const std::vector<Vec3>& positions) {
 
 /// Polls for cancelling before a large argument is copied.
 template <typename T>
-const T& poll_before_copy(const T& large) {
+const T& poll_before_copy(const T& argument) {
   ProgressGuard::poll();
-  return large;
+  return argument;
 }
 
 }  // namespace
@@ -129,7 +130,7 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
 Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
     : device(whole.device), frame(whole.frame), traversal(whole.traversal) {
   std::unordered_map<std::uint32_t, std::uint32_t>
-      places;  // of the part's size, since a whole may have many parts
+      places;  // Sized as the part, since a mesh may have many parts
   for (const std::uint32_t t : some) {
     Triangle corners = whole.triangles[t];
     for (std::uint32_t& corner : corners) {
@@ -170,7 +171,7 @@ void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
   if (count_usable() == before) {
     tree_->refit(context_of(device), positions, triangles);
   } else {
-    // Triangles gained or lost their area. The tree is replaced in place, since users share it.
+    // Triangles have gained or lost their area. The tree is replaced in place, since users share it.
     *tree_ = Tree(context_of(device), positions, triangles, will_move);
   }
 }
@@ -213,35 +214,35 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
     return std::make_shared<LowSurface>(LowSurface::of(low, frame, cage, copies));
   }
   LowSurface::check(low);
-  LastLow made;
-  made.shape = fast_hash(low.origin, low.positions, low.triangles, low.normals,
-                         low.normal_triangles, low.colors, low.polygons);
+  LastLow new_surface;
+  new_surface.shape = fast_hash(low.origin, low.positions, low.triangles, low.normals,
+                                low.normal_triangles, low.colors, low.polygons);
   std::vector<std::uint32_t> with_uvs = LowSurface::find_with_uvs(low);
-  std::vector<Tangent> tangents;  // of triangles with UVs: few for a texture set
+  std::vector<Tangent> tangents;  // Tangents of triangles with UVs, which are few in a texture set
   if (!low.tangents.empty()) {
     for (const std::size_t t : with_uvs) {
       const auto first = low.tangents.begin() + static_cast<std::ptrdiff_t>(3 * t);
       tangents.insert(tangents.end(), first, first + 3);
     }
   }
-  made.layout = fast_hash(low.uvs, low.uv_triangles, tangents, std::array{copies});
+  new_surface.layout = fast_hash(low.uvs, low.uv_triangles, tangents, std::array{copies});
   {
     const auto lock = lock_polling(mutex_);
-    // frees the cached surface before the next one is made
-    if (last_low_.shape != made.shape) last_low_ = {};
-    if (last_low_.layout == made.layout) return last_low_.surface;
-    made.surface = std::exchange(last_low_, {}).surface;
+    // Frees the cached surface before the next one is built
+    if (last_low_.shape != new_surface.shape) last_low_ = {};
+    if (last_low_.layout == new_surface.layout) return last_low_.surface;
+    new_surface.surface = std::exchange(last_low_, {}).surface;
   }
-  // Reuses the surface of the last layout in place if nobody else holds it, as for consecutive texture sets.
-  LowSurface surface = made.surface == nullptr         ? LowSurface::without_uvs(low, frame)
-                       : made.surface.use_count() == 1 ? std::move(*made.surface)
-                                                       : *made.surface;
+  // Reuses the surface of the last layout in place if no other object shares it, as for consecutive texture sets.
+  LowSurface surface = new_surface.surface == nullptr         ? LowSurface::without_uvs(low, frame)
+                       : new_surface.surface.use_count() == 1 ? std::move(*new_surface.surface)
+                                                              : *new_surface.surface;
   surface.lay_out(low, std::move(with_uvs));
   find_uv_copies(low, copies, surface);
-  made.surface = std::make_shared<LowSurface>(std::move(surface));
+  new_surface.surface = std::make_shared<LowSurface>(std::move(surface));
   const auto lock = lock_polling(mutex_);
-  last_low_ = made;
-  return made.surface;
+  last_low_ = new_surface;
+  return new_surface.surface;
 }
 
 Source::Stats Source::Impl::stats() const {
@@ -266,7 +267,8 @@ Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
     throw Error(ErrorCode::input,
                 "'" + high.name + "' has no triangles: there is nothing to bake from.");
   }
-  if (bounds) validate(high);  // otherwise validated when its own bounds are computed
+  // Without `bounds`, the mesh is validated when its bounds are computed
+  if (bounds) validate(high);
   if (traversal < RayTraversal::automatic || traversal > RayTraversal::gpu) {
     throw Error(ErrorCode::usage, "traversal is no RayTraversal: use one of its names.",
                 "option-enum");

@@ -18,10 +18,11 @@
 
 namespace kiln {
 
-/// The high poly's attributes on the device. Both arrays have one element more, for kernels that load four at a time.
+/// The high poly's attributes on the device. Both arrays have one extra element, for kernels that load four at a
+/// time.
 struct SourceAttributes {
-  cl::Array<std::uint32_t> normal_indices;  ///< [3 * triangles + 1]
-  cl::Array<float> normals;                 ///< [3 * pool + 1]
+  cl::Array<std::uint32_t> normal_indices;  ///< Normal of each corner, [3 * triangles + 1]
+  cl::Array<float> normals;                 ///< Pool of normals, [3 * normals + 1]
 
   SourceAttributes() = default;
   SourceAttributes(cl::Context& context, const CornerNormals& normals);
@@ -33,8 +34,8 @@ Traversal traversal_of(RayTraversal wanted);
 struct KILN_HIDDEN Source::Impl {
   Impl(const Device& opened, const Mesh& high, Traversal wanted,
        const std::optional<Bounds>& bounds = std::nullopt);
-  /// A subset of another source's triangles, in its frame, for searches; without attributes. Triangles are numbered by
-  /// their index in the list.
+  /// A source for searches that consists of some triangles of another one, in the same frame and without attributes.
+  /// Triangles are numbered by their index in the list.
   Impl(const Impl& whole, const std::vector<std::uint32_t>& some);
 
   Device device;
@@ -44,11 +45,11 @@ struct KILN_HIDDEN Source::Impl {
   std::vector<Triangle> triangles;
   std::vector<Vec2> uvs;  ///< UVs of corners; may be empty
   std::vector<Triangle> uv_triangles;
-  std::uint32_t uv_set = 0;      ///< The file's number of `uvs`
+  std::uint32_t uv_set = 0;      ///< Index in the file of the UV set `uvs`
   std::vector<UvSet> other_uvs;  ///< Other UV sets, indexed by the same uv_triangles
   SourceAttributes attributes;
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Colours of vertices; may be empty
-  /// Names of triangles as in Mesh: an index for each, or none, and the names.
+  /// Names of triangles as in Mesh: the names, and an index for each triangle, or no indices.
   struct Names {
     std::vector<std::uint32_t> of;
     std::vector<std::string> names;
@@ -62,19 +63,19 @@ struct KILN_HIDDEN Source::Impl {
   Rasterizer& raster() const;
   /// facet_size() in frame units, computed at the first call.
   double facets() const;
-  /// Cached values that depend on positions and triangles alone. Replaced by move().
+  /// Cached values that depend only on positions and triangles. move() replaces them.
   std::shared_ptr<MadeOnce> by_positions() const;
 
-  /// LowSurface::of() in this source's frame. The last surface is cached: for a mesh that differs from it in UVs and
-  /// tangents only, such as another texture set of the same low poly, only these are processed. The result may be
-  /// shared and must not be changed. With a cage it is not cached.
+  /// LowSurface::of() in this source's frame. The last surface is cached: if a mesh differs from it only in UVs and
+  /// tangents, as another texture set of the same low poly does, only UVs and tangents are processed. The result may
+  /// be shared and must not be changed. Surfaces with a cage are not cached.
   std::shared_ptr<LowSurface> low_surface(const Mesh& low, const Mesh* cage, UvCopies copies) const;
 
   /// Sets the positions of vertices [first, first + count) and refits the BVH, if built. Requires exclusive ownership.
-  /// Takes the triangles with a moved corner.
+  /// The arguments include the triangles with a moved corner.
   void move(std::uint32_t first, std::span<const Vec3> moved,
             std::span<const std::uint32_t> triangles_moved);
-  /// Keeps on the host what move() needs; set before anything is built.
+  /// True if the data that move() needs is kept on the host; must be set before structures are built.
   bool will_move = false;
 
   Stats stats() const;
@@ -82,7 +83,7 @@ struct KILN_HIDDEN Source::Impl {
   std::uint64_t duplicates() const;
 
  private:
-  const std::shared_ptr<Tree>& tree() const;  ///< Requires the mutex
+  const std::shared_ptr<Tree>& tree() const;  ///< The caller must hold the mutex
 
   mutable std::mutex mutex_;
   mutable std::shared_ptr<Tree> tree_;
@@ -92,7 +93,8 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::optional<double> facets_;
   std::shared_ptr<MadeOnce> by_positions_ = std::make_shared<MadeOnce>();
   struct LastLow {
-    std::uint64_t shape = 0, layout = 0;  ///< Hashes: of all but UVs and tangents, and of those
+    /// Hash of everything except UVs and tangents; hash of UVs and tangents
+    std::uint64_t shape = 0, layout = 0;
     std::shared_ptr<LowSurface> surface;
   };
   mutable LastLow last_low_;

@@ -6,7 +6,7 @@
 namespace kiln {
 
 /// True if the mesh has UVs: as many index triples as triangles, all in range.
-/// \throws Error(input) if it has invalid ones
+/// \throws Error(input) if it has invalid UVs
 bool has_uvs(const Source::Impl& source);
 
 }  // namespace kiln

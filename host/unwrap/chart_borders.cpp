@@ -34,7 +34,7 @@ std::uint32_t ChartBorders::glue(const Run& given, std::uint32_t count_a, std::u
                                  std::vector<std::uint32_t>& glued) {
   glued.clear();
   Run run = given;
-  // A border that would vanish completely keeps one edge here; zipping closes it if the chart stays a disc.
+  // If the run is all of a border, one edge of the run remains open; zipping closes it if the chart stays a disc.
   while (run.count >= count_a || run.count >= count_b) {
     if (run.count == 1) return kNoIndex;
     run.last = previous_[run.last];
@@ -70,7 +70,8 @@ std::uint32_t ChartBorders::glue(const Run& given, std::uint32_t count_a, std::u
 void ChartBorders::unglue(const std::vector<std::uint32_t>& edges) {
   for (const std::uint32_t h : edges) set_glued(h, false);
   if (edges.empty()) return;
-  // Both charts are discs with one border each, and all of these edges lie on both borders.
+  // Both charts are discs with one border each, and all opened edges lie on both borders, so each border can be
+  // traced from one of these edges.
   trace(edges.front());
   trace(surface_.mate[edges.front()]);
 }

@@ -11,13 +11,13 @@ namespace kiln {
 
 /// Charts as topological discs whose borders are rings of half-edges. At first, each triangle is a disc. Two discs are
 /// joined along one run of shared border edges; shared edges outside of the run stay open, as a seam inside the chart.
-/// So the union is always a disc, whatever the surface's topology.
+/// So the union is a disc for every topology of the surface.
 class ChartBorders {
  public:
   explicit ChartBorders(const ChartSurface& surface);
 
-  /// A run of `count` half-edges of one border, starting at `first`, whose mates lie in another chart's border in the
-  /// opposite order.
+  /// A run of `count` consecutive half-edges of one border, starting at `first`. Their mates lie on another chart's
+  /// border in the opposite order.
   struct Run {
     std::uint32_t first = 0, last = 0, count = 0;
     double length = 0;
@@ -26,13 +26,13 @@ class ChartBorders {
   Run run_through(std::uint32_t h) const;
 
   /// Glues along a run, then zips up every pair of mates that have become neighbours on the ring.
-  /// \param charts  numbers of half-edges on the two borders
+  /// \param charts  lengths of the two borders in half-edges
   /// \param glued   [out] one half-edge of every glued edge, for unglue()
   /// \returns a half-edge of the new border; kNoIndex, with nothing changed, if fewer than 3 half-edges would be left
   std::uint32_t glue(const Run& run, std::uint32_t count_a, std::uint32_t count_b,
                      std::vector<std::uint32_t>& glued);
 
-  /// Opens edges again and repairs the rings at their ends.
+  /// Opens glued edges and repairs the rings at their end points.
   void unglue(const std::vector<std::uint32_t>& edges);
   /// Rebuilds the ring that starts at an open half-edge. \returns its number of half-edges.
   std::uint32_t trace(std::uint32_t h);
@@ -49,7 +49,7 @@ class ChartBorders {
     next_[a] = b;
     previous_[b] = a;
   }
-  /// Restores a former state of glued edges; does not update rings.
+  /// Restores a saved state of glued edges; does not update rings.
   void restore(std::vector<std::uint8_t> glued) { glued_ = std::move(glued); }
 
  private:

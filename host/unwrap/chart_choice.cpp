@@ -20,8 +20,9 @@
 namespace kiln {
 namespace {
 
-/// If charts cover less than kMinCoverage of the map, they are grown again with a limit on their length, in units of
-/// the square root of the surface's area. Otherwise a few long strips would dictate the scale of all charts.
+/// If charts cover less than kMinCoverage of the map, they are grown again with kMaxChartLength as limit on their
+/// length, in units of the square root of the surface's area. Without this limit, a few long strips would determine
+/// the scale of all charts.
 constexpr double kMinCoverage = 0.5, kMaxChartLength = 1.3;
 /// Penalties in the search for cuts. A seam as long as the square root of the mesh's area must save the fraction `seam`
 /// of that area in bounding boxes. A chart of the whole mesh counts as wasting the fraction `size` of its area.
@@ -30,14 +31,16 @@ struct CutChoice {
 };
 constexpr std::array<CutChoice, 5> kCutChoices{
     {{0.005, 0.3}, {0.035, 0.3}, {0.01, 0}, {0.02, 0.4}, {0.002, 0.1}}};
-/// A surface that is a single chart with less energy than this stays whole.
+/// A surface that is a single chart with less energy than kMaxFlatEnergy is hardly worth cutting: only kFlatChoice is
+/// tried.
 constexpr CutChoice kFlatChoice{0.02, 0};
 constexpr double kMaxFlatEnergy = 1e-3;
-/// Shortfalls of coverage below this count twice.
+/// Coverage below this counts twice: the shortfall is subtracted once more from the score.
 constexpr double kTargetCoverage = 0.77;
-/// Number of orders that each candidate is packed in.
+/// Number of orders in which the charts of each candidate are packed.
 constexpr std::uint32_t kCutEffort = 20;
-/// Above this number of charts, only the first penalties are tried; none if added vertices already cost something.
+/// Above this number of charts, only the first pair of penalties is tried, and no pair at all if added vertices
+/// already exceed their allowance.
 constexpr std::size_t kMaxChartsToCut = 150;
 /// Allowance of added vertices, as a multiple of the square root of the number of positions. Vertices within it only
 /// cost kAllowancePrice.
@@ -47,10 +50,10 @@ constexpr double kAllowancePrice = 0.1;
 
 /// Charts of a surface with more triangles than kMaxDirectTriangles are chosen on a proxy of kProxyTriangles.
 constexpr std::size_t kMaxDirectTriangles = 24000, kProxyTriangles = 15000;
-/// If charts with more than this share of the triangles fail to flatten, the proxy does not represent the surface.
+/// The proxy is discarded if charts with more than this share of the triangles fail to flatten on the surface.
 constexpr double kMaxRegrownShare = 0.5;
-/// Distortion limits of the proxy's charts, and of the surface's, which is rougher. The surface's limit on single
-/// triangles is loose, since a few needles distort however the chart is laid out.
+/// Distortion limits of charts on the proxy, and on the surface, which is rougher. The surface's limit on single
+/// triangles is loose, since a few needles are distorted in every layout of the chart.
 constexpr ChartLimits kProxyLimits{0.035}, kTransferLimits{0.06, 20};
 
 /// Rounds of relaxation after growing and after cutting; more hardly lower the energy.
@@ -101,7 +104,8 @@ std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions
 double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   double added = -static_cast<double>(surface.positions.size());
   for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
-  // On the finer surface a seam has more vertices: their number grows with the square root of the number of triangles.
+  // A seam has more vertices on the finer surface: their number grows with the square root of the number of
+  // triangles.
   added *= std::sqrt(surface.finer);
   const double positions = static_cast<double>(surface.positions.size()) * surface.finer;
   const double beyond = std::max(0.0, added - kAllowanceFactor * std::sqrt(positions));
@@ -118,7 +122,7 @@ std::vector<CutChoice> choices_for(const ChartSurface& surface,
 }
 
 /// Indices of candidates whose seams differ from all previous ones.
-std::vector<std::size_t> distinct(const std::vector<ChartCandidate>& tried) {
+std::vector<std::size_t> distinct_candidates(const std::vector<ChartCandidate>& tried) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const bool known = std::any_of(result.begin(), result.end(), [&](std::size_t other) {
@@ -152,7 +156,7 @@ ChartCandidate grow_and_cut(const ChartSurface& surface, const UnwrapOptions& op
   }
   std::vector<ChartCandidate> tried = cut(surface, options, choices, grown, threads);
   if (grown.charts.size() > kMaxChartsToCut) return std::move(tried[0]);
-  const std::vector<std::size_t> which = distinct(tried);
+  const std::vector<std::size_t> which = distinct_candidates(tried);
   const auto pack_one = [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[which[n]]);
   };
@@ -176,14 +180,15 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
   if (surface.triangles.size() <= kMaxDirectTriangles) return choose(surface, options, {}, threads);
   const VertexFans fans(surface);
   const ChartProxy proxy = chart_proxy(surface, fans, kProxyTriangles);
-  // A mesh of many small components is hardly reduced by the proxy.
+  // The proxy of a mesh of many small components may have nearly as many triangles as the mesh.
   if (proxy.surface.triangles.size() > kMaxDirectTriangles)
     return choose(surface, options, {}, threads);
   const ChosenCharts chosen = choose(proxy.surface, options, kProxyLimits, threads);
-  std::size_t anew = 0;
+  std::size_t regrown_triangles = 0;
   ChartCandidate made{
-      transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, anew)};
-  if (static_cast<double>(anew) > kMaxRegrownShare * static_cast<double>(surface.triangles.size()))
+      transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, regrown_triangles)};
+  if (static_cast<double>(regrown_triangles) >
+      kMaxRegrownShare * static_cast<double>(surface.triangles.size()))
     return choose(surface, options, {}, threads);
   if (!chosen.packed || made.chosen.packed) return std::move(made.chosen);
   pack(surface, options, made);

@@ -20,20 +20,20 @@ inline constexpr double kMinPartShare = 0.003;
 inline constexpr double kVertexPrice = 2;
 
 struct ChosenCharts {
-  ChartBorders borders;  ///< Glued edges of the surface.
+  ChartBorders borders;  ///< Glued edges of the surface
   std::vector<FlatChart> charts;
-  std::optional<PackState> packed = std::nullopt;  ///< Their packing, if computed.
-  bool any_size = false;  ///< The result does not depend on the map's size and padding.
+  std::optional<PackState> packed = std::nullopt;  ///< Packing of the charts, if computed
+  bool any_size = false;  ///< True if the charts do not depend on the map's size and padding
 };
 
-/// Grows charts, cuts them at a few prices, and packs each candidate roughly. Returns the charts with the best coverage
-/// less the price of added vertices. Deterministic.
+/// Grows charts, cuts them at a few prices, and packs each candidate with few orders. Returns the charts with the
+/// best coverage less the price of added vertices. Deterministic.
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads);
 
-/// Lowers the energy of injective charts, then scales each to its area on the surface.
+/// Lowers the energy of injective charts, then scales each chart to its area on the surface.
 void relax_charts(std::vector<FlatChart>& charts, int threads);
 
-/// The chart's border in its layout.
+/// The chart's border as a polygon of the layout.
 std::vector<Vec2d> outline_of(const FlatChart& chart);
 std::vector<Outline> outlines_of(const std::vector<FlatChart>& charts);
 

@@ -11,13 +11,14 @@
 namespace kiln {
 namespace {
 
-/// Bounds for single creases. They turn by at least 60 degrees (cosine kMaxCreaseCosine) and are longer than
-/// kCreaseLength mean sides: square roots of the mean triangle area. A triangle is flat if a neighbour turns by less
-/// than half a degree (kMinFlatCosine).
+/// Bounds for single creases. The two faces at a crease enclose at least 60 degrees (cosine kMaxCreaseCosine), and
+/// the edge is longer than kCreaseLength times the square root of the mean triangle area. A triangle counts as flat
+/// if its angle to a neighbour is less than half a degree (kMinFlatCosine).
 constexpr double kMaxCreaseCosine = 0.5, kCreaseLength = 3, kMinFlatCosine = 0.99996;
-/// Bounds for chains of creases, in the same units. Their edges turn by at least 75 degrees (kMaxChainCosine), while
-/// the triangles beside them otherwise turn by less than 25 (kMinSmoothCosine). A chain is longer than kChainLength, or
-/// than kFlatChainLength between flat triangles, so that a box of twelve triangles stays one net.
+/// Bounds for chains of creases. The two faces at each edge of a chain enclose at least 75 degrees (kMaxChainCosine),
+/// while the triangles beside the chain have angles below 25 degrees to their other neighbours (kMinSmoothCosine).
+/// Lengths are in the same unit. A chain is longer than kChainLength, or than kFlatChainLength between flat
+/// triangles, so that a box of twelve triangles stays one net.
 constexpr double kMaxChainCosine = 0.26, kMinSmoothCosine = 0.906, kChainLength = 8,
                  kFlatChainLength = 18;
 
@@ -39,17 +40,17 @@ class Creases {
 
   void part() {
     std::vector<std::uint32_t> creases;
-    std::vector<std::uint32_t> chained;
+    std::vector<std::uint32_t> chain_edges;
     for (std::uint32_t h = 0; h < surface_.mate.size(); ++h) {
       const std::uint32_t m = surface_.mate[h];
       if (m == kNoIndex || m < h || turn(h) >= kMaxCreaseCosine) continue;
       if (between_flats(h) && surface_.length[h] >= kCreaseLength * side_) {
         creases.push_back(h);
       } else if (turn(h) < kMaxChainCosine && is_smooth(h / 3) && is_smooth(m / 3)) {
-        chained.push_back(h);
+        chain_edges.push_back(h);
       }
     }
-    add_chains(chained, creases);
+    add_chains(chain_edges, creases);
     for (const std::uint32_t h : creases) {
       surface_.mate[surface_.mate[h]] = kNoIndex;
       surface_.mate[h] = kNoIndex;
@@ -84,10 +85,10 @@ class Creases {
 
   ChartSurface& surface_;
   double side_;
-  std::vector<std::uint8_t> flat_;  ///< Triangles with a neighbour in their plane.
-  /// Triangles with a neighbour that turns too much for a smooth surface, but is no crease.
+  std::vector<std::uint8_t> flat_;  ///< 1 for triangles with a neighbour in the same plane
+  /// 1 for triangles whose angle to a neighbour is too large for a smooth surface, but too small for a crease.
   std::vector<std::uint8_t> bent_;
-  std::vector<std::uint8_t> smooth_;  ///< Triangles with a neighbour that turns little.
+  std::vector<std::uint8_t> smooth_;  ///< 1 for triangles with a small angle to a neighbour
 };
 
 }  // namespace

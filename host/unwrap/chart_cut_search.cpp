@@ -14,14 +14,14 @@
 namespace kiln {
 namespace {
 
-/// Candidate lines across each direction.
+/// Number of candidate lines perpendicular to each direction.
 constexpr int kLinesPerDirection = 13;
-/// Expected area of a part's bounding box over the part's own area. A chart that could not gain even with such tight
-/// boxes is skipped.
+/// Expected area of a part's bounding box over the part's own area. A chart that gains nothing even if both parts
+/// have such tight boxes is skipped.
 constexpr double kMinBoxRatio = 1.1;
-/// Least area of a part, as a share of its chart.
+/// Minimum area of a part, as a share of its chart's area.
 constexpr double kMinCutShare = 0.01;
-/// A connected piece of a band below this share of the chart's area is an island.
+/// A connected piece of a band counts as an island if its area is below this share of the chart's area.
 constexpr double kMaxIslandShare = 0.002;
 
 using Reach = CutShape::Reach;
@@ -39,7 +39,7 @@ class Sweep {
       : shape_(shape),
         prices_(prices),
         count_(static_cast<std::uint32_t>(shape.chart.triangles.size())),
-        apart_(prices.size()),
+        cut_off_(prices.size()),
         best_(prices.size()) {}
 
   std::vector<ChartCut> run(std::size_t direction) {
@@ -50,7 +50,7 @@ class Sweep {
     for (std::size_t p = 0; p < best_.size(); ++p) {
       if (best_[p].gain <= 0) continue;
       best_[p].apart.resize(count_);
-      for (std::uint32_t i = 0; i < count_; ++i) best_[p].apart[i] = apart_[p][node_of_[i]];
+      for (std::uint32_t i = 0; i < count_; ++i) best_[p].apart[i] = cut_off_[p][node_of_[i]];
     }
     return std::move(best_);
   }
@@ -69,8 +69,8 @@ class Sweep {
   /// A connected component of nodes on one side of a line.
   struct Part {
     std::uint32_t neighbour = kNoIndex;
-    bool leaf = true;   ///< Adjacent to one other part only.
-    double length = 0;  ///< Length of its edges to other parts.
+    bool leaf = true;   ///< True if the part is adjacent to a single other part
+    double length = 0;  ///< Length of the part's edges to other parts
     double area = 0;
   };
 
@@ -79,7 +79,7 @@ class Sweep {
     const double high = shape_.whole.to[direction];
     const double bands = high > low ? (kLinesPerDirection + 1) / (high - low) : 0;
     std::vector<int> band(count_);
-    // Like the points' reaches, but contiguous in memory.
+    // Projects the points on the direction again, since this is contiguous in memory, unlike the points' reaches.
     const std::vector<Vec2d>& points = shape_.chart.points;
     const Vec2d to = direction_of(direction);
     std::vector<float> along(points.size());
@@ -94,13 +94,14 @@ class Sweep {
     std::iota(node_of_.begin(), node_of_.end(), 0U);
     for (const CutShape::Edge& edge : shape_.edges) {
       if (band[edge.a] != band[edge.b]) {
-        across_.push_back(edge);
+        band_edges_.push_back(edge);
         continue;
       }
       const std::uint32_t a = find_root(node_of_, edge.a), b = find_root(node_of_, edge.b);
       node_of_[std::max(a, b)] = std::min(a, b);
     }
-    // The root is the first triangle of its node, so it is renumbered before the others read it.
+    // The root is the first triangle of its node, so its entry is replaced by the node's number before other
+    // triangles read it.
     for (std::uint32_t i = 0; i < count_; ++i) {
       if (node_of_[i] == i) {
         node_of_[i] = static_cast<std::uint32_t>(nodes_.size());
@@ -120,7 +121,7 @@ class Sweep {
 
   void find_links() {
     std::vector<std::vector<Link>> from(nodes_.size());
-    for (const CutShape::Edge& edge : across_) {
+    for (const CutShape::Edge& edge : band_edges_) {
       add_link(from, node_of_[edge.a], node_of_[edge.b], edge.length);
     }
     gather(from);
@@ -193,7 +194,7 @@ class Sweep {
       part_[std::max(a, b)] = std::min(a, b);
     }
     parts_.assign(nodes_.size(), {});
-    spans_.clear();
+    part_reaches_.clear();
     parts_count_ = 0;
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
       part_[n] = find_root(part_, n);
@@ -212,14 +213,14 @@ class Sweep {
       }
     }
     for (std::uint32_t p = 0; p < parts_.size(); ++p) {
-      if (part_[p] == p && parts_[p].leaf) consider(p);
+      if (part_[p] == p && parts_[p].leaf) test_part(p);
     }
   }
 
-  void consider(std::uint32_t p) {
+  void test_part(std::uint32_t p) {
     const Part& part = parts_[p];
     const double rest = shape_.area - part.area;
-    double boxes = -1;  // Sum of both parts' box areas; computed when first needed.
+    double boxes = -1;  // Sum of both parts' box areas; computed on first use
     for (std::size_t n = 0; n < prices_.size(); ++n) {
       const CutPrice& price = prices_[n];
       ChartCut& best = best_[n];
@@ -233,46 +234,46 @@ class Sweep {
       if (gain <= worth) continue;
       best.gain = gain;
       best.length = part.length;
-      apart_[n].resize(nodes_.size());
-      for (std::uint32_t i = 0; i < nodes_.size(); ++i) apart_[n][i] = part_[i] == p;
+      cut_off_[n].resize(nodes_.size());
+      for (std::uint32_t i = 0; i < nodes_.size(); ++i) cut_off_[n][i] = part_[i] == p;
     }
   }
 
-  /// Sum of the smallest box areas of a part and of the rest.
+  /// Area of the smallest box of part p, plus that of the chart without p.
   double boxes_of(std::uint32_t p) {
     if (reaches_.empty()) find_reaches();
-    if (parts_count_ == 2) {  // One part below the line, and one above.
+    if (parts_count_ == 2) {  // One part lies below the line, and one above
       return below_[line_].smallest_box() + above_[line_].smallest_box();
     }
-    if (spans_.empty()) {
-      spans_.resize(nodes_.size());
-      for (std::uint32_t n = 0; n < nodes_.size(); ++n) spans_[part_[n]].add(reaches_[n]);
+    if (part_reaches_.empty()) {
+      part_reaches_.resize(nodes_.size());
+      for (std::uint32_t n = 0; n < nodes_.size(); ++n) part_reaches_[part_[n]].add(reaches_[n]);
     }
-    Reach outside;
+    Reach outside_reach;
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      if (n != p && part_[n] == n) outside.add(spans_[n]);
+      if (n != p && part_[n] == n) outside_reach.add(part_reaches_[n]);
     }
-    return spans_[p].smallest_box() + outside.smallest_box();
+    return part_reaches_[p].smallest_box() + outside_reach.smallest_box();
   }
 
-  /// Computes all nodes' extents in one pass over border vertices, which are the outermost.
+  /// Computes the extents of all nodes in one pass over the border vertices, which determine them.
   void find_reaches() {
     reaches_.assign(nodes_.size(), {});
     std::vector<std::uint32_t> last(shape_.reach.size(), kNoIndex);
     const auto add = [&](std::uint32_t i, std::uint32_t v) {
       const std::uint32_t node = node_of_[i];
-      if (last[v] == node) return;  // Skips most repeated visits of a vertex.
+      if (last[v] == node) return;  // Skips most repeated visits of a vertex
       last[v] = node;
       reaches_[node].add(shape_.reach[v]);
     };
     for (const CutShape::Rim& rim : shape_.rim) add(rim.triangle, rim.vertex);
     for (const std::size_t side : {0, 1}) {
-      for (const CutShape::Edge& edge : across_) {
+      for (const CutShape::Edge& edge : band_edges_) {
         if (node_of_[edge.a] == node_of_[edge.b]) continue;
         for (const std::uint32_t v : edge.ends) add(side == 0 ? edge.a : edge.b, v);
       }
     }
-    // Prefix and suffix extents: below and above each line.
+    // Prefix and suffix sums of extents: all nodes below, and all nodes above, each line.
     below_.assign(kLinesPerDirection + 2, {});
     above_.assign(kLinesPerDirection + 2, {});
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
@@ -289,20 +290,20 @@ class Sweep {
   const CutShape& shape_;
   std::span<const CutPrice> prices_;
   std::uint32_t count_;
-  std::vector<std::uint32_t> node_of_;  ///< Node that each triangle belongs to.
+  std::vector<std::uint32_t> node_of_;  ///< Node of each triangle
   std::vector<Node> nodes_;
   std::vector<Link> links_;
-  std::vector<CutShape::Edge> across_;  ///< Edges of triangles between bands.
-  std::vector<Reach> reaches_;          ///< Extent of each node; empty until needed.
+  std::vector<CutShape::Edge> band_edges_;  ///< Edges between triangles of different bands
+  std::vector<Reach> reaches_;              ///< Extent of each node; empty until first use
   std::vector<Reach> below_,
       above_;  ///< Extents below and above each line, computed with reaches_.
-  std::size_t line_ = 0,
-              parts_count_ = 0;      ///< The current line, and the parts that it makes.
-  std::vector<std::uint32_t> part_;  ///< The first node of each node's part.
+  /// The current line, and the number of parts it cuts the chart into
+  std::size_t line_ = 0, parts_count_ = 0;
+  std::vector<std::uint32_t> part_;  ///< For each node, the first node of its part
   std::vector<Part> parts_;
-  std::vector<Reach> spans_;  ///< Extent of each part; empty until needed.
-  /// For each price, per node: it is on the cut-off side of the best cut.
-  std::vector<std::vector<std::uint8_t>> apart_;
+  std::vector<Reach> part_reaches_;  ///< Extent of each part; empty until first use
+  /// For each price and each node, 1 if the node is on the cut-off side of the best cut.
+  std::vector<std::vector<std::uint8_t>> cut_off_;
   std::vector<ChartCut> best_;
 };
 

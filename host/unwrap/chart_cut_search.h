@@ -12,16 +12,17 @@
 
 namespace kiln {
 
-/// Neighbours of a chart's triangles across each side, as indices in the chart; kNoIndex at its border.
+/// Neighbour across each side of a chart's triangles, as an index in the chart; kNoIndex at the chart's border.
 using ChartNeighbours = std::vector<std::uint32_t>;
 
 /// The best cut of a chart at one price.
 struct ChartCut {
-  double gain = 0;                  ///< Area saved beyond the price; 0: no cut is worth its price.
-  double length = 0;                ///< Length of the opened edges.
-  std::vector<std::uint8_t> apart;  ///< Per triangle of the chart: it belongs to the cut-off part.
+  double gain = 0;    ///< Saved area minus the price; 0 if no cut is worth its price
+  double length = 0;  ///< Length of the opened edges
+  /// 1 for each triangle of the chart that belongs to the cut-off part
+  std::vector<std::uint8_t> apart;
 
-  /// Gain that a cut of length `other` needs to be better than this one.
+  /// Gain above which a cut of length `other` is better than this one.
   double gain_at(double other) const { return gain > 0 ? gain / length * other : 0; }
 };
 
@@ -31,9 +32,9 @@ double smallest_box(const FlatChart& chart);
 /// A chart prepared for the search.
 class CutShape {
  public:
-  /// Directions in half a turn. Bounding boxes are aligned to each pair of perpendicular directions.
+  /// Number of directions in 180 degrees. Bounding boxes are aligned to each pair of perpendicular directions.
   static constexpr std::size_t kDirections = 16;
-  /// Maximal extents of points along each direction, and along its opposite.
+  /// Maximal coordinates of points along each direction, and along its opposite.
   struct Reach {
     std::array<float, 2 * kDirections> to;
     Reach() { to.fill(-std::numeric_limits<float>::max()); }
@@ -51,26 +52,26 @@ class CutShape {
     std::array<std::uint32_t, 2> ends{};
     double length = 0;
   };
-  /// A triangle at the chart's border, and its vertex there.
+  /// A triangle at the chart's border, and its vertex on the border.
   struct Rim {
     std::uint32_t triangle = 0, vertex = 0;
   };
 
-  /// \param chart  referenced, not copied
+  /// \param chart  must outlive this object
   CutShape(const ChartSurface& surface, const FlatChart& chart, const ChartNeighbours& neighbour);
 
   /// True if any cut could be worth its price.
   bool may_gain(const CutPrice& price) const;
-  /// The best cut along lines across one direction, at each price.
+  /// The best cut along lines perpendicular to one direction, at each price.
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 
   const FlatChart& chart;
-  std::vector<Edge> edges;   ///< Every inner edge once.
-  std::vector<Rim> rim;      ///< All triangles and vertices at the border.
-  std::vector<Reach> reach;  ///< Extent of each vertex.
-  Reach whole;               ///< Extent of the whole chart.
-  double area = 0;           ///< Area on the surface.
-  double box = 0;            ///< Area of the smallest bounding box.
+  std::vector<Edge> edges;   ///< Every inner edge once
+  std::vector<Rim> rim;      ///< All triangles and vertices at the border
+  std::vector<Reach> reach;  ///< Extent of each vertex
+  Reach whole;               ///< Extent of the whole chart
+  double area = 0;           ///< Area on the surface
+  double box = 0;            ///< Area of the smallest bounding box
 };
 
 }  // namespace kiln

@@ -35,7 +35,8 @@ FlatChart part_of(const ChartSurface& surface, const ChartBorders& borders, cons
   return part;
 }
 
-/// Charts and the parts they are cut into at several prices, as a tree; a part that several prices lead to is one node.
+/// A tree of charts and the parts into which they are cut at several prices. A part that results at several prices is
+/// a single node.
 class CutTree {
  public:
   CutTree(const ChartSurface& surface, const ChartBorders& borders,
@@ -47,10 +48,10 @@ class CutTree {
     for (const FlatChart& chart : charts) {
       for (std::uint32_t i = 0; i < chart.source.size(); ++i) local[chart.source[i]] = i;
     }
-    std::vector<std::uint32_t> every(prices_.size());
-    std::iota(every.begin(), every.end(), 0U);
+    std::vector<std::uint32_t> all_prices(prices_.size());
+    std::iota(all_prices.begin(), all_prices.end(), 0U);
     for (FlatChart& chart : charts) {
-      Node node{std::move(chart), {}, every, {}};
+      Node node{std::move(chart), {}, all_prices, {}};
       for (const std::uint32_t t : node.chart.source) {
         for (std::uint32_t k = 0; k < 3; ++k) {
           const std::uint32_t h = 3 * t + k;
@@ -103,7 +104,7 @@ class CutTree {
     std::vector<std::uint32_t> prices;  ///< Prices whose cuts lead to this part
     std::vector<Split> splits;
   };
-  /// Scratch of one thread; its size is that of the surface.
+  /// Scratch of one thread, with an entry for each half-edge and triangle of the surface.
   struct Scratch {
     ChartBorders borders;
     std::vector<std::uint32_t> local;
@@ -117,7 +118,7 @@ class CutTree {
     return nullptr;
   }
 
-  /// Cuts the nodes of a level, each at most once for a price, and appends the parts as new nodes.
+  /// Cuts the nodes of one tree level, at most once for each price, and appends the parts as new nodes.
   void cut_level(std::size_t begin, std::size_t end) {
     const std::size_t count = end - begin;
     std::vector<std::optional<CutShape>> shapes(count);
@@ -164,7 +165,7 @@ class CutTree {
     Node rest, apart;
   };
 
-  /// Parts for each distinct cut that the prices choose, if both parts are discs.
+  /// The two parts of each distinct cut that is best at some price, if both parts are discs.
   std::vector<Parts> split_node(const Node& node, std::span<std::vector<ChartCut>> by_direction) {
     std::vector<ChartCut> best(node.prices.size());
     for (std::vector<ChartCut>& cuts : by_direction) {
@@ -253,7 +254,7 @@ class CutTree {
   std::span<const CutPrice> prices_;
   int threads_;
   std::vector<Node> nodes_;
-  std::size_t first_ = 0;  ///< First of the nodes that are uncut charts.
+  std::size_t first_ = 0;  ///< Index of the first node that is an uncut chart
   std::mutex mutex_;       ///< Guards the members below.
   std::vector<std::unique_ptr<Scratch>> free_;
 };
@@ -263,19 +264,19 @@ class CutTree {
 bool cut_apart(const ChartSurface& surface, ChartBorders& borders,
                const std::vector<std::uint8_t>& is_apart, std::vector<std::uint32_t>& local,
                FlatChart& chart, FlatChart& apart) {
-  std::vector<std::uint32_t> opened;
+  std::vector<std::uint32_t> opened_edges;
   for (std::uint32_t i = 0; i < chart.source.size(); ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t h = 3 * chart.source[i] + k, mate = surface.mate[h];
       if (!borders.is_glued(h) || mate < h || is_apart[i] == is_apart[local[mate / 3]]) continue;
-      opened.push_back(h);
+      opened_edges.push_back(h);
     }
   }
-  for (const std::uint32_t h : opened) borders.set_glued(h, false);
+  for (const std::uint32_t h : opened_edges) borders.set_glued(h, false);
   FlatChart a = part_of(surface, borders, chart, is_apart, true, local);
   FlatChart b = part_of(surface, borders, chart, is_apart, false, local);
   if (!is_disc(a) || !is_disc(b) || !is_injective(a) || !is_injective(b)) {
-    for (const std::uint32_t h : opened) borders.set_glued(h, true);
+    for (const std::uint32_t h : opened_edges) borders.set_glued(h, true);
     return false;
   }
   apart = std::move(a);

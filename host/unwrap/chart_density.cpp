@@ -14,13 +14,13 @@
 namespace kiln {
 namespace {
 
-/// Added to errors, in units of unit normals' difference: a sixteenth of a degree, which no map resolves.
+/// Constant added to errors (lengths of differences of unit normals): a sixteenth of a degree, which no map resolves.
 constexpr double kErrorFloor = 0.001;
-/// Largest exponent of the error's power law: the error falls at best with the square of the texel's side.
+/// Largest exponent of the error's power law: the error decreases at most with the square of the texel's side.
 constexpr double kMaxErrorExponent = 2;
 /// Regularizes charts with few samples: the mesh's mean is blended in with the weight of this share of the area.
 constexpr double kMeanWeight = 0.0005;
-/// Directions of cuts in half a turn.
+/// Number of directions of cuts in 180 degrees.
 constexpr std::size_t kCutDirections = 8;
 
 /// Model of the error on an area: error = level * side^-power.
@@ -29,9 +29,9 @@ struct PowerLaw {
 
   double error(double s) const { return area * level * std::pow(s, -power); }
   /// The scale s that minimizes error + weight * area * s^2.
-  double best(double weight, double least, double most) const {
+  double best(double weight, double min_scale, double max_scale) const {
     const double s = std::pow(0.5 * power * level / weight, 1 / (2 + power));
-    return std::clamp(s, least, most);
+    return std::clamp(s, min_scale, max_scale);
   }
 };
 
@@ -44,7 +44,7 @@ TexelNeed sum_of(std::span<const TexelNeed> needs) {
   return sum;
 }
 
-/// \param whole  need of the whole mesh, for regularization
+/// \param whole  texel need of the whole mesh, for regularization
 PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
   TexelErrors e{};
   for (std::size_t k = 0; k < e.size(); ++k) {
@@ -55,18 +55,19 @@ PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
   return {need.area, cube_root(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxErrorExponent)};
 }
 
-/// Lagrange multiplier at which the optimal scales fill the area: the error that one texel's area must save.
+/// Lagrange multiplier at which the optimal scales fill the area: the decrease of the error that justifies one more
+/// texel.
 double lagrange_multiplier(const std::vector<PowerLaw>& laws, double area) {
-  const double least = 1 / std::sqrt(kMaxDensityRatio), most = std::sqrt(kMaxDensityRatio);
+  const double min_scale = 1 / std::sqrt(kMaxDensityRatio), max_scale = std::sqrt(kMaxDensityRatio);
   double low = 1e-12, high = 1e6;
   for (int i = 0; i < 100; ++i) {
     const double weight = std::sqrt(low * high);
-    double taken = 0;
+    double used_area = 0;
     for (const PowerLaw& law : laws) {
-      const double s = law.best(weight, least, most);
-      taken += law.area * s * s;
+      const double s = law.best(weight, min_scale, max_scale);
+      used_area += law.area * s * s;
     }
-    (taken > area ? low : high) = weight;
+    (used_area > area ? low : high) = weight;
   }
   return high;
 }
@@ -90,7 +91,7 @@ class DensityCut {
   };
 
   /// The best cut of each direction that has one, in order of gain.
-  /// \param local  index in the chart for each of its triangles
+  /// \param local  for each of the chart's triangles, its index in the chart
   std::vector<Found> run(const FlatChart& chart, std::span<const TexelNeed> needs,
                          const std::vector<std::uint32_t>& local) {
     chart_ = &chart;
@@ -138,7 +139,7 @@ class DensityCut {
     return borders_.is_glued(h) ? (*local_)[surface_.mate[h] / 3] : kNoIndex;
   }
 
-  /// The best cut of all lines across a direction.
+  /// The best cut among the lines perpendicular to a direction.
   Found best_cut_across(double angle) const {
     const auto count = static_cast<std::uint32_t>(chart_->source.size());
     const Vec2d to{std::cos(angle), std::sin(angle)};
@@ -154,7 +155,7 @@ class DensityCut {
     std::vector<std::uint8_t> apart(count, 0);
     TexelNeed part;
     double length = 0, best = 0;
-    std::size_t most = 0;
+    std::size_t max_scale = 0;
     for (std::uint32_t n = 0; n + 1 < count; ++n) {
       const std::uint32_t i = order[n];
       add(part, needs_[i]);
@@ -166,10 +167,10 @@ class DensityCut {
         length += apart[other] != 0 ? -side : side;
       }
       const double value = gain(part, length);
-      if (value > best) best = value, most = n + 1;
+      if (value > best) best = value, max_scale = n + 1;
     }
-    if (most == 0) return {};
-    for (std::size_t n = 0; n < count; ++n) apart[order[n]] = n < most ? 1 : 0;
+    if (max_scale == 0) return {};
+    for (std::size_t n = 0; n < count; ++n) apart[order[n]] = n < max_scale ? 1 : 0;
     return split_connected(std::move(apart));
   }
 
@@ -178,7 +179,7 @@ class DensityCut {
     for (std::size_t k = 0; k < sum.errors.size(); ++k) sum.errors[k] += need.errors[k];
   }
 
-  /// Reduces each side to its largest connected component; the rest goes to the other side.
+  /// Reduces each side to its largest connected component; other components are moved to the opposite side.
   Found split_connected(std::vector<std::uint8_t> apart) const {
     for (const std::uint8_t side : {1, 0}) keep_largest(apart, side);
     TexelNeed part;
@@ -229,10 +230,10 @@ class DensityCut {
   const ChartBorders& borders_;
   const DensityPrice& price_;
   const TexelNeed& whole_;
-  double weight_;  ///< Lagrange multiplier: price of a texel's area, as error.
+  double weight_;  ///< Lagrange multiplier: the price of a texel in units of error
   const FlatChart* chart_ = nullptr;
   const std::vector<std::uint32_t>* local_ = nullptr;
-  std::vector<TexelNeed> needs_;  ///< Texel needs of the chart's triangles.
+  std::vector<TexelNeed> needs_;  ///< Texel needs of the chart's triangles
   TexelNeed chart_sum_;
   Cost chart_cost_;
 };
@@ -244,13 +245,13 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
   const std::vector<PowerLaw> laws = fit_power_laws(needs, whole);
   const double weight = lagrange_multiplier(laws, whole.area);
   std::vector<double> scales;
-  double taken = 0;
+  double used_area = 0;
   for (const PowerLaw& law : laws) {
     const double s = law.best(weight, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     scales.push_back(s);
-    taken += law.area * s * s;
+    used_area += law.area * s * s;
   }
-  for (double& s : scales) s *= std::sqrt(whole.area / taken);
+  for (double& s : scales) s *= std::sqrt(whole.area / used_area);
   return scales;
 }
 
@@ -292,11 +293,11 @@ std::vector<TexelNeed> texel_needs(const ChartSurface& surface,
 std::vector<TexelNeed> chart_needs(const std::vector<FlatChart>& charts,
                                    std::span<const TexelNeed> needs) {
   std::vector<TexelNeed> result;
-  std::vector<TexelNeed> own;
+  std::vector<TexelNeed> chart_needs_of_part;
   for (const FlatChart& chart : charts) {
-    own.clear();
-    for (const std::uint32_t t : chart.source) own.push_back(needs[t]);
-    result.push_back(sum_of(own));
+    chart_needs_of_part.clear();
+    for (const std::uint32_t t : chart.source) chart_needs_of_part.push_back(needs[t]);
+    result.push_back(sum_of(chart_needs_of_part));
   }
   return result;
 }

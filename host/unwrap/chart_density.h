@@ -13,11 +13,11 @@ namespace kiln {
 
 /// Error of a piece of the surface at several texel sizes.
 struct TexelNeed {
-  double area = 0;       ///< In units of the surface.
-  TexelErrors errors{};  ///< At each of kTexelSides, times the area.
+  double area = 0;       ///< Area of the piece on the surface
+  TexelErrors errors{};  ///< Error at each of kTexelSides, times the area
 };
 
-/// Greatest ratio between the texel densities of two charts, by the texels' sides.
+/// Largest ratio between the texel sides of two charts.
 inline constexpr double kMaxDensityRatio = 4;
 
 /// Optimal scales of pieces on the map, relative to a uniform density. They minimize the sum of errors for a constant
@@ -26,11 +26,11 @@ inline constexpr double kMaxDensityRatio = 4;
 /// area * s^2 equals the sum of areas.
 std::vector<double> texel_scales(std::span<const TexelNeed> needs);
 
-/// The price of a cut, in units of the surface at uniform density.
+/// The price of a cut, as area of the surface at uniform texel density.
 struct DensityPrice {
-  double margin = 0;  ///< Half of the padding.
-  double seam = 0;    ///< Area that each unit of a cut's length must save in addition.
-  double least = 0;   ///< Least area of a part.
+  double margin = 0;  ///< Half of the padding, as a length
+  double seam = 0;    ///< Area that each unit of a cut's length must save in addition
+  double least = 0;   ///< Minimum area of a part
 };
 
 /// UV positions of the mesh's triangles.
@@ -50,8 +50,8 @@ std::vector<TexelNeed> texel_needs(const ChartSurface& surface,
 std::vector<TexelNeed> chart_needs(const std::vector<FlatChart>& charts,
                                    std::span<const TexelNeed> needs);
 
-/// Cuts charts in two along nearly straight lines where the gain of different densities exceeds the seam's price. Both
-/// parts keep their layout. Deterministic.
+/// Cuts charts in two along nearly straight lines where two different texel densities save more than the seam costs.
+/// Both parts keep their layout. Deterministic.
 /// \param needs  per triangle of the surface
 void cut_by_density(const ChartSurface& surface, ChartBorders& borders, const DensityPrice& price,
                     std::span<const TexelNeed> needs, std::vector<FlatChart>& charts);

@@ -16,13 +16,14 @@
 namespace kiln {
 namespace {
 
-/// Merges tried in one batch, for any number of threads. Most are refused, so few of a batch are superseded.
+/// Number of merges tried in one batch, for any number of threads. Since most merges are refused, few trials of a
+/// batch are superseded.
 constexpr std::size_t kTrialsPerBatch = 6;
 /// Number of tasks in which patches are flattened.
 constexpr std::size_t kFlatteningTasks = 32;
-/// Rounds of each solver to bring a chart within its limits.
+/// Maximum rounds of each solver for bringing a chart within its limits.
 constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
-/// Greatest variance of normals within a patch: 1 - |mean normal|.
+/// Largest variance of normals within a patch: 1 - |mean normal|.
 constexpr double kMaxNormalVariance = 0.2;
 /// Merges of fewer triangles run on one thread, since starting threads would take longer.
 constexpr std::size_t kMinTrianglesForThreads = 200;
@@ -47,25 +48,26 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
 /// can be flattened.
 struct Descent {
   std::vector<std::uint32_t> path;  ///< Merge tree nodes from the patch to a triangle.
-  int fails = -1, fits = 0;  ///< Indices in the path: the last that fails, the first that fits.
-  FlatChart chart;           ///< The flattened chart of the largest part that fits.
+  /// Indices in the path: the last node that fails, and the first that can be flattened
+  int last_failing = -1, fits = 0;
+  FlatChart chart;  ///< Flattened chart of the largest part so far
 
-  bool is_done() const { return fails + 1 == fits && !chart.source.empty(); }
-  /// The index to try next: much smaller parts until one fits, then bisection.
+  bool is_done() const { return last_failing + 1 == fits && !chart.source.empty(); }
+  /// The index to try next: much smaller parts until one can be flattened, then bisection.
   int next(std::span<const std::uint32_t> sizes) const {
     constexpr double kShrinkFactor = 0.7;
-    if (fails < 0 || fails + 1 == fits) return fails + 1;
-    if (!chart.source.empty()) return (fails + fits) / 2;
-    int at = fails + 1;
+    if (last_failing < 0 || last_failing + 1 == fits) return last_failing + 1;
+    if (!chart.source.empty()) return (last_failing + fits) / 2;
+    int at = last_failing + 1;
     while (at < fits && sizes[path[static_cast<std::size_t>(at)]] >
-                            kShrinkFactor * sizes[path[static_cast<std::size_t>(fails)]]) {
+                            kShrinkFactor * sizes[path[static_cast<std::size_t>(last_failing)]]) {
       ++at;
     }
     return at;
   }
 };
 
-/// Flattens patches. A patch that cannot be flattened within the limits is split as it was merged.
+/// Flattens patches. A patch that cannot be flattened within the limits is split along its tree of merges.
 class PatchFlattener {
  public:
   PatchFlattener(const ChartSurface& surface, const std::vector<ChartPatch>& patches,
@@ -76,27 +78,27 @@ class PatchFlattener {
         borders_(borders),
         scratches_(surface) {
     sizes_.reserve(patches.size());
-    for (const ChartPatch& patch : patches) {  // Parts precede the patches merged from them.
+    for (const ChartPatch& patch : patches) {  // Parts precede the patches merged from them
       const auto [a, b] = patch.parts;
       sizes_.push_back(a == kNoIndex ? 1 : sizes_[a] + sizes_[b]);
     }
   }
 
   std::vector<FlatChart> run(int threads) {
-    std::vector<Descent> waiting;
+    std::vector<Descent> open_descents;
     for (std::uint32_t p = 0; p < patches_.size(); ++p) {
-      if (patches_[p].alive) waiting.push_back(descent(p));
+      if (patches_[p].alive) open_descents.push_back(descent(p));
     }
     std::vector<FlatChart> charts;
-    while (!waiting.empty()) {
+    while (!open_descents.empty()) {
       const auto lay = [&](std::size_t begin, std::size_t end) {
         std::unique_ptr<CutScratch> scratch = scratches_.acquire();
-        for (std::size_t i = begin; i < end; ++i) try_next(waiting[i], *scratch);
+        for (std::size_t i = begin; i < end; ++i) try_next(open_descents[i], *scratch);
         scratches_.release(std::move(scratch));
       };
-      parallel_for(waiting.size(), waiting.size() / kFlatteningTasks + 1, lay, threads);
+      parallel_for(open_descents.size(), open_descents.size() / kFlatteningTasks + 1, lay, threads);
       std::vector<Descent> next;
-      for (Descent& one : waiting) {
+      for (Descent& one : open_descents) {
         if (!one.is_done()) {
           next.push_back(std::move(one));
           continue;
@@ -108,7 +110,7 @@ class PatchFlattener {
           next.push_back(descent(patch.parts[patch.parts[0] == one.path[n + 1] ? 1 : 0]));
         }
       }
-      waiting = std::move(next);
+      open_descents = std::move(next);
     }
     return charts;
   }
@@ -128,18 +130,18 @@ class PatchFlattener {
 
   void try_next(Descent& one, CutScratch& scratch) const {
     const auto at = static_cast<std::size_t>(one.next(sizes_));
-    const auto mark_above = [&](std::uint8_t value) {
+    const auto set_above = [&](std::uint8_t value) {
       for (std::size_t n = 0; n < at; ++n)
         scratch.mark(surface_, patches_[one.path[n]].glued, value);
     };
-    mark_above(1);
+    set_above(1);
     FlatChart chart = cut_open(surface_, triangles_of(patches_, one.path[at]), borders_.glued(),
                                scratch.local, scratch.other);
-    mark_above(0);
+    set_above(0);
     const bool is_flat = lay_flat(chart, surface_);
     const bool done = chart.source.size() == 1 || (is_flat && within(chart, limits_));
     if (!done) {
-      one.fails = static_cast<int>(at);
+      one.last_failing = static_cast<int>(at);
       return;
     }
     one.fits = static_cast<int>(at);
@@ -175,7 +177,8 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimi
   return PatchFlattener(surface, merger.patches(), limits, borders).run(threads);
 }
 
-/// Initializes a joined chart: copies the layouts of both parts, the second one moved so that the joint fits.
+/// Initializes a joined chart: copies the layouts of both parts, and moves the second layout so that the joint
+/// coincides.
 void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b) {
   const std::size_t split = a.triangles.size();
   std::vector<std::uint8_t> is_in_a(joined.points.size(), 0);
@@ -281,7 +284,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   }
   ScratchPool scratches(surface);
   const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
-    std::array<FlatChart, kTrialsPerBatch> laid;
+    std::array<FlatChart, kTrialsPerBatch> laid_out;
     MergeTrials<kTrialsPerBatch> trials(joined);
     // Trials start with the largest, for load balance, but those that another trial may supersede come last.
     std::array<std::size_t, kTrialsPerBatch> order{}, sizes{};
@@ -305,8 +308,8 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
           continue;
         }
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
-        laid[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
-        accepted[i] = lay_joined(laid[i], limits) ? 1 : 0;
+        laid_out[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
+        accepted[i] = lay_joined(laid_out[i], limits) ? 1 : 0;
         trials.record(i, accepted[i] != 0);
       }
       scratches.release(std::move(scratch));
@@ -314,11 +317,12 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
     parallel_for(joined.size(), 1, lay, triangles < kMinTrianglesForThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {
       for (const std::uint32_t part : joined[i].parts) {
-        if (charts[part].source.empty()) accepted[i] = 0;  // An earlier merge has consumed it.
+        // An earlier merge has consumed the chart
+        if (charts[part].source.empty()) accepted[i] = 0;
       }
       if (accepted[i] == 0) continue;
       for (const std::uint32_t part : joined[i].parts) charts[part] = {};
-      charts.push_back(std::move(laid[i]));
+      charts.push_back(std::move(laid_out[i]));
     }
   };
   merger.run(

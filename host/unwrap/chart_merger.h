@@ -1,4 +1,5 @@
-// Greedy merging of patches into discs, ordered by the rise of the normals' variance over the removed edges' length.
+// Greedy merging of patches into discs, ordered by the increase of the normals' variance, divided by the length of
+// the removed edges.
 #pragma once
 
 #include <algorithm>
@@ -18,23 +19,23 @@
 
 namespace kiln {
 
-/// Priority of merging small patches, where the surface is flat.
+/// Constant in the merge cost that gives small patches priority where the surface is flat.
 inline constexpr double kSmallPatchPriority = 0.02;
 
 struct ChartPatch {
-  /// A half-edge of its border, and the border's number of half-edges.
+  /// A half-edge of the patch's border, and the border's length in half-edges.
   std::uint32_t open = 0, border = 3;
   double area = 0;
-  Vec3d normal{};  ///< Sum of normals, weighted by area.
+  Vec3d normal{};  ///< Area-weighted sum of normals
   std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
-  std::vector<std::uint32_t> glued;  ///< Half-edges at which the two parts were joined.
+  std::vector<std::uint32_t> glued;  ///< Half-edges along which the two parts were joined
   bool alive = true;
 };
 
 inline double variance(double area, const Vec3d& normal) { return area - length(normal); }
 
-/// A batch of trial merges in their order. If two merges share a part, the later one is used only if the earlier one is
-/// refused.
+/// A batch of trial merges in the order of their costs. If two merges share a part, the later one is used only if the
+/// earlier one is refused.
 template <std::size_t count>
 class MergeTrials {
  public:
@@ -70,7 +71,8 @@ class MergeTrials {
   }
 
   std::span<const ChartPatch> joined_;
-  std::array<std::atomic<int>, count> outcome_{};  ///< 0: not tried yet, 1: accepted, -1: refused.
+  /// Result of each trial. 0: not tried yet, 1: accepted, -1: refused
+  std::array<std::atomic<int>, count> outcome_{};
 };
 
 /// Greedy merging; the caller decides which merges are accepted.
@@ -127,7 +129,7 @@ class ChartMerger {
   struct Pair {
     double cost = 0;
     std::uint32_t a = 0, b = 0, half_edge = 0;
-    std::uint32_t from = 0;                    ///< The part that queued the pair.
+    std::uint32_t from = 0;                    ///< The part that queued the pair
     bool operator<(const Pair& other) const {  // Orders the cheapest pair on top.
       return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
     }
@@ -154,7 +156,8 @@ class ChartMerger {
     }
   }
 
-  /// Glues the parts of a patch. \param patch  open: a half-edge of the joint; out: one of its border
+  /// Glues the parts of a patch.
+  /// \param patch  [in, out] ChartPatch::open is a half-edge of the joint on entry, and of the new border on return
   bool glue(ChartPatch& patch) {
     const auto [a, b] = patch.parts;
     const std::uint32_t joint = patch.glued.empty() ? patch.open : patch.glued.front();
@@ -170,8 +173,8 @@ class ChartMerger {
     return p;
   }
 
-  /// Queues the cheapest waiting pair of a patch. The others wait in heaps of their own: most are never needed, and the
-  /// queue stays short.
+  /// Queues the cheapest waiting pair of a patch. The other pairs of the patch wait in a separate heap: most are
+  /// never needed, and the queue stays short.
   void queue_next(std::uint32_t p) {
     std::vector<Pair>& waiting = waiting_[p];
     while (!waiting.empty()) {
@@ -238,9 +241,9 @@ class ChartMerger {
   ChartBorders& borders_;
   std::vector<std::uint32_t> owner_, root_;
   std::vector<ChartPatch> patches_;
-  std::priority_queue<Pair> queue_;         ///< The cheapest pair of each patch.
-  std::vector<std::vector<Pair>> waiting_;  ///< Heaps of the other pairs of each patch.
-  /// Scratch of propose(): per patch, kNoIndex or a position.
+  std::priority_queue<Pair> queue_;         ///< The cheapest pair of each patch
+  std::vector<std::vector<Pair>> waiting_;  ///< For each patch, a heap of its other pairs
+  /// Scratch of propose(): for each patch, kNoIndex or its index in the list of neighbours.
   std::vector<std::uint32_t> place_;
 };
 

@@ -15,18 +15,18 @@
 namespace kiln {
 namespace {
 
-/// Cost of an edge's squared length times the area around its start, relative to squared distances. It favours short
-/// edges where the surface is flat.
+/// Weight of an edge's squared length times the area around its start in the cost, relative to squared distances. It
+/// favours short edges where the surface is flat.
 constexpr double kLengthCost = 0.003;
-/// Weight of the plane through a border edge, times its squared length.
+/// Weight of the perpendicular plane through a border edge, relative to the edge's squared length.
 constexpr double kBorderWeight = 1;
-/// Least cosine between normals of a triangle before and after a collapse.
+/// Minimum cosine between normals of a triangle before and after a collapse.
 constexpr double kMinCosine = 0.3;
-/// Least area of a triangle after a collapse, as a share of an equilateral triangle's with the same sum of squared
-/// sides; triangles that had less before must not get worse.
+/// Minimum area of a triangle after a collapse, as a share of the area of an equilateral triangle with the same sum
+/// of squared sides; triangles below it must not get worse.
 constexpr double kMinShape = 0.05;
 
-/// The half-edge that starts a vertex's fan: at a border the one without a mate, otherwise any.
+/// The half-edge that starts a vertex's fan: at a border, the half-edge without a mate, otherwise any.
 std::uint32_t fan_begin(const std::vector<std::uint32_t>& mate, std::uint32_t h) {
   std::uint32_t begin = h;
   while (mate[begin] != kNoIndex) {
@@ -45,7 +45,7 @@ class ProxyCollapse {
         curve_(surface.mate.size()),
         first_(fans.first),
         piece_(surface.triangles.size()),
-        gone_(surface.triangles.size(), 0),
+        is_removed_(surface.triangles.size(), 0),
         inside_(surface.mate.size(), 0),
         area_(surface.area),
         position_(fans.first.size()),
@@ -76,42 +76,43 @@ class ProxyCollapse {
       const Candidate next = queue_.top();
       queue_.pop();
       queued_[next.from] = 0;
-      // The queued cost may be outdated, since neighbours have changed.
+      // The queued cost may be outdated if neighbours have changed since.
       const Candidate now = cheapest(next.from);
       if (now.half_edge == kNoIndex) continue;
       if (now.cost > next.cost) {
         push(now);
         continue;
       }
-      if ((++done_ & 0xfff) == 0) ProgressGuard::poll();
+      if ((++collapse_count_ & 0xfff) == 0) ProgressGuard::poll();
       collapse(now);
     }
   }
 
   ChartProxy result() {
     ChartProxy proxy;
-    std::vector<std::uint32_t> number(gone_.size(), kNoIndex), vertex(first_.size(), kNoIndex);
-    ChartSurface& made = proxy.surface;
-    for (std::uint32_t t = 0; t < gone_.size(); ++t) {
-      if (gone_[t] != 0) continue;
-      number[t] = static_cast<std::uint32_t>(made.triangles.size());
+    std::vector<std::uint32_t> number(is_removed_.size(), kNoIndex),
+        vertex(first_.size(), kNoIndex);
+    ChartSurface& proxy_surface = proxy.surface;
+    for (std::uint32_t t = 0; t < is_removed_.size(); ++t) {
+      if (is_removed_[t] != 0) continue;
+      number[t] = static_cast<std::uint32_t>(proxy_surface.triangles.size());
       Triangle corners{};
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t v = at_[3 * t + k];
         if (vertex[v] == kNoIndex) {
-          vertex[v] = static_cast<std::uint32_t>(made.positions.size());
-          made.positions.push_back(position_[v]);
+          vertex[v] = static_cast<std::uint32_t>(proxy_surface.positions.size());
+          proxy_surface.positions.push_back(position_[v]);
         }
         corners[k] = vertex[v];
         proxy.curve.push_back(curve_[3 * t + k]);
       }
-      made.triangles.push_back(corners);
-      made.source.push_back(surface_.source[t]);
+      proxy_surface.triangles.push_back(corners);
+      proxy_surface.source.push_back(surface_.source[t]);
     }
-    for (std::uint32_t t = 0; t < gone_.size(); ++t) {
-      for (std::uint32_t k = 0; gone_[t] == 0 && k < 3; ++k) {
+    for (std::uint32_t t = 0; t < is_removed_.size(); ++t) {
+      for (std::uint32_t k = 0; is_removed_[t] == 0 && k < 3; ++k) {
         const std::uint32_t m = mate_[3 * t + k];
-        made.mate.push_back(m == kNoIndex ? kNoIndex : 3 * number[m / 3] + m % 3);
+        proxy_surface.mate.push_back(m == kNoIndex ? kNoIndex : 3 * number[m / 3] + m % 3);
       }
       proxy.piece.push_back(number[piece_of(t)]);
     }
@@ -120,12 +121,12 @@ class ProxyCollapse {
   }
 
  private:
-  /// A collapse of one end of an edge to the other; one of the edge's half-edges.
+  /// A collapse of one vertex of an edge into the other, given by a half-edge.
   struct Candidate {
     double cost = 0;
     std::uint32_t from = 0, half_edge = kNoIndex;
-    Vec3d place{};  ///< Position of the other end after the collapse
-    bool operator<(const Candidate& other) const {  // Orders the cheapest on top.
+    Vec3d place{};  ///< Position of the remaining vertex after the collapse
+    bool operator<(const Candidate& other) const {  // Orders the cheapest on top
       return std::tie(cost, from) > std::tie(other.cost, other.from);
     }
   };
@@ -138,7 +139,8 @@ class ProxyCollapse {
     return t;
   }
 
-  /// Calls body(h) for the half-edges that start at a vertex, then `last(h)` for the one that ends there at a border.
+  /// Calls `body(h)` for the half-edges that start at a vertex; at a border, then calls `last(h)` for the border
+  /// half-edge that ends at the vertex.
   template <typename Body, typename Last>
   void for_each_from(std::uint32_t v, const Body& body, const Last& last) const {
     const std::uint32_t begin = first_[v];
@@ -218,24 +220,24 @@ class ProxyCollapse {
     if (apex[0] == apex[1]) return false;
     ring_.clear();
     for_each_neighbour(u, [&](std::uint32_t w) { ring_.push_back(w); });
-    bool linked = true;
+    bool is_linked = true;
     for_each_neighbour(v, [&](std::uint32_t w) {
       if (w == apex[0] || w == apex[1]) return;
-      linked = linked && std::find(ring_.begin(), ring_.end(), w) == ring_.end();
+      is_linked = is_linked && std::find(ring_.begin(), ring_.end(), w) == ring_.end();
     });
-    if (!linked) return false;
-    bool good = true;
+    if (!is_linked) return false;
+    bool is_allowed = true;
     for (const std::uint32_t w : {u, v}) {
       for_each_from(
           w,
           [&](std::uint32_t g) {
-            if (!good || vanishes(g, h)) return;
+            if (!is_allowed || vanishes(g, h)) return;
             const Vec3d &a = position_[end(g)], &b = position_[at_[previous_half_edge(g)]];
-            good = keeps_shape(a, b, position_[w], one.place);
+            is_allowed = keeps_shape(a, b, position_[w], one.place);
           },
           [](std::uint32_t) {});
     }
-    return good;
+    return is_allowed;
   }
 
   /// True if a triangle keeps its orientation and does not become a needle when its third corner moves.
@@ -255,7 +257,7 @@ class ProxyCollapse {
     fan_.clear();
     for_each_from(
         u, [&](std::uint32_t g) { fan_.push_back(g); }, [](std::uint32_t) {});
-    // A half-edge from v that survives, used until v's fan is rebuilt.
+    // A remaining half-edge that starts at v, used until v's fan is rebuilt.
     std::uint32_t from_v = kNoIndex;
     for_each_from(
         v,
@@ -283,37 +285,40 @@ class ProxyCollapse {
   /// Removes a triangle whose half-edge h was collapsed, and merges its other two sides into one edge.
   void remove_triangle(std::uint32_t h) {
     const std::uint32_t t = h / 3, apex = at_[previous_half_edge(h)];
-    std::array<std::uint32_t, 2> own{next_half_edge(h), previous_half_edge(h)};
-    std::array<std::uint32_t, 2> over{mate_[own[0]], mate_[own[1]]};
-    gone_[t] = 1;
+    std::array<std::uint32_t, 2> own_sides{next_half_edge(h), previous_half_edge(h)};
+    std::array<std::uint32_t, 2> opposite_sides{mate_[own_sides[0]], mate_[own_sides[1]]};
+    is_removed_[t] = 1;
     --triangles_left_;
     const auto area = [&](std::uint32_t g) {
       return g == kNoIndex ? std::numeric_limits<double>::infinity() : area_[piece_of(g / 3)];
     };
-    // The neighbour with the smaller piece inherits the triangle's piece.
-    if (area(over[1]) < area(over[0])) std::swap(own[0], own[1]), std::swap(over[0], over[1]);
-    const std::uint32_t to = over[0] / 3;
+    // The neighbour with the smaller piece gets the piece of the removed triangle.
+    if (area(opposite_sides[1]) < area(opposite_sides[0]))
+      std::swap(own_sides[0], own_sides[1]), std::swap(opposite_sides[0], opposite_sides[1]);
+    const std::uint32_t to = opposite_sides[0] / 3;
     piece_[t] = to;
     area_[to] += area_[t];
-    inside_[curve_[own[0]]] = inside_[curve_[over[0]]] = 1;
-    curve_[over[0]] = curve_[own[1]];
-    mate_[over[0]] = over[1];
-    if (over[1] != kNoIndex) mate_[over[1]] = over[0];
+    inside_[curve_[own_sides[0]]] = inside_[curve_[opposite_sides[0]]] = 1;
+    curve_[opposite_sides[0]] = curve_[own_sides[1]];
+    mate_[opposite_sides[0]] = opposite_sides[1];
+    if (opposite_sides[1] != kNoIndex) mate_[opposite_sides[1]] = opposite_sides[0];
     // The removed half-edge may have been the start of the apex's fan.
-    first_[apex] = fan_begin(mate_, at_[over[0]] == apex ? over[0] : next_half_edge(over[0]));
+    first_[apex] =
+        fan_begin(mate_, at_[opposite_sides[0]] == apex ? opposite_sides[0]
+                                                        : next_half_edge(opposite_sides[0]));
   }
 
   const ChartSurface& surface_;
   std::vector<std::uint32_t> at_, mate_, curve_, first_, piece_;
-  std::vector<std::uint8_t> gone_, inside_;
-  std::vector<double> area_;  ///< Area of each triangle's piece
+  std::vector<std::uint8_t> is_removed_, inside_;
+  std::vector<double> area_;  ///< Area of each proxy triangle's piece
   std::vector<Vec3d> position_;
   std::vector<Quadric> quadric_;
   std::vector<std::uint8_t> queued_;
   std::priority_queue<Candidate> queue_;
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> ring_, fan_, to_requeue_;
-  std::size_t triangles_left_, done_ = 0;
+  std::size_t triangles_left_, collapse_count_ = 0;
 };
 
 }  // namespace

@@ -10,19 +10,19 @@
 
 namespace kiln {
 
-/// Made by edge collapses in the order of their quadric errors. A vanishing triangle passes its piece on to a
-/// neighbour. So pieces are discs, and the border between two of them contains exactly one edge of the finer surface
-/// that represents the proxy's edge; the remaining border edges form a tree around each vertex of the proxy. If each
-/// tree is contracted to a point, both surfaces have the same topology.
+/// Proxies are built by edge collapses in the order of quadric errors. When a triangle vanishes, a neighbour gets its
+/// piece. So pieces are discs, and the border between two of them contains exactly one edge of the finer surface that
+/// represents the proxy's edge; the remaining border edges form a tree around each vertex of the proxy. If each tree
+/// is contracted to a point, both surfaces have the same topology.
 struct ChartProxy {
   ChartSurface surface;
   std::vector<std::uint32_t> piece;  ///< The proxy's triangle of each finer triangle
   /// The finer half-edge that represents each half-edge of the proxy
   std::vector<std::uint32_t> curve;
-  std::vector<std::uint8_t> inside;  ///< Per finer half-edge: 1 if it joins triangles of one piece
+  std::vector<std::uint8_t> inside;  ///< 1 for each finer half-edge between triangles of one piece
 };
 
-/// Fans of triangles around vertices. A vertex where several fans meet counts once for each.
+/// Fans of triangles around vertices. A vertex at which several fans meet counts once for each fan.
 struct VertexFans {
   explicit VertexFans(const ChartSurface& surface);
 
@@ -31,7 +31,7 @@ struct VertexFans {
       first;  ///< A half-edge of each fan; at a border, the one without a mate
 };
 
-/// \param triangles  target number; small components keep theirs
+/// \param triangles  target number; small components keep all their triangles
 ChartProxy chart_proxy(const ChartSurface& surface, const VertexFans& fans, std::size_t triangles);
 
 }  // namespace kiln

@@ -16,8 +16,8 @@ namespace {
 /// At edges with more triangles than this, no half-edges are paired.
 constexpr std::size_t kMaxSheets = 32;
 
-/// Pairs the half-edges at an edge of more than two triangles, in order of increasing dihedral bend. So sheets that
-/// touch there continue.
+/// Pairs the half-edges at an edge of more than two triangles, in order of increasing dihedral bend. So each of the
+/// sheets that touch at the edge continues smoothly across it.
 void pair_sheets(ChartSurface& surface,
                  std::span<const std::pair<std::uint64_t, std::uint32_t>> edges) {
   struct Bend {
@@ -42,7 +42,7 @@ void pair_sheets(ChartSurface& surface,
 }
 
 /// Pairs opposite half-edges: mates run along an edge in opposite directions.
-/// \returns per vertex, whether it lies on an edge of more than two triangles
+/// \returns 1 for each vertex on an edge of more than two triangles
 std::vector<std::uint8_t> find_mates(ChartSurface& surface) {
   std::vector<std::uint8_t> at_sheets(surface.positions.size(), 0);
   const std::size_t count = surface.triangles.size() * 3;
@@ -85,9 +85,9 @@ void measure(ChartSurface& surface) {
   }
 }
 
-/// Computes the bends from angles around inner vertices. A vertex where several discs meet in a point is treated as
-/// one.
-/// \param open  per vertex, whether its angle sum has no meaning; border vertices are added
+/// Computes the bends from angles around inner vertices. A vertex at which several fans meet is treated as one
+/// vertex.
+/// \param open  1 for each vertex whose angle sum is undefined; border vertices are added
 void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
   constexpr double kMinAngle = 0.1;
   const std::size_t count = surface.positions.size();
@@ -120,31 +120,31 @@ ChartSurface chart_surface(const Mesh& mesh) {
   ChartSurface surface;
   const std::vector<std::uint32_t> weld = weld_vertices(mesh.positions);
   std::vector<std::uint32_t> number(mesh.positions.size(), kNoIndex);
-  std::vector<std::uint32_t> kept;
+  std::vector<std::uint32_t> kept_triangles;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!has_area(mesh.positions, mesh.triangles[t])) continue;
     Triangle corners = mesh.triangles[t];
     for (std::uint32_t& corner : corners) {
       std::uint32_t& index = number[weld[corner]];
       if (index == kNoIndex) {
-        index = static_cast<std::uint32_t>(kept.size());
-        kept.push_back(weld[corner]);
+        index = static_cast<std::uint32_t>(kept_triangles.size());
+        kept_triangles.push_back(weld[corner]);
       }
       corner = index;
     }
     surface.triangles.push_back(corners);
     surface.source.push_back(t);
   }
-  if (kept.empty()) return surface;
-  Vec3d low = to_double(mesh.positions[kept[0]]), high = low;
-  for (const std::uint32_t v : kept) {
+  if (kept_triangles.empty()) return surface;
+  Vec3d low = to_double(mesh.positions[kept_triangles[0]]), high = low;
+  for (const std::uint32_t v : kept_triangles) {
     const Vec3d p = to_double(mesh.positions[v]);
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   const double scale = std::ldexp(1.0, -std::ilogb(extent));
-  for (const std::uint32_t v : kept) {
+  for (const std::uint32_t v : kept_triangles) {
     surface.positions.push_back((to_double(mesh.positions[v]) - low) * scale);
   }
   measure(surface);

@@ -12,23 +12,23 @@ namespace kiln {
 
 /// Half-edge 3 t + k runs from corner k of triangle t to the next corner.
 struct ChartSurface {
-  /// Moved to the origin, scaled by a power of two to a size of about 1.
+  /// Positions, moved to the origin and scaled by a power of two to a size of about 1.
   std::vector<Vec3d> positions;
-  std::vector<Triangle> triangles;    ///< Triangles with area; corners are welded.
-  std::vector<std::uint32_t> source;  ///< Indices of the triangles in the mesh.
+  std::vector<Triangle> triangles;    ///< Triangles with area; corners are welded
+  std::vector<std::uint32_t> source;  ///< Index in the mesh of each triangle
   std::vector<std::uint32_t> mate;  ///< The opposite half-edge; kNoIndex at borders and where more
                                     ///< than two triangles meet or two are oriented inconsistently.
-  std::vector<double> length;       ///< Length of each half-edge.
-  std::vector<double> area;         ///< Area of each triangle.
-  std::vector<Vec3d> normal;        ///< Unit normal of each triangle.
-  /// Per triangle, means over its corners of a corner's bend and of the squared bend. The bend is the logarithm of the
-  /// angle sum around the corner over a full turn: 0 for a flat corner and at borders.
+  std::vector<double> length;       ///< Length of each half-edge
+  std::vector<double> area;         ///< Area of each triangle
+  std::vector<Vec3d> normal;        ///< Unit normal of each triangle
+  /// Per triangle, means over its corners of a corner's bend and of the squared bend. The bend is the logarithm of
+  /// the angle sum around the corner, divided by 360 degrees: 0 for a flat corner and at borders.
   std::vector<double> bend, bend_squared;
   double total_area = 0;
-  double finer = 1;  ///< Number of triangles of the surface that a proxy represents, over its own.
+  double finer = 1;  ///< Of a proxy: number of triangles of the finer surface per proxy triangle
 };
 
-/// \param mesh  with indices in range
+/// \param mesh  mesh whose indices are in range
 ChartSurface chart_surface(const Mesh& mesh);
 
 /// Computes lengths, areas, normals and bends from positions, triangles and mates.

@@ -30,39 +30,40 @@ std::vector<std::uint8_t> glued_edges(const ChartSurface& surface, const VertexF
   }
   const auto end = [&](std::uint32_t h) { return fans.of[next_half_edge(h)]; };
   // Number of open edges at each fan.
-  std::vector<std::uint32_t> open(fans.first.size(), 0);
+  std::vector<std::uint32_t> open_edges(fans.first.size(), 0);
   for (std::uint32_t h = 0; h < glued.size(); ++h) {
     const std::uint32_t m = surface.mate[h];
     if (glued[h] != 0 || (m != kNoIndex && m < h)) continue;
-    ++open[fans.of[h]], ++open[end(h)];
+    ++open_edges[fans.of[h]], ++open_edges[end(h)];
   }
   std::vector<std::uint32_t> leaves;
-  for (std::uint32_t v = 0; v < open.size(); ++v) {
-    if (open[v] == 1) leaves.push_back(v);
+  for (std::uint32_t v = 0; v < open_edges.size(); ++v) {
+    if (open_edges[v] == 1) leaves.push_back(v);
   }
   while (!leaves.empty()) {
     const std::uint32_t v = leaves.back();
     leaves.pop_back();
-    if (open[v] != 1) continue;
-    std::uint32_t h = fans.first[v];  // Not at a border, where two edges are open
+    if (open_edges[v] != 1) continue;
+    std::uint32_t h = fans.first[v];  // v is not at a border, where two edges are open
     while (glued[h] != 0) h = surface.mate[previous_half_edge(h)];
     if (curve[h] != 0) continue;
     glued[h] = glued[surface.mate[h]] = 1;
-    --open[v];
-    if (--open[end(h)] == 1) leaves.push_back(end(h));
+    --open_edges[v];
+    if (--open_edges[end(h)] == 1) leaves.push_back(end(h));
   }
   return glued;
 }
 
 /// Rounds of each solver to bring a chart within its limits.
 constexpr int kTransferRigidRounds = 5, kTransferInjectiveRounds = 15, kPullRounds = 40;
-/// Weights that hold vertices near the proxy's layout, relative to their triangles; tried in this order.
+/// Weights that hold vertices near the proxy's layout, relative to the weights of their triangles; they are tried in
+/// this order.
 constexpr std::array<double, 2> kHoldWeights{0, 0.01};
-/// Limits of untangling: touching places of the border and flipped triangles, also as shares of the numbers of sides
-/// and triangles.
+/// Limits of untangling: numbers of places where the border touches itself and of flipped triangles; also one touch
+/// per kSidesPerTouch border sides, and one flip per kTrianglesPerFlip triangles.
 constexpr std::size_t kMaxTransferTouches = 16, kMaxFlips = 8, kSidesPerTouch = 8,
                       kTrianglesPerFlip = 200;
-/// Border vertices on each side of a touching one that are pushed with it.
+/// Number of border vertices on each side of a touching vertex that are pushed with it.
 constexpr std::size_t kPushReach = 4;
 
 /// Flattens a chart near its initial layout. \returns whether it is injective and within the limits
@@ -99,7 +100,7 @@ class ProxyLayout {
 
   /// \param chart  chart of the surface
   /// \param of     index of the proxy's chart that it corresponds to
-  /// \param local  scratch, one entry a triangle of the surface
+  /// \param local  scratch, one entry per triangle of the surface
   FlatStart start_of(const FlatChart& chart, std::uint32_t of, std::span<const std::uint8_t> glued,
                      std::vector<std::uint32_t>& local) const {
     const auto count = static_cast<std::uint32_t>(chart.source.size());
@@ -108,7 +109,7 @@ class ProxyLayout {
     result.resize(count);
     start.places.resize(chart.points.size());
     start.holds.resize(chart.points.size(), 0);
-    std::vector<std::uint8_t> known(count, 0);
+    std::vector<std::uint8_t> is_placed(count, 0);
     std::vector<std::uint32_t> queue;
     for (std::uint32_t i = 0; i < count; ++i) {
       const std::uint32_t t = chart.source[i], piece = proxy_.piece[t];
@@ -122,27 +123,27 @@ class ProxyLayout {
         ++start.holds[v];
       }
       result[i] = rotation(chart.rest[i], places);
-      known[i] = 1;
+      is_placed[i] = 1;
       queue.push_back(i);
     }
     if (queue.empty()) {
       result[0] = {1, 0};
-      known[0] = 1;
+      is_placed[0] = 1;
       queue.push_back(0);
     }
-    // Triangles that trimming added have no place in this proxy's chart: they unfold from their neighbours.
+    // Triangles that trimming added lie outside of this proxy chart: they are unfolded from their neighbours.
     for (std::size_t n = 0; n < queue.size(); ++n) {
       const std::uint32_t i = queue[n];
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t h = 3 * chart.source[i] + k, m = surface_.mate[h];
-        if (glued[h] == 0 || known[local[m / 3]] != 0) continue;
+        if (glued[h] == 0 || is_placed[local[m / 3]] != 0) continue;
         const std::uint32_t j = local[m / 3];
         const Vec2d own = side(chart.rest[i], k), other = -side(chart.rest[j], m % 3);
         const Vec2d turn{dot(other, own), cross(other, own)}, r = result[i];
-        const Vec2d both{r.x * turn.x - r.y * turn.y, r.x * turn.y + r.y * turn.x};
-        const double size = std::hypot(both.x, both.y);
-        result[j] = size > 0 ? both * (1 / size) : r;
-        known[j] = 1;
+        const Vec2d rotation_sum{r.x * turn.x - r.y * turn.y, r.x * turn.y + r.y * turn.x};
+        const double size = std::hypot(rotation_sum.x, rotation_sum.y);
+        result[j] = size > 0 ? rotation_sum * (1 / size) : r;
+        is_placed[j] = 1;
         queue.push_back(j);
       }
     }
@@ -155,7 +156,7 @@ class ProxyLayout {
   }
 
  private:
-  /// The side from corner k of a triangle in its rest shape.
+  /// The vector from corner k of a triangle's rest shape to the next corner.
   static Vec2d side(const RestShape& rest, std::size_t k) {
     const Vec2d& g = rest.gradient[(k + 2) % 3];
     return Vec2d{g.y, -g.x} * (2 * rest.area);
@@ -178,7 +179,7 @@ class ProxyLayout {
     return result;
   }
 
-  /// The rotation nearest to a triangle's map, as cosine and sine.
+  /// Cosine and sine of the rotation nearest to a triangle's map.
   static Vec2d rotation(const RestShape& rest, const std::array<Vec2d, 3>& places) {
     Vec2d u{}, v{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -192,11 +193,11 @@ class ProxyLayout {
   const ChartSurface& surface_;
   const ChartProxy& proxy_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
-      at_;  ///< Chart and index in it for each triangle of the proxy
+      at_;  ///< For each proxy triangle, its chart and its index in the chart
   std::vector<const FlatChart*> charts_;
 };
 
-/// Some triangles as a surface of their own; edges that are not glued become borders.
+/// A separate surface of some of the triangles; edges that are not glued become borders.
 ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
                      std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local) {
   ChartSurface part;
@@ -255,7 +256,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   for (std::uint32_t t = 0; t < label.size(); ++t) triangles[label[t]].push_back(t);
   std::vector<FlatChart>& charts = made.charts;
   charts.resize(triangles.size());
-  std::vector<std::uint8_t> done(charts.size(), 0);
+  std::vector<std::uint8_t> is_transferred(charts.size(), 0);
   const ProxyLayout layout(surface, proxy, chosen);
   ScratchPool scratches(surface);
   const auto lay = [&](std::size_t begin, std::size_t end) {
@@ -264,25 +265,26 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
       charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->local);
       const FlatStart start = layout.start_of(charts[c], static_cast<std::uint32_t>(c),
                                               made.borders.glued(), scratch->local);
-      done[c] = is_disc(charts[c]) && lay_near(charts[c], start, limits) ? 1 : 0;
+      is_transferred[c] = is_disc(charts[c]) && lay_near(charts[c], start, limits) ? 1 : 0;
     }
     scratches.release(std::move(scratch));
   };
   parallel_for(charts.size(), 1, lay, threads);
-  if (std::find(done.begin(), done.end(), 0) == done.end()) return made;
+  if (std::find(is_transferred.begin(), is_transferred.end(), 0) == is_transferred.end())
+    return made;
   std::vector<std::uint8_t> glued = made.borders.glued();
   std::vector<std::uint32_t> local(surface.triangles.size());
-  std::vector<FlatChart> all;
+  std::vector<FlatChart> all_charts;
   for (std::size_t c = 0; c < charts.size(); ++c) {
-    if (done[c] != 0) {
-      all.push_back(std::move(charts[c]));
+    if (is_transferred[c] != 0) {
+      all_charts.push_back(std::move(charts[c]));
       continue;
     }
     anew += charts[c].source.size();
     std::vector<FlatChart> some = grow_again(surface, charts[c], limits, glued, local, threads);
-    std::move(some.begin(), some.end(), std::back_inserter(all));
+    std::move(some.begin(), some.end(), std::back_inserter(all_charts));
   }
-  charts = std::move(all);
+  charts = std::move(all_charts);
   made.borders.restore(std::move(glued));
   made.packed.reset();
   return made;

@@ -8,10 +8,11 @@
 
 namespace kiln {
 
-/// A chart becomes the pieces of its triangles. Its seams are straightened, and it is flattened from the proxy chart's
-/// layout. Where this finds no map within the limits, new charts are grown.
+/// A chart of the surface consists of the pieces of the proxy chart's triangles. Its seams are straightened, and it
+/// is flattened, starting from the proxy chart's layout. If that gives no map within the limits, new charts are
+/// grown.
 /// \param chosen  charts of the proxy
-/// \param anew    [out] number of triangles in charts that were grown anew
+/// \param anew    [out] number of triangles in newly grown charts
 /// \returns charts of the surface, each a disc and injective
 ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans,
                              const ChartProxy& proxy, const ChosenCharts& chosen,

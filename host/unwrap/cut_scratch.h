@@ -15,7 +15,8 @@ namespace kiln {
 /// Scratch of cut_open() with edges whose glue state differs from the borders'.
 struct CutScratch {
   std::vector<std::uint32_t> local;
-  std::vector<std::uint8_t> other;  ///< 0 for all half-edges while not in use.
+  /// 1 for half-edges whose glue state is inverted; all 0 between uses
+  std::vector<std::uint8_t> other;
 
   explicit CutScratch(const ChartSurface& surface)
       : local(surface.triangles.size()), other(surface.mate.size(), 0) {}
@@ -25,7 +26,7 @@ struct CutScratch {
   }
 };
 
-/// A pool with one scratch for each active thread, since a scratch has the size of the surface.
+/// A pool with one scratch for each active thread, since a scratch has an entry for each half-edge of the surface.
 class ScratchPool {
  public:
   explicit ScratchPool(const ChartSurface& surface) : surface_(surface) {}

@@ -15,18 +15,19 @@
 namespace kiln {
 namespace {
 
-/// Least height of a triangle over its longest side; flatter needles are treated as this high.
+/// Minimum ratio of a triangle's height to its longest side; flatter needles are treated as if they had this height.
 constexpr double kMinHeightRatio = 2e-3;
-/// FlatChart::forced over the variance of the chart's bends. Measured: the energy of the best flat maps of rough balls.
+/// Ratio of FlatChart::forced to the variance of the chart's bends, measured as the energy of the best flat maps of
+/// rough balls.
 constexpr double kForcedEnergyFactor = 3.5;
 /// Relative increase of the distortion limit of single triangles, for each unit of FlatChart::forced.
 constexpr double kForcedWorstFactor = 6;
-/// Least distance between border sides, over the square root of the surface's area: a few steps of UVs.
+/// Minimum distance between border sides, as a share of the square root of the surface's area: a few UV steps.
 constexpr double kMinBorderDistance = 1e-6;
 
 /// The triangle in its own plane, counter-clockwise, with its longest side along x.
 std::array<Vec2d, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
-  std::uint32_t base = 0;  // The longest side starts at this corner.
+  std::uint32_t base = 0;  // Corner at which the longest side starts
   for (std::uint32_t k = 1; k < 3; ++k) {
     if (surface.length[3 * t + k] > surface.length[3 * t + base]) base = k;
   }
@@ -60,7 +61,7 @@ struct GluedEdges {
   bool operator[](std::uint32_t h) const { return glued[h] != (other.empty() ? 0 : other[h]); }
 };
 
-/// The border's half-edges in order: rotates around each vertex, over glued edges, to the next open one.
+/// The border's half-edges in order: rotates around each vertex, over glued edges, to the next open half-edge.
 std::vector<std::uint32_t> border_of(const ChartSurface& surface, const GluedEdges& glued,
                                      std::uint32_t first) {
   std::vector<std::uint32_t> border;
@@ -73,7 +74,7 @@ std::vector<std::uint32_t> border_of(const ChartSurface& surface, const GluedEdg
   return border;
 }
 
-/// Length of the chart along the longest of eight directions: at least 0.98 of its diameter.
+/// Length of the chart along the longest of eight directions: at least 0.98 times the chart's diameter.
 double length_of(const FlatChart& chart) {
   constexpr int kDirections = 8;
   double longest = 0;
@@ -146,7 +147,7 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     squared += surface.area[t] * surface.bend_squared[t];
   }
   bend /= area, squared /= area;
-  // A uniform bend is shape, not roughness: cuts remove it. So only the variance counts.
+  // Only the variance of bends counts: a uniform bend is shape, not roughness, and cuts remove it.
   chart.forced = kForcedEnergyFactor * std::max(0.0, squared - bend * bend);
   for (const std::uint32_t h : border_of(surface, glued, open)) {
     chart.boundary.push_back(chart.triangles[local[h / 3]][h % 3]);
@@ -194,7 +195,7 @@ FlatDistortion distortion(const FlatChart& chart) {
   FlatDistortion result;
   double area = 0, sum = 0;
   for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
-    Vec2d du{}, dv{};  // Rows of the Jacobian.
+    Vec2d du{}, dv{};  // Rows of the Jacobian
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2d& p = chart.points[chart.triangles[i][k]];
       du = du + chart.rest[i].gradient[k] * p.x;

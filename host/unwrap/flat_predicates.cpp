@@ -10,7 +10,8 @@ namespace {
 
 double length(const Vec2d& p) { return std::sqrt(dot(p, p)); }
 
-/// 1: left of the line, -1: right, 0: undecided within rounding, or nearer to the line than `apart`.
+/// Side of line ab on which c lies. 1: left, -1: right, 0: undecided because of rounding, or nearer to the line than
+/// `apart`.
 int side_of_line(const Vec2d& a, const Vec2d& b, const Vec2d& c, double apart = 0) {
   const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
   const double det = left - right;
@@ -58,7 +59,7 @@ void for_each_touch(std::span<const Vec2d> polygon, double apart, const Found& f
         }
         continue;
       }
-      // Sides that are next but one may be nearer than `apart`, since a short side can lie between them.
+      // Two sides with one side between them may be nearer than `apart`, since the side between may be short.
       const bool near = (a + 2) % count == b || (b + 2) % count == a;
       if (!segments_apart_certain(polygon[a], end(a), polygon[b], end(b), near ? 0 : apart)) {
         if (!found(a, b)) return;

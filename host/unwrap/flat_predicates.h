@@ -16,20 +16,21 @@ namespace kiln {
 bool orient2d_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c);
 
 /// True if segments ab and cd are certainly disjoint: one lies on one side of the other's line.
-/// \param apart  and at least this far from it
+/// \param apart  minimum distance of the segment from that line
 bool segments_apart_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d,
                             double apart = 0);
 
-/// True if the closed polygon certainly does not touch itself, except for neighbouring sides at their corner. A sweep
-/// along x: about n log n for outlines that are not much longer than wide.
-/// \param apart  least distance between sides that are neither neighbours nor next but one
+/// True if the closed polygon certainly does not touch itself, except for neighbouring sides at their corner.
+/// Implemented as a sweep along x: time about n log n for outlines that are not much longer than wide.
+/// \param apart  minimum distance between sides, except between neighbours and between sides with one side between
+///        them
 bool is_simple(std::span<const Vec2d> polygon, double apart = 0);
 
-/// The first pair of touching sides that is found, as indices of their first corners.
+/// One pair of touching sides, as indices of their first corners; nullopt if there is none.
 std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const Vec2d> polygon,
                                                                double apart = 0);
 
-/// Touching sides, up to a number.
+/// Pairs of touching sides, up to a maximum number.
 std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const Vec2d> polygon,
                                                          double apart, std::size_t most);
 

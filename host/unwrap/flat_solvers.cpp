@@ -41,8 +41,8 @@ Vec2d nearest_rotation(const Jacobian& j) {
   return size > 0 ? Vec2d{c / size, s / size} : Vec2d{1, 0};
 }
 
-/// Weight of the distance to a rotation, such that its gradient equals that of the symmetric Dirichlet energy
-/// (Rabinovich et al. 2017, equation 15); squared, in the frame of the image.
+/// Weight of the distance to a rotation, squared, in the frame of the image. The weighted distance has the gradient
+/// of the symmetric Dirichlet energy (Rabinovich et al. 2017, equation 15).
 Symmetric dirichlet_weight(const Jacobian& j) {
   const double det = cross(j.u, j.v);
   const double sum = dot(j.u, j.u) + dot(j.v, j.v);
@@ -65,7 +65,7 @@ double energy(const FlatChart& chart, const std::vector<Vec2d>& points) {
   return sum;
 }
 
-/// The greatest step along the direction before a triangle degenerates (Smith, Schaefer 2015, section 3.3).
+/// The largest step along the direction at which no triangle degenerates (Smith, Schaefer 2015, section 3.3).
 double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction) {
   double best = std::numeric_limits<double>::infinity();
   for (const Triangle& t : chart.triangles) {
@@ -75,7 +75,7 @@ double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction
     const double a = cross(de, df), b = cross(e, df) + cross(de, f), c = cross(e, f);
     const double disc = b * b - 4 * a * c;
     if (disc < 0) continue;
-    // Both roots, computed without cancellation; the least positive one counts.
+    // Both roots are computed without cancellation; the smallest positive one is used.
     const double q = -0.5 * (b + std::copysign(std::sqrt(disc), b));
     for (const double root : {a != 0 ? q / a : -1.0, q != 0 ? c / q : -1.0}) {
       if (root > 0) best = std::min(best, root);
@@ -87,7 +87,7 @@ double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction
 /// The linear system of one step: minimizes the weighted distance to the nearest rotations.
 class StepSystem {
  public:
-  /// \param known  system of the same triangles; or null
+  /// \param known  linear system of the same triangles, or null
   StepSystem(const FlatChart& chart, const RigidSystem* known)
       : system_(known != nullptr ? known->pattern() : std::make_shared<const FlatPattern>(chart)) {}
 
@@ -95,7 +95,8 @@ class StepSystem {
   /// \param pinned  vertices that are held in place by a large weight
   bool solve(const FlatChart& chart, std::vector<Vec2d>& target,
              std::span<const std::uint32_t> pinned = {}) {
-    // Proximal term: makes the system definite where a chart can move or turn freely, and damps large steps.
+    // Weight of the proximal term, which makes the system definite where a chart can move or rotate freely, and damps
+    // large steps.
     constexpr double kProximalWeight = 1e-4;
     system_.clear();
     target = chart.points;
@@ -104,7 +105,7 @@ class StepSystem {
       system_.diagonal(v) = {kProximalWeight, 0, 0, kProximalWeight};
     }
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) add(chart, i, target);
-    constexpr double kPinWeight = 1e3;  // Relative to the weights of triangles.
+    constexpr double kPinWeight = 1e3;  // Weight of a pin, relative to the weights of triangles
     for (const std::uint32_t v : pinned) {
       FlatSystem<2>::Block& own = system_.diagonal(v);
       const double by = kPinWeight * (own[0] + own[3]);
@@ -129,9 +130,10 @@ class StepSystem {
     const RestShape& rest = chart.rest[i];
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2d& g = rest.gradient[k];
-      const Vec2d turned{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
+      const Vec2d rotated_gradient{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
       Vec2d& pull = right[chart.triangles[i][k]];
-      pull = pull + Vec2d{m.xx * turned.x + m.xy * turned.y, m.xy * turned.x + m.yy * turned.y} *
+      pull = pull + Vec2d{m.xx * rotated_gradient.x + m.xy * rotated_gradient.y,
+                          m.xy * rotated_gradient.x + m.yy * rotated_gradient.y} *
                         rest.area;
       add(system_.corner_block(i, k), rest.area * dot(g, g), m);
       add(system_.edge_block(i, k), rest.area * dot(g, rest.gradient[(k + 1) % 3]), m);
@@ -141,7 +143,8 @@ class StepSystem {
   FlatSystem<2> system_;
 };
 
-/// Adds border vertices that would touch after a full step. \returns whether there are any
+/// Pins border vertices that would touch the border after a full step.
+/// \returns true if there are any
 bool pin_touching(const FlatChart& chart, const std::vector<Vec2d>& to,
                   std::vector<std::uint32_t>& pinned) {
   constexpr std::size_t kMaxTouches = 1000, kPinReach = 2;
@@ -182,7 +185,7 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatS
     }
     chart.points = start->places;
   }
-  // Vertex 0 is anchored at its place; the other forces sum to 0, so the anchor does not distort.
+  // Vertex 0 is anchored at its position; the other forces sum to 0, so the anchor causes no distortion.
   double& weight = system.diagonal(0)[0];
   const Vec2d anchor = chart.points[0] * weight;
   weight += weight;
@@ -225,7 +228,7 @@ double rigid_energy(const FlatChart& chart) {
 
 void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
                       const RigidSystem* known, bool pins) {
-  constexpr double kConverged = 1e-5, kStalled = 0.01;
+  constexpr double kMinConvergedProgress = 1e-5, kMinUsefulProgress = 0.01;
   double current = energy(chart, chart.points);
   // The limit in the units of energy(): a sum over the area.
   const double area = std::accumulate(chart.rest.begin(), chart.rest.end(), 0.0,
@@ -245,22 +248,23 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
     for (std::size_t v = 0; v < direction.size(); ++v)
       direction[v] = direction[v] - chart.points[v];
     double step = std::min(1.0, 0.8 * flip_distance(chart, direction));
-    const std::vector<Vec2d> before = chart.points;
+    const std::vector<Vec2d> points_before = chart.points;
     const double last = current;
-    bool moved = false;
-    for (int attempt = 0; attempt < 12 && !moved; ++attempt, step *= 0.5) {
-      for (std::size_t v = 0; v < before.size(); ++v) {
-        chart.points[v] = before[v] + direction[v] * step;
+    bool any_moved = false;
+    for (int attempt = 0; attempt < 12 && !any_moved; ++attempt, step *= 0.5) {
+      for (std::size_t v = 0; v < points_before.size(); ++v) {
+        chart.points[v] = points_before[v] + direction[v] * step;
       }
       current = energy(chart, chart.points);
-      moved = current < last && is_injective(chart, chart.apart);
+      any_moved = current < last && is_injective(chart, chart.apart);
     }
-    if (!moved) {
-      chart.points = before;
+    if (!any_moved) {
+      chart.points = points_before;
       return;
     }
-    // Ends on convergence; above the limit, also where slow progress would not reach it.
-    if (last - current < (current > wanted ? kStalled : kConverged) * last) return;
+    // Stops on convergence. Above the limit, stops earlier, if progress is too slow to reach the limit.
+    if (last - current < (current > wanted ? kMinUsefulProgress : kMinConvergedProgress) * last)
+      return;
   }
 }
 

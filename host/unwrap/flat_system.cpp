@@ -12,7 +12,7 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// The edges of a chart, each once, the higher vertex first.
+/// The edges of a chart, without duplicates; each has its higher vertex first.
 std::vector<Edge> edges_of(const FlatChart& chart) {
   std::vector<Edge> edges;
   edges.reserve(chart.triangles.size() * 3);
@@ -58,7 +58,7 @@ struct FlatSystem<N>::Solver {
       std::conditional_t<N == 1, Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>,
                          Eigen::VectorXd>;
 
-  Matrix matrix;  ///< Upper triangle in the order of elimination, so that Eigen makes no copy
+  Matrix matrix;  ///< Upper triangle in the order of elimination, so that Eigen does not copy it
   /// For each stored value, its index among the values of all blocks
   std::vector<std::uint32_t> number_of;
   Eigen::SimplicialLDLT<Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>> factor;
@@ -136,7 +136,7 @@ template <int N>
 bool FlatSystem<N>::solve(std::vector<Vec2d>& points) {
   auto& right = solver_->right;
   right.resize(solver_->matrix.cols(), N == 1 ? 2 : 1);
-  double* const values = right.data();  // x of all points, then y of all points
+  double* const values = right.data();  // The x of all points, then the y of all points
   for (std::size_t v = 0; v < points.size(); ++v) {
     double* const p = values + std::size_t{2} * pattern_->place[v];
     p[0] = points[v].x;

@@ -1,4 +1,4 @@
-// Sparse linear systems of flat charts: a block for each edge and vertex, refactorized with one symbolic pattern.
+// Sparse linear systems of flat charts: with a block for each edge and vertex. The symbolic factorization is reused.
 #pragma once
 
 #include <algorithm>
@@ -18,11 +18,11 @@ namespace kiln {
 struct FlatPattern {
   explicit FlatPattern(const FlatChart& chart);
 
-  std::vector<std::uint32_t> place;  ///< Rank of each vertex in the order
-  /// Ranks of the ends of each edge, the higher one first.
+  std::vector<std::uint32_t> place;  ///< Rank of each vertex in the elimination order
+  /// Ranks of the two vertices of each edge, the higher rank first.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  /// Block indices of each triangle: each corner with itself and with the next. Blocks of vertices come first, then
-  /// those of edges.
+  /// Block indices of each triangle, for each corner: its block with itself, and its block with the next corner.
+  /// Blocks of vertices come first, then those of edges.
   std::vector<std::uint32_t> slots;
 };
 
@@ -52,7 +52,7 @@ class FlatSystem {
 
   /// \returns false if the matrix is not positive definite
   bool factorize();
-  /// \param points  of each vertex; in: the right-hand side, out: the solution
+  /// \param points  [in, out] by vertex: the right-hand side on entry, the solution on return
   /// \returns whether all are finite
   bool solve(std::vector<Vec2d>& points);
 
@@ -67,12 +67,12 @@ class FlatSystem {
 extern template class FlatSystem<1>;
 extern template class FlatSystem<2>;
 
-/// The system of as-rigid-as-possible rounds: one number a vertex, for x and y alike.
+/// The system of as-rigid-as-possible rounds: one unknown per vertex, with the same matrix for x and y.
 class RigidSystem : public FlatSystem<1> {
  public:
   using FlatSystem<1>::FlatSystem;
 
-  /// Sets the matrix from the chart's areas, each times a weight; empty weights are 1.
+  /// Sets the matrix from the areas of the chart's triangles, multiplied by their weights; empty: all weights are 1.
   void fill(const FlatChart& chart, std::span<const double> weights) {
     clear();
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {

@@ -13,14 +13,14 @@
 namespace kiln {
 namespace {
 
-/// Distance by which touching border vertices are pushed, as a share of the adjacent sides; and its growth with each
-/// round.
+/// Distance by which touching border vertices are pushed, as a share of the adjacent sides; and the factor by which
+/// the push grows in each round.
 constexpr double kFirstPush = 0.1, kPushGrowth = 1.3;
-/// Weight that holds a pushed vertex in place, relative to its triangles.
+/// Weight that holds a pushed vertex at its target, relative to the weights of its triangles.
 constexpr double kHoldWeight = 1;
-/// Growth of a flipped triangle's weight with each round.
+/// Factor by which a flipped triangle's weight grows in each round.
 constexpr double kFlipWeightGrowth = 2;
-/// Untangling is given up if this many times as many triangles are flipped as at first.
+/// Untangling is aborted if the number of flipped triangles exceeds its first value by this factor.
 constexpr std::size_t kMaxFlipGrowth = 4;
 
 /// Cosine and sine of the rotation nearest to a triangle's map.
@@ -81,7 +81,7 @@ class Untangler {
     return touches(border, 2 * chart_.apart, most_touches_ + 1);
   }
 
-  /// Pushes the ends of touching sides into their chart.
+  /// Pushes the corners of touching sides into their chart.
   void push(const std::vector<Touch>& found) {
     const std::size_t count = chart_.boundary.size();
     std::vector<std::size_t> places;
@@ -104,16 +104,16 @@ class Untangler {
     }
   }
 
-  /// Also pushes neighbours of touching vertices, less with distance, all perpendicular to the border's direction over
-  /// the whole reach.
+  /// Pushes touching vertices and border vertices near them. The push decreases with the distance from the touching
+  /// vertex; its direction is perpendicular to the border between the two outermost of these vertices.
   void push_wide(const std::vector<std::size_t>& places) {
     const std::size_t count = chart_.boundary.size(), far = reach_ % count;
     std::vector<double> share(count, 0);
     for (const std::size_t i : places) {
       for (std::size_t n = 0; n <= 2 * reach_; ++n) {
-        const std::size_t off = n < reach_ ? reach_ - n : n - reach_;
+        const std::size_t distance = n < reach_ ? reach_ - n : n - reach_;
         double& at = share[(i + n + count * reach_ - reach_) % count];
-        at = std::max(at, 1 - static_cast<double>(off) / static_cast<double>(reach_ + 1));
+        at = std::max(at, 1 - static_cast<double>(distance) / static_cast<double>(reach_ + 1));
       }
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -159,7 +159,7 @@ class Untangler {
       if (push_[v] == 0) hold_at(v, start_->places[v], start_->holds[v]);
     }
     for (const std::uint32_t v : pushed_) hold_at(v, target_[v], kHoldWeight);
-    // Makes the system definite: the whole chart can move freely.
+    // Weight that makes the system definite although the whole chart can move freely.
     constexpr double kAnchorWeight = 1e-6;
     hold_at(0, chart_.points[0], kAnchorWeight);
     if (!system_.factorize() || !system_.solve(points)) return false;
@@ -171,11 +171,11 @@ class Untangler {
   RigidSystem& system_;
   const FlatStart* start_;
   std::size_t most_touches_ = 0, reach_ = 0;
-  std::vector<double> weight_;  ///< Weight of each triangle.
-  /// Push of each vertex, as a share of adjacent sides; 0: not pushed.
+  std::vector<double> weight_;  ///< Weight of each triangle
+  /// Push of each vertex, as a share of the adjacent sides; 0 if it is not pushed.
   std::vector<double> push_;
-  std::vector<Vec2d> target_;          ///< Positions where pushed vertices are held.
-  std::vector<std::uint32_t> pushed_;  ///< Vertices, in the order of their first push.
+  std::vector<Vec2d> target_;          ///< Positions at which pushed vertices are held
+  std::vector<std::uint32_t> pushed_;  ///< Pushed vertices, in the order of their first push
 };
 
 }  // namespace

@@ -10,19 +10,19 @@
 namespace kiln {
 namespace {
 
-/// Greatest stretch of a pair; two single triangles are better beyond it. It is reached by areas that differ by a
-/// factor of 5, or a shear of 4.
+/// Largest stretch of a pair; beyond it, two single triangles are better. Areas that differ by a factor of 5, or a
+/// shear of 4, reach it.
 constexpr double kStretchLimit = 0.7;
 
 struct Link {
   float stretch;
-  std::uint32_t a, b;  ///< Linked triangles, a < b.
+  std::uint32_t a, b;  ///< Linked triangles, a < b
   std::uint8_t apex_a, apex_b;
 };
 
 double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, int apex_b) {
-  // Sides around the quad: apex of a, next corner of a, apex of b, next corner of b. Opposite sides share a side of the
-  // rectangle.
+  // The sides of the quad, in its corner order: apex of a, next corner of a, apex of b, next corner of b. Opposite
+  // sides of the quad become opposite sides of the rectangle.
   const double a_next = a.squared_edge[(apex_a + 2) % 3], a_last = a.squared_edge[(apex_a + 1) % 3];
   const double b_next = b.squared_edge[(apex_b + 2) % 3], b_last = b.squared_edge[(apex_b + 1) % 3];
   const double width = std::sqrt(a_next) + std::sqrt(b_next);
@@ -31,7 +31,8 @@ double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, 
   const double total =
       a.area * stretch(width * scale, height * scale, a_next, a_last, a.squared_edge[apex_a]) +
       b.area * stretch(width * scale, height * scale, b_next, b_last, b.squared_edge[apex_b]);
-  // The unweighted difference of areas is added, or a tiny triangle would be distorted for a large one.
+  // The unweighted difference of areas is added; without it, a tiny triangle would be distorted in favour of a large
+  // one.
   const double even = 0.5 * (std::log(a.area) - std::log(b.area));
   return total / (a.area + b.area) + 0.25 * even * even;
 }
@@ -39,7 +40,7 @@ double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, 
 std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                              std::span<const TriangleShape> shapes) {
   struct Side {
-    std::uint64_t key;  ///< Lower vertex, higher vertex: packed.
+    std::uint64_t key;  ///< Lower and higher vertex in one number
     std::uint32_t triangle;
     std::uint8_t apex, forward;
   };
@@ -66,7 +67,7 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
     while (end < sides.size() && sides[end].key == sides[begin].key) {
       if (sides[end++].forward) backward = end;
     }
-    // At an edge of more than two triangles, the i-th of both orientations are paired, at linear cost.
+    // At an edge of more than two triangles, the i-th half-edges of both orientations are paired, at linear cost.
     for (std::size_t i = begin, j = backward; i < backward && j < end; ++i, ++j) {
       const Side& a = sides[i].triangle < sides[j].triangle ? sides[i] : sides[j];
       const Side& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
@@ -95,7 +96,7 @@ class Matching {
       for (const std::uint32_t t : {links[i].a, links[i].b}) {
         const auto free = std::find(links_of_[t].begin(), links_of_[t].end(), kNoIndex);
         if (free != links_of_[t].end())
-          *free = i;  // A triangle has three sides, so at most three links.
+          *free = i;  // A triangle has three sides, so at most three links
       }
     }
     for (std::uint32_t i = 0; i < links.size(); ++i) {
@@ -105,27 +106,27 @@ class Matching {
 
   /// Searches an alternating path from every single triangle, breadth first.
   void augment() {
-    std::vector<std::uint32_t> seen(mate_.size(), kNoIndex), queue, from;
+    std::vector<std::uint32_t> visited_from(mate_.size(), kNoIndex), queue, from;
     for (std::uint32_t root = 0; root < mate_.size(); ++root) {
       if (mate_[root] != kNoIndex || links_of_[root][0] == kNoIndex) continue;
       queue.assign(1, root);
       from.assign(1, kNoIndex);
-      seen[root] = root;
+      visited_from[root] = root;
       bool found = false;
       for (std::size_t head = 0; head < queue.size() && head < kMaxVisited && !found; ++head) {
         for (const std::uint32_t link : links_of_[queue[head]]) {
           if (link == kNoIndex) break;
           const std::uint32_t other = across(link, queue[head]);
-          if (seen[other] == root) continue;
-          seen[other] = root;
+          if (visited_from[other] == root) continue;
+          visited_from[other] = root;
           if (mate_[other] == kNoIndex) {
             augment(link, head, from);
             found = true;
             break;
           }
           const std::uint32_t next = across(mate_[other], other);
-          if (seen[next] == root) continue;
-          seen[next] = root;
+          if (visited_from[next] == root) continue;
+          visited_from[next] = root;
           queue.push_back(next);
           from.push_back(static_cast<std::uint32_t>(head));
           link_to_entry_.resize(std::max(link_to_entry_.size(), queue.size()));
@@ -138,7 +139,7 @@ class Matching {
   const std::vector<std::uint32_t>& mate() const { return mate_; }
 
  private:
-  /// Most triangles visited from one single triangle.
+  /// Maximum number of triangles visited from one single triangle.
   static constexpr std::size_t kMaxVisited = 256;
 
   std::uint32_t across(std::uint32_t link, std::uint32_t triangle) const {
@@ -147,8 +148,8 @@ class Matching {
   void join(std::uint32_t link) { mate_[links_[link].a] = mate_[links_[link].b] = link; }
 
   void augment(std::uint32_t link, std::size_t head, const std::vector<std::uint32_t>& from) {
-    // Augments the matching along the path: each new pair takes both triangles from their old mates; the other old mate is paired by the next
-    // step up the path.
+    // Augments the matching along the path: each new pair separates its two triangles from their previous mates. The
+    // next step up the path pairs the remaining one of these mates.
     std::uint32_t at = static_cast<std::uint32_t>(head);
     std::uint32_t current = link;
     while (true) {
@@ -160,9 +161,9 @@ class Matching {
   }
 
   std::span<const Link> links_;
-  std::vector<std::uint32_t> mate_;                     ///< Link of each triangle's current pair.
-  std::vector<std::array<std::uint32_t, 3>> links_of_;  ///< Links of each triangle, the best first.
-  std::vector<std::uint32_t> link_to_entry_;  ///< Link by which a queue entry was reached.
+  std::vector<std::uint32_t> mate_;                     ///< Link of each triangle's current pair
+  std::vector<std::array<std::uint32_t, 3>> links_of_;  ///< Links of each triangle, the best first
+  std::vector<std::uint32_t> link_to_entry_;  ///< Link by which the search reached each queue entry
 };
 
 }  // namespace
@@ -175,9 +176,9 @@ double stretch(double width, double height, double leg_u, double leg_v, double h
   const double mean = 0.5 * (e + g);
   const double root = std::sqrt(0.25 * (e - g) * (e - g) + f * f);
   const double determinant = std::max(e * g - f * f, 1e-12 * mean * mean);
-  const double large = mean + root;
-  const double log_large = 0.5 * std::log(large);
-  const double log_small = 0.5 * std::log(determinant / large);
+  const double larger_eigenvalue = mean + root;
+  const double log_large = 0.5 * std::log(larger_eigenvalue);
+  const double log_small = 0.5 * std::log(determinant / larger_eigenvalue);
   return 0.5 * (log_large * log_large + log_small * log_small);
 }
 

@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-/// Limit on sweeps over the seams; they converge in fewer.
+/// Maximum number of sweeps over the seams, which normally converge earlier.
 constexpr int kMaxSweeps = 16;
 /// A move that replaces two edges by two others must shorten the seam by this factor.
 constexpr double kMaxLengthRatio = 0.97;
@@ -44,7 +44,7 @@ class Trimmer {
       }
     }
   }
-  /// For charts without a layout yet.
+  /// Constructor for charts without a layout.
   Trimmer(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
           std::vector<std::uint32_t> label)
       : surface_(surface), borders_(borders), limits_(limits), label_(std::move(label)) {
@@ -52,8 +52,8 @@ class Trimmer {
   }
 
   void run() {
-    // Sweeps in one direction, then in the other. Alternating moves both ways would leave steps in the seam that
-    // neither can remove.
+    // All sweeps first move triangles in one direction across seams, then in the other. Mixing both directions would
+    // leave steps in the seam that neither direction can remove.
     bool last = true;
     for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
       ProgressGuard::poll();
@@ -92,11 +92,11 @@ class Trimmer {
 
  private:
   void trace() {
-    std::vector<std::uint8_t> seen(surface_.mate.size(), 0);
-    for (std::uint32_t h = 0; h < seen.size(); ++h) {
-      if (borders_.is_glued(h) || seen[h] != 0) continue;
+    std::vector<std::uint8_t> is_visited(surface_.mate.size(), 0);
+    for (std::uint32_t h = 0; h < is_visited.size(); ++h) {
+      if (borders_.is_glued(h) || is_visited[h] != 0) continue;
       borders_.trace(h);
-      for (std::uint32_t n = h; seen[n] == 0; n = borders_.next(n)) seen[n] = 1;
+      for (std::uint32_t n = h; is_visited[n] == 0; n = borders_.next(n)) is_visited[n] = 1;
     }
   }
 
@@ -104,14 +104,15 @@ class Trimmer {
 
   /// A possible move: the one or two triangles around a vertex between two half-edges of a seam.
   struct Fan {
-    std::array<std::uint32_t, 2> inside{};  ///< Half-edges of the triangles that end at the vertex.
-    std::array<std::uint32_t, 2> outer{};   ///< Opposite half-edges, which become border.
+    std::array<std::uint32_t, 2> inside{};  ///< Half-edges of the triangles that end at the vertex
+    std::array<std::uint32_t, 2> outer{};   ///< Opposite half-edges, which become border
     std::uint32_t count = 0;
-    /// Positions in the new chart; apex: the shared corner of two triangles.
+    /// Positions in the new chart. `apex` is the shared corner of two triangles.
     Vec2d tip{}, first{}, last{}, apex{};
   };
 
-  /// Tries to move the triangles at the seam's two half-edges from h on. \returns whether they changed charts
+  /// Tries to move the triangles at seam half-edge h and the next one to the other chart.
+  /// \returns true if they were moved
   bool move(std::uint32_t h) {
     const std::uint32_t g = borders_.next(h), mate = surface_.mate[h], over = surface_.mate[g];
     if (mate == kNoIndex || over == kNoIndex || borders_.next(over) != mate) return false;
@@ -122,10 +123,10 @@ class Trimmer {
     if (!gather(h, g, fan) || !is_shorter(h, g, fan)) return false;
     if (is_narrow(over, mate)) return false;
     if (is_flat()) {
-      lay(h, g, fan);
+      lay_out_fan(h, g, fan);
       if (!fits(fan) || !is_clear(over, mate, fan)) return false;
     }
-    change_over(h, g, fan);
+    move_to_other_chart(h, g, fan);
     return true;
   }
 
@@ -134,7 +135,8 @@ class Trimmer {
     return borders_.next(g) == surface_.mate[g] || borders_.previous(h) == surface_.mate[h];
   }
 
-  /// Collects the triangles of a move. \returns false if there are more than two, or the chart would not stay a disc
+  /// Collects the triangles of a move.
+  /// \returns false if there are more than two, or if their chart would not remain a disc
   bool gather(std::uint32_t h, std::uint32_t g, Fan& fan) const {
     for (std::uint32_t in = h;; in = surface_.mate[next_half_edge(in)]) {
       const std::uint32_t outer = previous_half_edge(in);
@@ -170,7 +172,7 @@ class Trimmer {
     return a + along * foot + Vec2d{-along.y, along.x} * height;
   }
 
-  void lay(std::uint32_t h, std::uint32_t g, Fan& fan) const {
+  void lay_out_fan(std::uint32_t h, std::uint32_t g, Fan& fan) const {
     fan.last = corner_[surface_.mate[g]];
     fan.tip = corner_[surface_.mate[h]];
     fan.first = corner_[next_half_edge(surface_.mate[h])];
@@ -180,7 +182,7 @@ class Trimmer {
     }
   }
 
-  /// Corners of the fan's triangle i, starting at its half-edge inside.
+  /// Corner positions of the fan's triangle i, starting at its half-edge in Fan::inside.
   static std::array<Vec2d, 3> places(const Fan& fan, std::uint32_t i) {
     if (i == 0) return {fan.first, fan.tip, fan.apex};
     return {fan.apex, fan.tip, fan.last};
@@ -235,7 +237,7 @@ class Trimmer {
     return true;
   }
 
-  void change_over(std::uint32_t h, std::uint32_t g, const Fan& fan) {
+  void move_to_other_chart(std::uint32_t h, std::uint32_t g, const Fan& fan) {
     const std::uint32_t to = label_[surface_.mate[h] / 3];
     const std::uint32_t before_a = borders_.previous(h), after_a = borders_.next(g);
     const std::uint32_t before_b = borders_.previous(surface_.mate[g]),
@@ -262,7 +264,7 @@ class Trimmer {
   const ChartSurface& surface_;
   ChartBorders& borders_;
   const ChartLimits& limits_;
-  std::vector<std::uint32_t> label_;  ///< Chart of each triangle.
+  std::vector<std::uint32_t> label_;  ///< Chart of each triangle
   /// Rest shape of each triangle; empty for charts without a layout
   std::vector<RestShape> rest_;
   /// Position of each corner in its chart; empty for charts without a layout
@@ -287,7 +289,7 @@ void trim_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   trimmer.run();
   if (!trimmer.moved()) return;
   std::vector<FlatChart> trimmed = trimmer.charts(charts.size());
-  // Each move keeps charts injective; this checks it.
+  // Each move should keep charts injective; the result is checked all the same before it is used.
   if (std::all_of(trimmed.begin(), trimmed.end(),
                   [](const FlatChart& chart) { return is_injective(chart); })) {
     charts = std::move(trimmed);

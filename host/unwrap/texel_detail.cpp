@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-/// Samples on a low poly; each triangle has at least one.
+/// Number of samples on a low poly; each triangle has at least one.
 constexpr double kSampleCount = 8000;
 /// Expected share of the map that charts cover.
 constexpr double kCoveredShare = 0.75;
@@ -39,7 +39,8 @@ std::vector<Triangle> pick_triangles(const std::vector<Triangle>& triangles,
   return result;
 }
 
-/// Stratified samples on a triangle, offset for each triangle, and the rotation of the texel at each sample.
+/// Stratified samples on a triangle, with a different offset for each triangle, and the rotation of the texel at each
+/// sample.
 struct Spread : TriangleSpread {
   double turn;
   Spread(std::size_t triangle, std::size_t place)
@@ -94,8 +95,8 @@ class TexelDetail::Walk {
     return 0.5 * cross(b - a, c - a);
   }
 
-  /// The high poly's normal at a point of the layout, in the low poly's frame. \param t  a triangle nearby, where the
-  /// walk to the point's triangle starts
+  /// The high poly's normal at a point of the layout, in the low poly's frame.
+  /// \param t  a nearby triangle, from which the walk to the point's triangle starts
   bool normal_at(std::uint32_t t, const Vec2d& at, Vec3d& normal) const {
     constexpr int kMaxSteps = 200;
     for (int step = 0; step < kMaxSteps && t != kNoIndex; ++step) {
@@ -108,14 +109,15 @@ class TexelDetail::Walk {
         share[k] = cross(b - a, at - a) / whole;
         if (share[k] < share[out]) out = k;
       }
-      if (share[out] >= 0) return looked_up(t, share, normal);
+      if (share[out] >= 0) return interpolate_normal(t, share, normal);
       t = flat_.beside[t][(out + 1) % 3];
     }
     return false;
   }
 
  private:
-  /// Per corner: direction of the layout's x axis on the surface, averaged over the triangles around the corner.
+  /// For each corner, the direction of the layout's x axis on the surface, averaged over the triangles around the
+  /// corner.
   std::vector<Vec3d> corner_tangents() const {
     struct Corner {
       std::uint32_t position = 0;
@@ -124,7 +126,8 @@ class TexelDetail::Walk {
       auto key() const { return std::tie(position, at.x, at.y); }
     };
     std::vector<Corner> corners;
-    std::vector<Vec3d> own(3 * low_.triangles.size()), result(own.size());
+    std::vector<Vec3d> corner_tangents_of_low(3 * low_.triangles.size()),
+        result(corner_tangents_of_low.size());
     for (std::size_t t = 0; t < low_.triangles.size(); ++t) {
       const auto& [a, b, c] = flat_.corners[t];
       const double whole = cross(b - a, c - a);
@@ -134,7 +137,7 @@ class TexelDetail::Walk {
                             (to_double(positions_[low_.triangles[t][2]]) - p) * (b - a).y;
       const double size = length(tangent);
       for (std::size_t k = 0; k < 3; ++k) {
-        if (size > 0) own[3 * t + k] = tangent * (1 / size);
+        if (size > 0) corner_tangents_of_low[3 * t + k] = tangent * (1 / size);
         corners.push_back({low_.triangles[t][k], flat_.corners[t][k], 3 * t + k});
       }
     }
@@ -144,14 +147,15 @@ class TexelDetail::Walk {
       std::size_t end = i;
       Vec3d sum{};
       for (; end < corners.size() && corners[end].key() == corners[i].key(); ++end) {
-        sum += own[corners[end].corner];
+        sum += corner_tangents_of_low[corners[end].corner];
       }
       for (; i < end; ++i) result[corners[i].corner] = sum;
     }
     return result;
   }
 
-  bool looked_up(std::uint32_t t, const std::array<double, 3>& share, Vec3d& normal) const {
+  bool interpolate_normal(std::uint32_t t, const std::array<double, 3>& share,
+                          Vec3d& normal) const {
     std::array<Vec3d, 3> p{};
     Vec3d up{}, along{};
     for (std::size_t k = 0; k < 3; ++k) {

@@ -20,15 +20,15 @@ inline constexpr std::array<double, 3> kTexelSides = {2, 1, 0.5};
 /// Error of a map's normals at each of kTexelSides: the length of the difference of unit vectors.
 using TexelErrors = std::array<double, kTexelSides.size()>;
 
-/// A mesh's triangles in the layout, at the surface's scale; those without area are points.
+/// A mesh's triangles in the layout, at the surface's scale; triangles without area are points.
 struct FlatTriangles {
   std::vector<std::array<Vec2d, 3>> corners;
   std::vector<std::array<std::uint32_t, 3>>
-      beside;  ///< The half-edge across the side from corner k; kNoIndex: none
+      beside;  ///< For each side, the half-edge on its other side; kNoIndex if there is none
 };
 
-/// The high poly's normals, prepared for lookups from low polys. Immutable. Cost: n log n to build; about 1 microsecond
-/// a lookup, 13 lookups a sample.
+/// The high poly's normals, prepared for lookups from low polys. Immutable. Cost: n log n to build; about 1
+/// microsecond per lookup, 13 lookups per sample.
 class TexelDetail {
  public:
   /// \throws Error(input) if no triangle has an extent
@@ -37,10 +37,10 @@ class TexelDetail {
   /// Error of each triangle at several texel sizes. At a few samples on the triangle, the high poly's normal at the
   /// nearest point is compared with the mean of the normals at the corners of a texel-sized square; corners outside of
   /// the chart are skipped. Normals are compared in the low poly's frame, as tangent-space maps store them: where the
-  /// low poly's normals turn, such a map varies even over a flat surface. The error is 0 where no surface of the high
+  /// low poly's normals vary, such a map varies even over a flat surface. The error is 0 where no surface of the high
   /// poly faces as the triangle does.
   /// \param flat     layout of the mesh's triangles
-  /// \param size     texels a side of the map
+  /// \param size     side of the map in texels
   /// \param threads  0: thread_count(); never changes the result
   std::vector<TexelErrors> errors(const Mesh& low, const FlatTriangles& flat, std::uint32_t size,
                                   int threads = 0) const;
@@ -51,8 +51,8 @@ class TexelDetail {
 
   Frame frame_;
   std::vector<Vec3> positions_;
-  std::vector<std::uint32_t> source_;  ///< Indices of the mesh's triangles with finite corners.
-  std::vector<Triangle> triangles_;    ///< Triangles listed in source_.
+  std::vector<std::uint32_t> source_;  ///< Indices of the mesh's triangles with finite corners
+  std::vector<Triangle> triangles_;    ///< Triangles listed in source_
   CornerNormals normals_;
   SurfaceDistance surface_;
 };

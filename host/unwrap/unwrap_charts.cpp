@@ -25,22 +25,25 @@
 namespace kiln {
 namespace {
 
-/// UV steps a side. UVs are whole multiples of 2^-24, which single precision holds exactly up to 1, and for which
-/// double precision decides on which side of a line a point lies without rounding.
+/// Number of UV steps along a side of the map. UVs are multiples of 2^-24: single precision represents these exactly
+/// up to 1, and double precision determines without rounding on which side of a line a point with such coordinates
+/// lies.
 constexpr double kUvSteps = 16777216;
 /// Above this number of charts, they are packed by bounding boxes.
 constexpr std::size_t kMaxBitmapCharts = 10000;
-/// If charts cover less of the map than this, the padding may be halved, as long as each halving raises the coverage by
-/// a factor.
-constexpr double kWantedCoverage = 0.25, kMinCoverageGain = 1.3;
-/// The padding goes below a texel only if charts cover less than this.
+/// If charts cover less of the map than kMinWantedCoverage, the padding is halved as long as each halving raises the
+/// coverage by a factor of kMinCoverageGain.
+constexpr double kMinWantedCoverage = 0.25, kMinCoverageGain = 1.3;
+/// The padding falls below a texel only if charts cover less than this share of the map.
 constexpr double kMaxSubtexelCoverage = 0.02;
-/// Texel density stays uniform if the expected gain of adapting it is less than this.
+/// Texel density stays uniform if adapting it would lower the error by less than this share.
 constexpr double kMinExpectedGain = 0.01;
-/// Warn if more than this share of the surface lies in charts narrower than a texel; less is rims and fillets.
+/// A warning is given if more than this share of the surface lies in charts narrower than a texel; a smaller share is
+/// typical of rims and fillets.
 constexpr double kMaxNarrowShare = 0.25;
 
-/// A chart for a triangle that is too small for a place in any chart: equilateral, at least `side` long.
+/// A separate, equilateral chart for a triangle that is too small for the layout of its chart; its sides are at least
+/// `side` long.
 FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::uint32_t t,
                      double side, std::vector<std::uint32_t>& local) {
   const std::array<std::uint32_t, 1> triangle{t};
@@ -50,7 +53,7 @@ FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::ui
   return chart;
 }
 
-ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lone) {
+ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& is_separate) {
   ChartSurface surface = chart_surface(mesh);
   if (surface.triangles.empty()) {
     throw Error(ErrorCode::input,
@@ -58,7 +61,7 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lon
                     "' has no triangle of positive area; check the file it is from");
   }
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
-    if (lone[h / 3] == 0 || surface.mate[h] == kNoIndex) continue;
+    if (is_separate[h / 3] == 0 || surface.mate[h] == kNoIndex) continue;
     surface.mate[surface.mate[h]] = kNoIndex;
     surface.mate[h] = kNoIndex;
   }
@@ -66,13 +69,13 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& lon
   return surface;
 }
 
-/// Lays out lone triangles, at the size of a texel.
+/// Lays out separated triangles as charts of at least a texel.
 void lay_lone(const ChartSurface& surface, const UnwrapOptions& options,
-              const std::vector<std::uint8_t>& lone, ChosenCharts& chosen) {
+              const std::vector<std::uint8_t>& is_separate, ChosenCharts& chosen) {
   const double texel = std::sqrt(surface.total_area) / options.size;
   std::vector<std::uint32_t> local(surface.triangles.size());
   for (FlatChart& chart : chosen.charts) {
-    if (lone[chart.source[0]] != 0)
+    if (is_separate[chart.source[0]] != 0)
       chart = lone_chart(surface, chosen.borders, chart.source[0], texel, local);
   }
 }
@@ -84,7 +87,7 @@ struct Layout {
 
 Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
                  const PackState* from, int threads) {
-  // The border's distance covers padding and the rounding of two borders to UV steps.
+  // The minimum distance of borders is the padding plus the rounding of two borders to UV steps.
   const double apart = padding + 4 * size / kUvSteps;
   const auto packed = [&] {
     if (outlines.size() > kMaxBitmapCharts) return pack_boxes(outlines, size, apart);
@@ -96,12 +99,12 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
   return layout;
 }
 
-/// Packs with the requested padding, or with less if that lets charts cover much more of the map.
+/// Packs with the requested padding, or with less if charts then cover much more of the map.
 Layout pack(const std::vector<FlatChart>& charts, const PackState* from,
             const UnwrapOptions& options, int threads) {
   const std::vector<Outline> outlines = outlines_of(charts);
   Layout best = pack_with(outlines, options.size, options.border_texels, from, threads);
-  while (best.coverage < kWantedCoverage &&
+  while (best.coverage < kMinWantedCoverage &&
          (best.padding > 1 || best.coverage < kMaxSubtexelCoverage)) {
     if (best.padding < 1.0 / 1024) {
       throw Error(ErrorCode::input, "unwrap: the mesh has too many charts for a texture of " +
@@ -109,7 +112,7 @@ Layout pack(const std::vector<FlatChart>& charts, const PackState* from,
                                         " texels; simplify it first, or use a larger size");
     }
     Layout next = pack_with(outlines, options.size, 0.5 * best.padding, nullptr, threads);
-    // Long thin charts leave space unused whatever the padding.
+    // Long thin charts leave space unused at any padding.
     if (best.coverage > 0 && next.coverage < kMinCoverageGain * best.coverage) break;
     best = std::move(next);
   }
@@ -129,7 +132,7 @@ DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& opt
 
 /// Scales charts to their detail, with or without cuts, if an improvement is expected.
 /// \param mesh    mesh of the surface
-/// \param layout  of the charts at uniform density; out: of the chosen charts
+/// \param layout  [in, out] layout of the charts at uniform density on entry, of the chosen charts on return
 void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDetail& detail,
                      const UnwrapOptions& options, ChosenCharts& made, Layout& layout,
                      int threads) {
@@ -143,8 +146,8 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
     for (double& s : scales) s *= packed.packing.scale / even;
     return expected_error(chart_needs(charts, needs), scales);
   };
-  double least = (1 - kMinExpectedGain) *
-                 error_of(made.charts, std::vector<double>(made.charts.size(), 1), layout);
+  double min_error = (1 - kMinExpectedGain) *
+                     error_of(made.charts, std::vector<double>(made.charts.size(), 1), layout);
   ChosenCharts next = made;
   for (const bool cut : {false, true}) {
     const std::size_t before = next.charts.size();
@@ -153,22 +156,22 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
       if (next.charts.size() == before) break;
     }
     const std::vector<double> scales = texel_scales(chart_needs(next.charts, needs));
-    // Packing hardly improves it, so it is skipped without an expected gain.
-    if (error_of(next.charts, scales, layout) >= least) continue;
+    // Packing hardly improves the expected error, so candidates without an expected gain are not packed.
+    if (error_of(next.charts, scales, layout) >= min_error) continue;
     std::vector<FlatChart> charts = next.charts;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       for (Vec2d& p : charts[i].points) p = p * scales[i];
     }
     Layout packed = pack(charts, nullptr, options, threads);
     const double error = error_of(charts, scales, packed);
-    if (error >= least || packed.padding < layout.padding) continue;
-    least = error;
+    if (error >= min_error || packed.padding < layout.padding) continue;
+    min_error = error;
     made.charts = std::move(charts);
     layout = std::move(packed);
   }
 }
 
-/// Moves the chart's points to their places in the texture, rounded to UV steps.
+/// Moves the chart's points to their positions in the texture, rounded to UV steps.
 void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t size) {
   for (Vec2d& p : chart.points) {
     const Vec2d q = p * scale;
@@ -183,22 +186,24 @@ class RoundedChart {
  public:
   explicit RoundedChart(FlatChart& chart) : chart_(chart) {}
 
-  /// Moves vertices by a few steps. \returns whether the chart is injective
+  /// Moves vertices by a few UV steps.
+  /// \returns true if the chart is injective
   bool repair() {
     for (int attempt = 0; attempt < kMaxRepairs; ++attempt) {
       const std::vector<std::size_t> flat = flattened();
       const auto touch = flat.empty() ? first_touch(outline_of(chart_)) : std::nullopt;
       if (flat.empty() && !touch) return true;
-      for (const std::size_t i : flat) widen(chart_.triangles[i]);
+      for (const std::size_t i : flat) widen_triangle(chart_.triangles[i]);
       if (touch) part(touch->first, touch->second);
     }
     return false;
   }
 
-  /// Marks the flattened triangles; without any, those at two places where the border touches itself.
-  void mark(std::vector<std::uint8_t>& lone) const {
+  /// Sets entries of `is_separate` for triangles without area; if there are none, for triangles at two places where the
+  /// border touches itself.
+  void mark(std::vector<std::uint8_t>& is_separate) const {
     const std::vector<std::size_t> flat = flattened();
-    for (const std::size_t i : flat) lone[chart_.source[i]] = 1;
+    for (const std::size_t i : flat) is_separate[chart_.source[i]] = 1;
     if (!flat.empty()) return;
     const auto touch = first_touch(outline_of(chart_));
     if (!touch) return;
@@ -207,13 +212,13 @@ class RoundedChart {
         const std::uint32_t from = chart_.triangles[i][k];
         if (from != chart_.boundary[touch->first] && from != chart_.boundary[touch->second])
           continue;
-        lone[chart_.source[i]] = 1;
+        is_separate[chart_.source[i]] = 1;
       }
     }
   }
 
  private:
-  /// Limits of repairs. Together they move a vertex by at most 0.19 texels of a map of 16384.
+  /// Limits of repairs, which together move a vertex by at most 0.19 texels of a map of 16384 x 16384.
   static constexpr int kMaxRepairs = 64;
   static constexpr double kRepairSteps = 3;
 
@@ -237,7 +242,7 @@ class RoundedChart {
   }
 
   /// Moves the corner opposite the longest side away from it.
-  void widen(const Triangle& t) {
+  void widen_triangle(const Triangle& t) {
     std::size_t longest = 0;
     Vec2d along{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -259,7 +264,7 @@ class RoundedChart {
     std::size_t side = 0, corner = 0;
   };
 
-  /// Separates two sides: moves one and the nearest corner of the other apart.
+  /// Separates two sides: moves one of them, and the nearest corner of the other, apart.
   void part(std::size_t a, std::size_t b) {
     Near near;
     for (const std::size_t end : {0, 1}) {
@@ -272,14 +277,14 @@ class RoundedChart {
       }
     }
     if (near.squared == std::numeric_limits<double>::max()) return;
-    // The corner moves back to the side of its neighbours, which is mostly outside of the other side.
+    // The corner moves towards its neighbours, which mostly lie outside of the other side.
     const Vec2d from = border(near.side), along = border(near.side + 1) - from;
     const double inside = cross(along, border(near.corner + count() - 1) - from) +
                           cross(along, border(near.corner + 1) - from);
-    const Vec2d away = inside > 0 ? -along : along;
-    move(chart_.boundary[near.corner], -away);
-    move(chart_.boundary[near.side], away);
-    move(chart_.boundary[(near.side + 1) % count()], away);
+    const Vec2d push_direction = inside > 0 ? -along : along;
+    move(chart_.boundary[near.corner], -push_direction);
+    move(chart_.boundary[near.side], push_direction);
+    move(chart_.boundary[(near.side + 1) % count()], push_direction);
   }
 
   std::size_t count() const { return chart_.boundary.size(); }
@@ -290,7 +295,7 @@ class RoundedChart {
 Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
   result.tangents.clear();  // tangents belong to the previous UVs
-  result.uvs = {{0, 0}};    // All corners of triangles that cover nothing
+  result.uvs = {{0, 0}};    // UV of all corners of triangles without texels
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   for (const FlatChart& chart : charts) {
     const auto first = static_cast<std::uint32_t>(result.uvs.size());
@@ -308,14 +313,14 @@ Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<Flat
 
 /// Width of a chart as a strip: its area over half the length of its border, as a share of the map's side.
 double width_of(const FlatChart& chart) {
-  double twice = 0, length = 0;
+  double doubled_area = 0, length = 0;
   for (std::size_t i = 0; i < chart.boundary.size(); ++i) {
     const Vec2d &a = chart.points[chart.boundary[i]],
                 &b = chart.points[chart.boundary[(i + 1) % chart.boundary.size()]];
-    twice += cross(a, b);
+    doubled_area += cross(a, b);
     length += std::sqrt(dot(b - a, b - a));
   }
-  return length > 0 ? twice / length / kUvSteps : 0;
+  return length > 0 ? doubled_area / length / kUvSteps : 0;
 }
 
 void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts, double padding,
@@ -366,7 +371,7 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
 
 struct KnownCharts::State {
   std::unique_ptr<ChartSurface> surface;
-  std::optional<ChosenCharts> chosen;  ///< Relaxed, not placed on the map yet.
+  std::optional<ChosenCharts> chosen;  ///< Relaxed charts that are not placed on the map yet
 };
 
 KnownCharts::KnownCharts() : state_(std::make_unique<State>()) {}
@@ -374,34 +379,37 @@ KnownCharts::~KnownCharts() = default;
 
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
                    int threads, const TexelDetail* detail, KnownCharts* kept) {
-  KnownCharts own;
-  KnownCharts::State& known = kept != nullptr ? kept->state() : own.state();
-  std::vector<std::uint8_t> lone(mesh.triangles.size(), 0);
-  // Each round separates at least one more triangle, and a separate triangle can always be placed, so the loop ends.
+  KnownCharts local_charts;
+  KnownCharts::State& known = kept != nullptr ? kept->state() : local_charts.state();
+  std::vector<std::uint8_t> is_separate(mesh.triangles.size(), 0);
+  // The loop terminates: each round separates at least one more triangle, and a separate triangle can always be
+  // placed.
   for (;;) {
-    if (!known.chosen) known.surface = std::make_unique<ChartSurface>(make_surface(mesh, lone));
+    if (!known.chosen)
+      known.surface = std::make_unique<ChartSurface>(make_surface(mesh, is_separate));
     const ChartSurface& surface = *known.surface;
     ChosenCharts made = known.chosen ? *known.chosen : choose_charts(surface, options, threads);
     if (!known.chosen) relax_charts(made.charts, threads);
     if (kept != nullptr && !known.chosen && made.any_size) known.chosen.emplace(made);
-    lay_lone(surface, options, lone, made);
+    lay_lone(surface, options, is_separate, made);
     std::vector<FlatChart>& charts = made.charts;
     Layout layout = pack(charts, made.packed ? &*made.packed : nullptr, options, threads);
     if (detail != nullptr) scale_by_detail(surface, mesh, *detail, options, made, layout, threads);
-    bool failed = false;
+    bool any_failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
       RoundedChart rounded(charts[i]);
       if (rounded.repair()) continue;
-      rounded.mark(lone);
-      failed = true;
+      rounded.mark(is_separate);
+      any_failed = true;
     }
-    if (failed) {
+    if (any_failed) {
       known.chosen.reset();
       continue;
     }
     // Charts with separated triangles cannot be reused for another size.
-    if (std::find(lone.begin(), lone.end(), 1) != lone.end()) known.chosen.reset();
+    if (std::find(is_separate.begin(), is_separate.end(), 1) != is_separate.end())
+      known.chosen.reset();
     if (report != nullptr) describe(surface, charts, layout.padding, options, *report);
     return write(mesh, surface, charts);
   }

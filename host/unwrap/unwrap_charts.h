@@ -8,11 +8,11 @@
 
 namespace kiln {
 
-/// Cache of one mesh's charts, to be reused for another map size if the charts do not depend on the size, as for very
-/// many charts.
+/// Cache of one mesh's charts, reused for another map size if the charts do not depend on that size, as for very many
+/// charts.
 class KnownCharts {
  public:
-  KnownCharts();  ///< An empty cache.
+  KnownCharts();  ///< Creates an empty cache
   ~KnownCharts();
   KnownCharts(const KnownCharts&) = delete;
   KnownCharts& operator=(const KnownCharts&) = delete;
@@ -24,17 +24,17 @@ class KnownCharts {
   std::unique_ptr<State> state_;
 };
 
-/// unwrap() for a high poly whose detail is precomputed: charts get texels by it.
-/// \param detail  null: texels by area, or by UnwrapOptions::detail_of
-/// \param known   charts of this mesh from a call with another size or padding; updated. Null: nothing is cached. Never
-///     changes the result
+/// unwrap() for a high poly whose detail is precomputed: charts get more texels where the detail needs them.
+/// \param detail  if null, texels are distributed by area, or by UnwrapOptions::detail_of
+/// \param known   [in, out] charts of this mesh from a call with another size or padding; if null, nothing is cached.
+///     Never changes the result
 Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetail* detail,
                 UnwrapReport* report, KnownCharts* known = nullptr);
 
 /// \param options  validated; detail_of is ignored
-/// \param report   all but seconds and degenerate triangles is filled in; may be null
+/// \param report   receives everything except seconds and degenerate triangles; may be null
 /// \param threads  0: thread_count(); never changes the result
-/// \param detail   of the high poly, to distribute texels by detail; null: by area
+/// \param detail   detail of the high poly, by which texels are distributed; if null, by area
 /// \param known    see unwrap_for()
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
                    int threads = 0, const TexelDetail* detail = nullptr,

@@ -15,18 +15,18 @@
 namespace kiln {
 namespace {
 
-/// Greatest ratio of a patch's legs. Longer patches waste space and reduce shear only little.
+/// Largest ratio of a patch's legs. Longer patches waste space and reduce shear only slightly.
 constexpr double kAspectLimit = 16;
 /// The padding is halved while triangles cover less of the map than this.
 constexpr double kWantedPairCoverage = 0.25;
 
-/// A rectangle for one or two triangles. The first has its right angle at the lower left corner, the second at the
-/// upper right one; they share the diagonal, or keep padding along it.
+/// A rectangle for one or two triangles. The first triangle has its right angle at the lower left corner, the second
+/// at the upper right one. They share the diagonal, or have padding along it.
 struct Patch {
-  double width = 0, height = 0;  ///< Legs of the triangles, in units of the surface.
+  double width = 0, height = 0;  ///< Legs of the triangles, as lengths on the surface
   std::array<std::uint32_t, 2> triangle{kNoIndex, kNoIndex};
-  std::array<std::uint8_t, 2> apex{};  ///< The corner that gets the right angle.
-  bool joined = false;
+  std::array<std::uint8_t, 2> apex{};  ///< Corner of each triangle that gets the right angle
+  bool is_shared = false;
 };
 
 /// Sets the patch's sides in the ratio of its legs, with an area that suffices for two triangles.
@@ -76,7 +76,7 @@ void share_patches(std::vector<Patch>& singles, std::vector<Patch>& patches) {
   }
 }
 
-/// \param squares  all patches are squares, with a square for each unpaired triangle
+/// \param squares  true: all patches are squares, and each unpaired triangle has a separate square
 std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShape>& shapes,
                                 bool squares) {
   const Pairing pairing = pair_triangles(mesh.positions, mesh.triangles, shapes);
@@ -91,7 +91,7 @@ std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShap
       Patch patch;
       patch.triangle = {t, other};
       patch.apex = {pairing.apex[t], pairing.apex[other]};
-      patch.joined = true;
+      patch.is_shared = true;
       double width = 0, height = 0;
       for (const std::size_t k : {0u, 1u}) {
         const TriangleShape& shape = shapes[patch.triangle[k]];
@@ -113,10 +113,10 @@ std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShap
 
 /// Rules for rounding patches to cells of whole grid steps.
 struct GridRules {
-  std::uint32_t side = 0;      ///< Steps a side of the grid.
-  std::uint32_t border = 1;    ///< Padding between charts in steps.
-  std::uint32_t smallest = 2;  ///< Shortest leg in steps. A triangle has at least one grid square.
-  bool squares = false;        ///< Legs of equal length
+  std::uint32_t side = 0;      ///< Number of steps along a side of the grid
+  std::uint32_t border = 1;    ///< Padding between charts in steps
+  std::uint32_t smallest = 2;  ///< Shortest leg in steps
+  bool squares = false;        ///< True if both legs have equal length
 };
 
 struct Legs {
@@ -124,9 +124,9 @@ struct Legs {
 };
 
 Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
-  const double most = 1e9;
+  const double max_steps = 1e9;
   const auto round_to_steps = [&](double value) {
-    return std::max(rule.smallest, static_cast<std::uint32_t>(std::min(value + 0.5, most)));
+    return std::max(rule.smallest, static_cast<std::uint32_t>(std::min(value + 0.5, max_steps)));
   };
   if (rule.squares) {
     const std::uint32_t leg = std::max(2U, round_to_steps(patch.width * scale));
@@ -148,7 +148,7 @@ Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
 }
 
 PackSize cell_of(const Patch& patch, const Legs& legs, const GridRules& rule) {
-  const bool apart = patch.triangle[1] != kNoIndex && !patch.joined;
+  const bool apart = patch.triangle[1] != kNoIndex && !patch.is_shared;
   const std::uint32_t extra = rule.border + (apart ? rule.border : 0);
   return {legs.width + extra, legs.height + extra};
 }
@@ -165,13 +165,13 @@ class LayoutSearch {
   LayoutSearch(const std::vector<Patch>& patches, const GridRules& rule)
       : patches_(patches), rule_(rule), sizes_(patches.size()) {}
 
-  /// The largest scale that fits, to about 0.1%; none if not even the smallest cells fit.
+  /// The layout at the largest scale that fits, to about 0.1%; nullopt if not even the smallest cells fit.
   std::optional<PairLayout> run() {
     const double side = rule_.side;
     double area = 0;
     for (const Patch& patch : patches_) area += patch.width * patch.height;
-    // The ceiling has neither padding nor waste. From there the scale falls until the cells' area fits, then until they
-    // pack.
+    // Upper bound: the scale without padding and waste. The scale falls from there until the cells' area fits, then
+    // until the cells can be packed.
     const double ceiling = side / std::sqrt(area);
     if (cells_area(0) > side * side) return std::nullopt;
     double low = 0, high = ceiling;
@@ -179,10 +179,10 @@ class LayoutSearch {
       const double middle = 0.5 * (low + high);
       (cells_area(middle) <= side * side ? low : high) = middle;
     }
-    const double bound = high;
+    const double max_scale = high;
     double fits = 0;
     double step = 0.01;
-    for (double scale = bound; scale > 1e-4 * bound;
+    for (double scale = max_scale; scale > 1e-4 * max_scale;
          scale *= 1 - step, step = std::min(0.2, step * 1.5)) {
       if (pack(scale)) {
         fits = scale;
@@ -208,19 +208,19 @@ class LayoutSearch {
     return area;
   }
 
-  /// Tries to pack at a scale; keeps the layout if it fits.
+  /// Packs at a scale; stores the layout if it fits.
   bool pack(double scale) {
-    double covered = 0;
+    double covered_area = 0;
     for (std::size_t i = 0; i < patches_.size(); ++i) {
       const Legs legs = legs_of(patches_[i], scale, rule_);
       sizes_[i] = cell_of(patches_[i], legs, rule_);
       if (std::max(sizes_[i].width, sizes_[i].height) > rule_.side) return false;
-      covered += static_cast<double>(legs.width) * legs.height *
-                 (patches_[i].triangle[1] == kNoIndex ? 0.5 : 1.0);
+      covered_area += static_cast<double>(legs.width) * legs.height *
+                      (patches_[i].triangle[1] == kNoIndex ? 0.5 : 1.0);
     }
     if (!pack_rectangles(sizes_, rule_.side, places_)) return false;
     const double side = rule_.side;
-    best_ = PairLayout{rule_, scale, places_, covered / (side * side)};
+    best_ = PairLayout{rule_, scale, places_, covered_area / (side * side)};
     return true;
   }
 
@@ -231,7 +231,7 @@ class LayoutSearch {
   std::optional<PairLayout> best_;
 };
 
-/// Tries the widest padding first, then shorter legs, then steps finer than a texel.
+/// Tries the requested padding first, then less padding and shorter legs, then grid steps finer than a texel.
 PairLayout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& options) {
   const bool squares = options.method == UnwrapMethod::squares;
   for (std::uint32_t border = options.border_texels; border >= 1; border /= 2) {
@@ -271,7 +271,7 @@ class UvWriter {
     set(patch, 0, add(0, 0), right, up);
     if (patch.triangle[1] == kNoIndex) return;
     const std::uint32_t corner = add(end_x, end_y);
-    if (patch.joined) {
+    if (patch.is_shared) {
       set(patch, 1, corner, up, right);
     } else {
       const std::uint32_t left = add(end_x - legs.width, end_y);
@@ -324,14 +324,14 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
   result.tangents.clear();  // tangents belong to the previous UVs
   result.uvs.clear();
   result.uvs.reserve(patches.size() * 4 + 1);
-  result.uvs.push_back({0, 0});  // All corners of triangles that cover nothing
+  result.uvs.push_back({0, 0});  // UV of all corners of triangles without texels
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   UvWriter writer(layout, result);
   for (std::size_t i = 0; i < patches.size(); ++i) writer.write(patches[i], layout.places[i]);
   if (report == nullptr) return result;
 
   for (const Patch& patch : patches) {
-    report->charts += patch.joined || patch.triangle[1] == kNoIndex ? 1 : 2;
+    report->charts += patch.is_shared || patch.triangle[1] == kNoIndex ? 1 : 2;
   }
   report->coverage = layout.coverage;
   report->density_spread = density_spread(patches, layout, shapes);

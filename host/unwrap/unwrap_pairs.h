@@ -9,7 +9,7 @@
 namespace kiln {
 
 /// \param shapes  shapes of the mesh's triangles, at least one of positive area
-/// \param report  empty; may be null. [out] all but seconds and degenerate triangles
+/// \param report  receives everything except seconds and degenerate triangles; empty on entry; may be null
 Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
                   const std::vector<TriangleShape>& shapes, UnwrapReport* report);
 

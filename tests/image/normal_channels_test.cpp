@@ -232,20 +232,20 @@ TEST(NormalChannels, SlopesOfASurfaceTellTheDirectionOfGreen) {
   const GreenEvidence right = GreenEvidence::of(up, three), wrong = GreenEvidence::of(down, three);
   EXPECT_LT(right.up, 0.05 * right.down);
   EXPECT_NEAR(wrong.down, right.up, 1e-9);
-  EXPECT_FALSE(right.speaks_for_down());
-  EXPECT_TRUE(wrong.speaks_for_down());
+  EXPECT_FALSE(right.suggests_down());
+  EXPECT_TRUE(wrong.suggests_down());
   NormalChannels turned;
   turned.down = true;
-  EXPECT_FALSE(GreenEvidence::of(down, turned).speaks_for_down());
+  EXPECT_FALSE(GreenEvidence::of(down, turned).suggests_down());
   // Noise is no surface's either way, and stripes along an axis are both ways'.
   std::mt19937 random(3);
   Image noise = up, stripes = up;
   for (float& value : noise.pixels) value = 0.4F + 0.2F * static_cast<float>(random() % 256) / 255;
   for (std::size_t i = 0; i < stripes.pixels.size(); i += 3) stripes.pixels[i] = 0.5F;
   for (std::size_t i = 2; i < noise.pixels.size(); i += 3) noise.pixels[i] = 1;
-  EXPECT_FALSE(GreenEvidence::of(noise, three).speaks_for_down());
+  EXPECT_FALSE(GreenEvidence::of(noise, three).suggests_down());
   const Image flat = encoded(std::vector<Normal>(kSide * 4, {0, 0, 1}), kKinds[0].encode);
-  EXPECT_FALSE(GreenEvidence::of(flat, three).speaks_for_down());
+  EXPECT_FALSE(GreenEvidence::of(flat, three).suggests_down());
 }
 
 }  // namespace

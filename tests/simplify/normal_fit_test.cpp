@@ -295,7 +295,8 @@ TEST(NormalFit, CreasesInsideChartsAreHardForShading) {
   EXPECT_EQ(fit_normals(low, high, mapped).normals, fit_normals(low, high).normals);
 }
 
-/// The sides of a prism turn by less than creases do of a high poly whose normals do not tell. Its own normals are known
+/// The sides of a prism turn by less than creases do of a high poly whose normals do not tell. Its own normals are
+/// known
 /// to a formula, and a low poly's are theirs, with a map and without.
 TEST(NormalFit, LevelsAreHardWhereTheHighPolyIs) {
   const Mesh prism = test::prism_tube(9);
@@ -306,7 +307,7 @@ TEST(NormalFit, LevelsAreHardWhereTheHighPolyIs) {
   Mesh mapped = unwrap(levels.mesh(0));
   levels.fit_normals(mapped);
   EXPECT_LT(off(mapped, high), 0.5);
-  for (const Mesh& rough : levels.rough_meshes(0)) EXPECT_LT(off(rough, high), 0.5);
+  for (const Mesh& rough : levels.draft_meshes(0)) EXPECT_LT(off(rough, high), 0.5);
   // Not where it is smooth: each place has one normal.
   Mesh smooth = fit_normals(prism, prism, {.purpose = NormalPurpose::shading});
   const SimplifyLevels round(smooth, faces, LevelRule::shape);

@@ -284,7 +284,7 @@ TEST(TwoSidedSheets, LevelsCountBothSides) {
     EXPECT_EQ(levels.faces(i), low.triangles.size());
     EXPECT_EQ(levels.vertices(i), low.positions.size());
     EXPECT_EQ(report.faces, low.triangles.size());
-    EXPECT_EQ(levels.rough_meshes(i)[0].triangles.size(), levels.faces(i));
+    EXPECT_EQ(levels.draft_meshes(i)[0].triangles.size(), levels.faces(i));
     expect_two_sided(low);
   }
 }

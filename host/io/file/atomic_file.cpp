@@ -15,7 +15,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-constexpr int kMaxSymlinks = 40;  // symbolic links in a row, as in Linux
+constexpr int kMaxSymlinks = 40;  // Limit on symbolic links that lead to one another, as in Linux
 
 }  // namespace
 
@@ -65,7 +65,7 @@ void AtomicFile::examine() {
   if (!error) target_ = followed;
 }
 
-// A dangling link names the file to create.
+// If a link's target does not exist, that target is the file to create.
 void AtomicFile::follow_links() {
   std::error_code error;
   for (int links = 0; std::filesystem::is_symlink(target_, error); ++links) {
@@ -138,7 +138,7 @@ void AtomicFile::close_stream() {
 // Sets permissions, and starts flushing to the medium while the next file is produced.
 void AtomicFile::send(int descriptor) const {
   if (mode_ && !os::set_permissions(descriptor, *mode_) && errno != EPERM) fail("", errno);
-  os::begin_sync(descriptor);  // HeldFile::sync() waits for the end
+  os::begin_sync(descriptor);  // HeldFile::sync() waits until the data is on the medium
 }
 
 void AtomicFile::commit() {
@@ -158,7 +158,7 @@ void AtomicFile::commit() {
       send(os::file_of(stream_));
       if (temporary_.empty()) {
         file.descriptor = os::duplicate(os::file_of(stream_));
-        if (file.descriptor < 0) name_file();  // too many files are open
+        if (file.descriptor < 0) name_file();  // Too many files are open to keep an unnamed one
       }
       std::FILE* const stream = std::exchange(stream_, nullptr);
       errno = 0;
@@ -177,9 +177,9 @@ void AtomicFile::commit() {
     file.temporary = std::move(temporary_);
     done_ = true;
     if (hold_output(file)) return;
-    std::vector<HeldFile> alone;
-    alone.push_back(std::move(file));
-    place_files(alone);
+    std::vector<HeldFile> single_file;
+    single_file.push_back(std::move(file));
+    place_files(single_file);
   } catch (...) {
     discard();
     throw;

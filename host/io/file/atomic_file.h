@@ -1,4 +1,4 @@
-// Files that are written atomically: whole or not at all.
+// Files that are written atomically: either complete, or not at all.
 #pragma once
 
 #include <cstdio>
@@ -30,11 +30,11 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  /// As given to the constructor.
+  /// The destination that the constructor received.
   const std::filesystem::path& destination() const { return destination_; }
   /// The file's current name; empty while it is unnamed (before close_stream()).
   const std::filesystem::path& temporary() const { return temporary_.path(); }
-  /// Null after close_stream or commit.
+  /// The stream to write to; null after close_stream() or commit().
   std::FILE* stream() const { return stream_; }
 
   /// \throws Error(output), for example for a full disk
@@ -45,7 +45,7 @@ class AtomicFile {
   /// \throws Error(output)
   void close_stream();
   /// Completes the file; at most one call.
-  /// \throws Error(output); the temporary file is removed then
+  /// \throws Error(output); in this case, the temporary file is removed
   void commit();
 
   /// Throws an Error(output) that names the destination, the reason (from errno if not zero) and a
@@ -67,8 +67,9 @@ class AtomicFile {
   std::optional<unsigned> mode_;  ///< Permissions of the replaced file
   std::vector<char> buffer_;      ///< Buffer of the stream
   std::FILE* stream_ = nullptr;
-  bool direct_ = false;  ///< A device or a pipe: no temporary file, no rename
-  bool done_ = false;    ///< True after commit()
+  /// True if the destination is a device or a pipe, which is written to directly
+  bool direct_ = false;
+  bool done_ = false;  ///< True after commit()
 };
 
 }  // namespace kiln

@@ -7,9 +7,10 @@
 namespace kiln {
 namespace {
 
-/// Unpacked bytes per packed byte at most, rounded up.
+/// Largest number of unpacked bytes per packed byte, rounded up.
 constexpr std::uint64_t ratio(Packing packing) {
-  // Deflate (RFC 1951): at best one bit for a length of 258 and one for its distance, 4 x 258 a byte.
+  // Deflate (RFC 1951): at best, a length of 258 takes one bit and its distance another, which gives 4 x 258 unpacked
+  // bytes per byte.
   constexpr std::uint64_t kMaxDeflateRatio = 1032;
   switch (packing) {
     case Packing::none:
@@ -17,7 +18,7 @@ constexpr std::uint64_t ratio(Packing packing) {
     case Packing::deflate:
       return kMaxDeflateRatio;
     case Packing::exr_rle:
-      return 64;  // 2 bytes encode a run of at most 128
+      return 64;  // 2 bytes encode a run of at most 128 bytes
     case Packing::exr_piz:
       return 454;  // Huffman: one bit for "run", 8 for its length, at most 255 values of 2 bytes
     case Packing::exr_pxr24:

@@ -16,7 +16,7 @@ enum class Packing {
   exr_rle,
   exr_piz,
   exr_pxr24,
-  exr_b44,  ///< And B44A
+  exr_b44,  ///< B44 and B44A
   exr_dwa,  ///< DWAA and DWAB
 };
 
@@ -24,14 +24,14 @@ enum class Packing {
 /// 2^64 - 1. The derivations are in the source.
 std::uint64_t most_unpacked(Packing packing, std::uint64_t packed);
 
-/// Limits of an image in a file, apart from the file's size.
+/// Limits of an image in a file, in addition to the limits that follow from the file's size.
 struct ImageLimits {
-  /// Largest number of pixels; a height field of 2^30 would exceed the limit of triangles.
+  /// Largest number of pixels. A height field of 2^30 pixels would exceed the limit on triangles.
   std::uint64_t pixels = (std::uint64_t{1} << 30) - 1;
 };
 
-/// Error of a reader when memory is insufficient, for require_memory(). \param place  such as
-/// "dataWindow"
+/// The error that a reader reports if memory is insufficient; an argument of require_memory().
+/// \param place  place in the file, such as "dataWindow"
 MemoryFailure memory_failure(FailWith fail, std::string place);
 
 }  // namespace kiln

@@ -20,7 +20,7 @@ namespace {
 
 class FileSource final : public ByteSource {
  public:
-  /// Opened before it is checked, so that the checked file is the one that is read.
+  /// The file is opened before it is checked, so that the checked file is the one that is read.
   FileSource(const std::filesystem::path& path, FailWith fail) : fail_(std::move(fail)) {
     note_whether_file(path);
     file_ = os::open_to_read(path);
@@ -71,7 +71,7 @@ class FileSource final : public ByteSource {
         fail_("byte " + std::to_string(offset + have),
               std::string("it cannot be read: ") + std::strerror(errno), "Check the disk.");
       }
-      if (got == 0) break;  // the file was truncated meanwhile
+      if (got == 0) break;  // Another process has truncated the file
       have += static_cast<std::size_t>(got);
     }
     return have;
@@ -99,9 +99,9 @@ class MemorySource final : public ByteSource {
   std::string_view bytes_;
 };
 
-class PlainStream final : public ByteStream {
+class UncompressedStream final : public ByteStream {
  public:
-  PlainStream(const ByteSource& source, std::uint64_t offset)
+  UncompressedStream(const ByteSource& source, std::uint64_t offset)
       : source_(source), at_(std::min(offset, source.size())) {}
   std::size_t read(void* to, std::size_t count) override {
     const std::size_t got = source_.read_at(at_, to, count);
@@ -121,7 +121,7 @@ class InflatingStream final : public ByteStream {
   InflatingStream(const ByteSource& source, std::uint64_t offset, FailWith fail)
       : source_(source), at_(std::min(offset, source.size())), fail_(std::move(fail)) {
     buffer_.resize(std::size_t{1} << 18);
-    // 32: zlib detects gzip or zlib by the header.
+    // MAX_WBITS + 32 lets zlib detect gzip or zlib by the header.
     if (inflateInit2(&zlib_, MAX_WBITS + 32) != Z_OK) throw std::bad_alloc();
   }
   ~InflatingStream() override { inflateEnd(&zlib_); }
@@ -156,7 +156,7 @@ class InflatingStream final : public ByteStream {
   }
   std::uint64_t at_most() const override {
     if (ended_) return 0;
-    // One partial byte, and 32 KiB in zlib's window.
+    // zlib may hold a partial byte, and 32 KiB in its window.
     const std::uint64_t left = source_.size() - at_ + zlib_.avail_in + 1;
     return most_unpacked(Packing::deflate, left + 64);
   }
@@ -222,7 +222,7 @@ std::unique_ptr<ByteSource> bytes_in_memory(std::string_view bytes) {
 }
 
 std::unique_ptr<ByteStream> plain_stream(const ByteSource& source, std::uint64_t offset) {
-  return std::make_unique<PlainStream>(source, offset);
+  return std::make_unique<UncompressedStream>(source, offset);
 }
 
 std::unique_ptr<ByteStream> inflating_stream(const ByteSource& source, std::uint64_t offset,

@@ -26,21 +26,21 @@ class ByteSource {
   virtual std::uint64_t size() const = 0;
   /// The current size: another process may have changed the file since it was opened.
   virtual std::uint64_t size_now() const { return size(); }
-  /// True if another process wrote to the file since it was opened, whatever its size is now.
+  /// True if another process has written to the file since it was opened, even if the size is the same.
   virtual bool was_written() const { return false; }
   /// Reads up to `count` bytes from `offset`; fewer only at the end.
   virtual std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const = 0;
 
-  /// The first bytes, up to `limit`.
+  /// The source's first bytes, at most `limit`.
   std::string head(std::size_t limit) const;
 };
 
-/// A regular file. `fail` is kept, and called if it cannot be opened or read; it must throw.
+/// Opens a regular file. `fail` is stored, and called if the file cannot be opened or read; it must throw.
 /// \throws what `fail` throws
 std::unique_ptr<ByteSource> open_file(const std::filesystem::path& path, FailWith fail);
 
-/// Reads a whole file. \throws what `fail` throws: if memory is insufficient, or another process wrote to the file
-/// meanwhile
+/// Reads a whole file.
+/// \throws what `fail` throws: if memory is insufficient, or another process writes to the file during the call
 std::string read_whole(const ByteSource& source, const FailWith& fail);
 
 /// Bytes in memory, which must outlive the source.
@@ -52,7 +52,7 @@ class ByteStream {
   virtual ~ByteStream() = default;
   /// Reads up to `count` bytes; fewer only at the end.
   virtual std::size_t read(void* to, std::size_t count) = 0;
-  /// Upper bound of the remaining bytes, exact if exact().
+  /// Upper bound of the number of remaining bytes; the exact number if exact() is true.
   virtual std::uint64_t at_most() const = 0;
   virtual bool exact() const = 0;
 };

@@ -21,8 +21,9 @@ namespace {
 std::mutex created_mutex;
 std::vector<std::filesystem::path> created_folders;
 
-/// Opens a path that names an open descriptor of the process, or no regular file (a pipe, /dev/null):
-/// writes go there directly and replace no file. -1: an ordinary path.
+/// Opens a path that names an open descriptor of the process, or something other than a regular file (a pipe,
+/// /dev/null). Writes go there directly and replace no file.
+/// \returns -1 for an ordinary path
 int open_stream(const std::filesystem::path& path) {
   const std::string name = path.string();
   if (name == "/dev/stdout") return os::duplicate(1);
@@ -78,15 +79,15 @@ void create_output_folder(const std::filesystem::path& folder) {
 
 void save_text(const std::filesystem::path& path, std::string_view text) {
   if (const int stream = open_stream(path); stream >= 0) {
-    bool good = true;
-    while (good && !text.empty()) {
+    bool succeeded = true;
+    while (succeeded && !text.empty()) {
       const std::ptrdiff_t written = os::write_some(stream, text.data(), text.size());
-      good = written > 0 || (written < 0 && errno == EINTR);
+      succeeded = written > 0 || (written < 0 && errno == EINTR);
       if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
     }
-    const std::string reason = good ? "" : std::strerror(errno);
+    const std::string reason = succeeded ? "" : std::strerror(errno);
     os::close(stream);
-    if (good) return;
+    if (succeeded) return;
     throw Error(ErrorCode::output, "'" + path.string() + "' cannot be written (" + reason + ").");
   }
   AtomicFile file(path);
@@ -96,9 +97,9 @@ void save_text(const std::filesystem::path& path, std::string_view text) {
 
 void remove_empty_output_folders() noexcept {
   const std::lock_guard lock(created_mutex);
-  // In reverse order of creation.
+  // Folders are removed in reverse order of creation.
   while (!created_folders.empty()) {
-    // Fails for folders that are not empty, as intended.
+    // The removal is meant to fail for folders that are not empty.
     os::remove_folder(created_folders.back().c_str());
     created_folders.pop_back();
   }

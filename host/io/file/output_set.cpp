@@ -16,8 +16,8 @@
 namespace kiln {
 namespace {
 
-/// Largest number of open unnamed files, which disappear if the process is killed. Further ones are named and closed,
-/// since a process may have 1,024 files open by default.
+/// Largest number of open unnamed files, which disappear if the process is killed. Above this number, files are named
+/// and closed, since a process may have 1,024 files open by default.
 constexpr std::size_t kMaxUnnamedFiles = 256;
 
 struct PathHash {
@@ -44,7 +44,7 @@ struct State {
       by_destination[files[i].destination] = i;
     }
   }
-  /// Moves the held files out.
+  /// Moves the held files out of the set.
   std::vector<HeldFile> release() {
     std::vector<HeldFile> all = std::exchange(files, {});
     index();
@@ -53,8 +53,8 @@ struct State {
 };
 
 State& state() {
-  static State the_state;
-  return the_state;
+  static State global_state;
+  return global_state;
 }
 
 /// Path at which a file's bytes can be read.
@@ -64,7 +64,7 @@ std::filesystem::path bytes_of(const HeldFile& file) {
 }
 
 /// A file's absolute name, before links are followed.
-std::filesystem::path whole_name(const HeldFile& file) {
+std::filesystem::path absolute_name(const HeldFile& file) {
   return std::filesystem::absolute(file.destination).lexically_normal();
 }
 
@@ -89,7 +89,7 @@ OutputSet::~OutputSet() {
 namespace {
 
 void place_held(std::vector<HeldFile>& files) {
-  // Also refuses inputs that were read after an output of that name was written.
+  // Also refuses outputs whose file was read as an input after the output had been written.
   for (const HeldFile& file : files) {
     if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
   }
@@ -114,10 +114,11 @@ std::vector<HeldFile> extract_files_of(const InputLog& run) {
   std::vector<HeldFile>& files = state().files;
   const auto first = std::stable_partition(files.begin(), files.end(),
                                            [&](const HeldFile& file) { return file.run != &run; });
-  std::vector<HeldFile> some(std::make_move_iterator(first), std::make_move_iterator(files.end()));
+  std::vector<HeldFile> run_files(std::make_move_iterator(first),
+                                  std::make_move_iterator(files.end()));
   files.erase(first, files.end());
   state().index();
-  return some;
+  return run_files;
 }
 
 }  // namespace
@@ -184,7 +185,7 @@ bool hold_output(HeldFile& file) {
                                         "' is written by another bake of this run, too: give each "
                                         "a folder of its own.");
     }
-    if (whole_name(other) != whole_name(file)) {
+    if (absolute_name(other) != absolute_name(file)) {
       throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
                                         other.destination.string() +
                                         "' would be one file, by a link: remove the link, or "

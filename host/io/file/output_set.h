@@ -15,8 +15,9 @@ namespace kiln {
 /// Throws Error(usage) if links make it identical to another file of the set.
 bool hold_output(HeldFile& file);
 
-/// Commits the files of the open set that a run wrote, like OutputSet::commit() for all: for several concurrent runs. A
-/// run is identified by its log of inputs (base/input_log.h). May be called from any thread. \throws Error(output)
+/// Commits the files of the open set that a run wrote, as OutputSet::commit() does for all files. It serves several
+/// concurrent runs. A run is identified by its log of inputs (base/input_log.h). May be called from any thread.
+/// \throws Error(output)
 void commit_outputs(const InputLog& run);
 /// Deletes the files that a run wrote to the open set and did not commit. May be called from any thread.
 void discard_outputs(const InputLog& run);
@@ -24,14 +25,14 @@ void discard_outputs(const InputLog& run);
 struct HeldOutput {
   std::filesystem::path destination, bytes;
 };
-/// Uncommitted files of a run; the last one of each destination.
+/// Uncommitted files of a run; if several have the same destination, only the last one.
 std::vector<HeldOutput> outputs_of(const InputLog& run);
 /// Number of uncommitted files in the open set.
 std::size_t held_outputs();
 
-/// Throws Error(usage) if a file, by its identity, was read since the set was opened. Without an open set it
-/// does nothing.
-/// \param destination  its name, for the message
+/// Throws Error(usage) if the file with this identity was read since the set was opened. Without an open set it does
+/// nothing.
+/// \param destination  the file's name, for the message
 void refuse_input(const std::filesystem::path& destination, os::FileId file);
 
 /// Records a file that is open for reading as an input. Without an open set it does nothing.

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kHiddenPrefix = ".kiln-";
 constexpr const char* kJournal = "journal";
 constexpr std::uint64_t kMaxJournalBytes = std::uint64_t{1} << 24;
-constexpr double kMaxLockSeconds = 300.0;  // wait for other processes that place files
+constexpr double kMaxLockSeconds = 300.0;  // Maximum wait for other processes that place files
 
 std::atomic<bool> placing{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -90,12 +90,12 @@ bool is_journal(const fs::path& path) {
   return state_of_name(path.filename().string(), kJournal) != NameState::foreign;
 }
 
-/// True for a name without folders.
+/// True for a file name without a folder part.
 bool is_plain(std::string_view name) {
   return !name.empty() && name != "." && name != ".." && name.find('/') == name.npos;
 }
 
-/// Completes a journal. The folder is locked, so the process that wrote it has ended.
+/// Completes a journal. The folder is locked, so the process that wrote the journal has ended.
 void complete_journal(const fs::path& folder, const fs::path& journal) {
   const std::optional<os::FileFacts> facts = os::facts_of_link(journal);
   // Journals of other users are ignored.
@@ -110,7 +110,7 @@ void complete_journal(const fs::path& folder, const fs::path& journal) {
     const auto& [temporary, target, backup] = std::tie(names[i], names[i + 1], names[i + 2]);
     if (!temporary.starts_with(kHiddenPrefix) || !is_plain(temporary) || !is_plain(target))
       continue;
-    // Fails if it was renamed already.
+    // The rename fails if it was done already.
     if (!os::replace(folder / temporary, folder / target)) errno = 0;
     if (backup.starts_with(kHiddenPrefix) && is_plain(backup)) {
       os::remove_file((folder / backup).c_str());
@@ -120,8 +120,8 @@ void complete_journal(const fs::path& folder, const fs::path& journal) {
 }
 
 /// Removes leftovers of killed processes without a journal: links to old files, which are only created under the lock,
-/// and unfinished files of processes that ended. A process that is not visible from here (on another machine or in a
-/// container) counts as ended if its file has not changed for a week.
+/// and unfinished files of processes that ended. A process that is not visible to this one (on another machine or in
+/// a container) counts as ended if its file has not changed for a week.
 void remove_leftovers(const fs::path& path) {
   constexpr std::int64_t kWeekSeconds = std::int64_t{7} * 24 * 3600;
   const std::optional<os::FileFacts> facts = os::facts_of_link(path);
@@ -138,15 +138,15 @@ void remove_leftovers(const fs::path& path) {
 /// Completes all journals. The folder must be locked.
 void complete_journals(const fs::path& folder) {
   std::error_code error;
-  std::vector<fs::path> journals, others;
+  std::vector<fs::path> journals, other_paths;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const fs::path& path = entry->path();
     if (!path.filename().string().starts_with(kHiddenPrefix)) continue;
-    (is_journal(path) ? journals : others).push_back(path);
+    (is_journal(path) ? journals : other_paths).push_back(path);
   }
   for (const fs::path& journal : journals) complete_journal(folder, journal);
-  for (const fs::path& path : others) remove_leftovers(path);
+  for (const fs::path& path : other_paths) remove_leftovers(path);
 }
 
 /// A transaction of renames that can be undone.
@@ -154,14 +154,14 @@ class Placement {
  public:
   explicit Placement(std::vector<HeldFile>& files) : files_(files), backups_(files.size()) {
     for (HeldFile& file : files) {
-      const fs::path folder = known_folder(file.target.parent_path());
+      const fs::path folder = canonical_folder(file.target.parent_path());
       file.target = folder / file.target.filename();
     }
     // Reserve memory before files are created: an allocation may fail between any two steps.
     journals_.reserve(folders_.size());
     new_.reserve(files.size());
   }
-  /// If anything threw, removes links to old files and journals: no file was renamed, or all were
+  /// After an exception, removes links to old files and journals: in this case, no file was renamed, or all were
   /// restored.
   ~Placement() { undo(); }
   Placement(const Placement&) = delete;
@@ -182,9 +182,9 @@ class Placement {
   }
 
  private:
-  /// The first path of a folder represents it: links and mounts may give it several, and locking a folder twice
-  /// would deadlock.
-  fs::path known_folder(const fs::path& path) {
+  /// The first path of a folder represents it: a folder may have several paths because of links and mounts, and
+  /// locking a folder twice would deadlock.
+  fs::path canonical_folder(const fs::path& path) {
     const std::optional<os::FileFacts> facts = os::facts_of(path);
     for (const fs::path& folder : folders_) {
       const auto known = os::facts_of(folder);
@@ -194,7 +194,7 @@ class Placement {
     return path;
   }
 
-  /// Keeps old files as hard links; on file systems without these, they cannot be restored.
+  /// Keeps old files as hard links; on file systems without hard links, old files cannot be restored.
   void link_old_files() {
     for (std::size_t i = 0; i < files_.size(); ++i) {
       TemporaryName name(files_[i].target.parent_path(), "old");
@@ -215,8 +215,8 @@ class Placement {
       text += backups_[i].path().filename().string() + '\0';
     }
     TemporaryName journal(folder, kJournal);
-    TemporaryName draft(folder);
-    const int file = os::create_file(draft.path(), 0600);
+    TemporaryName temporary_journal(folder);
+    const int file = os::create_file(temporary_journal.path(), 0600);
     bool good = file >= 0;
     if (good) {
       good = os::write_some(file, text.data(), text.size()) ==
@@ -224,9 +224,9 @@ class Placement {
              os::sync(file);
       os::close(file);
     }
-    if (!good || !os::replace(draft.path(), journal.path())) {
+    if (!good || !os::replace(temporary_journal.path(), journal.path())) {
       const int number = errno;
-      os::remove_file(draft.path().c_str());
+      os::remove_file(temporary_journal.path().c_str());
       fail_to_write(files_.front().destination, "", number);
     }
     journals_.push_back(std::move(journal));
@@ -251,7 +251,7 @@ class Placement {
     }
   }
 
-  /// All files are in place: drop the links and journals.
+  /// Removes the links to old files and the journals after all files were placed.
   void drop_backups() {
     for (HeldFile& file : files_) file.temporary.release();
     undo();
@@ -268,7 +268,7 @@ class Placement {
 
   std::vector<HeldFile>& files_;
   std::vector<TemporaryName> backups_, journals_;
-  std::vector<std::size_t> new_;  ///< Files that replaced none
+  std::vector<std::size_t> new_;  ///< Indices of files that did not replace an old file
   std::vector<fs::path> folders_;
   std::vector<LockedFolder> locks_;
 };
@@ -302,7 +302,7 @@ void HeldFile::sync() const {
   const bool good = file >= 0 && os::sync(file);
   const int number = errno;
   if (opened >= 0) os::close(opened);
-  // Some file systems do not support it, and report one of these errors.
+  // Some file systems do not support flushing a folder, and report EINVAL or ENOTSUP.
   if (!good && number != EINVAL && number != ENOTSUP) fail_to_write(destination, "", number);
 }
 
@@ -334,7 +334,8 @@ void place_files(std::vector<HeldFile>& files) {
   HeldFile& file = files.front();
   file.sync();
   const LockedFolder folder(file.target.parent_path());
-  complete_journals(file.target.parent_path());  // else an older file may replace it later
+  // Otherwise an older file in the journal may replace this one later
+  complete_journals(file.target.parent_path());
   file.name();
   if (!os::replace(file.temporary.path(), file.target)) {
     fail_to_write(file.destination, "", errno);
@@ -356,7 +357,7 @@ void finish_interrupted(const fs::path& folder) noexcept {
     complete_journals(folder);
     lock.sync();
   } catch (...) {
-    // Out of memory: the next process that writes there completes it.
+    // Out of memory: the next process that writes to the folder completes the journal.
     return;
   }
 }

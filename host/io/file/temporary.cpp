@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-// Names that a signal handler may have to remove. Fixed memory and lock-free states only, since a
+// States of names that a signal handler may have to remove. The names have fixed memory and lock-free states, since a
 // handler may run between any two instructions.
 enum SlotState : int { kSlotFree, kSlotTaken, kSlotLive };
 
@@ -79,7 +79,7 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
   constexpr std::string_view kDigits = "0123456789";
   if (!take(".kiln-")) return NameState::foreign;
   const std::string_view mark = take_run("0123456789abcdef");
-  const bool has_mark = mark.size() == 16 && name.starts_with('-');  // names of earlier versions
+  const bool has_mark = mark.size() == 16 && name.starts_with('-');  // Names of earlier versions
                                                                      // had no mark
   if (has_mark) take("-");
   const std::string process(has_mark ? take_run(kDigits) : mark);
@@ -104,7 +104,7 @@ void remove_temporary_files() noexcept {
   for (Slot& slot : slots) {
     if (slot.state == kSlotLive) os::remove_file(slot.path.data());
   }
-  // In reverse order of creation. Fails for folders that are not empty, as intended.
+  // Removes folders in reverse order of creation. The removal is meant to fail for folders that are not empty.
   for (std::size_t i = folder_slots.size(); i-- > 0;) {
     if (folder_slots[i].state == kSlotLive) os::remove_folder(folder_slots[i].path.data());
   }

@@ -7,8 +7,7 @@
 namespace kiln {
 
 /// A hidden name in a folder, registered so that a signal handler can remove it (remove_temporary_files()).
-/// If too many are registered, or the name is too long, it is not registered, but its owner still removes
-/// it.
+/// If too many are registered, or the name is too long, it is not registered; its owner removes it all the same.
 class TemporaryName {
  public:
   TemporaryName() = default;
@@ -20,7 +19,7 @@ class TemporaryName {
 
   bool empty() const { return path_.empty(); }
   const std::filesystem::path& path() const { return path_; }
-  /// Unregisters the name: no file has it any more.
+  /// Unregisters the name, because the file was renamed or removed.
   void release() noexcept;
 
  private:
@@ -30,21 +29,21 @@ class TemporaryName {
 
 /// Whether the process of a hidden name is still running.
 enum class NameState {
-  foreign,  ///< Not a name of Kiln
-  live,     ///< Its process is running
-  unknown,  ///< Its process is on another machine, or from before the last boot
-  left,     ///< Its process has ended
+  foreign,  ///< Kiln did not create the name
+  live,     ///< The process that created the name is running
+  unknown,  ///< The process is on another machine, or was started before the last boot
+  left,     ///< The process has ended
 };
 /// \param name  a file's name, without its folder  \param ending  required ending, such as "tmp"
 NameState state_of_name(std::string_view name, std::string_view ending);
 
-/// Registers a folder for remove_temporary_files(), which removes it if it is empty. If too many are
-/// registered, or the name is too long, it is not.
+/// Registers a folder for remove_temporary_files(), which removes it if it is empty. It is not registered if too many
+/// folders are, or if its name is too long.
 void register_created_folder(const std::filesystem::path& folder) noexcept;
 /// Unregisters all folders.
 void unregister_created_folders() noexcept;
 
-/// Largest number of names to try.
+/// Largest number of names that are tried for one file.
 inline constexpr int kNameAttempts = 100;
 
 }  // namespace kiln

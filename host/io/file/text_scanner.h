@@ -36,7 +36,7 @@ class TextScanner {
     return {start, static_cast<std::size_t>(at_ - start)};
   }
 
-  /// The next token, over line ends; empty at the end of the text.
+  /// The next token, which may be on a later line; empty at the end of the text.
   std::string_view token() {
     for (;;) {
       const std::string_view found = token_in_line();
@@ -126,7 +126,7 @@ class TextScanner {
   std::uint64_t line_ = 1;
 };
 
-/// "1.#INF00", "-1.#IND" and the like: non-finite numbers as written by Microsoft's C library.
+/// Parses non-finite numbers as Microsoft's C library writes them, such as "1.#INF00" and "-1.#IND".
 inline std::optional<double> to_non_finite(std::string_view token) {
   const double sign = token.starts_with('-') ? -1 : 1;
   if (sign < 0) token.remove_prefix(1);
@@ -137,7 +137,8 @@ inline std::optional<double> to_non_finite(std::string_view token) {
   return std::nullopt;
 }
 
-/// The whole token as a number, or nothing. A double out of range becomes infinity or zero.
+/// The whole token as a number; nullopt if it is not a number. A number beyond the range of double becomes infinity
+/// or zero.
 inline std::optional<double> to_double(std::string_view token) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
   double value = 0;
@@ -163,7 +164,7 @@ inline std::optional<std::int64_t> to_integer(std::string_view token) {
   return value;
 }
 
-/// A token for a message: at most 40 characters, anything unprintable as '?'.
+/// A token for a message: at most 40 characters, unprintable ones replaced by '?'.
 inline std::string printable(std::string_view token) {
   std::string text(token.substr(0, 40));
   for (char& c : text) {

@@ -27,8 +27,8 @@ Color between(const Color& a, const Color& b, float share) {
   return result;
 }
 
-/// \param four  always four colours (BC2, BC3); else, if the first end is not the greater one, the third index is the
-///              mean and the fourth transparent black
+/// \param four  true: blocks always have four colours (BC2, BC3). false: if the first endpoint is not greater than
+///              the second, index 2 is their mean and index 3 is transparent black (BC1)
 void decode_colors(const std::uint8_t* block, bool four, BlockTexels& texels) {
   const std::uint32_t first = word(block, 2), second = word(block + 2, 2);
   const std::uint32_t indices = word(block + 4, 4);
@@ -47,7 +47,7 @@ void decode_channel(const std::uint8_t* block, std::size_t channel, BlockTexels&
   for (std::size_t i = 0; i < 16; ++i) texels[i][channel] = values[i] / 255;
 }
 
-/// BC4_SNORM: ends from -127 to 127 (-128 counts as -127); two of the eight shades may be -1 and 1.
+/// BC4_SNORM: endpoints are from -127 to 127 (-128 counts as -127); two of the eight shades may be -1 and 1.
 void decode_signed_channel(const std::uint8_t* block, std::size_t channel, BlockTexels& texels) {
   const auto end_of = [](std::uint8_t byte) {
     return static_cast<float>(std::max(-127, byte < 128 ? int{byte} : int{byte} - 256));
@@ -68,10 +68,13 @@ void decode_signed_channel(const std::uint8_t* block, std::size_t channel, Block
 
 /// A mode of BC7: the number of bits of each part.
 struct Mode {
-  unsigned subsets, partition, rotation, selector;  ///< Number of subsets; bits of the next three
-  unsigned color, alpha;                            ///< Bits of an end's channels; alpha 0: opaque
-  bool own_low_bits, shared_low_bits;               ///< One more low bit per end, or per subset
-  unsigned index, second_index;                     ///< Bits of indices; 0: no second set
+  /// Number of subsets; numbers of bits of the other three
+  unsigned subsets, partition, rotation, selector;
+  /// Bits per channel of an endpoint; alpha 0: opaque
+  unsigned color, alpha;
+  /// One more low bit (p-bit) per endpoint, or per subset
+  bool own_low_bits, shared_low_bits;
+  unsigned index, second_index;  ///< Bits per index; 0: no second set of indices
 };
 constexpr std::array<Mode, 8> kModes = {{{3, 4, 0, 0, 4, 0, true, false, 3, 0},
                                          {2, 6, 0, 0, 6, 0, false, true, 3, 0},
@@ -82,7 +85,7 @@ constexpr std::array<Mode, 8> kModes = {{{3, 4, 0, 0, 4, 0, true, false, 3, 0},
                                          {1, 0, 0, 0, 7, 7, true, false, 4, 0},
                                          {2, 6, 0, 0, 5, 5, true, false, 2, 0}}};
 
-/// Subset of each texel, two bits per texel from the lowest; for two subsets, and for three.
+/// Partition tables for two subsets and for three: the subset of each texel, two bits per texel, lowest bits first.
 constexpr std::array<std::uint32_t, 64> kTwoSubsets = {
     0x50505050, 0x40404040, 0x54545454, 0x54505040, 0x50404000, 0x55545450, 0x55545040, 0x54504000,
     0x50400000, 0x55555450, 0x55544000, 0x54400000, 0x55555440, 0x55550000, 0x55555500, 0x55000000,
@@ -101,8 +104,8 @@ constexpr std::array<std::uint32_t, 64> kThreeSubsets = {
     0x500AA550, 0xAAAA4444, 0x66660000, 0xA5A0A5A0, 0x50A050A0, 0x69286928, 0x44AAAA44, 0x66666600,
     0xAA444444, 0x54A854A8, 0x95809580, 0x96969600, 0xA85454A8, 0x80959580, 0xAA141414, 0x96960000,
     0xAAAA1414, 0xA05050A0, 0xA0A5A5A0, 0x96000000, 0x40804080, 0xA9A8A9A8, 0xAAAAAA44, 0x2A4A5254};
-/// Anchor texels, whose index lacks its highest bit: of the second of two subsets, and of the second and third of
-/// three.
+/// Anchor texels, whose index lacks its highest bit: of the second subset of two, and of the second and third subset
+/// of three.
 constexpr std::array<std::uint8_t, 64> kTwoSubsetAnchor = {
     15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 2,  8, 2, 2, 8,
     8,  15, 2,  8,  2,  2,  8,  8,  2,  2,  15, 15, 6,  8,  2,  8,  15, 15, 2, 8, 2, 2,
@@ -116,7 +119,7 @@ constexpr std::array<std::uint8_t, 64> kLastSubsetAnchor = {
     15, 8, 3, 15, 6,  10, 15, 15, 10, 8,  15, 3,  15, 10, 10, 8,  9,  10, 6,  15, 8,  15,
     3,  6, 6, 8,  15, 3,  15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 3,  15, 15, 8};
 
-/// Weight of the second end in 64ths, by the number of index bits and the index.
+/// Weight of the second endpoint in 64ths, from the number of index bits and the index.
 unsigned weight_of(unsigned bits, unsigned index) {
   static constexpr std::array<std::uint8_t, 4> kWeights2 = {0, 21, 43, 64};
   static constexpr std::array<std::uint8_t, 8> kWeights3 = {0, 9, 18, 27, 37, 46, 55, 64};
@@ -125,7 +128,7 @@ unsigned weight_of(unsigned bits, unsigned index) {
   return bits == 2 ? kWeights2[index] : bits == 3 ? kWeights3[index] : kWeights4[index];
 }
 
-/// Reads bits of a block, from the lowest of its first byte on.
+/// Reads the bits of a block in order, starting with the lowest bit of its first byte.
 class Bits {
  public:
   explicit Bits(const std::uint8_t* bytes) : bytes_(bytes) {}
@@ -161,21 +164,22 @@ void decode_bc7(const std::uint8_t* block, BlockTexels& texels) {
   const unsigned rotation = bits.take(mode.rotation);
   const bool swaps_sets = bits.take(mode.selector) != 0;
 
-  const std::size_t ends = std::size_t{2} * mode.subsets;
+  const std::size_t endpoint_count = std::size_t{2} * mode.subsets;
   std::array<std::array<unsigned, 4>, 6> end{};
   for (std::size_t c = 0; c < 4; ++c) {
-    for (std::size_t e = 0; e < ends; ++e) end[e][c] = bits.take(c < 3 ? mode.color : mode.alpha);
+    for (std::size_t e = 0; e < endpoint_count; ++e)
+      end[e][c] = bits.take(c < 3 ? mode.color : mode.alpha);
   }
   const bool has_low_bits = mode.own_low_bits || mode.shared_low_bits;
   unsigned low = 0;
-  for (std::size_t e = 0; has_low_bits && e < ends; ++e) {
+  for (std::size_t e = 0; has_low_bits && e < endpoint_count; ++e) {
     if (mode.own_low_bits || e % 2 == 0) low = bits.take(1);
     for (unsigned& value : end[e]) value = value << 1U | low;
   }
-  const unsigned more = has_low_bits ? 1 : 0;
-  for (std::size_t e = 0; e < ends; ++e) {
-    for (std::size_t c = 0; c < 3; ++c) end[e][c] = widened(end[e][c], mode.color + more);
-    end[e][3] = mode.alpha == 0 ? 255 : widened(end[e][3], mode.alpha + more);
+  const unsigned extra_bits = has_low_bits ? 1 : 0;
+  for (std::size_t e = 0; e < endpoint_count; ++e) {
+    for (std::size_t c = 0; c < 3; ++c) end[e][c] = widened(end[e][c], mode.color + extra_bits);
+    end[e][3] = mode.alpha == 0 ? 255 : widened(end[e][3], mode.alpha + extra_bits);
   }
 
   const auto subset_of = [&](std::size_t i) -> std::size_t {

@@ -9,15 +9,16 @@ namespace kiln {
 
 enum class BlockFormat { bc1, bc2, bc3, bc4, bc4_signed, bc5, bc5_signed, bc7 };
 
-/// Bytes of a block: 8 or 16.
+/// Number of bytes of a block: 8 or 16.
 std::size_t block_bytes(BlockFormat format);
-/// Channels of its texels: 1 (BC4), 2 (BC5) or 4.
+/// Number of channels of a format: 1 (BC4), 2 (BC5) or 4.
 std::uint32_t block_channels(BlockFormat format);
 
 /// Texels of a block, by rows, four channels each; missing channels are 0, missing alpha is 1.
 using BlockTexels = std::array<std::array<float, 4>, 16>;
 
-/// Values are [0, 1], for signed formats n/2 + 1/2. BC7's reserved mode gives zeros, as specified.
+/// Decodes a block to values in [0, 1]; a signed value n becomes n/2 + 1/2. BC7's reserved mode gives zeros, as
+/// specified.
 /// \param block  block_bytes() bytes
 void decode_block(BlockFormat format, const std::uint8_t* block, BlockTexels& texels);
 

@@ -31,21 +31,21 @@ void save_exr(const Image& image, const std::filesystem::path& path,
 /// Encodes the same file in memory.
 std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& options);
 
-/// Writes the levels of a mip-map as tiles: each has half the size of the last, rounded down, the
-/// last is 1 x 1.
+/// Writes the levels of a mip-map as tiles: each level has half the size of the previous one, rounded down, and the
+/// last one is 1 x 1.
 /// \throws Error(output)
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
                    const SaveImageOptions& options);
 
 /// Stores the origin of positions, unless it is 0, and texts.
-/// \param prefix  of the attributes' names: "" or "LAYER."
+/// \param prefix  prefix of the attributes' names: "" or "LAYER."
 void put_texts(Imf::Header& header, const std::string& prefix, const std::array<double, 3>& origin,
                const std::vector<ImageText>& texts);
 
 /// \throws Error(usage) for invalid texts (ImageText)
 void check_texts(const std::vector<ImageText>& texts);
 
-/// OpenEXR's input from a ByteSource, the same that the preceding checks read.
+/// OpenEXR's input from the ByteSource that was checked before.
 class ExrSource : public Imf::IStream {
  public:
   /// All arguments must outlive the stream.
@@ -62,8 +62,8 @@ class ExrSource : public Imf::IStream {
   std::uint64_t position_ = 0;
 };
 
-/// OpenEXR's output to an AtomicFile. OpenEXR writes the end of a file in a destructor, which
-/// swallows errors: call check() after that.
+/// OpenEXR's output to an AtomicFile. OpenEXR writes the end of a file in a destructor, which ignores errors: call
+/// check() after the destructor.
 class ExrStream : public Imf::OStream {
  public:
   explicit ExrStream(AtomicFile& file);
@@ -119,7 +119,8 @@ void convert_rows(const Image& image, std::size_t first, std::size_t count, std:
       threads);
 }
 
-/// Number of threads for OpenEXR: `threads`, or all if 0. Starts its global thread pool if it is empty.
+/// Number of threads for OpenEXR: `threads`, or the number of cores if that is 0. Starts OpenEXR's global thread pool
+/// if it is empty.
 int exr_threads(int threads);
 
 }  // namespace kiln

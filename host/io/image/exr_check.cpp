@@ -5,19 +5,20 @@
 #include "io/image/exr.h"
 #include "io/image/exr_header.h"
 
-// OpenEXR allocates memory by the header, and leaves the rest of a buffer uninitialised if a block's
-// bytes do not fill it. So each block is checked first.
+// OpenEXR allocates the memory that the header declares, and leaves part of a buffer uninitialised if a block's bytes
+// do not fill it. So each block is checked before OpenEXR reads it.
 namespace kiln {
 namespace {
 
 const std::string kExportAgain = "Export or copy the file again.";
 
-// Pixels that may be empty around those that a file holds: a frame of 8192 x 4096, or 15 in 16.
+// Limits on the pixels of the display window outside of the data window: kMaxEmptyPixels (8192 x 4096), or more if
+// they are at most 15 in 16 of all pixels.
 constexpr std::uint64_t kMaxEmptyPixels = std::uint64_t{1} << 25;
-constexpr std::uint64_t kMaxEmptyRatio = 16;
-// Pixels of a row of tiles that may extend beyond the image.
+constexpr std::uint64_t kMaxDisplayToDataRatio = 16;
+// Number of pixels by which a row of tiles may extend beyond the image.
 constexpr std::uint64_t kTileRowPixels = std::uint64_t{1} << 22;
-// Above this, OpenEXR's count of pixels, an int, could overflow.
+// Maximum pixels of a row of tiles. OpenEXR counts them in an int, which could overflow above this.
 constexpr std::uint64_t kMaxTileRowPixels = std::uint64_t{1} << 30;
 
 std::string sides(const ExrBox& box) {
@@ -41,7 +42,8 @@ void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits&
   check("dataWindow", part.data);
   if (!framed) return;
   check("displayWindow", part.display);
-  if (part.display.pixels() > std::max(kMaxEmptyPixels, kMaxEmptyRatio * part.data.pixels())) {
+  if (part.display.pixels() >
+      std::max(kMaxEmptyPixels, kMaxDisplayToDataRatio * part.data.pixels())) {
     fail("displayWindow",
          "it says " + sides(part.display) + ", but the data window has only " + sides(part.data),
          "Export the image again, cropped to its data.");
@@ -88,7 +90,7 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
   const std::uint64_t count = part.blocks();
   std::vector<unsigned char> table(static_cast<std::size_t>(8 * count));
   table.resize(source.read_at(headers.end, table.data(), table.size()));
-  // Header of a block: the part, the position, the number of bytes.
+  // A block's header consists of the part, the position and the number of bytes.
   const std::uint64_t part_bytes = headers.multi_part ? 4 : 0;
   const std::uint64_t place_bytes = part.tiled ? 16 : 4;
   const std::uint64_t head_bytes = part_bytes + place_bytes + 4;
@@ -139,11 +141,11 @@ ExrPlan check_exr(const ByteSource& source, const FailWith& fail, std::uint32_t 
   check_tiles(part, fail);
   check_blocks(source, headers, fail);
   ExrBox block = block_box(part, 0);
-  if (part.tiled) {  // tiles are whole at the border, too
+  if (part.tiled) {  // Tiles have their full size at the border, too
     block.x1 = block.x0 + static_cast<std::int64_t>(part.tile_width) - 1;
     block.y1 = block.y0 + static_cast<std::int64_t>(part.tile_height) - 1;
   }
-  // Two buffers per thread, packed and unpacked.
+  // Each thread has two buffers: for packed and for unpacked bytes.
   const std::uint64_t each = 4 * std::max<std::uint64_t>(1, part.bytes_of(block));
   const std::uint64_t most = part.bytes_of(part.data) / each;
   ExrPlan plan;

@@ -101,7 +101,7 @@ std::vector<ExrChannel> read_channels(Cursor& cursor, std::size_t end) {
     const std::uint32_t type = cursor.word();
     if (type > 2) cursor.fail("channels", "type " + std::to_string(type) + " is none of OpenEXR's");
     channel.bytes = type == 1 ? 2 : 4;
-    cursor.word();  // skip a linear flag
+    cursor.word();  // Skips the channel's flag pLinear
     channel.dx = cursor.number(), channel.dy = cursor.number();
     if (channel.dx < 1 || channel.dy < 1) cursor.fail("channels", "a sampling rate is below 1");
     channels.push_back(channel);
@@ -187,7 +187,7 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
     cursor.go_to(cursor.at() + length);
   }
   if (type == "floatvector") check(size % 4 == 0);
-  if (type == "chlist") {  // ends with an empty name
+  if (type == "chlist") {  // The list of channels ends with an empty name
     for (bool more = true; more;) {
       check(cursor.at() < end);
       more = !cursor.text().empty();
@@ -239,7 +239,7 @@ std::uint64_t samples(std::int64_t a, std::int64_t b, std::int64_t step) {
   return static_cast<std::uint64_t>(floor(b) - floor(a - 1));
 }
 
-/// Sides of the levels of one axis, the finest first.
+/// Sizes of all levels along one axis, the finest first.
 std::vector<std::uint64_t> levels(std::uint64_t size, std::uint64_t until, bool round_up) {
   std::vector<std::uint64_t> result;
   for (std::uint64_t span = 1, k = 0;; span *= 2, ++k) {
@@ -305,7 +305,7 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
     if (headers.parts.size() > kMaxExrParts) cursor.fail("header", "it has more than 1024 parts");
   }
   const std::string& type = headers.parts.front().type;
-  // A deep type without the flag would be read as deep, too.
+  // Parts of a deep type are refused even without the flag, since OpenEXR would read them as deep data.
   if ((!headers.multi_part && (version & kDeep) != 0) || type.starts_with("deep")) {
     cursor.fail("type", "it holds deep data; flatten it to one value a pixel");
   }

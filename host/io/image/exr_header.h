@@ -1,6 +1,5 @@
-// Headers of an OpenEXR file, parsed without OpenEXR, since that allocates memory by them before it
-// reads the rest of the file. The layout: "OpenEXR File Layout",
-// https://openexr.com/en/latest/OpenEXRFileLayout.html.
+// Headers of an OpenEXR file, parsed without OpenEXR, because OpenEXR allocates the memory that they declare before
+// it reads the data. The layout: "OpenEXR File Layout", https://openexr.com/en/latest/OpenEXRFileLayout.html.
 #pragma once
 
 #include <cstdint>
@@ -37,10 +36,10 @@ struct ExrPart {
   std::uint64_t block_rows = 0;  ///< Scan lines per block
   bool tiled = false;
   std::uint64_t tile_width = 0, tile_height = 0;
-  unsigned level_mode = 0;  ///< 0: one, 1: mip-map, 2: rip-map
+  unsigned level_mode = 0;  ///< 0: a single level, 1: mip-map, 2: rip-map
   bool round_up = false;
 
-  /// Bytes of the pixels of a box, unpacked.
+  /// Unpacked bytes of the pixels in a box.
   std::uint64_t bytes_of(const ExrBox& box) const;
   /// Number of columns of tiles of the finest level.
   std::uint64_t tiles_x() const { return (data.width() + tile_width - 1) / tile_width; }
@@ -53,9 +52,9 @@ struct ExrPart {
 struct ExrHeaders {
   bool multi_part = false;
   std::vector<ExrPart> parts;  ///< At least one
-  std::uint64_t end = 0;       ///< Offset of the tables of blocks
-  /// Offsets of the types of ID manifests. OpenEXR 3.1 reads 4 bytes too many for such an attribute, and
-  /// misreads the following ones, so ExrSource replaces the type by an unknown one.
+  std::uint64_t end = 0;       ///< End of the headers: offset of the tables of blocks
+  /// Offsets of the types of ID manifests. OpenEXR 3.1 reads 4 bytes too many for an attribute of that type, and then
+  /// misreads the following attributes, so ExrSource replaces the type's name by an unknown one.
   std::vector<std::uint64_t> manifests;
 };
 
@@ -68,7 +67,7 @@ struct ExrPlan {
   int threads = 0;  ///< OpenEXR's threads, such that its buffers, two per thread, stay below the
                     ///< image's size
   std::uint64_t buffers = 0;             ///< Size of the buffers, bytes
-  std::vector<std::uint64_t> manifests;  ///< As in ExrHeaders
+  std::vector<std::uint64_t> manifests;  ///< Same as ExrHeaders::manifests
 };
 
 /// Refuses files for which OpenEXR would allocate memory that the file's content does not justify:

@@ -16,7 +16,7 @@
 namespace kiln {
 namespace {
 
-// OpenEXR limits names of attributes to 255 bytes; the rest is for the keyword of a layer's text.
+// OpenEXR limits names of attributes to 255 bytes; the other bytes are for the keyword of a layer's text.
 constexpr std::size_t kMaxLayerNameBytes = 128;
 
 [[noreturn]] void usage(const std::string& text) { throw Error(ErrorCode::usage, text); }

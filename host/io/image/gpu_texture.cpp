@@ -20,12 +20,12 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kSide = 4, kBlock = 8;  // texels, bytes
+constexpr std::size_t kSide = 4, kBlock = 8;  // Side of a block in texels; bytes of a block
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// The eight shades of a block, between the ends; if the first end is not the greater one, two shades are 0
-/// and 255.
+/// The eight shades of a block, from one endpoint to the other. If the first endpoint is not greater than the second,
+/// there are six such shades, and the other two are 0 and 255.
 std::array<float, 8> shades_of(std::uint8_t first, std::uint8_t second) {
   const float a = first, b = second;
   std::array<float, 8> shades{a, b};
@@ -43,11 +43,11 @@ struct Endpoints {
   int low = 0, high = 0;
 };
 
-/// Squared error of values, each quantised to the nearest of evenly spaced shades, or to 0 and 255 if the block has
-/// these.
-float error_of(const BlockValues& values, const Endpoints& ends, int steps) {
-  const auto low = static_cast<float>(ends.low);
-  const auto step = static_cast<float>(ends.high - ends.low) / static_cast<float>(steps);
+/// Squared error of values, each quantised to the nearest of evenly spaced shades, or to 0 or 255 in blocks with
+/// these two shades.
+float error_of(const BlockValues& values, const Endpoints& endpoints, int steps) {
+  const auto low = static_cast<float>(endpoints.low);
+  const auto step = static_cast<float>(endpoints.high - endpoints.low) / static_cast<float>(steps);
   const float scale = step > 0 ? 1 / step : 0;
   std::array<float, 16> squares{};
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -59,8 +59,8 @@ float error_of(const BlockValues& values, const Endpoints& ends, int steps) {
   }
   if (steps == 5) {
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const float below = values[i], above = 255 - below;
-      squares[i] = std::min({squares[i], below * below, above * above});
+      const float squared_from_0 = values[i], above = 255 - squared_from_0;
+      squares[i] = std::min({squares[i], squared_from_0 * squared_from_0, above * above});
     }
   }
   for (std::size_t half = squares.size() / 2; half > 0; half /= 2) {
@@ -69,30 +69,30 @@ float error_of(const BlockValues& values, const Endpoints& ends, int steps) {
   return squares[0];
 }
 
-/// Coordinate descent: moves ends while the error decreases, in steps that halve.
+/// Coordinate descent: moves the endpoints while the error decreases; the step is halved repeatedly.
 void descend(const BlockValues& values, int steps, int step, Endpoints& best, float& least) {
   for (; step > 0; step /= 2) {
-    for (bool better = least > 0; better;) {
-      better = false;
+    for (bool is_better = least > 0; is_better;) {
+      is_better = false;
       const Endpoints from = best;
       const int reach = step == 1 ? 2 : 1, side = 2 * reach + 1;
       for (int move = 0; move < side * side; ++move) {
-        const Endpoints ends{std::clamp(from.low + (move % side - reach) * step, 0, 255),
-                             std::clamp(from.high + (move / side - reach) * step, 0, 255)};
-        if (ends.low > ends.high) continue;
-        const float error = error_of(values, ends, steps);
+        const Endpoints endpoints{std::clamp(from.low + (move % side - reach) * step, 0, 255),
+                                  std::clamp(from.high + (move / side - reach) * step, 0, 255)};
+        if (endpoints.low > endpoints.high) continue;
+        const float error = error_of(values, endpoints, steps);
         if (error >= least) continue;
         least = error;
-        best = ends;
-        better = true;
+        best = endpoints;
+        is_better = true;
       }
     }
   }
 }
 
-/// Searches the best ends near those of the values that are not at 0 or 255 already. \returns their
-/// error
-float search_ends(const BlockValues& values, int steps, Endpoints& best) {
+/// Searches the best endpoints near the extremes of the values; values that 0 and 255 represent are left out.
+/// \returns the error
+float search_endpoints(const BlockValues& values, int steps, Endpoints& best) {
   float low = 255, high = 0;
   for (const float value : values) {
     if (steps == 5 && (value < 0.5F || value > 254.5F)) continue;
@@ -102,12 +102,12 @@ float search_ends(const BlockValues& values, int steps, Endpoints& best) {
   if (low > high) low = high = 0;
   best = {static_cast<int>(std::floor(low)), static_cast<int>(std::ceil(high))};
   float least = error_of(values, best, steps);
-  // Moving the extremes inward gains at most half a shade.
+  // Moving the endpoints inward from the extremes is useful by at most half a shade.
   const auto range = static_cast<unsigned>(best.high - best.low);
   descend(values, steps, static_cast<int>(std::bit_floor(std::max(1U, range / 14))), best, least);
   if (steps == 7) return least;
-  // Values near 0 and 255 may use these shades, too, so that the ends of the others may lie
-  // anywhere.
+  // Values near 0 and 255 may use those two shades, so the best endpoints of the other values may lie anywhere; a
+  // coarse grid of them is tried.
   constexpr int kCoarseStep = 16;
   Endpoints coarse;
   float error = std::numeric_limits<float>::infinity();
@@ -180,21 +180,21 @@ TextureFormat TextureFormat::of(const Image& image, TextureUse use) {
 }
 
 std::array<std::uint8_t, 8> encode_bc4(const BlockValues& values) {
-  Endpoints ends;
+  Endpoints endpoints;
   bool greater_first = true;
-  const float error = search_ends(values, 7, ends);
+  const float error = search_endpoints(values, 7, endpoints);
   const bool has_ends =
       std::any_of(values.begin(), values.end(), [](float v) { return v < 0.5F || v > 254.5F; });
   if (error > 0 && has_ends) {
     Endpoints inner;
-    if (search_ends(values, 5, inner) < error) {
-      ends = inner;
+    if (search_endpoints(values, 5, inner) < error) {
+      endpoints = inner;
       greater_first = false;
     }
   }
   std::array<std::uint8_t, 8> block{
-      static_cast<std::uint8_t>(greater_first ? ends.high : ends.low),
-      static_cast<std::uint8_t>(greater_first ? ends.low : ends.high)};
+      static_cast<std::uint8_t>(greater_first ? endpoints.high : endpoints.low),
+      static_cast<std::uint8_t>(greater_first ? endpoints.low : endpoints.high)};
   const std::array<float, 8> shades = shades_of(block[0], block[1]);
   std::uint64_t indices = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -252,7 +252,7 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
              side | side << 8U, samples * bits / 8, 0});
   for (std::uint32_t c = 0; c < samples; ++c) {
     const std::uint32_t channel = c == 3 ? 15 : c;
-    const std::uint32_t linear = c == 3 && format.is_srgb ? 1U << 4U : 0;  // alpha is not
+    const std::uint32_t linear = c == 3 && format.is_srgb ? 1U << 4U : 0;  // Alpha is not
                                                                            // sRGB-encoded
     put_words(descriptor, {c * bits | (bits - 1) << 16U | (channel | linear) << 24U, 0, 0,
                            format.in_blocks ? 0xFFFFFFFFU : 255U});
@@ -279,7 +279,7 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
   file.resize(at);
   file.insert(file.end(), descriptor.begin(), descriptor.end());
   file.insert(file.end(), keys.begin(), keys.end());
-  for (std::uint32_t k = count; k-- > 0;) {  // the smallest level comes first
+  for (std::uint32_t k = count; k-- > 0;) {  // The smallest level comes first
     const Bytes texels = texels_of(*levels[k], format);
     Bytes packed(ZSTD_compressBound(texels.size()));
     const std::size_t written =
@@ -325,7 +325,8 @@ std::vector<std::byte> encode_dds(std::span<const Image* const> levels, TextureU
   put_words(file, {32, kFourCc, kDx10, 0, 0, 0, 0, 0});
   put_words(file, {kTexture | (has_mips ? kComplex | kMipMap : 0), 0, 0, 0, 0});
   const bool has_alpha = format.channels == 4 && image.channels == 4;
-  put_words(file, {format.dxgi, kTexture2D, 0, 1, has_alpha ? 1U : 0U});  // straight alpha
+  // Alpha is straight, not premultiplied
+  put_words(file, {format.dxgi, kTexture2D, 0, 1, has_alpha ? 1U : 0U});
   for (const Image* level : levels) {
     const Bytes texels = level == levels[0] ? first : texels_of(*level, format);
     file.insert(file.end(), texels.begin(), texels.end());

@@ -20,7 +20,7 @@ inline bool is_texture(ImageFormat format) {
 struct TextureFormat {
   std::uint32_t vulkan, dxgi;  ///< VkFormat, DXGI_FORMAT
   std::uint32_t channels;      ///< 1, 2 or 4
-  bool is_srgb, in_blocks;     ///< Blocks: BC4, 8 bytes per channel
+  bool is_srgb, in_blocks;     ///< in_blocks: stored as BC4 blocks, 8 bytes per channel
 
   /// The format for an image, by TextureUse.
   static TextureFormat of(const Image& image, TextureUse use);
@@ -29,18 +29,18 @@ struct TextureFormat {
 /// Sixteen values of [0, 255], by rows.
 using BlockValues = std::array<float, 16>;
 
-/// Encodes BC4: two ends and an index per value, with nearly the smallest squared error. Ends are searched from the
-/// extremes inward and outward, in steps that halve.
+/// Encodes BC4: two endpoints and an index per value, with nearly the smallest squared error. Endpoints are searched
+/// from the extremes inward and outward; the step is halved repeatedly.
 std::array<std::uint8_t, 8> encode_bc4(const BlockValues& values);
 /// Decodes BC4 as a GPU interpolates it.
 BlockValues decode_bc4(std::span<const std::uint8_t> block);
 
-/// Encodes rows 4 y to 4 y + 3 of an image, one BC4 block per channel, one after the other. Beyond the image's
-/// sides its last texel is repeated.
+/// Encodes rows 4 y to 4 y + 3 of an image, with consecutive BC4 blocks for the channels. Beyond the image's sides,
+/// its last texel is repeated.
 void encode_blocks(const Image& image, const TextureFormat& format, std::size_t y,
                    std::uint8_t* to);
 
-/// \param levels  the image, and its mip-maps down to 1 x 1 or fewer
+/// \param levels  the image, and its mip-maps, down to 1 x 1 or to a larger size
 std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, TextureUse use);
 std::vector<std::byte> encode_dds(std::span<const Image* const> levels, TextureUse use);
 

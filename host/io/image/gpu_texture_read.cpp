@@ -21,7 +21,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kSide = 4;  // texels a side of a block
+constexpr std::size_t kSide = 4;  // Side of a block in texels
 const char* const kExportAgain = "Export or copy the file again.";
 
 enum class Number { unorm, snorm, sfloat };
@@ -48,7 +48,7 @@ Storage plain(std::uint32_t channels, std::uint32_t bytes, Number number = Numbe
   return {std::nullopt, channels, bytes, number, blue_first};
 }
 
-/// A format by its codes in Vulkan (VkFormat) and DXGI (DXGI_FORMAT); 0: not available there.
+/// A format and its codes in Vulkan (VkFormat) and DXGI (DXGI_FORMAT); 0: the format does not exist there.
 struct FormatRow {
   std::uint32_t vulkan, dxgi;
   Storage storage;
@@ -159,7 +159,7 @@ bool is_opaque(const Image& image) {
   return true;
 }
 
-/// \param bytes  the level, Storage::size() bytes
+/// \param bytes  the level's bytes, Storage::size() of them
 Image decode(const Storage& storage, std::string_view bytes, std::uint32_t width,
              std::uint32_t height, const ImageLimits& limits, const FailWith& fail) {
   const auto* const from = reinterpret_cast<const std::uint8_t*>(bytes.data());
@@ -227,7 +227,7 @@ std::string_view value_of(std::string_view data, std::string_view key) {
   return {};
 }
 
-/// KTXswizzle: the channel, or 0 or 1, for each of red, green, blue and alpha.
+/// Applies KTXswizzle: a letter for each of red, green, blue and alpha names the stored channel, or is 0 or 1.
 void swizzle(Image& image, std::string_view letters) {
   static constexpr std::string_view kLetters = "rgba01";
   if (letters.size() != 4 || letters == "rgba" ||
@@ -252,7 +252,7 @@ constexpr std::size_t kKtx2Header = 80, kKtx2Level = 24;
 struct Ktx2Header {
   std::uint32_t format, width, height, depth, layers, faces, scheme, model = 0, flags = 0;
   std::string_view keys;
-  std::uint64_t at, packed, size;  ///< Of the first level: offset, packed and unpacked bytes
+  std::uint64_t at, packed, size;  ///< Offset, packed and unpacked bytes of the first level
 
   explicit Ktx2Header(std::string_view bytes)
       : format(word_at(bytes, 12)),
@@ -274,7 +274,8 @@ struct Ktx2Header {
     if (first <= bytes.size() && bytes.size() - first >= length) keys = bytes.substr(first, length);
   }
 
-  /// Why the level cannot be read; empty if it can. \param remedy  out
+  /// Why the level cannot be read; empty if it can.
+  /// \param remedy  receives the remedy
   std::string refusal_reason(std::string& remedy) const {
     constexpr std::uint32_t kEtc1s = 163, kUastc = 166, kBasisLz = 1, kZstd = 2, kZlib = 3;
     remedy = "Convert it to PNG.";
@@ -358,7 +359,8 @@ void check_size(std::uint64_t width, std::uint64_t height, const Storage& storag
                 const ImageLimits& limits, const FailWith& fail) {
   if (std::min(width, height) < 1 || std::max(width, height) > kLargestImageSide ||
       width * height > limits.pixels) {
-    empty_image(width, height, 1, 0, "header", limits, fail);  // throws with the reason
+    // Throws the error for too many pixels
+    empty_image(width, height, 1, 0, "header", limits, fail);
   }
   require_memory("its " + sized(width, height) + " pixels", storage.size(width, height),
                  memory_failure(fail, "header"));
@@ -422,7 +424,7 @@ namespace {
 /// Bit masks of the channels in a pixel of up to 32 bits.
 struct Masks {
   std::uint32_t bits = 0;
-  std::array<std::uint32_t, 4> of{};  ///< Red, green, blue, alpha; 0: none
+  std::array<std::uint32_t, 4> of{};  ///< Masks of red, green, blue and alpha; 0: no such channel
 
   std::uint32_t channels() const {
     if (of[3] != 0) return of[1] != 0 || of[0] == 0 ? 4 : 2;
@@ -452,7 +454,7 @@ struct Masks {
   }
 };
 
-/// Format of a DDS from before Direct3D 10: by a four-character code, or by a number of D3DFORMAT.
+/// Format of a DDS file from before Direct3D 10, which has a four-character code or a number of D3DFORMAT.
 std::optional<Storage> storage_of_letters(std::string_view letters, bool& premultiplied) {
   struct Row {
     std::string_view letters;
@@ -503,8 +505,9 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
   const std::uint32_t height = word_at(bytes, 12), width = word_at(bytes, 16);
   const std::uint32_t flags = word_at(bytes, 80);
   const std::string letters = bytes.substr(84, 4);
-  const std::string several = "it holds several pictures (an array, a cube or a volume)";
-  if ((word_at(bytes, 112) & kCubeOrVolume) != 0) fail("header", several, "Convert it to PNG.");
+  const std::string several_pictures = "it holds several pictures (an array, a cube or a volume)";
+  if ((word_at(bytes, 112) & kCubeOrVolume) != 0)
+    fail("header", several_pictures, "Convert it to PNG.");
   std::size_t at = kHeader;
   bool premultiplied = false;
   std::optional<Storage> storage;
@@ -517,7 +520,7 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
     premultiplied = (word_at(bytes, 144) & 7U) == kPremultiplied;
     if (word_at(bytes, 132) > kTexture2D || word_at(bytes, 140) > 1 ||
         (word_at(bytes, 136) & kCube) != 0) {
-      fail("header", several, "Convert it to PNG.");
+      fail("header", several_pictures, "Convert it to PNG.");
     }
     storage = storage_of(&FormatRow::dxgi, word_at(bytes, 128));
     format = "DXGI_FORMAT " + std::to_string(word_at(bytes, 128));

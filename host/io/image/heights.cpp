@@ -34,7 +34,8 @@ bool is_tiff(const std::string& head) {
   return false;
 }
 
-/// Metres per degree of longitude and of latitude at a latitude, on WGS 84 (the usual series).
+/// Metres per degree of longitude and of latitude at a latitude, on the ellipsoid WGS 84, by the usual trigonometric
+/// series.
 std::array<double, 2> metres_of_degree(double latitude) {
   const double phi = latitude * std::numbers::pi / 180;
   return {111412.84 * std::cos(phi) - 93.5 * std::cos(3 * phi) + 0.118 * std::cos(5 * phi),

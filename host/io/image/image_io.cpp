@@ -49,7 +49,7 @@ void check_options(const SaveImageOptions& options) {
   check_texts(options.texts);
 }
 
-/// Texts with the origin: three numbers separated by blanks.
+/// The given texts, and one with the origin of positions: three numbers separated by blanks.
 std::vector<ImageText> png_texts(const SaveImageOptions& options) {
   std::vector<ImageText> texts = options.texts;
   const std::array<double, 3>& origin = options.origin;
@@ -126,7 +126,7 @@ Image parse_tga(const ByteSource& source, const std::string& file, const ImageLi
 }
 #endif
 
-/// In the order of PictureKind.
+/// All picture formats, in the order of PictureKind.
 const ReadableFormat kPictures[] = {
     {"PNG", "", "", parse_png},          {"OpenEXR", "", "", parse_exr},
 #ifdef KILN_HAS_JPEG

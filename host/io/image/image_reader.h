@@ -17,24 +17,28 @@ inline constexpr std::uint32_t kLargestImageSide = 65536;
 /// <kind>" where `kind` is empty.
 FailWith image_failure(std::string file, std::string kind);
 
-/// Any picture that load_image() reads, detected by its first bytes; TGA also by its name. \param file  for
-/// messages
+/// Parses a picture of any format that load_image() reads. The first bytes determine the format; TGA is recognised by
+/// its name, too.
+/// \param file  file name for messages
 /// \throws Error(input)
 Image parse_image(const ByteSource& source, const std::string& file,
                   const ImageLimits& limits = {});
 
-/// Any PNG: palettes and transparency are expanded; 1 to 16 bits become [0, 1] by division; gamma
-/// and colour profiles are ignored. \throws Error(input), as below
+/// Parses any PNG: palettes and transparency are expanded; numbers of 1 to 16 bits are divided by their maximum;
+/// gamma and colour profiles are ignored.
+/// \throws Error(input), as below
 Image parse_png(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
-/// The first part, scan lines or tiles; half, float or unsigned int. Channels: R G B A, R G B, R G or R; Y or Y
-/// A; X Y Z. They have no layer, or belong to the first layer with such channels. The image is the display window
-/// if the data window lies inside (zero outside the data), else the data window.
+/// Parses the first part of an OpenEXR file: scan lines or tiles; half, float or unsigned int. Channels: R G B A, R G
+/// B, R G or R; Y or Y A; X Y Z. These channels have no layer, or belong to the first layer with such channels. The
+/// image is the display window if the data window lies inside (pixels outside of it are 0), otherwise the data
+/// window.
 /// \throws Error(input) that names the file. Headers that exceed the file's content, the limits or memory are
 ///         refused before allocation, with the name of the field.
 Image parse_exr(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
-/// Checks a PNG's chunks: complete, and with enough image data for IHDR. \throws what `fail` throws
+/// Checks that a PNG's chunks are complete, and hold enough image data for the size in IHDR.
+/// \throws what `fail` throws
 void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits& limits);
 
 }  // namespace kiln

@@ -4,7 +4,7 @@
 #include <exception>
 #include <string>
 #include <vector>
-// Requires <cstdio> before it.
+// This header requires <cstdio> before it.
 #include <jerror.h>
 #include <jpeglib.h>
 
@@ -13,17 +13,17 @@
 namespace kiln {
 namespace {
 
-/// Largest number of scans of a progressive file: each needs a pass over the whole image, but only
-/// a few bytes.
+/// Largest number of scans of a progressive file: each scan takes a pass over the whole image, but may have only a
+/// few bytes.
 constexpr int kMaxScans = 500;
 
 // libjpeg reports errors through a function that must not return. longjmp() must not cross a frame with
-// destructors, so all owned objects live here, outside the functions that call setjmp().
+// destructors, so all owned objects are members of this struct, outside of the functions that call setjmp().
 struct Jpeg {
   jpeg_error_mgr errors{};  // first member, so that its address is the struct's
   jpeg_decompress_struct info{};
   jpeg_progress_mgr progress{};
-  std::jmp_buf back{};
+  std::jmp_buf jump_target{};
   char message[JMSG_LENGTH_MAX] = "damaged";
 
   Jpeg() = default;
@@ -37,13 +37,12 @@ Jpeg& jpeg_of(j_common_ptr info) { return *reinterpret_cast<Jpeg*>(info->err); }
 [[noreturn]] void stop(j_common_ptr info) {
   Jpeg& jpeg = jpeg_of(info);
   info->err->format_message(info, jpeg.message);
-  std::longjmp(jpeg.back, 1);
+  std::longjmp(jpeg.jump_target, 1);
 }
 
-// Warnings are errors: most report pixels that libjpeg invented, and a partly grey map would pass for a
-// valid one.
+// Warnings are errors: most report pixels that libjpeg invented, and a map that is partly grey would seem valid.
 void on_message(j_common_ptr info, int level) {
-  if (level >= 0) return;  // trace messages
+  if (level >= 0) return;  // Trace messages are ignored
   const int code = info->err->msg_code;
   if (code == JWRN_ADOBE_XFORM || code == JWRN_JFIF_MAJOR) return;
   stop(info);
@@ -56,11 +55,11 @@ void on_progress(j_common_ptr info) {
   Jpeg& jpeg = jpeg_of(info);
   if (decompress->input_scan_number <= kMaxScans) return;
   std::snprintf(jpeg.message, sizeof jpeg.message, "it has more than %d scans", kMaxScans);
-  std::longjmp(jpeg.back, 1);
+  std::longjmp(jpeg.jump_target, 1);
 }
 
 bool read_header(Jpeg& jpeg, const std::string& bytes) {
-  if (setjmp(jpeg.back)) return false;
+  if (setjmp(jpeg.jump_target)) return false;
   jpeg_create_decompress(&jpeg.info);
   jpeg.progress.progress_monitor = on_progress;
   jpeg.info.progress = &jpeg.progress;
@@ -71,7 +70,7 @@ bool read_header(Jpeg& jpeg, const std::string& bytes) {
 }
 
 bool read_pixels(Jpeg& jpeg, std::uint8_t* rows, std::size_t row_bytes) {
-  if (setjmp(jpeg.back)) return false;
+  if (setjmp(jpeg.jump_target)) return false;
   jpeg_start_decompress(&jpeg.info);
   while (jpeg.info.output_scanline < jpeg.info.output_height) {
     JSAMPROW row = rows + jpeg.info.output_scanline * row_bytes;
@@ -116,7 +115,7 @@ Image parse_jpeg(const ByteSource& source, const std::string& file, const ImageL
              std::to_string(bytes.size()) + " bytes cannot hold them",
          "Export or copy the file again.");
   }
-  // Its rows as bytes; for a progressive file also the coefficients.
+  // libjpeg's working memory: rows as bytes, and for a progressive file the coefficients.
   const std::uint64_t working =
       pixels * channels +
       (jpeg_has_multiple_scans(&jpeg.info) != FALSE ? pixels * channels * sizeof(JCOEF) : 0);

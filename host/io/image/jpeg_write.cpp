@@ -5,7 +5,7 @@
 #include <new>
 #include <string>
 #include <vector>
-// Requires <cstdio> before it.
+// This header requires <cstdio> before it.
 #include <jpeglib.h>
 
 #include "io/image/picture.h"
@@ -20,7 +20,7 @@ constexpr int kDefaultJpegQuality = 90;
 struct Writer {
   jpeg_error_mgr errors{};  // first member, so that its address is the struct's
   jpeg_compress_struct info{};
-  std::jmp_buf back{};
+  std::jmp_buf jump_target{};
   unsigned char* bytes = nullptr;
   unsigned long size = 0;
 
@@ -34,14 +34,14 @@ struct Writer {
 };
 
 [[noreturn]] void stop(j_common_ptr info) {
-  std::longjmp(reinterpret_cast<Writer*>(info->err)->back, 1);
+  std::longjmp(reinterpret_cast<Writer*>(info->err)->jump_target, 1);
 }
 
 void ignore_message(j_common_ptr /*info*/) {}
 
 bool write(Writer& jpeg, const std::uint8_t* rows, std::uint32_t width, std::uint32_t height,
            int channels, int quality, bool halves_colours) {
-  if (setjmp(jpeg.back)) return false;
+  if (setjmp(jpeg.jump_target)) return false;
   jpeg_create_compress(&jpeg.info);
   jpeg_mem_dest(&jpeg.info, &jpeg.bytes, &jpeg.size);
   jpeg.info.image_width = width;
@@ -50,7 +50,7 @@ bool write(Writer& jpeg, const std::uint8_t* rows, std::uint32_t width, std::uin
   jpeg.info.in_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
   jpeg_set_defaults(&jpeg.info);
   jpeg_set_quality(&jpeg.info, quality, TRUE);
-  jpeg.info.dct_method = JDCT_ISLOW;  // same result on every processor
+  jpeg.info.dct_method = JDCT_ISLOW;  // Gives the same result on every processor
   jpeg.info.optimize_coding = TRUE;
   jpeg_simple_progression(&jpeg.info);
   const int halves = halves_colours ? 2 : 1;
@@ -81,7 +81,7 @@ std::vector<std::byte> encode_jpeg(const Image& image, const PictureEncoding& en
   const std::vector<std::uint8_t> rows = bytes_of(image, encoding.dither, encoding.use);
   const int quality =
       encoding.quality == 0 ? kDefaultJpegQuality : static_cast<int>(encoding.quality);
-  // Chroma subsampling is only for pictures of colours: channels of other maps are independent.
+  // Chroma subsampling is only used for colours, since the channels of other maps are independent.
   const bool halves_colours = encoding.use == TextureUse::color && quality < kDefaultJpegQuality;
   Writer jpeg;
   jpeg_std_error(&jpeg.errors);

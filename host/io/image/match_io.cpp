@@ -26,7 +26,8 @@
 namespace kiln {
 namespace {
 
-// Largest side of a map times the largest number of samples.
+// Largest side of a map in texel samples: the largest side in texels times the largest number of samples along a
+// texel's side.
 constexpr std::uint32_t kMaxSampleSide = 16384 * 16;
 constexpr std::uint32_t kMaxSamplesPerTexelSide = 16;
 
@@ -101,7 +102,7 @@ void read_attributes(const Imf::Header& header, const std::string& file, Match& 
   }
 }
 
-/// Bytes per sample: a match's data, and its status as OpenEXR reads it.
+/// Bytes per texel sample: the match's data, and the status as OpenEXR reads it.
 constexpr std::uint64_t kSampleBytes = 4 * sizeof(float) + 1 + sizeof(std::uint32_t);
 
 Match read_match(const ByteSource& source, const std::string& file, const ExrPlan& plan) {
@@ -145,7 +146,7 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
 void save_match(const Match& match, const std::filesystem::path& path) {
   validate(match);
   Imf::Header header(static_cast<int>(match.width), static_cast<int>(match.height));
-  // Zlib's fastest level, since weights and distances hardly compress at any level.
+  // ZIP at its fastest level, since weights and distances hardly compress at any level.
   header.compression() = Imf::ZIP_COMPRESSION;
   header.zipCompressionLevel() = 1;
   for (const ChannelType& channel : kChannels) {
@@ -164,7 +165,7 @@ void save_match(const Match& match, const std::filesystem::path& path) {
 }
 
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
-  // All failures have the same remedy.
+  // The remedy of every failure is replaced by the same one.
   const FailWith failure = [inner = image_failure(file, kMatchKind)](const std::string& place,
                                                                      const std::string& problem,
                                                                      const Message&) {

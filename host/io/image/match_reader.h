@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-/// \param file    for messages
-/// \param limits  of the number of samples
+/// \param file    file name for messages
+/// \param limits  limit on the number of texel samples
 /// \throws Error(input) that names the file and the field
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits);
 

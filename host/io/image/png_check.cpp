@@ -5,8 +5,9 @@
 
 #include "io/image/image_reader.h"
 
-// libpng allocates the pixels that a header declares. Their data are in the IDAT chunks alone, so the length of
-// other chunks does not count. "Portable Network Graphics, Third Edition", https://www.w3.org/TR/png-3/.
+// libpng allocates memory for the pixels that a header declares. So the length of the IDAT chunks, which hold their
+// data, is checked first; other chunks do not count. "Portable Network Graphics, Third Edition",
+// https://www.w3.org/TR/png-3/.
 namespace kiln {
 namespace {
 
@@ -16,7 +17,7 @@ const std::string kExportAgain = "Export or copy the file again.";
 class Window {
  public:
   explicit Window(const ByteSource& source) : source_(source) {}
-  /// Null at the end of the file.
+  /// Pointer to `count` bytes at `offset`; null if the file ends before them.
   const unsigned char* at(std::uint64_t offset, std::size_t count) {
     if (offset < begin_ || offset + count > begin_ + size_) {
       begin_ = offset;
@@ -68,7 +69,7 @@ Header read_header(const unsigned char* bytes, const FailWith& fail) {
   return header;
 }
 
-/// Bytes to which the image data must inflate: per row of a pass, a filter byte and the pixels.
+/// Number of bytes to which the image data must inflate: a filter byte and the pixels for each row of each pass.
 std::uint64_t raw_bytes(const Header& header) {
   const auto pass = [&](std::uint64_t width, std::uint64_t height) {
     return width == 0 ? 0 : height * (1 + (width * header.bits_per_pixel + 7) / 8);

@@ -16,14 +16,14 @@
 namespace kiln {
 namespace {
 
-// libpng reports errors by longjmp(), which must not cross a frame with destructors, so all owned
-// objects live here, outside the functions that call setjmp().
+// libpng reports errors by longjmp(), which must not cross a frame with destructors, so all owned objects are members
+// of this struct, outside of the functions that call setjmp().
 struct Reader {
   png_structp png = nullptr;
   png_infop info = nullptr;
   const ByteSource* source = nullptr;
   std::uint64_t at = 0;
-  std::exception_ptr error;  // exception of the source
+  std::exception_ptr error;  // Exception that the source has thrown
   char message[256] = "damaged";
   png_uint_32 width = 0, height = 0;
   int channels = 0, bits = 0, passes = 0;
@@ -66,7 +66,8 @@ bool read_header(Reader& reader) {
   // to 8 MB.
   png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(reader.png, reader.info);
-  png_set_expand(reader.png);  // Palette to RGB, below 8 bits to 8, transparency to alpha.
+  // Expands palettes to RGB, fewer than 8 bits to 8, transparency to alpha
+  png_set_expand(reader.png);
   if (std::endian::native == std::endian::little) png_set_swap(reader.png);
   reader.passes = png_set_interlace_handling(reader.png);
   png_read_update_info(reader.png, reader.info);
@@ -106,7 +107,7 @@ void to_floats(const Reader& reader, const std::uint8_t* row, float* to) {
   }
 }
 
-// Memory for the pixels and for rows before conversion to floats, bytes.
+// Bytes of memory for the pixels, and for rows before conversion to floats.
 std::uint64_t memory_for(const Reader& reader, std::size_t band) {
   return std::uint64_t{reader.width} * reader.height * static_cast<unsigned>(reader.channels) *
              sizeof(float) +

@@ -48,14 +48,14 @@ void put_big_endian(Bytes& to, std::uint32_t value) {
   for (const int shift : {24, 16, 8, 0}) to.push_back(static_cast<std::uint8_t>(value >> shift));
 }
 
-// Reserves a chunk's length and writes its type; its data follow.
+// Starts a chunk: reserves space for the length and writes the type; the caller appends the data.
 Bytes open_chunk(const char* type) {
   Bytes bytes(4);
   bytes.insert(bytes.end(), type, type + 4);
   return bytes;
 }
 
-// Writes a chunk's length in front and its checksum behind.
+// Sets a chunk's length at its start, and appends its checksum.
 void close_chunk(Bytes& bytes) {
   const auto length = static_cast<std::uint32_t>(bytes.size() - 8);
   for (int i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(length >> (24 - 8 * i));
@@ -183,7 +183,7 @@ struct Layout {
 
 // One band of rows: quantised, filtered and deflated.
 struct Band {
-  Bytes chunk;  // the finished IDAT chunk
+  Bytes chunk;  // The finished IDAT chunk
   uLong adler = 0;
   std::size_t raw_bytes = 0;
 };
@@ -223,12 +223,12 @@ void encode_band(const Layout& layout, std::size_t first, std::size_t last, cons
     for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<std::uint8_t>(values[i] - above[i]);
     std::swap(values, above);
   }
-  const bool ends = last == layout.image.height;
+  const bool is_last = last == layout.image.height;
   band.chunk = open_chunk("IDAT");
   if (layout.row_bytes() * layout.image.height < kSmallImageBytes) {
-    deflate_small(raw, ends, name, band.chunk);
+    deflate_small(raw, is_last, name, band.chunk);
   } else {
-    run_deflate(raw, ends, band.chunk);
+    run_deflate(raw, is_last, band.chunk);
   }
   close_chunk(band.chunk);
   band.adler = adler32(adler32(0, nullptr, 0), raw.data(), static_cast<uInt>(raw.size()));
@@ -270,12 +270,13 @@ void filter_row(int filter, const std::uint8_t* values, const std::uint8_t* abov
   }
 }
 
-/// n log2(n) of integers in fixed point, so that sums are the same on every machine.
+/// n log2(n) in fixed-point integers, so that sums are equal on every machine.
 std::uint64_t entropy_term(std::uint32_t n) {
   return n == 0 ? 0 : n * static_cast<std::uint64_t>(std::lround(std::log2(n) * 4096));
 }
 
-/// One row with its filter byte. \param scratch  as many bytes as the row
+/// Filters one row, and writes its filter byte first.
+/// \param scratch  buffer with as many bytes as the row
 void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above, std::size_t pixel,
                std::size_t size, std::uint8_t* to, Bytes& scratch) {
   to[0] = static_cast<std::uint8_t>(filter);
@@ -285,7 +286,7 @@ void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above
     filter_row(tried, values, above, pixel, size, scratch.data());
     std::array<std::uint32_t, 256> counts{};
     for (const std::uint8_t byte : scratch) ++counts[byte];
-    std::uint64_t sum = 0;  // the larger, the lower the entropy
+    std::uint64_t sum = 0;  // Grows as the entropy decreases
     for (const std::uint32_t count : counts) sum += entropy_term(count);
     if (tried != 0 && sum <= best) continue;
     best = sum;
@@ -319,7 +320,7 @@ void deflate_whole(std::span<const std::uint8_t> raw, int level, Bytes& to) {
                                                     to.data() + before, to.size() - before);
   to.resize(before + size);
 }
-constexpr int kQuick = 1, kHighest = 12;
+constexpr int kFastLevel = 1, kHighestLevel = 12;
 int level_for(std::size_t bytes) {
   return bytes <= std::size_t{1} << 20 ? 10 : bytes <= std::size_t{1} << 22 ? 8 : 7;
 }
@@ -338,7 +339,7 @@ void deflate_whole(std::span<const std::uint8_t> raw, int level, Bytes& to) {
   to.resize(before + stream.total_out);
   deflateEnd(&stream);
 }
-constexpr int kQuick = 1, kHighest = 9;
+constexpr int kFastLevel = 1, kHighestLevel = 9;
 int level_for(std::size_t /*bytes*/) { return 6; }
 #endif
 
@@ -352,7 +353,7 @@ int choose_filter(const Layout& layout) {
       const std::size_t first = i / kCandidateFilters.size() * kSampleRowInterval;
       Bytes rows(row * std::min(kSampleRows, height - first)), packed;
       filter_rows(layout, kCandidateFilters[i % kCandidateFilters.size()], first, rows);
-      deflate_whole(rows, kQuick, packed);
+      deflate_whole(rows, kFastLevel, packed);
       sizes[i] = packed.size();
     }
   });
@@ -371,7 +372,7 @@ void send_small(const Layout& layout, bool smallest, const std::string& /*name*/
     filter_rows(layout, filter, begin, std::span(raw).subspan(begin * row, (end - begin) * row));
   });
   Bytes data = open_chunk("IDAT");
-  deflate_whole(raw, smallest ? kHighest : level_for(raw.size()), data);
+  deflate_whole(raw, smallest ? kHighestLevel : level_for(raw.size()), data);
   close_chunk(data);
   put(data);
 }
@@ -380,7 +381,7 @@ void send_small(const Layout& layout, bool smallest, const std::string& /*name*/
 // compress.
 class InOrder {
  public:
-  InOrder(std::size_t count, const PutBytes& send) : bands_(count), send_(send) {}
+  InOrder(std::size_t count, const PutBytes& send) : bands_(count), put_bytes_(send) {}
 
   // Never blocks: the thread that brings the next band writes all bands that are ready.
   void put(std::size_t number, Band band) {
@@ -389,7 +390,7 @@ class InOrder {
     for (; next_ < bands_.size() && bands_[next_].raw_bytes != 0; ++next_) {
       Band& ready = bands_[next_];
       adler_ = adler32_combine(adler_, ready.adler, static_cast<z_off_t>(ready.raw_bytes));
-      send_({reinterpret_cast<const char*>(ready.chunk.data()), ready.chunk.size()});
+      put_bytes_({reinterpret_cast<const char*>(ready.chunk.data()), ready.chunk.size()});
       ready.chunk = {};
     }
   }
@@ -397,7 +398,7 @@ class InOrder {
 
  private:
   std::vector<Band> bands_;
-  const PutBytes& send_;
+  const PutBytes& put_bytes_;
   std::mutex mutex_;
   std::size_t next_ = 0;
   uLong adler_ = adler32(0, nullptr, 0);
@@ -423,8 +424,8 @@ void write_png(const Image& image, const PngOptions& options, const std::string&
   };
   put(chunk("IHDR", header));
   for (const ImageText& text : texts) {
-    const std::string both = text.keyword + '\0' + text.text;
-    put(chunk("tEXt", Bytes(both.begin(), both.end())));
+    const std::string keyword_and_text = text.keyword + '\0' + text.text;
+    put(chunk("tEXt", Bytes(keyword_and_text.begin(), keyword_and_text.end())));
   }
   if (level != Deflate::fast && (layout.row_bytes() + 1) * image.height <= kMaxSingleStreamBytes) {
     send_small(layout, level == Deflate::smallest, name, put);

@@ -12,13 +12,13 @@
 namespace kiln {
 namespace {
 
-// RFC 1951, 3.2.5 and 3.2.7.
+// Symbols of RFC 1951, sections 3.2.5 and 3.2.7.
 constexpr std::size_t kSymbols = 286, kEnd = 256, kFirstLength = 257;
 constexpr std::size_t kMinRun = 3, kMaxRun = 258;
 constexpr int kMaxCodeBits = 15;
-// Bytes that share Huffman codes: half or twice as many change file sizes by 0.1%.
+// Number of bytes of a block, which share Huffman codes. Half or double this number changes file sizes by 0.1%.
 constexpr std::size_t kBlock = std::size_t{1} << 16;
-// A run of n is the token kFirstRunToken + n; a literal is its own token.
+// The token of a run of n bytes is kFirstRunToken + n; the token of a literal is its byte.
 constexpr std::size_t kFirstRunToken = 256, kTokens = kFirstRunToken + kMaxRun + 1;
 
 struct LengthCode {
@@ -48,11 +48,11 @@ using Lengths = std::array<std::uint8_t, kSymbols>;
 
 /// Number of bytes from `at` on that equal `byte`, up to `most`.
 std::size_t run_of(const std::uint8_t* at, std::size_t most, std::uint8_t byte) {
-  std::uint64_t eight = 0, all = byte * 0x0101010101010101U;
+  std::uint64_t eight_bytes = 0, all = byte * 0x0101010101010101U;
   std::size_t length = 0;
-  for (; length + sizeof(eight) <= most; length += sizeof(eight)) {
-    std::memcpy(&eight, at + length, sizeof(eight));
-    if (eight != all) break;
+  for (; length + sizeof(eight_bytes) <= most; length += sizeof(eight_bytes)) {
+    std::memcpy(&eight_bytes, at + length, sizeof(eight_bytes));
+    if (eight_bytes != all) break;
   }
   while (length < most && at[length] == byte) ++length;
   return length;
@@ -60,32 +60,33 @@ std::size_t run_of(const std::uint8_t* at, std::size_t most, std::uint8_t byte) 
 
 /// True if the four bytes from `at` on are the same.
 bool four_same(const std::uint8_t* at) {
-  std::uint32_t four = 0;
-  std::memcpy(&four, at, sizeof(four));
-  return four == std::rotl(four, 8);
+  std::uint32_t four_bytes = 0;
+  std::memcpy(&four_bytes, at, sizeof(four_bytes));
+  return four_bytes == std::rotl(four_bytes, 8);
 }
 
-/// True if four consecutive ones of the eight bytes from `at` on may be the same. No false negatives.
+/// True if any four consecutive bytes among the eight from `at` on may be equal; certainly true if they are.
 bool any_four_same(const std::uint8_t* at) {
-  std::uint64_t eight = 0;
-  std::memcpy(&eight, at, sizeof(eight));
-  // Bytes that are 0 where neighbours are equal; the last compares with the first.
-  const std::uint64_t change = (eight ^ std::rotr(eight, 8));
+  std::uint64_t eight_bytes = 0;
+  std::memcpy(&eight_bytes, at, sizeof(eight_bytes));
+  // Each byte is 0 if it equals its neighbour; the last byte is compared with the first.
+  const std::uint64_t change = (eight_bytes ^ std::rotr(eight_bytes, 8));
   const std::uint64_t same = (change - 0x0101010101010101U) & ~change & 0x8080808080808080U;
   return (same & same >> 8 & same >> 16) != 0;
 }
 
-/// Splits bytes into literals and runs, and counts them. \param tokens  room for one per byte \returns
-/// number of tokens
+/// Splits bytes into literals and runs, and counts them.
+/// \param tokens  buffer for one token per byte
+/// \returns number of tokens
 std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, Counts& counts) {
   // Two alternating counters per byte, since the same byte often repeats before its counter is
   // updated.
-  std::array<std::array<std::uint32_t, kTokens>, 2> seen{};
+  std::array<std::array<std::uint32_t, kTokens>, 2> token_counts{};
   std::uint16_t* to = tokens;
   const std::uint8_t* at = raw.data();
   const std::uint8_t* const end = at + raw.size();
   const auto put = [&](std::size_t token) {
-    ++seen[(to - tokens) & 1][token];
+    ++token_counts[(to - tokens) & 1][token];
     *to++ = static_cast<std::uint16_t>(token);
   };
   if (at != end) put(*at++);
@@ -103,19 +104,22 @@ std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, 
     put(kFirstRunToken + length);
     at += length;
   }
-  for (std::size_t i = 0; i < kEnd; ++i) counts[i] = seen[0][i] + seen[1][i];
+  for (std::size_t i = 0; i < kEnd; ++i) counts[i] = token_counts[0][i] + token_counts[1][i];
   for (std::size_t n = kMinRun; n <= kMaxRun; ++n) {
-    counts[kLengthCodes[n].symbol] += seen[0][kFirstRunToken + n] + seen[1][kFirstRunToken + n];
+    counts[kLengthCodes[n].symbol] +=
+        token_counts[0][kFirstRunToken + n] + token_counts[1][kFirstRunToken + n];
   }
   ++counts[kEnd];
-  if (raw.empty()) ++counts[0];  // a code needs at least two symbols
+  if (raw.empty()) ++counts[0];  // A code needs at least two symbols
   return static_cast<std::size_t>(to - tokens);
 }
 
-/// Lengths of Huffman codes, unlimited. \returns the longest
+/// Computes lengths of Huffman codes without a limit.
+/// \returns the longest length
 int huffman(const Counts& counts, Lengths& lengths) {
-  using Node = std::pair<std::uint64_t, std::uint32_t>;  // count, symbol: ties go to the lower
-                                                         // symbol
+  // Count and symbol; of equal counts, the lower
+  using Node = std::pair<std::uint64_t, std::uint32_t>;
+  // symbol
   std::priority_queue<Node, std::vector<Node>, std::greater<>> open;
   std::vector<std::uint32_t> parent(2 * kSymbols);
   std::uint32_t next = kSymbols;
@@ -172,8 +176,8 @@ std::array<std::uint32_t, kSymbols> codes_of(const Lengths& lengths) {
   return codes;
 }
 
-/// Bits of a token, and their number: a run has its code, its extra bits, and a 0 for the distance.
-struct Written {
+/// The bits of a token, and their number. A run consists of its code, its extra bits, and a 0 for the distance.
+struct TokenBits {
   std::uint32_t bits = 0;
   std::uint32_t count = 0;  // at most 15, or 15 + 5 + 1
 };
@@ -185,22 +189,22 @@ class BitWriter {
   void reserve(std::size_t more) { bytes_.resize(size_ + more + sizeof(std::uint64_t)); }
   /// \param count  at most 32
   void put(std::uint32_t bits, int count) {
-    const Written one{bits, static_cast<std::uint32_t>(count)};
+    const TokenBits one{bits, static_cast<std::uint32_t>(count)};
     const std::uint16_t first = 0;
     put({&first, 1}, &one);
   }
-  /// \param written  bits per token
-  void put(std::span<const std::uint16_t> tokens, const Written* written) {
-    // A local copy: written bytes may alias members, which would be reloaded after each write.
+  /// \param token_bits  bits per token
+  void put(std::span<const std::uint16_t> tokens, const TokenBits* token_bits) {
+    // A local copy of the state: written bytes may alias members, which would thus be reloaded after each write.
     Held held{held_, bytes_.data() + size_};
     std::size_t i = 0;
     for (; i + 2 <= tokens.size(); i += 2) {
-      held.add(written[tokens[i]]);
-      held.add(written[tokens[i + 1]]);
+      held.add(token_bits[tokens[i]]);
+      held.add(token_bits[tokens[i + 1]]);
       held.flush();
     }
     if (i < tokens.size()) {
-      held.add(written[tokens[i]]);
+      held.add(token_bits[tokens[i]]);
       held.flush();
     }
     size_ = static_cast<std::size_t>(held.to - bytes_.data());
@@ -221,7 +225,7 @@ class BitWriter {
   struct Held {
     Bits bits;
     std::uint8_t* to;
-    void add(const Written& token) {
+    void add(const TokenBits& token) {
       bits.bits |= std::uint64_t{token.bits} << bits.count;
       bits.count += token.count;
     }
@@ -248,37 +252,38 @@ class BitWriter {
 /// only a few bytes.
 void put_header(const Lengths& lengths, bool last, BitWriter& writer) {
   writer.put(last ? 1 : 0, 1);
-  writer.put(2, 2);  // dynamic codes
+  writer.put(2, 2);  // Dynamic codes
   writer.put(kSymbols - kFirstLength, 5);
-  writer.put(0, 5);  // one distance code
+  writer.put(0, 5);  // One distance code
   writer.put(19 - 4, 4);
   // In the order of RFC 1951: 16, 17 and 18 have no code, 0 to 15 have 4 bits.
   for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
   for (const std::uint8_t length : lengths) writer.put(reversed(length, 4), 4);
-  writer.put(reversed(1, 4), 4);  // the distance code has one bit
+  writer.put(reversed(1, 4), 4);  // The distance code has one bit
 }
 
-std::array<Written, kTokens> bits_of_tokens(const Lengths& lengths,
-                                            const std::array<std::uint32_t, kSymbols>& codes) {
-  std::array<Written, kTokens> written{};
-  for (std::size_t i = 0; i < kEnd; ++i) written[i] = {codes[i], lengths[i]};
+std::array<TokenBits, kTokens> bits_of_tokens(const Lengths& lengths,
+                                              const std::array<std::uint32_t, kSymbols>& codes) {
+  std::array<TokenBits, kTokens> token_bits{};
+  for (std::size_t i = 0; i < kEnd; ++i) token_bits[i] = {codes[i], lengths[i]};
   for (std::size_t n = kMinRun; n <= kMaxRun; ++n) {
     const LengthCode& code = kLengthCodes[n];
     const int length = lengths[code.symbol];
-    written[kFirstRunToken + n] = {codes[code.symbol] | std::uint32_t{code.extra} << length,
-                                   static_cast<std::uint32_t>(length + code.extra_bits + 1)};
+    token_bits[kFirstRunToken + n] = {codes[code.symbol] | std::uint32_t{code.extra} << length,
+                                      static_cast<std::uint32_t>(length + code.extra_bits + 1)};
   }
-  return written;
+  return token_bits;
 }
 
-/// Writes a block, the last of the stream if `last` is set. \param room  for the tokens of a block
+/// Writes a block, which is the last of the stream if `last` is true.
+/// \param room  buffer for the tokens of a block
 void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room,
                BitWriter& writer) {
   Counts counts{};
   const std::span<const std::uint16_t> tokens(room, tokens_of(raw, room, counts));
   const Lengths lengths = code_lengths(counts);
   const std::array<std::uint32_t, kSymbols> codes = codes_of(lengths);
-  const std::array<Written, kTokens> written = bits_of_tokens(lengths, codes);
+  const std::array<TokenBits, kTokens> token_bits = bits_of_tokens(lengths, codes);
   // A run has at most 5 extra bits and one for the distance.
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < kSymbols; ++i) {
@@ -286,7 +291,7 @@ void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room
   }
   writer.reserve(bits / 8 + 256);
   put_header(lengths, last, writer);
-  writer.put(tokens, written.data());
+  writer.put(tokens, token_bits.data());
   writer.put(codes[kEnd], lengths[kEnd]);
 }
 

@@ -31,8 +31,8 @@ namespace {
 struct Bytes {
   const ByteSource& source;
   std::uint64_t at = 0;
-  const char* buffer =
-      nullptr;  ///< stb_image's own buffer, filled ahead: a short read is not an error
+  /// Buffer of stb_image, which it fills ahead of use, so that a short read into it is not an error
+  const char* buffer = nullptr;
   bool cut_short = false;
   std::exception_ptr error = nullptr;
 };
@@ -51,8 +51,8 @@ int on_read(void* user, char* to, int count) {
   bytes.at += got;
   if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
   bytes.cut_short = true;
-  // In Radiance HDR, zeros would be runs of no length, and any byte but a line end a header line, so stb_image
-  // would loop forever.
+  // Line ends are supplied after the end of the file, since stb_image would loop forever with other bytes in Radiance
+  // HDR: zeros are runs of length 0, and all other bytes continue a header line.
   std::fill(to + got, to + wanted, '\n');
   return count;
 }
@@ -108,7 +108,7 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
   // BMP: a negative height means rows from the top.
   const std::uint64_t wide = static_cast<std::uint64_t>(std::abs(std::int64_t{width})),
                       high = static_cast<std::uint64_t>(std::abs(std::int64_t{height}));
-  // Two bytes encode at best a run of 128 pixels.
+  // Two bytes encode a run of at most 128 pixels.
   if (wide * high / 128 > source.size()) {
     fail("header",
          "it says " + std::to_string(wide) + " x " + std::to_string(high) + " pixels, but its " +
@@ -117,7 +117,7 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
   }
   Bytes bytes{.source = source};
   std::unique_ptr<void, Free> pixels;
-  // Sizes are checked here, before stb_image allocates its pixels.
+  // empty_image() checks the size, before stb_image allocates its pixels.
   Image image = empty_image(wide, high, static_cast<std::uint32_t>(channels),
                             wide * high * 4 * (floats ? sizeof(float) : 1), "header", limits, fail);
   if (floats) {

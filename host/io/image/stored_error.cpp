@@ -12,9 +12,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kBandRows = 4;  // rows of a block
+constexpr std::size_t kBandRows = 4;  // Rows of a block
 
-/// z from x and y, all as n/2 + 1/2.
+/// z of a unit normal from x and y, all encoded as n/2 + 1/2.
 float z_of_xy(float x, float y) {
   const float a = 2 * x - 1, b = 2 * y - 1;
   return std::sqrt(std::max(0.0F, 1 - a * a - b * b)) / 2 + 0.5F;
@@ -70,7 +70,7 @@ class StoredRows {
     for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image_.height; ++k) {
       for (std::size_t x = 0; x < image_.width; ++x) {
         const float* const from = lossy_.at(x, kBandRows * band + k);
-        for (std::size_t c = 0; c < channels_; ++c) {  // opaque alpha is not stored
+        for (std::size_t c = 0; c < channels_; ++c) {  // Opaque alpha is not stored
           values_[(k * image_.width + x) * channels_ + c] = c < lossy_.channels ? from[c] : 1;
         }
       }
@@ -86,32 +86,32 @@ class StoredRows {
   std::vector<float> values_;
 };
 
-/// Error of one texel.
+/// Squared error, or error angle, of one texel.
 double error_of(const float* value, std::size_t channels, const float* stored,
                 std::size_t stored_channels, TextureUse use) {
   const bool is_normal = use == TextureUse::normal || use == TextureUse::tangent_normal;
   if (is_normal && channels >= 2) {
-    const bool two = channels == 2 || stored_channels == 2 || value[2] == 0;
+    const bool is_two_channel = channels == 2 || stored_channels == 2 || value[2] == 0;
     const std::array<float, 3> back{stored[0], stored[1],
-                                    two ? z_of_xy(stored[0], stored[1]) : stored[2]};
+                                    is_two_channel ? z_of_xy(stored[0], stored[1]) : stored[2]};
     const std::array<float, 3> own{
         value[0], value[1],
         channels == 2 || value[2] == 0 ? z_of_xy(value[0], value[1]) : value[2]};
     return normal_angle_degrees(own.data(), back.data());
   }
-  double worst = 0;
+  double max_error = 0;
   for (std::size_t c = 0; c < std::min(channels, stored_channels); ++c) {
     const double error = std::abs(double{value[c]} - stored[c]) * 255;
-    worst = std::max(worst, std::isfinite(error) ? error : 255.0);
+    max_error = std::max(max_error, std::isfinite(error) ? error : 255.0);
   }
-  return worst;
+  return max_error;
 }
 
 }  // namespace
 
 namespace {
 
-/// \param lossy  decoded picture of a lossy format; else empty
+/// \param lossy  decoded picture if the format is lossy, otherwise empty
 StoredError error_over(const Image& image, const SaveImageOptions& options,
                        const DitherBlocks& dither, const Image& lossy,
                        std::span<const std::uint8_t> coverage) {

@@ -39,12 +39,12 @@ std::vector<std::byte> encode_tga(const Image& image, bool dither) {
     file[static_cast<std::size_t>(at) + 1] = byte(side >> 8U);
   }
   file[16] = byte(8 * channels);
-  file[17] = byte(channels == 4 ? 8 : 0);  // bits of alpha; bottom row first
+  file[17] = byte(channels == 4 ? 8 : 0);  // Number of alpha bits; the bottom row comes first
   file.reserve(file.size() + bytes.size());
   for (std::size_t y = image.height; y-- > 0;) {
     for (std::size_t i = 0; i < row; ++i) {
       const std::size_t c = i % channels;
-      const std::size_t from = channels >= 3 && c < 3 ? i + 2 - 2 * c : i;  // blue first
+      const std::size_t from = channels >= 3 && c < 3 ? i + 2 - 2 * c : i;  // Blue comes first
       file.push_back(static_cast<std::byte>(bytes[y * row + from]));
     }
   }

@@ -23,11 +23,11 @@
 namespace kiln {
 namespace {
 
-/// A file's bytes for libtiff's callbacks, and libtiff's messages.
+/// The source of bytes for libtiff's callbacks, and libtiff's messages.
 struct Tiff {
   const ByteSource& source;
   std::uint64_t at = 0;
-  std::exception_ptr error;  // exception of the source
+  std::exception_ptr error;  // Exception that the source has thrown
   std::string message, warning;
   TIFF* file = nullptr;
 
@@ -90,7 +90,7 @@ void open(Tiff& tiff) {
   if (options == nullptr) throw std::bad_alloc();
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), on_error, &tiff);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), on_warning, &tiff);
-  // 'm': no memory mapping.
+  // The mode's 'm' turns memory mapping off.
   tiff.file = TIFFClientOpenExt("", "rm", &tiff, on_read, on_write, on_seek, on_close, on_size,
                                 nullptr, nullptr, options.get());
 }
@@ -197,13 +197,13 @@ void check_kind(const Layout& layout, bool heights, const FailWith& fail) {
   }
 }
 
-/// Unpacked bytes per packed byte at most; 0 if there is no useful bound.
+/// Largest number of unpacked bytes per packed byte; 0 if there is no useful bound.
 std::uint64_t max_unpack_ratio(std::uint16_t packing) {
   switch (packing) {
     case COMPRESSION_NONE:
       return 1;
     case COMPRESSION_PACKBITS:
-      return 64;  // 2 bytes encode a run of at most 128
+      return 64;  // 2 bytes encode a run of at most 128 bytes
     case COMPRESSION_ADOBE_DEFLATE:
     case COMPRESSION_DEFLATE:
       return most_unpacked(Packing::deflate, 1);
@@ -239,7 +239,7 @@ double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
       return as(std::uint16_t{});
     case 8:
       return row[i];
-    default: {  // several per byte, from its upper end
+    default: {  // Several values per byte, the first in the highest bits
       const std::size_t bit = i * layout.bits;
       return (row[bit / 8] >> (8U - layout.bits - bit % 8)) & ((1U << layout.bits) - 1U);
     }
@@ -249,18 +249,17 @@ double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
 /// Converts a file's values to an image's.
 class Values {
  public:
-  /// \param as_they_are  true: integers are not scaled
-  Values(TIFF* file, const Layout& layout, bool as_they_are)
-      : layout_(layout), as_they_are_(as_they_are) {
-    most_ = layout.format == SAMPLEFORMAT_IEEEFP || as_they_are
-                ? 1
-                : static_cast<double>((std::uint64_t{1} << layout.bits) - 1);
+  /// \param unscaled  true: integers are not scaled to [0, 1]
+  Values(TIFF* file, const Layout& layout, bool unscaled) : layout_(layout), unscaled_(unscaled) {
+    max_value_ = layout.format == SAMPLEFORMAT_IEEEFP || unscaled
+                     ? 1
+                     : static_cast<double>((std::uint64_t{1} << layout.bits) - 1);
     if (layout.colours == PHOTOMETRIC_PALETTE) {
       has_palette_ =
           TIFFGetField(file, TIFFTAG_COLORMAP, &palette_[0], &palette_[1], &palette_[2]) != 0;
     }
   }
-  double largest() const { return most_; }
+  double largest() const { return max_value_; }
   bool palette_is_missing() const {
     return layout_.colours == PHOTOMETRIC_PALETTE && !has_palette_;
   }
@@ -275,16 +274,16 @@ class Values {
       return;
     }
     const std::uint32_t channel = layout_.colours == PHOTOMETRIC_PALETTE ? 3 : sample;
-    if (layout_.colours == PHOTOMETRIC_MINISWHITE && sample == 0 && !as_they_are_) {
-      value = most_ - value;
+    if (layout_.colours == PHOTOMETRIC_MINISWHITE && sample == 0 && !unscaled_) {
+      value = max_value_ - value;
     }
-    pixel[channel] = static_cast<float>(value / most_);
+    pixel[channel] = static_cast<float>(value / max_value_);
   }
 
  private:
   const Layout& layout_;
-  bool as_they_are_;
-  double most_ = 1;
+  bool unscaled_;
+  double max_value_ = 1;
   std::uint16_t* palette_[3] = {};  // 2^bits entries each, owned by libtiff
   bool has_palette_ = false;
 };
@@ -292,7 +291,7 @@ class Values {
 /// Reads strips or tiles into the image. False if libtiff failed.
 bool read_blocks(Tiff& tiff, const Layout& layout, const Values& values, Image& image) {
   const bool apart = layout.planes == PLANARCONFIG_SEPARATE;
-  const std::uint32_t together = apart ? 1 : layout.samples;
+  const std::uint32_t samples_per_block = apart ? 1 : layout.samples;
   const tmsize_t most = layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file);
   const tmsize_t row_bytes = layout.tiled ? TIFFTileRowSize(tiff.file)
                              : apart      ? TIFFScanlineSize(tiff.file)
@@ -311,15 +310,16 @@ bool read_blocks(Tiff& tiff, const Layout& layout, const Values& values, Image& 
                                       block.data(), wanted)
                 : TIFFReadEncodedStrip(tiff.file, TIFFComputeStrip(tiff.file, y, sample),
                                        block.data(), wanted);
-        // For some compressions libtiff invents data and only warns.
+        // For some compressions, libtiff replaces missing data and only warns.
         if (got != wanted || !tiff.warning.empty()) return false;
         const std::uint32_t columns = std::min(layout.block_width, image.width - x);
         for (std::uint32_t r = 0; r < rows; ++r) {
           const std::uint8_t* const row = block.data() + static_cast<std::size_t>(row_bytes) * r;
           for (std::uint32_t c = 0; c < columns; ++c) {
             float* const pixel = image.at(x + c, y + r);
-            for (std::uint32_t s = 0; s < together; ++s) {
-              values.put(value_at(row, std::size_t{c} * together + s, layout), plane + s, pixel);
+            for (std::uint32_t s = 0; s < samples_per_block; ++s) {
+              values.put(value_at(row, std::size_t{c} * samples_per_block + s, layout), plane + s,
+                         pixel);
             }
           }
         }
@@ -348,16 +348,16 @@ Image apply_orientation(Image image, std::uint16_t orientation) {
       orientation == ORIENTATION_BOTLEFT || orientation == ORIENTATION_BOTRIGHT ||
       orientation == ORIENTATION_LEFTBOT || orientation == ORIENTATION_RIGHTBOT;
   if (!transposed && !is_right_to_left && !is_bottom_up) return image;
-  Image turned = image;
-  if (transposed) std::swap(turned.width, turned.height);
-  for (std::size_t y = 0; y < turned.height; ++y) {
-    for (std::size_t x = 0; x < turned.width; ++x) {
-      const std::size_t u = is_right_to_left ? turned.width - 1 - x : x;
-      const std::size_t v = is_bottom_up ? turned.height - 1 - y : y;
-      std::copy_n(transposed ? image.at(v, u) : image.at(u, v), image.channels, turned.at(x, y));
+  Image oriented = image;
+  if (transposed) std::swap(oriented.width, oriented.height);
+  for (std::size_t y = 0; y < oriented.height; ++y) {
+    for (std::size_t x = 0; x < oriented.width; ++x) {
+      const std::size_t u = is_right_to_left ? oriented.width - 1 - x : x;
+      const std::size_t v = is_bottom_up ? oriented.height - 1 - y : y;
+      std::copy_n(transposed ? image.at(v, u) : image.at(u, v), image.channels, oriented.at(x, y));
     }
   }
-  return turned;
+  return oriented;
 }
 
 }  // namespace
@@ -371,7 +371,7 @@ bool tiff_holds_floats(const ByteSource& source) {
 
 namespace {
 
-// Tags of GeoTIFF 1.1 and of GDAL, and GeoTIFF's keys.
+// Numbers of the tags of GeoTIFF 1.1 and of GDAL, and of GeoTIFF's keys.
 constexpr std::uint32_t kPixelScale = 33550, kTiePoint = 33922, kTransformation = 34264,
                         kGeoKeys = 34735, kGdalNoData = 42113;
 constexpr unsigned kModelType = 1024, kLengthUnit = 3076, kHeightUnit = 4099;
@@ -407,7 +407,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
     geography.top = tie[4] + tie[1] * geography.spacing[1];
   }
   const auto map = values_of<double>(file, kTransformation, TIFF_DOUBLE);
-  if (map.size() >= 16) {  // rows and columns of a rotated grid
+  if (map.size() >= 16) {  // Rows and columns of a rotated grid
     any = true;
     geography.spacing = {std::hypot(map[0], map[4]), std::hypot(map[1], map[5])};
     geography.top = map[7];
@@ -419,7 +419,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
   const auto keys = values_of<std::uint16_t>(file, kGeoKeys, TIFF_SHORT);
   for (std::size_t k = 4; k + 4 <= keys.size(); k += 4) {
     any = true;
-    if (keys[k + 1] != 0) continue;  // the value is stored in another tag
+    if (keys[k + 1] != 0) continue;  // The value is stored in another tag
     if (keys[k] == kModelType) geography.is_degrees = keys[k + 3] == kGeographic;
     if (keys[k] == kLengthUnit) geography.length_unit = keys[k + 3];
     if (keys[k] == kHeightUnit) geography.height_unit = keys[k + 3];
@@ -434,7 +434,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
   return any;
 }
 
-/// \param geography  null: not a height field
+/// \param geography  receives the metadata of a height field; null for other pictures
 Image parse(const ByteSource& source, const std::string& file, const ImageLimits& limits,
             TiffGeography* geography) {
   const FailWith fail = image_failure(file, "TIFF");
@@ -469,15 +469,16 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
              " pixels, but its " + std::to_string(source.size()) + " bytes cannot hold them",
          "Export or copy the file again.");
   }
-  // A block as bytes, packed and unpacked; a second image if it must be oriented.
+  // Working memory: a block, packed and unpacked; and a second image if the orientation must be changed.
   const auto block = static_cast<std::uint64_t>(
       std::max<tmsize_t>(0, layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file)));
-  const bool turns = layout.orientation > ORIENTATION_TOPLEFT;
+  const bool changes_orientation = layout.orientation > ORIENTATION_TOPLEFT;
   const std::uint64_t working =
-      2 * block + (turns ? capped_product(pixels, layout.channels() * sizeof(float)) : 0);
+      2 * block +
+      (changes_orientation ? capped_product(pixels, layout.channels() * sizeof(float)) : 0);
   Image image =
       empty_image(layout.width, layout.height, layout.channels(), working, "header", limits, fail);
-  tiff.warning.clear();  // ignore warnings about unknown tags
+  tiff.warning.clear();  // Ignores warnings about unknown tags
   if (!read_blocks(tiff, layout, values, image)) give_up("pixels");
   if (layout.premultiplied) divide_by_alpha(image);
   return apply_orientation(std::move(image), layout.orientation);

@@ -1,4 +1,4 @@
-// TIFF out by libtiff.
+// Writing of TIFF, by libtiff.
 #include <tiffio.h>
 
 #include <algorithm>
@@ -23,10 +23,10 @@ struct Memory {
   std::size_t at = 0;
 };
 
-Memory& memory_of(thandle_t user) { return *static_cast<Memory*>(user); }
+Memory& memory_file_of(thandle_t user) { return *static_cast<Memory*>(user); }
 
 tmsize_t on_read(thandle_t user, void* to, tmsize_t count) {
-  Memory& memory = memory_of(user);
+  Memory& memory = memory_file_of(user);
   const std::size_t there = memory.bytes.size() - std::min(memory.at, memory.bytes.size());
   const std::size_t size = std::min(static_cast<std::size_t>(count), there);
   if (size > 0) std::memcpy(to, memory.bytes.data() + memory.at, size);
@@ -35,7 +35,7 @@ tmsize_t on_read(thandle_t user, void* to, tmsize_t count) {
 }
 // Exceptions must not pass through libtiff.
 tmsize_t on_write(thandle_t user, void* from, tmsize_t count) try {
-  Memory& memory = memory_of(user);
+  Memory& memory = memory_file_of(user);
   const std::size_t end = memory.at + static_cast<std::size_t>(count);
   if (memory.bytes.size() < end) memory.bytes.resize(end);
   std::memcpy(memory.bytes.data() + memory.at, from, static_cast<std::size_t>(count));
@@ -45,39 +45,40 @@ tmsize_t on_write(thandle_t user, void* from, tmsize_t count) try {
   return -1;
 }
 toff_t on_seek(thandle_t user, toff_t offset, int from) {
-  Memory& memory = memory_of(user);
+  Memory& memory = memory_file_of(user);
   if (from == SEEK_CUR) offset += memory.at;
   if (from == SEEK_END) offset += memory.bytes.size();
   return memory.at = offset;
 }
 int on_close(thandle_t /*user*/) { return 0; }
-toff_t on_size(thandle_t user) { return memory_of(user).bytes.size(); }
+toff_t on_size(thandle_t user) { return memory_file_of(user).bytes.size(); }
 
 template <typename T>
-void write_rows(TIFF* file, const Image& image, bool& done) {
+void write_rows(TIFF* file, const Image& image, bool& succeeded) {
   const std::size_t row = std::size_t{image.width} * image.channels;
   std::vector<T> values(row);
-  for (std::uint32_t y = 0; y < image.height && done; ++y) {
+  for (std::uint32_t y = 0; y < image.height && succeeded; ++y) {
     for (std::size_t i = 0; i < row; ++i) {
       const float value = image.pixels[y * row + i];
       if constexpr (std::is_same_v<T, float>) {
         values[i] = value;
       } else {
-        constexpr float kMost = std::numeric_limits<T>::max();
+        constexpr float kMaxStored = std::numeric_limits<T>::max();
         const float inside = value >= 0 ? std::min(value, 1.0F) : 0;  // NaN becomes 0
-        values[i] = static_cast<T>(std::lround(inside * kMost));
+        values[i] = static_cast<T>(std::lround(inside * kMaxStored));
       }
     }
-    done = TIFFWriteScanline(file, values.data(), y, 0) == 1;
+    succeeded = TIFFWriteScanline(file, values.data(), y, 0) == 1;
   }
 }
 
 }  // namespace
 
 std::vector<std::byte> encode_tiff(const Image& image, int bits) {
-  constexpr std::uint64_t kMaxClassicTiffBytes = 0xF0000000U;  // 4 GiB, minus room for tags
+  // Slightly less than 4 GiB, since tags are added
+  constexpr std::uint64_t kMaxClassicTiffBytes = 0xF0000000U;
   Memory memory;
-  bool done = false;
+  bool succeeded = false;
   {
     const std::uint64_t size = image.pixels.size() * (static_cast<unsigned>(bits) / 8);
     const std::unique_ptr<TIFF, void (*)(TIFF*)> file(
@@ -102,13 +103,13 @@ std::vector<std::byte> encode_tiff(const Image& image, int bits) {
       const std::uint16_t alpha = EXTRASAMPLE_UNASSALPHA;
       TIFFSetField(file.get(), TIFFTAG_EXTRASAMPLES, 1, &alpha);
     }
-    done = true;
-    if (bits == 8) write_rows<std::uint8_t>(file.get(), image, done);
-    if (bits == 16) write_rows<std::uint16_t>(file.get(), image, done);
-    if (bits == 32) write_rows<float>(file.get(), image, done);
-    done = done && TIFFFlush(file.get()) == 1;
+    succeeded = true;
+    if (bits == 8) write_rows<std::uint8_t>(file.get(), image, succeeded);
+    if (bits == 16) write_rows<std::uint16_t>(file.get(), image, succeeded);
+    if (bits == 32) write_rows<float>(file.get(), image, succeeded);
+    succeeded = succeeded && TIFFFlush(file.get()) == 1;
   }
-  if (!done) throw Error(ErrorCode::output, "libtiff failed to encode an image.");
+  if (!succeeded) throw Error(ErrorCode::output, "libtiff failed to encode an image.");
   return std::move(memory.bytes);
 }
 

@@ -1,4 +1,4 @@
-// WebP by libwebp.
+// Reading of WebP, by libwebp.
 #include <webp/decode.h>
 
 #include <string>
@@ -14,12 +14,12 @@ Image parse_webp(const ByteSource& source, const std::string& file, const ImageL
   const std::string again = "Export or copy the file again.";
   const auto* const data = reinterpret_cast<const std::uint8_t*>(bytes.data());
   if (bytes.size() < 12) fail("", "the file is cut short", again);
-  // "RIFF", the number of following bytes, "WEBP".
-  std::uint64_t promised = 8;
-  for (std::size_t k = 0; k < 4; ++k) promised += std::uint64_t{data[4 + k]} << (8 * k);
-  if (promised > bytes.size()) {
+  // The file starts with "RIFF", the number of following bytes, and "WEBP".
+  std::uint64_t declared_bytes = 8;
+  for (std::size_t k = 0; k < 4; ++k) declared_bytes += std::uint64_t{data[4 + k]} << (8 * k);
+  if (declared_bytes > bytes.size()) {
     fail("RIFF",
-         "it says " + std::to_string(promised) + " bytes, but the file has " +
+         "it says " + std::to_string(declared_bytes) + " bytes, but the file has " +
              std::to_string(bytes.size()) + " (truncated)",
          again);
   }
@@ -32,7 +32,7 @@ Image parse_webp(const ByteSource& source, const std::string& file, const ImageL
   }
   const std::uint32_t channels = features.has_alpha != 0 ? 4 : 3;
   const std::uint64_t row_bytes = static_cast<std::uint64_t>(features.width) * channels;
-  // The rows, and libwebp's own memory: 4 bytes per pixel for lossless files.
+  // Working memory: the rows, and libwebp's buffers of 4 bytes per pixel for lossless files.
   const std::uint64_t working = (row_bytes + 4 * static_cast<std::uint64_t>(features.width)) *
                                 static_cast<std::uint64_t>(features.height);
   Image image = empty_image(static_cast<std::uint64_t>(features.width),

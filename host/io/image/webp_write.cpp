@@ -1,4 +1,4 @@
-// WebP by libwebp.
+// Writing of WebP, by libwebp.
 #include <webp/encode.h>
 
 #include <cstring>
@@ -17,8 +17,8 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
                                       " pixels a side, not " + std::to_string(image.width) + " x " +
                                       std::to_string(image.height) + ": choose PNG.");
   }
-  constexpr int kEffort = 2;  // of 0 to 9
-  constexpr int kMethod = 4;  // of 0 to 6
+  constexpr int kEffort = 2;  // Effort of lossless compression, 0 to 9
+  constexpr int kMethod = 4;  // Effort of lossy compression, 0 to 6
   const bool lossy = encoding.quality != 0;
   std::vector<std::uint8_t> bytes = bytes_of(image, encoding.dither, encoding.use);
   const std::size_t texels = std::size_t{image.width} * image.height;
@@ -34,10 +34,10 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
       WebPPictureInit(&picture) == 0) {
     throw Error(ErrorCode::internal, "libwebp is of another version than it was built with.");
   }
-  config.exact = 1;  // keep colours of transparent pixels
+  config.exact = 1;  // Keeps colours of transparent pixels
   if (lossy) {
     config.method = kMethod;
-    config.alpha_quality = 100;  // lossless, since an alpha test depends on it
+    config.alpha_quality = 100;  // Alpha is lossless, since alpha tests depend on it
     config.use_sharp_yuv = encoding.use == TextureUse::color ? 0 : 1;
   }
   picture.use_argb = 1;

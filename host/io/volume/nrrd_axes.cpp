@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-/// Splits into vectors "(x,y,z)" and words; blanks are allowed within the parentheses.
+/// Splits a text into vectors "(x,y,z)" and words; vectors may contain blanks.
 std::vector<std::string> vector_words(std::string_view text) {
   std::vector<std::string> result;
   for (std::size_t at = 0; at < text.size();) {

@@ -13,13 +13,13 @@
 
 namespace kiln {
 
-/// One of the file's axes.
+/// An axis of the file.
 struct NrrdAxis {
   std::uint64_t size = 0;
-  std::string kind;  ///< Empty: not given
+  std::string kind;  ///< The field `kinds` for this axis; empty if missing
   std::optional<double> spacing;
-  std::optional<double> minimum;  ///< Position of its start
-  std::optional<double> maximum;  ///< ... and of its end
+  std::optional<double> minimum;  ///< Position of the axis's start
+  std::optional<double> maximum;  ///< Position of the axis's end
   bool cell_centered = false;
   bool node_centered = false;
   bool has_direction = false;  ///< `space directions` is given, and not "none" for this axis

@@ -19,9 +19,9 @@ namespace kiln {
 /// A field of a header: its line, name and value.
 struct HeaderField {
   std::uint64_t line = 0;
-  std::string key;    ///< Normalised for comparison
-  std::string shown;  ///< As written in the file
-  std::string value;  ///< Without surrounding blanks
+  std::string key;    ///< Field name, normalised for comparison
+  std::string shown;  ///< Field name as written in the file
+  std::string value;  ///< Value without surrounding blanks
 
   std::string place() const { return "line " + std::to_string(line) + " (" + shown + ")"; }
 };
@@ -36,11 +36,11 @@ struct HeaderFields {
   }
 };
 
-/// Lines ended by LF or CR LF.
+/// Splits a text into lines, which end with LF or CR LF.
 class HeaderLines {
  public:
   explicit HeaderLines(std::string_view text) : text_(text) {}
-  /// The next line; nothing at the end of the text.
+  /// The next line; nullopt at the end of the text.
   std::optional<std::string_view> next() {
     if (at_ >= text_.size()) return std::nullopt;
     const std::size_t end = text_.find('\n', at_);
@@ -75,7 +75,7 @@ inline std::vector<std::string_view> words(std::string_view text) {
   return result;
 }
 
-/// All words as numbers, or nothing if one is invalid.
+/// All words as numbers; nullopt if one of them is not a number.
 inline std::optional<std::vector<double>> to_doubles(std::string_view text) {
   std::vector<double> result;
   for (const std::string_view word : words(text)) {
@@ -91,18 +91,21 @@ constexpr const char* kCorrectHeader = "Correct the header, or export the volume
 /// Adds a field. \throws Error(input) if the name exists already
 void add_field(const VolumeInput& input, HeaderField field, HeaderFields& fields);
 
-/// The field with that name. \param example  a line that the error suggests if it is missing
+/// The field with the given name.
+/// \param example  a line that the error suggests if it is missing
 const HeaderField& required(const VolumeInput& input, const HeaderFields& fields,
                             std::string_view key, const char* example);
 
-/// An integer of 0 or more. \throws Error(input)
+/// Parses an integer of 0 or more.
+/// \throws Error(input)
 std::uint64_t integer(const VolumeInput& input, const HeaderField& field, std::string_view word);
 
 /// \throws Error(input) if a list's length differs from the number of dimensions
 void check_count(const VolumeInput& input, const HeaderField& field, std::size_t found,
                  std::size_t expected);
 
-/// The type with a lower-case name. \throws Error(input) for an unknown one
+/// The voxel type with the given lower-case name.
+/// \throws Error(input) for an unknown name
 VoxelType voxel_type_in(const VolumeInput& input, const HeaderField& field,
                         std::span<const std::pair<std::string_view, VoxelType>> names);
 

@@ -43,7 +43,7 @@ std::optional<VolumeFormat> format_of(const std::string& extension) {
   return std::nullopt;
 }
 
-/// Format by the first bytes; empty: unknown.
+/// Name of the format that the first bytes indicate; empty if unknown.
 std::string looks_like(std::string_view head) {
   const auto at = [head](std::size_t offset, std::string_view magic) {
     return head.size() >= offset && head.substr(offset).starts_with(magic);

@@ -13,7 +13,7 @@ struct Header {
   std::size_t end = 0;  ///< Offset of the first byte after the header
 };
 
-/// "Name = value" lines, up to ElementDataFile.
+/// Parses the header: lines "Name = value", up to ElementDataFile.
 Header parse_header(const VolumeInput& input, std::string_view text) {
   Header header;
   HeaderLines lines(text);
@@ -59,7 +59,7 @@ VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
   static constexpr std::pair<std::string_view, VoxelType> kTypes[] = {
       {"met_char", VoxelType::i8},    {"met_uchar", VoxelType::u8},  {"met_short", VoxelType::i16},
       {"met_ushort", VoxelType::u16}, {"met_int", VoxelType::i32},   {"met_uint", VoxelType::u32},
-      {"met_long", VoxelType::i32},   {"met_ulong", VoxelType::u32},  // 4 bytes in MetaIO
+      {"met_long", VoxelType::i32},   {"met_ulong", VoxelType::u32},  // A MetaIO "long" has 4 bytes
       {"met_float", VoxelType::f32},  {"met_double", VoxelType::f64}};
   if (lower_case(field.value).ends_with("_array")) {
     input.fail(field.place(), "\"" + printable(field.value) + "\" has several values a voxel",
@@ -79,7 +79,7 @@ std::vector<double> numbers(const VolumeInput& input, const HeaderField& field,
   return *list;
 }
 
-/// DimSize, where dimensions beyond the third must have size 1.
+/// Parses DimSize, in which dimensions beyond the third must have size 1.
 std::size_t parse_size(const VolumeInput& input, const HeaderFields& fields, Volume& volume) {
   const HeaderField& dims = required(input, fields, "ndims", "NDims = 3");
   const auto count = to_integer(dims.value);
@@ -132,8 +132,8 @@ void place_in_space(const VolumeInput& input, const HeaderFields& fields, std::s
     const auto position = numbers(input, *origin, dims);
     for (std::size_t c = 0; c < 3; ++c) volume.origin[c] = position[c];
   }
-  const HeaderField* blamed = lengths != nullptr ? lengths : matrix;
-  check_geometry(input, blamed == nullptr ? "header" : blamed->place(), volume);
+  const HeaderField* faulty_field = lengths != nullptr ? lengths : matrix;
+  check_geometry(input, faulty_field == nullptr ? "header" : faulty_field->place(), volume);
 }
 
 void warn_of_scale(const VolumeInput& input, const HeaderFields& fields) {

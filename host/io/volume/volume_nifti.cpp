@@ -20,9 +20,9 @@ constexpr const char* kExportAgain = "Export the volume again as one NIfTI file 
 constexpr const char* kExportAgainBoth = "Copy or export both files again.";
 
 constexpr std::size_t kNifti1HeaderBytes = 348,
-                      kNifti2HeaderBytes = 540;  // bytes of the headers of the two versions
+                      kNifti2HeaderBytes = 540;  // Header bytes of both versions
 
-/// Codes of `datatype`.
+/// Codes of the header field `datatype`.
 enum : std::int64_t {
   kUint8 = 2,
   kInt16 = 4,
@@ -41,15 +41,16 @@ enum : std::int64_t {
 
 /// The fields of the header that Kiln uses, in the machine's byte order.
 struct Fields {
-  bool second = false;  ///< True for NIfTI-2
-  bool apart = false;   ///< True if the voxels are in a separate file
+  bool is_nifti2 = false;    ///< True for NIfTI-2
+  bool is_detached = false;  ///< True if the voxels are in a separate file
   ByteOrder order = ByteOrder::little;
   std::array<std::int64_t, 8> dim{};
   std::int64_t type = 0;
   double offset = 0, slope = 0, intercept = 0;
-  std::array<double, 8> pixdim{};  ///< [0]: the sign of the third axis; [1] to [3]: spacing
+  std::array<double, 8> pixdim{};  ///< Item 0: the sign of the third axis; items 1 to 3: spacing
   std::int64_t qform_code = 0, sform_code = 0;
-  std::array<double, 3> quaternion{}, qoffset{};  ///< components b, c, d of the quaternion
+  /// Components b, c, d of the quaternion; offset of the position
+  std::array<double, 3> quaternion{}, qoffset{};
   std::array<std::array<double, 4>, 3> srow{};
 };
 
@@ -72,7 +73,8 @@ class HeaderBytes {
   bool swap_ = false;
 };
 
-/// Position of voxels in space. \param pixdim  offset of its 8 numbers
+/// Position of voxels in space.
+/// \param pixdim  offset of the 8 numbers of `pixdim`
 /// \param forms   offset of the quaternion, followed by the offsets and the three rows of the sform
 template <typename T>
 void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms, Fields& fields) {
@@ -89,23 +91,23 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kNifti
                     std::size_t have) {
   Fields fields;
   HeaderBytes header(raw);
-  bool known = false;
+  bool is_known = false;
   for (const ByteOrder order : {ByteOrder::little, ByteOrder::big}) {
     header.set_order(order);
     const auto size = header.get<std::int32_t>(0);
     if (size != std::int32_t{kNifti1HeaderBytes} && size != std::int32_t{kNifti2HeaderBytes})
       continue;
     fields.order = order;
-    fields.second = size == std::int32_t{kNifti2HeaderBytes};
-    known = true;
+    fields.is_nifti2 = size == std::int32_t{kNifti2HeaderBytes};
+    is_known = true;
     break;
   }
-  if (!known) {
+  if (!is_known) {
     input.fail("byte 0", "the header's size is neither 348 nor 540, so this is not NIfTI",
                kExportAgain);
   }
   header.set_order(fields.order);
-  const std::size_t size = fields.second ? kNifti2HeaderBytes : kNifti1HeaderBytes;
+  const std::size_t size = fields.is_nifti2 ? kNifti2HeaderBytes : kNifti1HeaderBytes;
   if (have < size) {
     input.fail("header",
                "it should have " + std::to_string(size) + " bytes, but the file has " +
@@ -113,21 +115,21 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kNifti
                "Copy or export the file again.");
   }
   char magic[4] = {};
-  std::memcpy(magic, raw.data() + (fields.second ? 4 : 344), 3);
+  std::memcpy(magic, raw.data() + (fields.is_nifti2 ? 4 : 344), 3);
   const std::string found = magic;
-  fields.apart = found == (fields.second ? "ni2" : "ni1");
-  if (!fields.apart && found != (fields.second ? "n+2" : "n+1")) {
+  fields.is_detached = found == (fields.is_nifti2 ? "ni2" : "ni1");
+  if (!fields.is_detached && found != (fields.is_nifti2 ? "n+2" : "n+1")) {
     input.fail(
         "magic",
         "it is none of \"n+1\", \"ni1\", \"n+2\" and \"ni2\"; the file may be of Analyze 7.5",
         kExportAgain);
   }
   for (std::size_t i = 0; i < 8; ++i) {
-    fields.dim[i] = fields.second ? header.get<std::int64_t>(16 + 8 * i)
-                                  : std::int64_t{header.get<std::int16_t>(40 + 2 * i)};
+    fields.dim[i] = fields.is_nifti2 ? header.get<std::int64_t>(16 + 8 * i)
+                                     : std::int64_t{header.get<std::int16_t>(40 + 2 * i)};
   }
-  fields.type = header.get<std::int16_t>(fields.second ? 12 : 70);
-  if (fields.second) {
+  fields.type = header.get<std::int16_t>(fields.is_nifti2 ? 12 : 70);
+  if (fields.is_nifti2) {
     fields.offset = static_cast<double>(header.get<std::int64_t>(168));
     fields.slope = header.get<double>(176);
     fields.intercept = header.get<double>(184);
@@ -216,7 +218,7 @@ Matrix qform(const Fields& fields) {
   const double squared = b * b + c * c + d * d;
   double a = 1 - squared;
   if (a < 1e-7) {
-    // Rounding may give a length above 1: a rotation by 180 degrees.
+    // Rounding of a rotation by 180 degrees may give a length above 1.
     const double scale = 1 / std::sqrt(squared);
     b *= scale;
     c *= scale;
@@ -307,7 +309,7 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
                "Name the header NAME.hdr, beside the voxels in NAME.img.");
   }
   stem.resize(stem.size() - (packed ? 7 : 4));
-  // As nibabel and FSL write them: both compressed or none.
+  // As nibabel and FSL write them, both files are compressed, or neither is.
   const auto beside = [&](const char* extension) {
     return std::filesystem::path(input.file).parent_path() / (stem + extension);
   };
@@ -317,7 +319,7 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
       return input.open_beside(stem + extension);
     }
   }
-  return input.open_beside(stem + ".img");  // throws the error for a missing file
+  return input.open_beside(stem + ".img");  // Throws the error for a missing file
 }
 
 /// Skips to the voxels. \param at  current offset of the stream
@@ -326,7 +328,7 @@ void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
   while (at < begin) {
     const std::size_t got = stream.read(
         skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
-    if (got == 0) break;  // reported later as missing voxels
+    if (got == 0) break;  // The caller reports missing voxels
     at += got;
   }
 }
@@ -341,7 +343,8 @@ Volume read_nifti(const VolumeInput& input) {
     input.fail("header", "the file has only " + std::to_string(have) + " bytes (truncated)",
                "Copy or export the file again.");
   }
-  // The second version's header is longer; for the first, the following bytes may be voxels.
+  // Reads the longer header of version 2 only in files of that version: in version 1, the following bytes may be
+  // voxels.
   const bool longer = static_cast<int>(raw[0]) == 0x1c || static_cast<int>(raw[3]) == 0x1c;
   if (longer && have == kNifti1HeaderBytes)
     have += stream->read(raw.data() + kNifti1HeaderBytes, kNifti2HeaderBytes - kNifti1HeaderBytes);
@@ -353,7 +356,7 @@ Volume read_nifti(const VolumeInput& input) {
   place_in_space(input, fields, volume);
 
   const auto begin = static_cast<std::uint64_t>(fields.offset);
-  if (fields.apart) {
+  if (fields.is_detached) {
     const auto image = open_image(input);
     const auto voxels = open_stream(input, *image);
     skip_to(*voxels, 0, begin);

@@ -29,18 +29,19 @@ std::string field_key(std::string_view name) {
 }
 
 bool known_field(std::string_view key) {
-  static constexpr std::string_view kNown[] = {"dimension",   "type",       "sizes",
-                                               "spacings",    "encoding",   "endian",
-                                               "content",     "datafile",   "lineskip",
-                                               "byteskip",    "kinds",      "space",
-                                               "spaceorigin", "units",      "spacedirections",
-                                               "labels",      "spaceunits", "spacedimension",
-                                               "centers",     "number",     "measurementframe",
-                                               "centerings",  "axismins",   "axismaxs",
-                                               "blocksize",   "min",        "max",
-                                               "oldmin",      "oldmax",     "thicknesses",
-                                               "sampleunits"};
-  for (const std::string_view name : kNown) {
+  static constexpr std::string_view kKnownFields[] = {
+      "dimension",   "type",       "sizes",
+      "spacings",    "encoding",   "endian",
+      "content",     "datafile",   "lineskip",
+      "byteskip",    "kinds",      "space",
+      "spaceorigin", "units",      "spacedirections",
+      "labels",      "spaceunits", "spacedimension",
+      "centers",     "number",     "measurementframe",
+      "centerings",  "axismins",   "axismaxs",
+      "blocksize",   "min",        "max",
+      "oldmin",      "oldmax",     "thicknesses",
+      "sampleunits"};
+  for (const std::string_view name : kKnownFields) {
     if (key == name) return true;
   }
   return false;
@@ -48,7 +49,7 @@ bool known_field(std::string_view key) {
 
 Header parse_header(const VolumeInput& input, std::string_view text) {
   Header header;
-  bool closed = false;  // by an empty line
+  bool is_closed = false;  // True if an empty line ends the header
   HeaderLines lines(text);
   const auto place = [&lines] { return "line " + std::to_string(lines.number()); };
   const auto first = lines.next().value_or("");
@@ -58,7 +59,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
   }
   while (const auto line = lines.next()) {
     if (line->empty()) {
-      closed = true;
+      is_closed = true;
       break;
     }
     if (line->front() == '#') continue;
@@ -67,7 +68,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
       input.fail(place(), "\"" + printable(*line) + "\" is neither a field nor a comment",
                  kCorrectHeader);
     }
-    if (line->substr(colon).starts_with(":=")) continue;  // a key/value pair, not a field
+    if (line->substr(colon).starts_with(":=")) continue;  // A key/value pair, not a field
     HeaderField field{lines.number(), field_key(line->substr(0, colon)),
                       printable(line->substr(0, colon)),
                       std::string(trimmed(line->substr(colon + 1)))};
@@ -78,15 +79,15 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     const bool list = field.key == "datafile" && (field.value + " ").starts_with("LIST ");
     add_field(input, std::move(field), header.fields);
     if (!list) continue;
-    // The remaining lines of the header are names.
+    // The remaining lines of the header are file names.
     while (const auto name = lines.next()) {
       if (!trimmed(*name).empty()) header.files.emplace_back(trimmed(*name));
     }
   }
-  if (!closed && text.size() == kHeaderLimit) {
+  if (!is_closed && text.size() == kHeaderLimit) {
     input.fail("header", "it has no blank line at its end within its first MiB", kCorrectHeader);
   }
-  if (!closed && header.fields.find("datafile") == nullptr) {
+  if (!is_closed && header.fields.find("datafile") == nullptr) {
     input.fail("header", "it has neither a blank line at its end nor a field \"data file\"",
                "The file is truncated; copy or export it again.");
   }
@@ -167,9 +168,9 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
         input.fail(lines->place(), "the data have fewer lines than are to be skipped",
                    kCorrectHeader);
       }
-      std::size_t used = 0;
-      while (used < got && left != 0) left -= buffer[used++] == '\n';
-      place.offset += used;
+      std::size_t scanned = 0;
+      while (scanned < got && left != 0) left -= buffer[scanned++] == '\n';
+      place.offset += scanned;
     }
   }
   const HeaderField* bytes = fields.find("byteskip");
@@ -195,7 +196,7 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
   }
 }
 
-/// Names by "slice%03d.raw 1 100 1": a pattern, the first number, the last, the step.
+/// File names from "slice%03d.raw 1 100 1": a pattern, the first number, the last number and the step.
 std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderField& field) {
   const auto fail = [&](const char* problem) {
     input.fail(
@@ -237,7 +238,7 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
 class JoinedFiles final : public ByteSource {
  public:
   /// \param place  start of the data in each file, before skipping
-  /// \param bytes  total of all voxels: uncompressed files hold equal shares
+  /// \param bytes  bytes of all voxels; uncompressed files hold equal shares of them
   JoinedFiles(const VolumeInput& input, const HeaderFields& fields, const HeaderField& field,
               const std::vector<std::string>& names, const VoxelPlace& place, std::uint64_t bytes)
       : input_(input) {
@@ -296,7 +297,7 @@ class JoinedFiles final : public ByteSource {
       const std::size_t got = data_->read_at(parts_[part].offset + (at - parts_[part].at),
                                              static_cast<char*>(to) + have, wanted);
       have += got;
-      if (got < wanted) break;  // the file was truncated meanwhile
+      if (got < wanted) break;  // Another process has truncated the file
     }
     return have;
   }
@@ -310,7 +311,7 @@ class JoinedFiles final : public ByteSource {
   const VolumeInput& input_;
   std::vector<Part> parts_;
   std::uint64_t size_ = 0;
-  mutable std::unique_ptr<ByteSource> data_;  // the part that is open
+  mutable std::unique_ptr<ByteSource> data_;  // The part that is open
   mutable std::size_t open_ = 0;
 };
 
@@ -323,7 +324,7 @@ Volume read_nrrd(const VolumeInput& input) {
   Volume volume;
   volume.type = voxel_type(input, required(input, fields, "type", "type: uint8"));
   const std::vector<NrrdAxis> axes = parse_axes(input, fields);
-  // Sizes first, so that a size of 0 is reported before other faults.
+  // Sizes are checked first, so that a size of 0 is reported before other faults.
   for (const NrrdAxis& axis : axes) {
     check_size(input, fields.find("sizes")->place(), {axis.size, 1, 1}, volume.type);
   }

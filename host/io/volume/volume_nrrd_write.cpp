@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// The shortest text that reads as the same number.
+/// The shortest decimal text from which the same number is read.
 std::string text_of(double value) {
   std::array<char, 32> buffer{};
   const auto [end, status] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);

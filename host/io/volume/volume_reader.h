@@ -20,8 +20,8 @@ struct VolumeInput {
   std::string file;                          ///< Path as the caller gave it; used in messages.
   const ByteSource* source = nullptr;        ///< The file's bytes.
   std::vector<Warning>* warnings = nullptr;  ///< Receives warnings; may be null.
-  /// Opens the file that a header names for its voxels; relative names are relative to the header.
-  /// Throws Error(input). Null if there are no other files.
+  /// Opens the file that a header names for its voxels; relative names start at the header's folder. Throws
+  /// Error(input). Null if the volume comes from memory.
   std::function<std::unique_ptr<ByteSource>(const std::string& name)> open_beside;
 
   /// Throws Error(input): "<file>: <place>: <problem>. <remedy>." The place may be empty.
@@ -42,11 +42,11 @@ Volume parse_volume(const VolumeInput& input, VolumeFormat format);
 Volume read_nrrd(const VolumeInput& input);
 Volume read_meta_image(const VolumeInput& input);
 Volume read_nifti(const VolumeInput& input);
-/// Takes a path, since OpenVDB opens files itself; only if reads_openvdb().
+/// Reads OpenVDB from a path, since the library opens files itself. May be called only if reads_openvdb() is true.
 Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path);
 
 /// Checks that an OpenVDB file's header, metadata, descriptors and root nodes fit within its size:
-/// OpenVDB would allocate by the lengths and counts there, or read on, without such checks.
+/// without such checks, OpenVDB would allocate memory by damaged lengths and counts, or read beyond the end.
 /// \throws Error(input) "damaged", with the byte
 void check_openvdb_frame(const VolumeInput& input);
 
@@ -68,24 +68,24 @@ struct VoxelPlace {
 };
 
 /// Bytes of all voxels. Checks each size, and that the total can be addressed.
-/// \param place  of the sizes in the header, for messages
+/// \param place  place of the sizes in the header, for messages
 /// \throws Error(input)
 std::uint64_t check_size(const VolumeInput& input, const std::string& place,
                          const std::array<std::uint64_t, 3>& size, VoxelType type);
 
-/// Checks that origin and axes are usable: finite, lengths in range, independent. Empty, or the
-/// fault.
+/// Checks that origin and axes are usable: finite, lengths in range, independent.
+/// \returns the fault, or an empty text
 std::string geometry_fault(const Volume& volume);
-/// \throws Error(input) if there is a fault
+/// \throws Error(input) if geometry_fault() finds a fault
 void check_geometry(const VolumeInput& input, const std::string& place, const Volume& volume);
 
 /// Fills volume.voxels by volume.size and volume.type. Warns of trailing bytes and of non-finite
 /// voxels.
-/// \param source  the file that holds them: input.source or another
+/// \param source  the file that holds the voxels: input.source or another one
 /// \throws Error(input) too few bytes (expected and found are named), damaged, or not numbers (text)
 void read_voxels(const VolumeInput& input, const ByteSource& source, const VoxelPlace& place,
                  Volume& volume);
-/// The same from a stream at the first voxel, without the warning of non-finite voxels.
+/// Reads voxels from a stream that is at the first voxel. Does not warn of non-finite voxels.
 void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
                  const Message& remedy, Volume& volume);
 

@@ -27,7 +27,7 @@ Volume read_openvdb(const VolumeInput& input, const std::filesystem::path&) {
 
 namespace {
 
-constexpr int margin = 2;  // voxels around the active ones
+constexpr int margin = 2;  // Empty voxels around the active ones
 
 bool scalar(const openvdb::GridBase& grid) {
   return grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>();
@@ -42,7 +42,7 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
   }
   std::array<std::uint64_t, 3> size{};
   for (int a = 0; a < 3; ++a) {
-    // Voxels need room at the ends of the index space.
+    // Index beyond which voxels are refused, so that additions of small offsets do not overflow.
     constexpr std::int64_t last = std::numeric_limits<std::int32_t>::max() - 8;
     const std::int64_t begin = box.min()[a], end = box.max()[a];
     if (begin < -last || end > last) {
@@ -52,13 +52,15 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
     size[static_cast<std::size_t>(a)] = static_cast<std::uint64_t>(end - begin + 1 + 2 * margin);
   }
   const std::uint64_t bytes = check_size(input, place, size, VoxelType::f32);
-  // A few voxels far apart would need more memory than any machine has.
-  constexpr std::uint64_t most = std::uint64_t{1} << 38;
-  if (bytes > most) {
+  // Maximum number of dense voxels: a few active voxels far apart would otherwise need more memory than any machine
+  // has.
+  constexpr std::uint64_t max_bytes = std::uint64_t{1} << 38;
+  if (bytes > max_bytes) {
     input.fail(place,
                std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
                    std::to_string(size[2]) + " voxels around the active ones are " +
-                   std::to_string(bytes) + " bytes, beyond Kiln's limit of " + std::to_string(most),
+                   std::to_string(bytes) + " bytes, beyond Kiln's limit of " +
+                   std::to_string(max_bytes),
                "Crop the grid, or resample it more coarsely.");
   }
   if (!grid.transform().isLinear()) {
@@ -109,25 +111,26 @@ Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path)
     openvdb::io::File file(path.string());
     file.open(/*delayLoad=*/false);
     openvdb::GridBase::Ptr chosen;
-    std::string others;
+    std::string other_grids;
     std::uint64_t ignored = 0;
     for (auto name = file.beginName(); name != file.endName(); ++name) {
       const openvdb::GridBase::Ptr meta = file.readGridMetadata(name.gridName());
       if (!chosen && scalar(*meta)) {
         chosen = file.readGrid(name.gridName());
       } else {
-        others += (ignored++ == 0 ? "\"" : ", \"") + name.gridName() + "\"";
+        other_grids += (ignored++ == 0 ? "\"" : ", \"") + name.gridName() + "\"";
       }
     }
     if (!chosen) {
       input.fail("",
                  "it has no grid of floats or doubles" +
-                     (others.empty() ? "" : " (it has " + others + ")"),
+                     (other_grids.empty() ? "" : " (it has " + other_grids + ")"),
                  "Export a scalar grid: a level set or a density.");
     }
     if (ignored != 0) {
       input.warn("ignored-grids",
-                 "grid \"" + chosen->getName() + "\" was read; ignored were " + others, ignored);
+                 "grid \"" + chosen->getName() + "\" was read; ignored were " + other_grids,
+                 ignored);
     }
     Volume volume;
     if (chosen->isType<openvdb::FloatGrid>()) {

@@ -11,14 +11,14 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kMinFileVersion = 213;  // oldest version with the current root nodes
+constexpr std::uint32_t kMinFileVersion = 213;  // Oldest version with the current root nodes
 constexpr std::uint32_t kInstanceVersion =
     216;  // from here on descriptors name a parent, and transforms
           // come first
-constexpr std::uint32_t kTextUuidVersion = 218;  // before: 16 binary bytes
+constexpr std::uint32_t kTextUuidVersion = 218;  // Before this version, 16 binary bytes
 constexpr std::uint32_t kHeaderCompressionVersion =
     220;  // from here on a byte in the header, until ...
-constexpr std::uint32_t kGridCompressionVersion = 222;  // ... flags per grid
+constexpr std::uint32_t kGridCompressionVersion = 222;  // From this version on, flags per grid
 
 /// Reads consecutive little-endian values, with checks of the file's end.
 class GridFrame {
@@ -64,7 +64,7 @@ class GridFrame {
     place_ += length;
     return result;
   }
-  /// Checks a number of elements of at least `least` bytes each against the file's size.
+  /// Checks that a number of elements, of at least `least` bytes each, fits in the rest of the file.
   void check_count(std::uint64_t count, std::uint64_t least, const char* what) const {
     if (count > left() / least) {
       fail(std::to_string(count) + " " + what + " need more than the " + std::to_string(left()) +
@@ -77,7 +77,7 @@ class GridFrame {
   std::uint64_t size_, place_ = 0;
 };
 
-/// Bytes of values of a type; 0: variable.
+/// Bytes of a metadata value of a type; 0 if variable.
 std::uint32_t bytes_of(std::string_view type) {
   constexpr std::pair<std::string_view, std::uint32_t> kSizes[] = {
       {"bool", 1},   {"int32", 4},  {"int64", 8},  {"float", 4},  {"double", 8}, {"vec2i", 8},
@@ -105,7 +105,7 @@ void check_metadata(GridFrame& frame) {
   }
 }
 
-/// Bytes of a transform's map; 0: unknown.
+/// Bytes of a transform's map type; 0 if unknown.
 std::uint64_t bytes_of_map(std::string_view type) {
   if (type == "AffineMap" || type == "UnitaryMap") return 128;
   if (type == "ScaleMap" || type == "UniformScaleMap") return 120;
@@ -157,7 +157,7 @@ void check_openvdb_frame(const VolumeInput& input) {
   check_metadata(frame);
   const auto grids = frame.value<std::int32_t>("the number of grids");
   if (grids < 0) frame.fail("it is said to have " + std::to_string(grids) + " grids");
-  // Two names and three offsets each.
+  // Each grid has at least two names and three offsets.
   frame.check_count(static_cast<std::uint64_t>(grids), 32, "grids");
   for (std::int32_t i = 0; i < grids; ++i) {
     const std::string grid = "grid " + std::to_string(i);
@@ -168,7 +168,7 @@ void check_openvdb_frame(const VolumeInput& input) {
     const auto begin = frame.value<std::uint64_t>("an offset");
     const auto blocks = frame.value<std::uint64_t>("an offset");
     const auto end = frame.value<std::uint64_t>("an offset");
-    // Without offsets a grid follows its descriptor, and the next starts at the end of its tree.
+    // In files without offsets, a grid follows its descriptor, and the next descriptor follows the grid's tree.
     if (!has_offsets) {
       check_grid(frame, version, tree, instance);
       return;

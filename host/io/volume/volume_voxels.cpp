@@ -30,15 +30,16 @@ std::uint64_t voxel_count(const Volume& volume) {
   return std::uint64_t{volume.size[0]} * volume.size[1] * volume.size[2];
 }
 
-[[noreturn]] void too_few(const VolumeInput& input, const Volume& volume, std::uint64_t expected,
-                          const std::string& found, const Message& remedy) {
+[[noreturn]] void fail_too_few(const VolumeInput& input, const Volume& volume,
+                               std::uint64_t expected, const std::string& found,
+                               const Message& remedy) {
   input.fail("voxels",
              "the header asks for " + sizes_text(volume) + " = " + std::to_string(expected) +
                  " bytes, but the file has " + found + " (truncated, or wrong dimensions)",
              remedy);
 }
 
-/// One value of the type from a token; false if it is invalid.
+/// Parses one value of the type from a token; false if the token is invalid.
 template <typename T>
 bool parse_value(std::string_view token, T& value) {
   if constexpr (std::is_floating_point_v<T>) {
@@ -63,9 +64,10 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
   const std::uint64_t count = voxel_count(volume);
   const std::uint64_t begin = std::min(place.offset, source.size());
   const std::uint64_t length = source.size() - begin;
-  // A digit and a blank per value, except for the last.
+  // Each value has at least a digit and a blank, except for the last.
   if (length < 2 * count - 1) {
-    too_few(input, volume, 2 * count - 1, std::to_string(length) + " bytes of text", place.remedy);
+    fail_too_few(input, volume, 2 * count - 1, std::to_string(length) + " bytes of text",
+                 place.remedy);
   }
   require_memory("its " + sizes_text(volume), length + count * size_of(volume.type),
                  memory_failure(input.fail_with(), "voxels"));
@@ -178,12 +180,12 @@ void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
                  const Message& remedy, Volume& volume) {
   const std::uint64_t expected = voxel_count(volume) * size_of(volume.type);
   if (stream.at_most() < expected) {
-    too_few(input, volume, expected,
-            (stream.exact() ? "" : "at most ") + std::to_string(stream.at_most()), remedy);
+    fail_too_few(input, volume, expected,
+                 (stream.exact() ? "" : "at most ") + std::to_string(stream.at_most()), remedy);
   }
   require_memory("its " + sizes_text(volume), expected,
                  memory_failure(input.fail_with(), "voxels"));
-  // Compressed data may be shorter than declared, so memory grows with the data.
+  // Compressed data may be shorter than declared, so the voxels are allocated as the data arrives.
   std::vector<std::byte>& voxels = volume.voxels;
   std::size_t have = 0;
   while (have < expected) {
@@ -194,12 +196,13 @@ void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
     voxels.resize(next);
     const std::size_t got = stream.read(voxels.data() + have, next - have);
     have += got;
-    if (have < next) too_few(input, volume, expected, std::to_string(have), remedy);
+    if (have < next) fail_too_few(input, volume, expected, std::to_string(have), remedy);
   }
   std::uint64_t trailing = stream.exact() ? stream.at_most() : 0;
   if (!stream.exact()) {
-    std::vector<std::byte> rest(1 << 16);
-    while (const std::size_t got = stream.read(rest.data(), rest.size())) trailing += got;
+    std::vector<std::byte> skipped_bytes(1 << 16);
+    while (const std::size_t got = stream.read(skipped_bytes.data(), skipped_bytes.size()))
+      trailing += got;
   }
   if (trailing != 0) {
     input.warn("trailing-bytes",
@@ -225,7 +228,7 @@ void read_voxels(const VolumeInput& input, const ByteSource& source, const Voxel
     for (std::uint64_t left = place.skip_unpacked; left != 0;) {
       const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(left, skipped.size()));
       const std::size_t got = stream->read(skipped.data(), part);
-      if (got == 0) break;  // reported later as missing voxels
+      if (got == 0) break;  // The caller reports missing voxels
       left -= got;
     }
     read_voxels(input, *stream, place.order, place.remedy, volume);
