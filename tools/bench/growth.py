@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
 """Measures processor seconds of `kiln bake` as its input grows, and the exponent of each family's growth: at most 1.1.
 
-growth.py KILN [--only WORD]    KILN is the program `kiln`
+growth.py KILN [--only WORD] [--sizes N,N,...] [--csv FILE]    KILN is the program `kiln`
 
-Of the two largest sizes of a family, less what a small input takes. Counts in tests (Growth, Parts) hold the same
-without a clock.
+  --only WORD      families whose names hold the word
+  --sizes N,N,...  sizes in place of a family's own, ascending; the first is what a small input takes
+  --csv FILE       the table, a line a size: family,size,processor_seconds,power
+
+The exponent is the slope, by least squares over logarithms, of the seconds beyond those of the first size, where these
+are half a second or more: less is noise. At least the two largest sizes count. Counts in tests (Growth, Parts) hold the same without a clock.
 """
 import argparse
+import csv
 import math
 import os
 import random
@@ -15,10 +20,10 @@ import sys
 import tempfile
 
 
-def cubes(folder, n, name=lambda i: f"part{i}", high=lambda i: f"part{i}", textures=False):
-    """n cubes with names, of LOW with UVs and of HIGH a little larger."""
+def cubes(folder, n, name=lambda i: f"part{i}", high=lambda i: f"part{i}", textures=False, share=True):
+    """n cubes with names, of LOW with UVs and of HIGH a little larger. They share the unit square, or have one each."""
     faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    side, columns = math.ceil(n ** (1 / 3)), math.ceil(math.sqrt(n))
+    side, columns = math.ceil(n ** (1 / 3)), math.ceil(math.sqrt(n)) if share else 1
     for kind, scale, named in (("high", 1.02, high), ("low", 1, name)):
         with open(f"{folder}/{kind}.obj", "w") as file:
             if textures and kind == "high":
@@ -30,8 +35,9 @@ def cubes(folder, n, name=lambda i: f"part{i}", high=lambda i: f"part{i}", textu
                     file.write("v %.5f %.5f %.5f\n" % tuple(2 * a + scale * ((c >> k & 1) - 0.5) for k, a in enumerate(at)))
                 for f in range(6):
                     for u, v in ((.05, .05), (.95, .05), (.95, .95), (.05, .95)):
-                        file.write("vt %.6f %.6f\n" % ((i % columns + (f % 3 + u) / 3) / columns,
-                                                     (i // columns + (f // 3 + v) / 2) / columns))
+                        cell = (i % columns, i // columns) if share else (0, 0)
+                        file.write("vt %.6f %.6f\n" % ((cell[0] + (f % 3 + u) / 3) / columns,
+                                                     (cell[1] + (f // 3 + v) / 2) / columns))
                 for f, corners in enumerate(faces):
                     file.write("f " + " ".join(f"{8 * i + c + 1}/{24 * i + 4 * f + k + 1}" for k, c in enumerate(corners)) + "\n")
 
@@ -40,6 +46,31 @@ def parts(folder, n):
     """Each chart covers texel centres, since small charts cost extra, independent of the number of parts."""
     cubes(folder, n)
     return ["--size", "1024", "--match-by", "name"]
+
+
+def charts(folder, n):
+    """A wavy sheet whose n squares are charts of their own, each of which covers texel centres."""
+    side = math.isqrt(n)
+    place = lambda x, y, up: (x / side, y / side, up + 0.01 * math.sin(20 * x / side) * math.cos(17 * y / side))
+    with open(f"{folder}/high.obj", "w") as high, open(f"{folder}/low.obj", "w") as low:
+        for file, up in ((high, 0.001), (low, 0)):
+            for y in range(side + 1):
+                for x in range(side + 1):
+                    file.write("v %.6f %.6f %.6f\n" % place(x, y, up))
+        for y in range(side):
+            for x in range(side):
+                v, t = y * (side + 1) + x + 1, 4 * (y * side + x) + 1
+                high.write(f"f {v} {v + 1} {v + side + 2} {v + side + 1}\n")
+                for u, w in ((.05, .05), (.95, .05), (.95, .95), (.05, .95)):
+                    low.write("vt %.6f %.6f\n" % ((x + u) / side, (y + w) / side))
+                low.write(f"f {v}/{t} {v + 1}/{t + 1} {v + side + 2}/{t + 2} {v + side + 1}/{t + 3}\n")
+    return ["--size", "2048"]
+
+
+def sets(folder, n):
+    """Each cube is a texture set."""
+    cubes(folder, n, share=False)
+    return ["--size", "16", "--sets", "object", "--match-by", "name"]
 
 
 def names(folder, n):
@@ -98,7 +129,7 @@ def vertices(folder, n):
     return ["--size", "16", "--maps", "normal,curvature"]
 
 
-FAMILIES = ((parts, (10, 5000, 20000)), (names, (10, 5000, 20000)), (patterns, (10, 5000, 20000)),
+FAMILIES = ((parts, (10, 5000, 20000)), (charts, (9, 10000, 90000)), (sets, (10, 500, 2000)), (names, (10, 5000, 20000)), (patterns, (10, 5000, 20000)),
             (needles, (100, 30000, 120000)), (repeats, (10, 5000, 20000)), (vertices, (1000, 250000, 1000000)))
 
 
@@ -111,32 +142,54 @@ def seconds(words):
     return after.children_user + after.children_system - before.children_user - before.children_system
 
 
+def power(sizes, took):
+    """Slope of the seconds beyond those of the first size."""
+    beyond = [(n, t - took[0]) for n, t in zip(sizes, took)]
+    clear = [k for k, (_, t) in enumerate(beyond) if t >= 0.5]
+    first = min(clear[0] if clear else len(beyond), len(beyond) - 2)
+    points = [(math.log(n), math.log(max(t, 0.05))) for n, t in beyond[first:]]
+    x, y = (sum(values) / len(points) for values in zip(*points))
+    return sum((a - x) * (b - y) for a, b in points) / sum((a - x) ** 2 for a, _ in points)
+
+
+def measure(kiln, make, n):
+    """Processor seconds of a bake, the less of two runs."""
+    with tempfile.TemporaryDirectory() as folder:
+        if make is repeats:
+            cubes(folder, 1)
+            words = make(folder, n)
+            subprocess.run([kiln, "bake", f"{folder}/low.obj", f"{folder}/low.obj", "--size", "16", "--quiet", "--out", folder],
+                           check=True, stderr=subprocess.DEVNULL)
+            os.rename(f"{folder}/low_normal.png", f"{folder}/a.png")
+        else:
+            words = make(folder, n)
+        words = [kiln, "bake", f"{folder}/high.obj", f"{folder}/low.obj", "--quiet", "--out", f"{folder}/out", *words]
+        return min(seconds(words) for _ in range(2))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kiln", type=os.path.abspath)
     parser.add_argument("--only", default="")
+    parser.add_argument("--sizes", type=lambda text: tuple(int(word) for word in text.split(",")))
+    parser.add_argument("--csv")
     asked = parser.parse_args()
-    over = 0
+    if asked.sizes is not None and (len(asked.sizes) < 3 or list(asked.sizes) != sorted(set(asked.sizes))):
+        parser.error("--sizes needs three or more, ascending")
+    families = [(make, asked.sizes or sizes) for make, sizes in FAMILIES if asked.only in make.__name__]
+    if not families:
+        parser.error(f"no family has '{asked.only}' in its name: " + ", ".join(make.__name__ for make, _ in FAMILIES))
+    over, rows = 0, []
     print("| family | sizes | processor seconds | power |\n| --- | --- | --- | --: |")
-    for make, sizes in FAMILIES:
-        if asked.only not in make.__name__:
-            continue
-        took = []
-        for n in sizes:
-            with tempfile.TemporaryDirectory() as folder:
-                if make is repeats:
-                    cubes(folder, 1)
-                    words = make(folder, n)
-                    subprocess.run([asked.kiln, "bake", f"{folder}/low.obj", f"{folder}/low.obj", "--size", "16", "--quiet",
-                                    "--out", folder], check=True, stderr=subprocess.DEVNULL)
-                    os.rename(f"{folder}/low_normal.png", f"{folder}/a.png")
-                else:
-                    words = make(folder, n)
-                words = [asked.kiln, "bake", f"{folder}/high.obj", f"{folder}/low.obj", "--quiet", "--out", f"{folder}/out", *words]
-                took.append(min(seconds(words) for _ in range(2)))
-        power = math.log(max(took[2] - took[0], 0.05) / max(took[1] - took[0], 0.05)) / math.log(sizes[2] / sizes[1])
-        over += power > 1.1
-        print(f"| {make.__name__} | {', '.join(map(str, sizes))} | {', '.join(f'{t:.2f}' for t in took)} | {power:.2f} |", flush=True)
+    for make, sizes in families:
+        took = [measure(asked.kiln, make, n) for n in sizes]
+        slope = power(sizes, took)
+        over += slope > 1.1
+        rows += [(make.__name__, n, f"{t:.3f}", f"{slope:.3f}") for n, t in zip(sizes, took)]
+        print(f"| {make.__name__} | {', '.join(map(str, sizes))} | {', '.join(f'{t:.2f}' for t in took)} | {slope:.2f} |", flush=True)
+        if asked.csv:
+            with open(asked.csv, "w", newline="", encoding="utf-8") as file:
+                csv.writer(file).writerows([("family", "size", "processor_seconds", "power"), *rows])
     return over != 0
 
 
