@@ -566,7 +566,7 @@ class Expander {
         throw Error(ErrorCode::usage,
                     (out == nullptr ? file_.path.string() : out->origin.place()) + ": out: '" +
                         entry->second->name + "' and '" + asset.name + "' would both write '" +
-                        output + "': give each a place of its own, such as out/{dir}/{name}.");
+                        output + "': give each a separate path, such as out/{dir}/{name}.");
       }
     }
     // If one bake writes a file that another reads, the result depends on their order.

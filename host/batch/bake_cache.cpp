@@ -336,7 +336,7 @@ bool BakeCache::find_entry(const std::string& key, CacheDecision& decision) {
 CacheDecision BakeCache::decide(const BatchAsset& asset) {
   CacheDecision decision;
   if (includes_files(asset.job)) {
-    decision.reason = "a map of its own includes files, whose changes cannot be tracked";
+    decision.reason = "a user-defined map includes files, whose changes cannot be tracked";
     return decision;
   }
   const Json options = options_of(asset);

@@ -257,7 +257,7 @@ std::map<std::string, std::string> parse_hashes(const std::string& text, const s
                       line.find_first_not_of("0123456789abcdef") == kHash;
     if (!good) {
       throw Error(ErrorCode::input, "'" + file + "':" + std::to_string(number) +
-                                        ": this is no line of --hashes: write the file anew.");
+                                        ": this is not a line of --hashes: write the file again.");
     }
     hashes[unescape_bytes(line.substr(kHash + 2))] = line.substr(0, kHash);
   }

@@ -158,7 +158,7 @@ class Reader {
               std::string("it is ") + value.kind_name() + ": give a text or a number.");
     }
     if (!value.is_text() && value.text == "nan") {
-      fail_in(origin(value), name, "nan is no value of an option: give a number.");
+      fail_in(origin(value), name, "nan is not a valid value of an option: give a number.");
     }
     if (value.text.empty())
       fail_in(origin(value), name, "it is empty: leave it out, or give a value.");
@@ -479,11 +479,10 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
     fail_in({"bake", file, bake_rules->line}, "bake", "write each as [[bake]].");
   }
   for (const TomlValue& bake : bake_rules->elements) {
-    const Reader reader(file,
-                        bake_rules->elements.size() == 1
-                            ? "bake"
-                            : "bake " + std::to_string(job.bakes.size() + 1),
-                        "");
+    const Reader reader(
+        file,
+        bake_rules->elements.size() == 1 ? "bake" : "bake " + std::to_string(job.bakes.size() + 1),
+        "");
     if (!bake.is_table()) fail_in(reader.origin(bake), "bake", "write each as [[bake]].");
     OptionLayer layer = reader.layer_of(bake);
     if (layer.find("high") == nullptr)

@@ -274,7 +274,7 @@ Json read_report(const std::filesystem::path& path, const std::string& what) {
       });
   if (!good) {
     throw Error(ErrorCode::input, what +
-                                      " is no report of kiln run: give a file that --json or "
+                                      " is not a report of kiln run: give a file that --json or "
                                       "--report wrote.");
   }
   return report;

@@ -334,7 +334,7 @@ class BatchRun {
                        AssetResult& result) {
     device();  // Keys contain the device class
     if (options_.rebake) {
-      result.reason = "all were asked for";
+      result.reason = "all assets were requested";
       return false;
     }
     CacheDecision decision = options_.cache->decide(asset);
@@ -369,10 +369,9 @@ class BatchRun {
       const std::string whole = fs::absolute(output.destination).lexically_normal().string();
       const auto [writer, added] = written_.try_emplace(whole, &job);
       if (!added && writer->second != &job) {
-        throw Error(
-            ErrorCode::usage,
-            "'" + output.destination.string() +
-                "' was written by another bake of this run: give each a folder of its own.");
+        throw Error(ErrorCode::usage,
+                    "'" + output.destination.string() +
+                        "' was written by another bake of this run: give each a separate folder.");
       }
     }
     commit_outputs(log);

@@ -159,7 +159,8 @@ TomlValue parse_toml(std::string_view text, const std::string& file) {
     return value_of(toml::parse(text, std::string_view(file)));
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
-    fail_at(file, at.line, at.column, "this is no TOML: " + std::string(error.description()) + ".");
+    fail_at(file, at.line, at.column,
+            "this is not valid TOML: " + std::string(error.description()) + ".");
   }
 }
 

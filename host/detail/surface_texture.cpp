@@ -114,7 +114,8 @@ void SurfaceTexture::check(const Texture& texture) const {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map_ + " is missing.");
     if (image->width == 0 || image->height == 0 || image->channels < 1 || image->channels > 4 ||
         image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
-      throw Error(ErrorCode::input, "A texture has no pixels, or not as many as its size says.");
+      throw Error(ErrorCode::input,
+                  "A texture has no pixels, or their number does not match its size.");
     }
   }
   const auto check_picture = [&](std::uint32_t picture) {

@@ -19,7 +19,7 @@ namespace {
 std::size_t checked_row_bytes(const Image& image, PixelFormat format, std::size_t bytes,
                               const ConvertOptions& options) {
   if (format < PixelFormat::rgba8 || format > PixelFormat::rgba32_float) {
-    fail("format is no PixelFormat: use one of its names.", "pixel-format");
+    fail("format is not a PixelFormat: use one of its enumerators.", "pixel-format");
   }
   const std::size_t texels = std::size_t{image.width} * image.height;
   if (texels == 0 || image.channels < 1 || image.channels > 4 ||

@@ -381,10 +381,10 @@ void check_plan(const LowPolyPlanOptions& options) {
           "the largest map is " + std::to_string(bake.width) + " x " + std::to_string(bake.height) +
               "; it must be 16 x 16 at least");
   require(shading_map(bake).has_value(),
-          "it measures normal maps, but none is among the maps: add it");
+          "a plan measures normal maps: add a normal map to the maps");
   require(
       bake.match.cage_mesh == nullptr && bake.match.parts == nullptr && bake.match.saved == nullptr,
-      "a cage mesh, parts and a saved match belong to a given low poly");
+      "a cage mesh, parts and a saved match require a given low poly");
   require((!obeys(match, "match.uv") || options.height_field) && !needs_direction(match),
           "matching by " + std::string(bake.match.method.name) + " is for a low poly of your own");
 }

@@ -419,7 +419,7 @@ PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOption
   require(options.bake.match.saved == nullptr,
           "A plan chooses how to match, but a saved match was given.");
   require(shading_map(options.bake).has_value(),
-          "A plan measures normal maps, but none is among the maps: add it.");
+          "A plan measures normal maps: add a normal map to the maps.");
   check_bounds(options.bake, options.bounds);
   return MatchPlanner(source, low, options).run();
 }

@@ -248,7 +248,7 @@ Image Scene::Impl::draw(const RenderOptions& options) const {
   if (options.show_colors && (!has_map || options.ignore_map || options.flat)) {
     throw Error(
         ErrorCode::usage,
-        "A map's colours are to be shown, but there is no map, or it is left out: give one.");
+        "The colours of a map were requested, but there is no map, or it is disabled: give a map.");
   }
   return trace(camera(options), options, false);
 }

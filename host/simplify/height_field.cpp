@@ -299,9 +299,9 @@ FieldRectangle FieldRectangle::of(const Mesh& field) {
     high[k] = bounds.high[k] + field.origin[k];
   }
   if (!(high[0] > low[0] && high[1] > low[1])) {
-    throw Error(
-        ErrorCode::input,
-        "Mesh '" + field.name + "' has no area in the plane of x and y, so it is no height field.");
+    throw Error(ErrorCode::input,
+                "Mesh '" + field.name +
+                    "' has no area in the plane of x and y, so it is not a height field.");
   }
   if (const auto full_rectangle = rectangle_from_uvs(field, low, high)) return *full_rectangle;
   return {{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2}, {high[0] - low[0], high[1] - low[1]}};

@@ -62,7 +62,8 @@ void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)
     if (count == 0) return;
     const std::string where = folded ? ", one " + place_of(*folded) : "";
     report.warnings.push_back(
-        {code, what + where + "; ask for more faces, or repair the high poly there", count});
+        {code, what + where + "; request more faces, or repair the high poly at that place",
+         count});
   };
   const auto triangles = [](std::uint64_t count, const char* one, const char* many) {
     return counted(count, "triangle") + " of the low poly " + (count == 1 ? one : many) +
@@ -291,7 +292,7 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
   report_.warnings.push_back({"dropped-parts",
                               counted(count, "part") + " of the high poly " +
                                   (count == 1 ? "is" : "are") + " smaller than " + why +
-                                  "; left out: keep the parts, or ask for more faces",
+                                  "and were left out: keep the parts, or request more faces",
                               count});
 }
 
@@ -409,7 +410,7 @@ void SimplifyJob::warn_of_uvs_outside(const Mesh& mesh) {
        std::to_string(outside) + " of " + std::to_string(mesh.triangles.size()) +
            " triangles of the low poly reach out of the unit square of UV space, as those of the "
            "high poly do" +
-           (before ? "" : " not: seams at its border were simplified, within the error asked for") +
+           (before ? "" : " not: seams at its border were simplified within the requested error") +
            ". A bake leaves out what lies outside, and coverage counts it",
        outside});
 }

@@ -270,7 +270,7 @@ Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
   // Without `bounds`, the mesh is validated when its bounds are computed
   if (bounds) validate(high);
   if (traversal < RayTraversal::automatic || traversal > RayTraversal::gpu) {
-    throw Error(ErrorCode::usage, "traversal is no RayTraversal: use one of its names.",
+    throw Error(ErrorCode::usage, "traversal is not a RayTraversal: use one of its enumerators.",
                 "option-enum");
   }
   impl_ = std::make_shared<Impl>(device, high, traversal_of(traversal), bounds);

@@ -83,12 +83,13 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
                        : unwrap_pairs(mesh, options, shapes, report);
   if (report == nullptr) return result;
   if (degenerate != 0) {
-    report->warnings.push_back(
-        {"degenerate-triangles",
-         counted(degenerate, "triangle") + (degenerate == 1 ? " has" : " have") +
-             " no area or a corner that is not finite (the first is " +
-             std::to_string(first_degenerate) + "); no texel is covered there: all UVs are at 0, 0",
-         degenerate});
+    report->warnings.push_back({"degenerate-triangles",
+                                counted(degenerate, "triangle") +
+                                    (degenerate == 1 ? " has" : " have") +
+                                    " no area or a corner that is not finite (the first is " +
+                                    std::to_string(first_degenerate) +
+                                    "); they cover no texel: all their UVs are at (0, 0)",
+                                degenerate});
   }
   report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -339,7 +339,7 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
   if (report->border_texels < options.border_texels) {
     report->warnings.push_back(
         {"border-shrunk",
-         std::to_string(report->charts) + " charts leave no room for a border of " +
+         std::to_string(report->charts) + " charts leave no room for a padding of " +
              std::to_string(options.border_texels) + " texels at a size of " +
              std::to_string(options.size) + "; it is " + decimal(report->border_texels) +
              " texels: use a larger size or fewer faces",

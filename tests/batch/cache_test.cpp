@@ -87,7 +87,7 @@ TEST(BakeCache, LeavesWhatIsUnchanged) {
   EXPECT_EQ(all["a"], "unchanged");
   EXPECT_EQ(all["b"], "baked: assets/b_high.obj changed");
   EXPECT_TRUE(bytes_of(folder / "out") == files);
-  EXPECT_EQ(states(folder, {"--rebake"})["a"], "baked: all were asked for");
+  EXPECT_EQ(states(folder, {"--rebake"})["a"], "baked: all assets were requested");
   EXPECT_EQ(states(folder, {"--no-cache"})["a"], "baked");
 }
 
@@ -381,7 +381,7 @@ TEST(BakeCache, DoesNotKeepMapsThatIncludeFiles) {
   write(folder / "job.toml", std::string(kStudioJob) + "maps = [\"own=own.cl\"]\n");
   EXPECT_EQ(state(folder).substr(0, 5), "baked");
   EXPECT_EQ(state(folder),
-            "baked: a map of its own includes files, whose changes cannot be tracked");
+            "baked: a user-defined map includes files, whose changes cannot be tracked");
 }
 
 TEST(BakeCache, PlansAndWritesDepfiles) {

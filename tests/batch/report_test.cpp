@@ -191,7 +191,7 @@ TEST(Reports, OfPartsAreThoseOfTheWhole) {
   expect_exit(run(folder, {"--merge", path("one.json")}), 2, {"--merge", "--json"});
   write(folder / "no.json", "{}");
   expect_exit(run(folder, {"--merge", path("no.json"), "--json", path("x.json")}), 3,
-              {"no.json", "no report"});
+              {"no.json", "not a report"});
   expect_exit(run(folder, {"--baseline", path("whole.json")}), 2, {"--baseline", "--report"});
   expect_exit(run(folder, {"--baseline", path("none.json"), "--json", path("x.json")}), 3,
               {"none.json"});

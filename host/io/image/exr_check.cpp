@@ -111,7 +111,7 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
                                   field(2) == 0 && field(3) == 0
                             : field(0) == static_cast<std::uint32_t>(box.y0);
     if (!placed || (headers.multi_part && little_endian(head, 4) != 0)) {
-      fail(place, "another stands in its place", kExportAgain);
+      fail(place, "another block is at its position", kExportAgain);
     }
     const std::uint64_t size = little_endian(head + part_bytes + place_bytes, 4);
     if (size > source.size() - at - head_bytes) {

@@ -287,7 +287,7 @@ std::uint64_t ExrPart::blocks_of_all_levels() const {
 ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std::uint32_t largest) {
   const std::string bytes = source.head(kMaxExrHeaderBytes);
   Cursor cursor(bytes, bytes.size() == source.size(), fail);
-  if (cursor.word() != 20000630) cursor.fail("byte 0", "it is no OpenEXR file");
+  if (cursor.word() != 20000630) cursor.fail("byte 0", "it is not an OpenEXR file");
   const std::uint32_t version = cursor.word();
   ExrHeaders headers;
   headers.multi_part = (version & kMultiPart) != 0;

@@ -43,7 +43,8 @@ void check(std::span<const ImageLayer> layers, const SaveImageOptions& options) 
     if (image == nullptr || image->channels < 1 || image->channels > 4 || image->width == 0 ||
         image->height == 0 ||
         image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
-      usage("The layer '" + layer.name + "' has no pixels, or not as many as its size says.");
+      usage("The layer '" + layer.name +
+            "' has no pixels, or their number does not match its size.");
     }
     check_texts(layer.texts);
     if (image->width != layers[0].image->width || image->height != layers[0].image->height) {

@@ -373,7 +373,7 @@ bool is_dds(std::string_view head) { return head.starts_with("DDS "); }
 
 std::string why_not_ktx2(std::span<const std::byte> given) {
   const std::string_view bytes(reinterpret_cast<const char*>(given.data()), given.size());
-  if (!is_ktx2(bytes) || bytes.size() < kKtx2Header + kKtx2Level) return "it is no KTX 2 file";
+  if (!is_ktx2(bytes) || bytes.size() < kKtx2Header + kKtx2Level) return "it is not a KTX 2 file";
   std::string remedy;
   return Ktx2Header(bytes).refusal_reason(remedy);
 }

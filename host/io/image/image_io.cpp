@@ -394,7 +394,7 @@ StoredError stored_error(const Image& image, const SaveImageOptions& options,
   check_image(image);
   if (!coverage.empty() && coverage.size() != std::size_t{image.width} * image.height) {
     throw Error(ErrorCode::usage,
-                "stored_error(): the coverage is of another size than the image.");
+                "stored_error(): the coverage and the image have different sizes.");
   }
   const ImageFormat format = options.format;
   const bool is_8 = format == ImageFormat::png8 || format == ImageFormat::tiff8 ||

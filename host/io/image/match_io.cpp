@@ -93,7 +93,7 @@ void read_attributes(const Imf::Header& header, const std::string& file, Match& 
       std::from_chars(text.data(), text.data() + text.size(), match.source_triangles);
   if (error != std::errc() || end != text.data() + text.size() ||
       match.source_triangles > KILN_NO_TRIANGLE) {
-    fail(file, "sourceTriangles is no number of triangles");
+    fail(file, "sourceTriangles is not a valid number of triangles");
   }
   match.source_hash = read_number(header, kSourceHash);
   match.low_hash = read_number(header, kLowHash);

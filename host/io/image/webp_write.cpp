@@ -32,7 +32,8 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
   if (WebPConfigPreset(&config, WEBP_PRESET_DEFAULT, static_cast<float>(encoding.quality)) == 0 ||
       (!lossy && WebPConfigLosslessPreset(&config, kEffort) == 0) ||
       WebPPictureInit(&picture) == 0) {
-    throw Error(ErrorCode::internal, "libwebp is of another version than it was built with.");
+    throw Error(ErrorCode::internal,
+                "Kiln was built against another version of libwebp than the one installed.");
   }
   config.exact = 1;  // Keeps colours of transparent pixels
   if (lossy) {

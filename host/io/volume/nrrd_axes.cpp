@@ -138,7 +138,7 @@ std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFie
       input.fail(place,
                  "there are " + std::to_string(axes[a].size) + " values a voxel (dimension " +
                      std::to_string(a) + (kind.empty() ? "" : ", kind " + printable(kind)) + ")",
-                 "Save one component as a volume of its own.");
+                 "Save one component as a separate volume.");
     }
   }
   const auto drop = [&](bool time_only) {

@@ -63,7 +63,7 @@ VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
       {"met_float", VoxelType::f32},  {"met_double", VoxelType::f64}};
   if (lower_case(field.value).ends_with("_array")) {
     input.fail(field.place(), "\"" + printable(field.value) + "\" has several values a voxel",
-               "Save one component as a volume of its own.");
+               "Save one component as a separate volume.");
   }
   return voxel_type_in(input, field, kTypes);
 }
@@ -212,7 +212,7 @@ Volume read_meta_image(const VolumeInput& input) {
   if (const HeaderField* channels = fields.find("elementnumberofchannels")) {
     if (to_integer(channels->value) != 1) {
       input.fail(channels->place(), "there are " + printable(channels->value) + " values a voxel",
-                 "Save one component as a volume of its own.");
+                 "Save one component as a separate volume.");
     }
   }
   const std::size_t dims = parse_size(input, fields, volume);

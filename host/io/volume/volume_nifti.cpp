@@ -171,7 +171,7 @@ VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
     case kComplex128:
     case kComplex256:
       input.fail("datatype", "code " + std::to_string(type) + " has several values a voxel",
-                 "Save one component as a volume of its own.");
+                 "Save one component as a separate volume.");
     default:
       break;
   }
@@ -197,7 +197,7 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
       input.fail(place,
                  std::to_string(fields.dim[i]) + (i == 4 ? " time steps" : " values a voxel"),
                  i == 4 ? "Save one time step as a volume of three dimensions."
-                        : "Save one component as a volume of its own.");
+                        : "Save one component as a separate volume.");
     }
   }
   check_size(input, "dim", size, volume.type);

@@ -41,7 +41,7 @@ void save_nrrd(const Volume& volume, const std::filesystem::path& path) {
   if (!fits || bytes != volume.voxels.size()) {
     throw Error(ErrorCode::usage, path.string() + ": the volume has " +
                                       std::to_string(volume.voxels.size()) +
-                                      " bytes of voxels, which its size and type do not ask for.");
+                                      " bytes of voxels, which does not match its size and type.");
   }
   if (const std::string fault = geometry_fault(volume); !fault.empty()) {
     throw Error(ErrorCode::usage, path.string() + ": " + fault + ".");

@@ -174,7 +174,7 @@ TEST(HostileExr, BlocksOutOfPlace) {
   const Spec spec{.data = {0, 0, 3, 1}, .display = {0, 0, 3, 1}};
   const std::string row(16, '\0');
   expect_words(refusal(with_blocks(header(spec), {scan_lines(1, row), scan_lines(0, row)})),
-               {"block 0", "another stands in its place"});
+               {"block 0", "another block is at its position"});
   std::string hole = with_blocks(header(spec), {scan_lines(0, row), scan_lines(1, row)});
   for (const std::uint64_t at : {std::uint64_t{0}, ~std::uint64_t{0}, std::uint64_t{1} << 40}) {
     hole.replace(header(spec).size() + 8, 8, little_endian(at, 8));
