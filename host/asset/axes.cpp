@@ -22,13 +22,14 @@ AffineMap turn_of(UpAxis up) {
   return kIdentityMap;
 }
 
-WorldFrame world_frame(const LoadMeshOptions& options, const std::optional<AffineMap>& own_turn,
-                       double own_metres) {
-  AffineMap map = own_turn.value_or(kIdentityMap);
-  double metres = own_metres;
-  if (options.up != UpAxis::as_given && (options.override_up || !own_turn))
+WorldFrame world_frame(const LoadMeshOptions& options,
+                       const std::optional<AffineMap>& axis_rotation, double metres_per_unit) {
+  AffineMap map = axis_rotation.value_or(kIdentityMap);
+  double metres = metres_per_unit;
+  if (options.up != UpAxis::as_given && (options.override_up || !axis_rotation))
     map = turn_of(options.up);
-  if (options.metres > 0 && (options.override_unit || own_metres == 0)) metres = options.metres;
+  if (options.metres > 0 && (options.override_unit || metres_per_unit == 0))
+    metres = options.metres;
   if (metres > 0) {
     for (std::size_t i = 0; i < 12; ++i) map[i] *= metres;
   }

@@ -17,9 +17,9 @@ struct WorldFrame {
   double metres = 0;             ///< Metres per unit of the Mesh; 0: unknown
 };
 
-/// \param own_turn    rotation by the file's axes; none: the file does not state its axes
-/// \param own_metres  metres per unit of the file; 0: it does not state its unit
-WorldFrame world_frame(const LoadMeshOptions& options, const std::optional<AffineMap>& own_turn,
-                       double own_metres);
+/// \param axis_rotation    rotation from the axes that the file declares; none if it declares none
+/// \param metres_per_unit  declared by the file; 0 if it declares none
+WorldFrame world_frame(const LoadMeshOptions& options,
+                       const std::optional<AffineMap>& axis_rotation, double metres_per_unit);
 
 }  // namespace kiln

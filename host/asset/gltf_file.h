@@ -16,7 +16,7 @@
 
 namespace kiln {
 
-/// The numbers of an accessor.
+/// Values of an accessor.
 struct GltfNumbers {
   std::size_t width = 0;       ///< Numbers per element
   std::vector<double> values;  ///< Normalised integers as fractions

@@ -212,8 +212,8 @@ class MaterialReader {
       }
       file_.input().warn("material-extensions",
                          "its materials (" + first_left_ +
-                             " for one) use extensions for which there is no map, and which were "
-                             "ignored: " +
+                             " for one) use extensions that no map of Kiln represents, and which "
+                             "were ignored: " +
                              names + ".",
                          count);
     }

@@ -53,18 +53,19 @@ GltfWorlds::GltfWorlds(const GltfFile& file, std::vector<std::optional<std::size
 
 const AffineMap& GltfWorlds::of(std::size_t node) {
   std::vector<std::size_t> above;  // unknown nodes, from this node upwards
-  for (std::optional<std::size_t> at = node; at && !worlds_.contains(*at); at = parents_[*at]) {
+  for (std::optional<std::size_t> at = node; at && !world_transforms_.contains(*at);
+       at = parents_[*at]) {
     above.push_back(*at);
   }
   for (; !above.empty(); above.pop_back()) {
     const std::size_t next = above.back();
     const AffineMap own = map_of_node(file_.list("nodes").at(next));
     const std::optional<std::size_t> parent = parents_[next];
-    worlds_[next] = parent   ? product(worlds_.at(*parent), own)
-                    : frame_ ? product(*frame_, own)
-                             : own;
+    world_transforms_[next] = parent   ? product(world_transforms_.at(*parent), own)
+                              : frame_ ? product(*frame_, own)
+                                       : own;
   }
-  return worlds_.at(node);
+  return world_transforms_.at(node);
 }
 
 const GltfJoints& GltfWorlds::joints(std::size_t skin) {

@@ -54,7 +54,7 @@ class GltfWorlds {
   const GltfFile& file_;
   std::vector<std::optional<std::size_t>> parents_;
   std::optional<AffineMap> frame_;
-  std::map<std::size_t, AffineMap> worlds_;
+  std::map<std::size_t, AffineMap> world_transforms_;
   std::map<std::size_t, GltfJoints> joints_;
 };
 

@@ -824,7 +824,8 @@ class Hierarchy {
       if (node.transform != kIdentity) json["matrix"] = node.transform;
       if (!node.extras.empty()) json["extras"] = parse_extras(node.extras, "a node");
       nodes_.push_back(file.add_node(std::move(json), is_root ? root_ : nodes_[node.parent]));
-      worlds_.push_back(is_root ? node.transform : product(worlds_[node.parent], node.transform));
+      world_transforms_.push_back(
+          is_root ? node.transform : product(world_transforms_[node.parent], node.transform));
     }
     taken_.resize(nodes_.size());
   }
@@ -846,10 +847,11 @@ class Hierarchy {
       const std::uint32_t of = of_objects[i];
       ToLocal& local = places.locals.emplace_back();
       local.origin = mesh.origin;
-      const bool mirrors = of != AssetNode::kNone && determinant(worlds_[of]) < 0;
+      const bool mirrors = of != AssetNode::kNone && determinant(world_transforms_[of]) < 0;
       constexpr AffineMap kMirror{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
       if (of == AssetNode::kNone ||
-          !invert(mirrors ? product(worlds_[of], kMirror) : worlds_[of], reach, local)) {
+          !invert(mirrors ? product(world_transforms_[of], kMirror) : world_transforms_[of], reach,
+                  local)) {
         local = {};
         Json own = {{"name", object}};
         if (mesh.origin != std::array<double, 3>{}) own["translation"] = mesh.origin;
@@ -872,7 +874,7 @@ class Hierarchy {
   bool is_flat_ = false;
   std::size_t root_ = GltfOutput::kRoot;
   std::vector<std::size_t> nodes_;
-  std::vector<AffineMap> worlds_;
+  std::vector<AffineMap> world_transforms_;
   std::vector<bool> taken_;  ///< Nodes that have a mesh
 };
 

@@ -1,4 +1,4 @@
-// Wavefront MTL: numbers of materials, and the names of their pictures.
+// Wavefront MTL: numeric properties of materials, and file names of their pictures.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -174,8 +174,9 @@ class MtlReader {
     return nullptr;
   }
 
-  /// Derives numbers from other statements, as Blender's exporter writes them without `Pr` and `Pm`: Ns = 1000
-  /// (1 - roughness)^2; for a metal `illum` reflects (3, or 6 if it is transparent), and `Ka` is its metalness.
+  /// Derives roughness and metalness from older statements where `Pr` and `Pm` are missing. Blender's exporter encodes
+  /// them there: Ns = 1000 (1 - roughness)^2, a metal has an `illum` that reflects (3, or 6 if it is transparent), and
+  /// `Ka` is its metalness.
   void finish_material() {
     if (materials_.empty()) return;
     Material& material = materials_.back();

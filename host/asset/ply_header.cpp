@@ -251,7 +251,7 @@ Header parse_header(const MeshInput& input) {
     input.fail("line " + std::to_string(lines.number()), problem, "Export the mesh again.");
   };
   bool has_format = false;
-  std::uint64_t strange = 0;
+  std::uint64_t unknown_lines = 0;
   std::string strange_example;
   for (;;) {
     const auto line = lines.next();
@@ -326,7 +326,7 @@ Header parse_header(const MeshInput& input) {
         header.texture_files.emplace_back(file);
       }
     } else if (!word.empty()) {
-      if (strange++ == 0) {
+      if (unknown_lines++ == 0) {
         strange_example =
             "line " + std::to_string(lines.number()) + ": \"" + printable(*line) + "\"";
       }
@@ -337,11 +337,11 @@ Header parse_header(const MeshInput& input) {
     if (element.name == "vertex") check_vertex_roles(input, element);
     if (element.name == "face") check_face_roles(input, element);
   }
-  if (strange != 0) {
+  if (unknown_lines != 0) {
     input.warn("ignored-header-lines",
-               std::to_string(strange) + " lines of its header are no statements of PLY (" +
+               std::to_string(unknown_lines) + " lines of its header are no statements of PLY (" +
                    strange_example + " for one) and were passed over.",
-               strange);
+               unknown_lines);
   }
   header.body = lines.offset();
   header.body_line = lines.number() + 1;

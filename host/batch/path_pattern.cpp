@@ -5,6 +5,7 @@
 
 #include "base/file.h"
 #include "kiln/error.h"
+#include "options/parse.h"
 #include "options/values.h"
 
 namespace kiln {

@@ -1,4 +1,4 @@
-// A bound on the bytes of a GLB: which low poly, and how its pictures are stored.
+// Fits a GLB into a limit of bytes: chooses its low poly, the sizes of its pictures and their encodings.
 #include <algorithm>
 #include <cmath>
 #include <memory>

@@ -119,7 +119,8 @@ void check_memory(const Job& a) {
   const std::string ending = lower_extension(asset_file(a));
   refuse_if(ending == ".gltf" || ending == ".obj",
             option("out") + " '" + a.out +
-                "' is several files, but a job in memory returns one: name it .glb, or a folder.");
+                "' consists of several files, but a job in memory returns one file: use .glb, or a "
+                "folder of maps.");
   const auto refuse = [](bool is, const char* flag) {
     refuse_if(is, option_of(flag) + " is a file, but a job in memory writes none: leave it out.");
   };

@@ -54,7 +54,7 @@ BakeOptions options_of(const Job& job) {
 
 Json describe(const Job& job, const BakeReport& report) {
   Json json = values_json(bake_rows(), &job);
-  // An option that does not apply is null, and a choice is told as it was made.
+  // Options that do not apply are null; automatic choices are reported as they were made.
   const auto only_if = [&](bool applies, std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
       if (!applies) json[key] = Json();

@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-Warning not_reached(const PlannedBake& planned) {
+Warning missed_bound(const PlannedBake& planned) {
   if (planned.chosen.error.mean_degrees <= planned.wanted) {
     return bounds_not_reached(planned.bounds, planned.chosen.width);
   }
@@ -91,8 +91,8 @@ bool has_own_images_alone(BakedLayout& baked) {
 void load_saved_match(const BakeScene& scene, BakedLayout& baked) {
   const std::string& path = scene.run.job.load_match;
   if (path.empty()) return;
-  baked.saved = std::make_shared<const Match>(load_match(match_file(path, scene.names())));
-  baked.options.match.saved = baked.saved.get();
+  baked.saved_match = std::make_shared<const Match>(load_match(match_file(path, scene.names())));
+  baked.options.match.saved = baked.saved_match.get();
 }
 
 /// The bake of --match auto, which also chooses the size.
@@ -109,7 +109,7 @@ PlannedBake bake_by_best_match(const BakeScene& scene, const Source& source,
   }
   PlannedBake planned = bake_planned(source, scene.low.mesh, plan);
   if (planned.result.cancelled) throw Cancelled{};
-  if (!planned.reached) scene.run.log.warnings.push_back(not_reached(planned));
+  if (!planned.reached) scene.run.log.warnings.push_back(missed_bound(planned));
   return planned;
 }
 

@@ -100,10 +100,11 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
   Asset asset;
   asset.mesh = load_mesh(file, options, &warnings);
   if (asset.mesh.material_files.empty()) return asset;
-  std::vector<Warning> told;  // elsewhere, but for this one
+  std::vector<Warning>
+      mtl_warnings;  // All but missing files are reported where the materials are baked
   try {
-    asset.materials = load_materials(asset.mesh, file, &told, options.outside);
-    std::copy_if(told.begin(), told.end(), std::back_inserter(warnings),
+    asset.materials = load_materials(asset.mesh, file, &mtl_warnings, options.outside);
+    std::copy_if(mtl_warnings.begin(), mtl_warnings.end(), std::back_inserter(warnings),
                  [](const Warning& warning) { return warning.code == "mtl-missing"; });
   } catch (const Error& error) {
     warnings.push_back({"materials-unread", error.message() + " It has no effect.", 1});

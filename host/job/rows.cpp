@@ -643,9 +643,9 @@ std::vector<OptionRow> make_rows() {
        .group = kOcclusion,
        .value = choice(AT(bake.occlusion.falloff), Words(kFalloffs)),
        .help =
-           "How much something darkens ao and bends bent_normal, by its share x of --ao-distance "
-           "(default: HIGH's diagonal): all alike (none), 1 - x (linear), or 1 - x^2 (3 - 2x) "
-           "(smooth)"},
+           "Weight of an occluder of ao and bent_normal by its distance x, a share of "
+           "--ao-distance "
+           "(default: HIGH's diagonal): 1 (none), 1 - x (linear), or 1 - x^2 (3 - 2x) (smooth)"},
       {.flag = "--ao-ignore-back-faces",
        .group = kOcclusion,
        .value = toggle(AT(bake.occlusion.back_faces), false),
@@ -680,9 +680,9 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--map-seconds",
        .group = kMap,
        .value = number(AT(bake.own_map_seconds), 1, 86400).in("seconds"),
-       .help =
-           "The most that a map of your own may take for 65,536 samples, and its compiler, 1 to "
-           "86400 seconds; then the run ends"},
+       .help = "Time limit of a map of your own for each 65,536 samples, and for compiling it, 1 "
+               "to 86400 "
+               "seconds; beyond it the run ends"},
       {.flag = "--light-angle",
        .group = kShadow,
        .value = number(AT(bake.light.angle_degrees), 0, 90).in("degrees"),

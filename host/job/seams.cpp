@@ -42,7 +42,8 @@ void judge_seams(const BakeScene& scene, const Source& source, const BakeOptions
   constexpr std::uint32_t kPictureSize = 64;  // pixels
   if (!low.unsplit && !low.seam_warning) return;
   std::vector<Warning>& warnings = scene.run.log.warnings;
-  // A saved match is of one size, and of LOW as it is; a trial map of several sets shows nothing.
+  // No trial: a saved match is valid for one size of the map and for LOW unchanged, and one trial map would overlay
+  // the layouts of several sets.
   if (has_saved_match(scene.run.job) || !scene.sets.empty()) {
     if (low.seam_warning) warnings.push_back(*low.seam_warning);
     return;

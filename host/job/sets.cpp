@@ -270,7 +270,8 @@ FoundSets sets_by(const BakeScene& scene, const BakeOptions& options, SetsBy by,
 /// with theirs in any tile. Its tangents are placeholders, since MikkTSpace takes long.
 Mesh thinned(Mesh low) {
   constexpr double kTriangles = 8192;
-  constexpr double kCells = 1024;  // a side of the unit square: those of a part of them are kept
+  // Cells along a side of the unit square; the triangles of a hashed selection of the cells are kept.
+  constexpr double kCells = 1024;
   constexpr std::uint32_t kOrders = 1U << 16U;
   const double share = kTriangles / static_cast<double>(low.triangles.size());
   const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());

@@ -124,8 +124,8 @@ struct StoredMaps {
 /// Maps of one layout: of the whole low poly, of a texture set, or of a level of detail.
 struct BakedLayout {
   BakeOptions options;
-  std::shared_ptr<const Match>
-      saved;  ///< That options.match.saved points to; null: none was loaded
+  /// The match that options.match.saved points to; null if none was loaded
+  std::shared_ptr<const Match> saved_match;
   BakeResult result;
   std::map<std::string, Image> own_images;  ///< Of RunHooks::sample
   bool own_images_alone = false;       ///< The maps of `result` serve these, and are not written
@@ -237,7 +237,7 @@ BakedLayout bake_planned_low(const BakeScene& scene, const Source& source, BakeO
 
 /// Options of the plan.
 LowPolyPlanOptions low_poly_options(const BakeScene& scene, const BakeOptions& options);
-/// Warns of maps that the largest size of a plan does not bring within their bounds.
+/// Warning about maps whose errors exceed their bounds even at the plan's largest size.
 Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size);
 /// Chooses the low poly, its map and the match together.
 PlannedLow make_plan(const BakeScene& scene, const Source& source, const BakeOptions& options);
