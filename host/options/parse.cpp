@@ -27,17 +27,6 @@ bool parse_whole(std::string_view text, T& value) {
 
 }  // namespace
 
-std::string lower_case(std::string text) {
-  for (char& c : text) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return text;
-}
-
-std::string lower_extension(const std::filesystem::path& path) {
-  return lower_case(path.extension().string());
-}
-
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
   constexpr const char* kExpected = "one side or WxH, each 1 to 16384, such as 2048 or 2048x1024";
   const std::size_t cross = text.find_first_of("xX");
@@ -68,7 +57,7 @@ Length parse_length(const Message& name, const std::string& text) {
 }
 
 Length parse_cage(const std::string& text) {
-  const std::string ending = std::filesystem::path(text).extension();
+  const std::string ending = std::filesystem::path(text).extension().string();
   refuse_if(ending.size() > 1 && std::isalpha(static_cast<unsigned char>(ending[1])) != 0,
             option("cage") + " '" + text + "' looks like a file: the flag for one is " +
                 option("cage_mesh", "FILE") + ".");

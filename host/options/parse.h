@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/formatted.h"
+#include "base/lower_case.h"
 #include "base/option.h"
 #include "kiln/bake.h"
 #include "kiln/height_field.h"
@@ -31,11 +32,6 @@ Message option_of(std::string_view flag, std::string_view value = {});
 inline void refuse_if(bool is, const Message& message) {
   if (is) fail_usage(message);
 }
-
-/// Converts ASCII letters to lower case.
-std::string lower_case(std::string text);
-/// The extension of a file's name in lower case: ".png".
-std::string lower_extension(const std::filesystem::path& path);
 
 /// Parses "2048" or "2048x1024" to width and height. \throws Error(usage)
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text);

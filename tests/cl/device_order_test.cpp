@@ -44,5 +44,26 @@ TEST(DeviceOrder, SaysWhyTheFirstIsTaken) {
   EXPECT_EQ(explain_preference({kWide, kWide}), "the first of several equal GPUs");
 }
 
+// Memory and compute units are compared among GPUs of the first one's kind alone: an integrated GPU reports the host's
+// memory as its own, so that it often has as much as the discrete one, or more.
+TEST(DeviceOrder, ComparesDiscreteGpusWithDiscreteOnes) {
+  constexpr DeviceRank kAsMuch{true, true, kLarge.memory_bytes, kLarge.compute_units};
+  constexpr DeviceRank kMore{true, true, 4 * kLarge.memory_bytes, 4 * kLarge.compute_units};
+  for (const DeviceRank& integrated : {kAsMuch, kMore}) {
+    EXPECT_TRUE(is_preferred(kLarge, integrated));
+    EXPECT_FALSE(is_preferred(integrated, kLarge));
+    EXPECT_EQ(explain_preference({kLarge, integrated}), "the only discrete GPU");
+    EXPECT_EQ(explain_preference({kLarge, kDiscrete, integrated}),
+              "the discrete GPU with the most memory");
+    EXPECT_EQ(explain_preference({kWide, kLarge, integrated}),
+              "the discrete GPU with the most compute units");
+    EXPECT_EQ(explain_preference({kLarge, kLarge, integrated}), "the first of several equal GPUs");
+  }
+  // Where all are integrated, the processor's memory does not count either.
+  constexpr DeviceRank kProcessorOfAsMuch{false, true, kMore.memory_bytes, kMore.compute_units};
+  EXPECT_EQ(explain_preference({kMore, kAsMuch, kProcessorOfAsMuch}),
+            "the integrated GPU with the most memory");
+}
+
 }  // namespace
 }  // namespace kiln

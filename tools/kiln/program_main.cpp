@@ -1,6 +1,8 @@
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <span>
 #include <string>
@@ -28,6 +30,17 @@ using kiln::cli::UsageError;
 int cancelled() {
   std::fputs("\nCancelled.\n", stderr);
   return kiln::cli::kExitCancelled;
+}
+
+/// Names the OpenCL driver that a package of Kiln brings along (tools/package), for machines that have none.
+void offer_own_driver() {
+  std::array<char, 4096> folder{};
+  kiln::os::own_folder(folder);
+  std::error_code error;
+  const auto driver = std::filesystem::path(folder.data()) / "lib/kiln_cpu/lib/libpocl.so";
+  if (folder[0] == '\0' || std::getenv("KILN_OPENCL_DRIVER") != nullptr) return;
+  if (std::filesystem::exists(driver, error))
+    kiln::os::set_variable("KILN_OPENCL_DRIVER", driver.string().c_str());
 }
 
 /// All that may throw.
@@ -99,6 +112,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr) os::set_variable("POCL_SIGFPE_HANDLER", "0");
   int exit_code = static_cast<int>(ErrorCode::internal);
   if (cli::supervised(exit_code)) return exit_code;
+  offer_own_driver();
   os::keep_free_blocks();
   obey_memory_limit();
   cli::catch_crashes(argv);
