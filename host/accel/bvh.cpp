@@ -41,45 +41,43 @@ class Builder {
         duplicate_merger_(positions, triangles, merge),
         prisms_(merge) {}
 
-  Bvh build() {
-    Bvh bvh;
+  TreeParts build() {
+    TreeParts parts;
     const Range root = gather();
-    bvh.triangles = root.size();
-    bvh.skipped = triangles_.size() - root.size();
+    parts.skipped = triangles_.size() - root.size();
     // Builds the top of the tree one node after the other, with parallel binning, then the
     // subtrees in parallel. The size at which subtrees begin depends on the triangle count alone,
     // so the tree does not depend on the number of threads.
     const std::size_t cut = std::max<std::size_t>(4096, root.size() / 64);
-    Subtree top;
-    std::vector<Task> tasks;
-    emit_top(root, cut, top, tasks);
+    std::vector<Task>& tasks = parts.tasks;
+    emit_top(root, cut, parts.top, tasks);
     std::vector<std::uint32_t> order(tasks.size());
     for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
       return tasks[a].range.size() > tasks[b].range.size();
     });
-    std::vector<Subtree> subtrees(tasks.size());
+    parts.subtrees.resize(tasks.size());
     parallel_for(order.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const Task& task = tasks[order[i]];
-        Subtree& subtree = subtrees[order[i]];
+        Subtree& subtree = parts.subtrees[order[i]];
         subtree.nodes.reserve(task.range.size() / 12 + 8);
         subtree.blocks.reserve(task.range.size() / 2 + 8);
         emit_nodes(task.range, task.level, subtree);
+        primitives_.discard(task.range.begin, task.range.end);
       }
     });
-    join_subtrees(top, tasks, subtrees, bvh);
-    double leaf_area = top.leaf_area;
+    double leaf_area = parts.top.leaf_area;
     bool has_crowded_leaves = false;
-    for (const Subtree& subtree : subtrees) {
+    for (const Subtree& subtree : parts.subtrees) {
       leaf_area += subtree.leaf_area;
       has_crowded_leaves = has_crowded_leaves || subtree.has_crowded_leaves;
     }
-    if (const double area{root.box.half_area()}; area > 0) bvh.leaves_per_line = leaf_area / area;
-    if (prisms_ && (has_crowded_leaves || bvh.leaves_per_line > kMinCrowdedLeaves)) add_prisms(bvh);
-    bvh.duplicates = duplicates_;
-    bvh.triangles -= duplicates_;
-    return bvh;
+    if (const double area{root.box.half_area()}; area > 0) parts.leaves_per_line = leaf_area / area;
+    parts.crowded = prisms_ && (has_crowded_leaves || parts.leaves_per_line > kMinCrowdedLeaves);
+    parts.duplicates = duplicates_;
+    parts.triangles = root.size() - duplicates_;
+    return parts;
   }
 
  private:
@@ -88,7 +86,7 @@ class Builder {
     constexpr std::size_t kTrianglesPerTask = 1 << 15;
     const std::size_t count = triangles_.size();
     const std::size_t pieces = (count + kTrianglesPerTask - 1) / kTrianglesPerTask;
-    primitives_ = std::make_unique_for_overwrite<Primitive[]>(count);
+    primitives_ = PageArray<Primitive>(count);
     std::vector<Range> filled(pieces);
     std::atomic<std::size_t> bad_index{count};
     parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
@@ -203,7 +201,7 @@ class Builder {
       measure(right);
       return;
     }
-    Primitive* const first = primitives_.get();
+    Primitive* const first = primitives_.data();
     left.end = right.begin =
         range.begin + partition_bins({first + range.begin, first + range.end}, mapping, chosen);
     measure(left);
@@ -247,7 +245,7 @@ class Builder {
       const float at_a = a.center()[axis], at_b = b.center()[axis];
       return at_a != at_b ? at_a < at_b : a.triangle() < b.triangle();
     };
-    Primitive* const first = primitives_.get();
+    Primitive* const first = primitives_.data();
     std::nth_element(first + range.begin, first + range.begin + range.size() / 2, first + range.end,
                      has_lower_centre);
   }
@@ -374,18 +372,23 @@ class Builder {
   std::span<const Triangle> triangles_;
   bvh::Merger duplicate_merger_;
   bool prisms_;
-  std::unique_ptr<Primitive[]> primitives_;
+  PageArray<Primitive> primitives_;
   std::atomic<std::uint64_t> duplicates_{0};
 };
 
 }  // namespace
 
-Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool merge) {
+TreeParts bvh::build_parts(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                           bool merge) {
   if (triangles.size() >= KILN_BVH_LEAF) {
     throw Error(ErrorCode::input, "The mesh has " + std::to_string(triangles.size()) +
                                       " triangles; at most 2147483647 are supported. Split it.");
   }
   return Builder(positions, triangles, merge).build();
+}
+
+Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool merge) {
+  return join_parts(build_parts(positions, triangles, merge));
 }
 
 }  // namespace kiln

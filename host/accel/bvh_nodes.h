@@ -5,17 +5,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <span>
 #include <vector>
 
 #include "accel/bvh.h"
 #include "accel/bvh_range.h"
+#include "base/page_array.h"
 
 namespace kiln::bvh {
 
 /// A finished subtree, with indices relative to its own arrays.
 struct Subtree {
-  std::vector<kiln_bvh_node> nodes;
-  std::vector<kiln_bvh_block> blocks;
+  std::vector<kiln_bvh_node, PageAllocator<kiln_bvh_node>> nodes;
+  std::vector<kiln_bvh_block, PageAllocator<kiln_bvh_block>> blocks;
   std::uint32_t depth = 0;
   double leaf_area = 0;             ///< Sum of the half areas of its leaves
   bool has_crowded_leaves = false;  ///< True if bounding prisms may be worthwhile in the subtree
@@ -48,8 +50,27 @@ inline void set_box(kiln_bvh_node& node, int child, const Box& box) {
   }
 }
 
-/// Appends the subtrees to the top part of the tree, in order; `tasks` holds the parent of each subtree.
-void join_subtrees(Subtree& top, const std::vector<Task>& tasks,
-                   const std::vector<Subtree>& subtrees, Bvh& bvh);
+/// A tree in parts: what build_bvh() joins.
+struct TreeParts {
+  Subtree top;
+  std::vector<Task> tasks;  ///< The parent of each subtree
+  std::vector<Subtree> subtrees;
+  std::uint64_t triangles = 0, skipped = 0, duplicates = 0;  ///< As in Bvh
+  double leaves_per_line = 0;
+  bool crowded = false;  ///< True if bounding prisms may be worthwhile
+
+  std::size_t node_count() const;
+  std::size_t block_count() const;
+  /// Joins the top and the subtrees, in order. Each part is freed as soon as it is copied, so that a large tree is not in
+  /// memory twice. \param nodes, blocks  of node_count() and block_count() elements \returns the tree's depth
+  std::uint32_t join(std::span<kiln_bvh_node> nodes, std::span<kiln_bvh_block> blocks);
+};
+
+/// The parts of build_bvh()'s tree. \param merge  see there
+TreeParts build_parts(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                      bool merge);
+
+/// The tree of its parts, with bounding prisms if they are worthwhile.
+Bvh join_parts(TreeParts parts);
 
 }  // namespace kiln::bvh

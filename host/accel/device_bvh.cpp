@@ -1,9 +1,12 @@
 #include "accel/device_bvh.h"
 
 #include <chrono>
+#include <span>
 #include <string_view>
 #include <utility>
 
+#include "accel/bvh_nodes.h"
+#include "base/system_memory.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -14,6 +17,10 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+// From here on, a build returns the allocator's free memory to the system first. Smaller meshes keep it, since new pages
+// cost time.
+constexpr std::size_t kMinTrianglesToTrim = std::size_t{1} << 21;
 
 // Platform whose work-items run as plain functions on the CPU; the stream kernels are written for it.
 constexpr std::string_view kPoclPlatform = "Portable Computing Language";
@@ -31,20 +38,33 @@ Traversal choose_traversal(const cl::Context& context, Traversal requested) {
 Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
            std::span<const Triangle> triangles, bool keep) {
   const auto start = Clock::now();
-  Bvh bvh = build_bvh(positions, triangles, !keep);
+  // What load and repairs freed would else stay in memory beside the tree.
+  if (triangles.size() >= kMinTrianglesToTrim) os::return_free_blocks();
+  bvh::TreeParts parts = bvh::build_parts(positions, triangles, !keep);
   stats.build_seconds = seconds_since(start);
-  stats.triangles = bvh.triangles;
-  stats.skipped = bvh.skipped;
-  stats.duplicates = bvh.duplicates;
-  stats.nodes = bvh.node_count;
-  stats.leaves_per_line = bvh.leaves_per_line;
-  stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
-  has_prisms_ = bvh.prisms != 0;
-  const auto upload = Clock::now();
-  nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
-  blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
-  stats.upload_seconds = seconds_since(upload);
-  if (keep) refit_copy_ = std::make_unique<Bvh>(std::move(bvh));
+  stats.triangles = parts.triangles;
+  stats.skipped = parts.skipped;
+  stats.duplicates = parts.duplicates;
+  stats.leaves_per_line = parts.leaves_per_line;
+  if (keep || parts.crowded) {
+    Bvh bvh = bvh::join_parts(std::move(parts));
+    has_prisms_ = bvh.prisms != 0;
+    nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
+    blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
+    if (keep) refit_copy_ = std::make_unique<Bvh>(std::move(bvh));
+  } else {
+    // Joined on the device itself where it shares the host's memory.
+    nodes = cl::Array<kiln_bvh_node>(context, parts.node_count());
+    blocks = cl::Array<kiln_bvh_block>(context, parts.block_count());
+    nodes.write_by(context, nodes.size(), [&](std::span<kiln_bvh_node> to) {
+      if (blocks.empty()) parts.join(to, {});
+      blocks.write_by(context, blocks.size(),
+                      [&](std::span<kiln_bvh_block> leaves) { parts.join(to, leaves); });
+    });
+  }
+  stats.nodes = nodes.size();
+  stats.bytes = nodes.buffer().bytes() + blocks.buffer().bytes();
+  stats.upload_seconds = seconds_since(start) - stats.build_seconds;
 }
 
 std::string Tree::defines(const std::string& extra_defines) const {

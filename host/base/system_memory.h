@@ -1,6 +1,7 @@
 // Queries the system's memory. Implemented in posix/ and windows/.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace kiln::os {
@@ -18,5 +19,13 @@ void return_free_blocks() noexcept;
 /// Makes the allocator keep freed memory from now on: a quarter of the page faults of a bake were for pages that the
 /// process had freed before. For programs, not for libraries.
 void keep_free_blocks() noexcept;
+
+/// Memory in whole pages, which take no memory until they are written; null: the system has none.
+void* take_pages(std::size_t bytes) noexcept;
+/// Returns all that one call of take_pages() gave. \param bytes  as in that call
+void return_pages(void* first, std::size_t bytes) noexcept;
+/// Returns the memory of those pages of take_pages() that lie within a range. Their contents are lost; the addresses
+/// stay valid.
+void discard_pages(void* first, std::size_t bytes) noexcept;
 
 }  // namespace kiln::os

@@ -17,13 +17,15 @@ namespace {
 // the cache.
 constexpr std::size_t kKeysPerBand = std::size_t{1} << 22;
 
-// Mask for the device: 1 for texels that have values to copy; rows are padded to a multiple of 8.
-std::vector<std::uint8_t> make_mask(const Image& image, const std::vector<std::uint8_t>& coverage,
-                                    std::uint32_t stride, bool missed_is_source) {
-  std::vector<std::uint8_t> mask(std::size_t{stride} * image.height);
-  parallel_for(image.height, 64, [&](std::size_t begin, std::size_t end) {
+// Mask of rows for the device: 1 for texels that have values to copy; rows are padded to a multiple of 8. Padding of
+// earlier bands is no source.
+void make_mask(const Image& image, const std::vector<std::uint8_t>& coverage, std::uint32_t first,
+               std::uint32_t count, std::uint32_t stride, bool missed_is_source,
+               std::vector<std::uint8_t>& mask) {
+  mask.assign(std::size_t{stride} * count, 0);
+  parallel_for(count, 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
-      const std::uint8_t* from = &coverage[y * image.width];
+      const std::uint8_t* from = &coverage[(first + y) * image.width];
       std::uint8_t* to = &mask[y * stride];
       for (std::size_t x = 0; x < image.width; ++x) {
         const bool source =
@@ -32,7 +34,6 @@ std::vector<std::uint8_t> make_mask(const Image& image, const std::vector<std::u
       }
     }
   });
-  return mask;
 }
 
 /// A texel, and the texel whose value it copies.
@@ -56,9 +57,11 @@ void copy_values(std::span<const CopiedTexel> is_copied, Image& image) {
 }
 
 // Copies values along a band's offsets into empty texels. Returns their number.
+// \param first_row  of the band in the image
 template <typename Offset, int kShift>
 std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_t>& coverage,
-                    const kiln_gutter_band& band, const std::vector<Offset>& offsets) {
+                    const kiln_gutter_band& band, std::size_t first_row,
+                    const std::vector<Offset>& offsets) {
   constexpr std::int64_t kBias = std::int64_t{1} << (kShift - 1);
   const std::size_t width = images.front().image->width;
   std::atomic<std::uint64_t> total{0};
@@ -66,7 +69,7 @@ std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_
     std::uint64_t count = 0;
     std::vector<CopiedTexel> is_copied;
     for (std::size_t row = begin; row < end; ++row) {
-      const std::size_t y = band.first_row + row;
+      const std::size_t y = first_row + row;
       const Offset* from = &offsets[row * band.stride];
       is_copied.clear();
       for (std::size_t x = 0; x < width; ++x) {
@@ -94,7 +97,6 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
                            bool missed_is_source, const char* defines) {
   const Image& image = *images.front().image;
   kiln_gutter_band band{};
-  band.height = image.height;
   band.stride = (image.width + 7) / 8 * 8;
   band.pad = (radius + 7) / 8 * 8;
   band.radius = radius;
@@ -104,7 +106,11 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
   // Each tile reads `radius` rows beyond its own rows, so smaller tiles would mostly repeat work.
   band.tile_rows = std::min(rows, std::max(64U, radius));
 
-  cl::Array<std::uint8_t> mask(context, make_mask(image, coverage, band.stride, missed_is_source));
+  // A band's sources lie within the radius around it. Where that is most of the image, all bands share one mask.
+  const std::uint32_t masked =
+      rows + 2 * radius < image.height / 2 ? rows + 2 * radius : image.height;
+  cl::Array<std::uint8_t> mask(context, std::size_t{band.stride} * masked);
+  std::vector<std::uint8_t> sources;
   cl::Array<Key> keys(context, key_stride * rows);
   cl::Array<Offset> offsets(context, std::size_t{band.stride} * rows);
   context.fill(keys, static_cast<Key>(0x7F7F7F7F7F7F7F7FULL));
@@ -113,14 +119,21 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
 
   std::uint64_t count = 0;
   std::vector<Offset> found(offsets.size());
-  for (band.first_row = 0; band.first_row < image.height; band.first_row += rows) {
-    band.row_count = std::min(rows, image.height - band.first_row);
+  for (std::uint32_t first = 0; first < image.height; first += rows) {
+    band.row_count = std::min(rows, image.height - first);
+    const std::uint32_t top = masked < image.height && first > radius ? first - radius : 0;
+    if (masked < image.height || first == 0) {
+      band.height = std::min(masked, image.height - top);
+      make_mask(image, coverage, top, band.height, band.stride, missed_is_source, sources);
+      mask.write(context, sources);
+    }
+    band.first_row = first - top;
     const std::size_t groups = band.stride / 8;
     const std::size_t tiles = (band.row_count + band.tile_rows - 1) / band.tile_rows;
     context.launch(columns, groups * tiles, kLocal, band, mask, keys);
     context.launch(nearest, groups * band.row_count, kLocal, band, mask, keys, offsets);
     offsets.read(context, found);
-    count += apply<Offset, kShift>(images, coverage, band, found);
+    count += apply<Offset, kShift>(images, coverage, band, first, found);
   }
   return count;
 }

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "accel/bvh.h"
+#include "accel/bvh_nodes.h"
+#include "accel/device_bvh.h"
 #include "closest_scene.h"
 #include "kiln/render.h"
 #include "support/crowded.h"
@@ -70,6 +72,53 @@ TEST(BoundingPrisms, AreThereWhereBoxesOverlap) {
   }
   for (const Scene& scene : {bumpy_sphere(40, 3, 0.01F), random_soup(20000, 4, 0.02F)}) {
     EXPECT_EQ(build_bvh(scene.positions, scene.triangles).prisms, 0u);
+  }
+}
+
+/// The nodes and leaves of a tree on the device, as bytes.
+std::string bytes_of(const Tree& tree) {
+  cl::Context& context = context_of(*device());
+  const std::vector<kiln_bvh_node> nodes = tree.nodes.download(context);
+  const std::vector<kiln_bvh_block> blocks = tree.blocks.download(context);
+  return std::string(reinterpret_cast<const char*>(nodes.data()), nodes.size() * sizeof nodes[0]) +
+         std::string(reinterpret_cast<const char*>(blocks.data()),
+                     blocks.size() * sizeof blocks[0]);
+}
+
+TEST(Tree, OnTheDeviceIsTheOneThatIsBuiltOnTheHost) {
+  KILN_REQUIRE_DEVICE();
+  std::vector<Scene> scenes = {bumpy_sphere(60, 3, 0.01F), random_soup(3, 4, 0.02F), Scene()};
+  for (const Pile& pile : piles()) scenes.push_back(pile.scene);
+  for (const Scene& scene : scenes) {
+    SCOPED_TRACE(scene.triangles.size());
+    for (const bool keep : {false, true}) {
+      const Bvh bvh = build_bvh(scene.positions, scene.triangles, !keep);
+      const auto tree = tree_of(scene, keep);
+      const std::string host =
+          std::string(reinterpret_cast<const char*>(bvh.nodes().data()), bvh.nodes().size_bytes()) +
+          std::string(reinterpret_cast<const char*>(bvh.blocks().data()),
+                      bvh.blocks().size_bytes());
+      EXPECT_TRUE(bytes_of(*tree) == host);
+      EXPECT_EQ(tree->stats.nodes, bvh.node_count);
+      EXPECT_EQ(tree->stats.bytes, host.size());
+      EXPECT_EQ(tree->stats.triangles, bvh.triangles);
+      EXPECT_EQ(tree->stats.duplicates, bvh.duplicates);
+      EXPECT_EQ(tree->stats.leaves_per_line, bvh.leaves_per_line);
+      EXPECT_EQ(tree->defines().empty(), bvh.prisms != 0);
+    }
+  }
+}
+
+TEST(Tree, PartsAreFreedAsTheyAreJoined) {
+  const Scene scene = bumpy_sphere(120, 3, 0.01F);
+  bvh::TreeParts parts = bvh::build_parts(scene.positions, scene.triangles, true);
+  ASSERT_GT(parts.subtrees.size(), 1U);
+  std::vector<kiln_bvh_node> nodes(parts.node_count());
+  std::vector<kiln_bvh_block> blocks(parts.block_count());
+  parts.join(nodes, blocks);
+  for (const bvh::Subtree& subtree : parts.subtrees) {
+    EXPECT_EQ(subtree.nodes.capacity(), 0U);
+    EXPECT_EQ(subtree.blocks.capacity(), 0U);
   }
 }
 

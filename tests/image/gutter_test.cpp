@@ -385,5 +385,45 @@ TEST(Gutter, OptionsOutOfRangeAreRefused) {
   EXPECT_THROW(fill(scene, {}), Error);
 }
 
+// Tall enough for bands of rows that each have a mask of their own; sources lie beyond their borders, too.
+TEST(GutterBands, FindSourcesOfTheBandsAround) {
+  KILN_REQUIRE_DEVICE();
+  constexpr int kWidth = 8, kHeight = 380000, kRadius = 5;
+  Scene scene = make_scene(kWidth, kHeight, 1);
+  scatter(scene, 0.02, kCoverageBaked, 11);
+  scatter(scene, 0.01, kCoverageMissed, 12);
+  const Scene before = scene;
+  const std::uint64_t count = fill(scene, {kRadius, false, false});
+  const auto place = [](int x, int y) { return static_cast<std::size_t>(y * kWidth + x); };
+  std::uint64_t expected_count = 0, wrong = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      std::size_t from = place(x, y);
+      const bool is_empty = before.coverage[from] == kCoverageEmpty;
+      int least = kRadius * kRadius + 1;
+      // Rows, then columns, upward: the first of equals decides.
+      for (int row = std::max(0, y - kRadius);
+           is_empty && row <= std::min(kHeight - 1, y + kRadius); ++row) {
+        for (int column = 0; column < kWidth; ++column) {
+          const int distance = (column - x) * (column - x) + (row - y) * (row - y);
+          if (distance >= least || before.coverage[place(column, row)] == kCoverageEmpty) continue;
+          least = distance;
+          from = place(column, row);
+        }
+      }
+      const bool is_filled = is_empty && from != place(x, y);
+      if (is_filled) ++expected_count;
+      const std::uint8_t state =
+          is_filled ? std::uint8_t{kCoverageGutter} : before.coverage[place(x, y)];
+      if (scene.coverage[place(x, y)] != state ||
+          scene.image.pixels[place(x, y)] != before.image.pixels[from]) {
+        ++wrong;
+      }
+    }
+  }
+  EXPECT_EQ(wrong, 0U);
+  EXPECT_EQ(count, expected_count);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "base/control_group.h"
 #include "base/file.h"
+#include "base/page_array.h"
 #include "base/process.h"
 #include "base/system_memory.h"
 #ifdef _WIN32
@@ -214,6 +216,44 @@ TEST_F(System, MemoryIsKnown) {
   const volatile char* const last = &block.back();  // else a compiler may leave the block out
   EXPECT_EQ(*last, 'x');
   EXPECT_GE(os::resident_memory(), before + block.size() / 2);
+}
+
+constexpr std::size_t kMebibyte = std::size_t{1} << 20;
+
+TEST(PageArray, TakesMemoryAsItIsWrittenAndFreesItAtOnce) {
+  const std::uint64_t before = os::resident_memory();
+  {
+    std::vector<char, PageAllocator<char>> reserved;
+    reserved.reserve(64 * kMebibyte);
+    EXPECT_LT(os::resident_memory(), before + 16 * kMebibyte);
+    PageArray<char> array(64 * kMebibyte);
+    std::fill_n(array.data(), array.size(), 'x');
+    EXPECT_GT(os::resident_memory(), before + 48 * kMebibyte);
+  }
+  EXPECT_LT(os::resident_memory(), before + 16 * kMebibyte);
+}
+
+TEST(PageArray, GivesBackWhatIsNotReadAnyMore) {
+  PageArray<char> array(64 * kMebibyte);
+  std::fill_n(array.data(), array.size(), 'x');
+  const std::uint64_t before = os::resident_memory();
+  constexpr std::size_t kMargin = 1001;  // the ends lie within pages
+  array.discard(kMargin, array.size() - kMargin);
+  EXPECT_LT(os::resident_memory(), before - 48 * kMebibyte);
+  EXPECT_TRUE(std::all_of(array.data(), array.data() + kMargin, [](char c) { return c == 'x'; }));
+  EXPECT_TRUE(std::all_of(array.data() + array.size() - kMargin, array.data() + array.size(),
+                          [](char c) { return c == 'x'; }));
+  array[array.size() / 2] = 'y';  // addresses stay valid
+  EXPECT_EQ(array[array.size() / 2], 'y');
+}
+
+TEST(PageArray, SmallOnesKeepAllElements) {
+  PageArray<char> array(kMinPagedBytes - 1);
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(array.data()) % 128, 0U);
+  std::fill_n(array.data(), array.size(), 'x');
+  array.discard(0, array.size());
+  EXPECT_TRUE(
+      std::all_of(array.data(), array.data() + array.size(), [](char c) { return c == 'x'; }));
 }
 
 }  // namespace

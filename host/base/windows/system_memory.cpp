@@ -30,4 +30,25 @@ std::uint64_t free_addresses() { return kNoNumber; }
 void return_free_blocks() noexcept {}
 void keep_free_blocks() noexcept {}
 
+void* take_pages(std::size_t bytes) noexcept {
+  return VirtualAlloc(nullptr, bytes, MEM_RESERVE | MEM_COMMIT, PAGE_READWRITE);
+}
+
+void return_pages(void* first, std::size_t /*bytes*/) noexcept {
+  VirtualFree(first, 0, MEM_RELEASE);
+}
+
+void discard_pages(void* first, std::size_t bytes) noexcept {
+  SYSTEM_INFO system{};
+  GetSystemInfo(&system);
+  const ULONG_PTR page = system.dwPageSize;
+  const auto at = reinterpret_cast<ULONG_PTR>(first);
+  const ULONG_PTR begin = (at + page - 1) / page * page, end = (at + bytes) / page * page;
+  // Decommitted and committed again: pages that are only reset stay in the working set.
+  if (begin >= end) return;
+  void* const pages = reinterpret_cast<void*>(begin);
+  VirtualFree(pages, end - begin, MEM_DECOMMIT);
+  VirtualAlloc(pages, end - begin, MEM_COMMIT, PAGE_READWRITE);
+}
+
 }  // namespace kiln::os
