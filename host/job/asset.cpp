@@ -9,6 +9,9 @@
 #include <set>
 
 #include "base/fnv.h"
+#include "base/formatted.h"
+#include "clean/open_shells.h"
+#include "image/mip_padding.h"
 #include "job/map_words.h"
 #include "job/run.h"
 #include "job/transfers.h"
@@ -34,7 +37,8 @@ const Material* find_material(const std::vector<Material>& materials, const std:
 struct AssetMesh {
   Mesh mesh;
   std::vector<AssetMaterial> materials;
-  std::vector<std::size_t> sets;  ///< Per material
+  std::vector<std::size_t> sets;   ///< Per material
+  std::vector<bool> states_sides;  ///< Per material: a glTF says whether it shows backs
 };
 
 /// The alpha mode that all materials have; none: each that of its source.
@@ -48,6 +52,40 @@ std::optional<AlphaMode> common_alpha_mode(const BakeRun& run) {
     return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
   });
   return blends ? AlphaMode::blend : AlphaMode::mask;
+}
+
+bool has_height_field(const BakeRun& run) {
+  return run.high.heights || (run.hooks.high != nullptr && run.hooks.high->height_field);
+}
+
+/// Shows the backs of open shells where no glTF says whether they are to be shown.
+/// \param written   its mesh names these materials
+/// \param warnings  null: none are added
+void show_backs_of_shells(const BakeRun& run, AssetMesh& written, std::vector<Warning>* warnings) {
+  if (run.arguments.double_sided || !writes_gltf(run.arguments) || has_height_field(run)) return;
+  std::vector<AssetMaterial>& materials = written.materials;
+  const std::vector<bool>& stated = written.states_sides;
+  if (std::find(stated.begin(), stated.end(), false) == stated.end()) return;
+  const Mesh& mesh = written.mesh;
+  const std::vector<OpenShells> shells = find_open_shells(mesh);
+  OpenShells sum;
+  bool any = false;
+  for (std::size_t m = 0; m < std::min(shells.size(), materials.size()); ++m) {
+    if (stated[m] || !shells[m].shows_backs()) continue;
+    materials[m].double_sided = true;
+    if (!any) sum.example = shells[m].example;
+    any = true;
+    sum.front += shells[m].front;
+    sum.back += shells[m].back;
+  }
+  if (!any || warnings == nullptr) return;
+  const std::string what = formatted(
+      "'%s' is open, one part at (%.5g, %.5g, %.5g): %.0f%% of what views from outside see of it "
+      "are backs of faces. Its material shows them (double-sided). To hide them, add ",
+      mesh.name.c_str(), mesh.origin[0] + sum.example.x, mesh.origin[1] + sum.example.y,
+      mesh.origin[2] + sum.example.z,
+      100.0 * static_cast<double>(sum.back) / static_cast<double>(sum.front + sum.back));
+  warnings->push_back({"double-sided", what + option("double_sided", "no") + ".", sum.back});
 }
 
 /// Look of a material of LOW, by the one of HIGH; else by LOW's own.
@@ -71,8 +109,9 @@ void describe_surface(const BakeRun& run, const Material* of_high, const Materia
   material.extras = of_low != nullptr ? of_low->extras : shown->extras;
 }
 
-AssetMesh with_materials(const BakeRun& run, const Mesh& low_poly) {
-  AssetMesh result{low_poly, {}, {}};
+AssetMesh with_materials(const BakeRun& run, const Mesh& low_poly,
+                         std::vector<Warning>* warnings = nullptr) {
+  AssetMesh result{low_poly, {}, {}, {}};
   Mesh& mesh = result.mesh;
   const std::vector<Material>&high = run.high.beside.materials, &low = run.low.beside.materials;
   const std::string plain = mesh.name.empty() ? "mesh" : mesh.name;
@@ -127,9 +166,13 @@ AssetMesh with_materials(const BakeRun& run, const Mesh& low_poly) {
     }
     if (!run.pictures.empty()) material.pictures = run.pictures[key.set];
     result.sets.push_back(key.set);
-    describe_surface(run, of_high, find_material(low, own), material);
+    const Material* const of_low = find_material(low, own);
+    describe_surface(run, of_high, of_low, material);
+    result.states_sides.push_back((of_high != nullptr && of_high->multiplies) ||
+                                  (of_low != nullptr && of_low->multiplies));
     mesh.material_names.push_back(material.name);
   }
+  show_backs_of_shells(run, result, warnings);
   return result;
 }
 
@@ -252,9 +295,10 @@ void encode_asset_maps(BakeRun& run) {
         {"maps-left-out",
          "A glTF's material has no place for the maps " + left + ": bake them into a folder.", 1});
   }
-  for (const auto& [name, image] : run.own_images) {
+  for (auto& [name, image] : run.own_images) {
     const Image** const slot = slot_of(maps, name);
     if (slot == nullptr) continue;
+    if (pads_for_mips(run)) pad_for_mips(image, run.result.coverage);
     *slot = &image;
     if (slot == &maps.emission) maps.emission_strength = 1;
   }
@@ -343,7 +387,7 @@ std::uint64_t bytes_without_pictures(const BakeRun& run, const Mesh& low) {
 
 bool save_asset(BakeRun& run) {
   const Job& arguments = run.arguments;
-  AssetMesh written = with_materials(run, run.low.mesh);
+  AssetMesh written = with_materials(run, run.low.mesh, &run.warnings);
   SaveAssetOptions options = asset_options(run, written.mesh);
   options.kiln_extras = asset_extras(run);
   if (arguments.max_bytes != 0) {

@@ -109,6 +109,9 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
 void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std::string>& high,
                       const std::vector<std::string>& low, const std::vector<std::string>& others);
 
+/// \throws OptionError for other words than x, y, z, -x, -y and -z
+UpAxis parse_up(const std::string& text);
+
 /// A value of one side holds whatever its files say, one of both sides for those that do not say it.
 /// \throws Error(usage)
 LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side);

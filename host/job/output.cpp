@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <set>
 
+#include "image/mip_padding.h"
 #include "job/files.h"
 #include "job/map_file.h"
 #include "job/map_words.h"
@@ -166,6 +167,18 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
 
 }  // namespace
 
+bool pads_for_mips(const BakeRun& run) {
+  const bool chosen = run.arguments.given.contains("--gutter") ||
+                      run.options.encoding.gutter != BakeOptions().encoding.gutter;
+  return !chosen && (writes_gltf(run.arguments) || run.low.made);
+}
+
+/// The same of one map. Ids have no mean, and maps with levels of their own need none.
+bool pads_for_mips(const BakeRun& run, const BakedMap& map) {
+  return map.info.type != MapType::id && map.info.type != MapType::coverage && map.mips.empty() &&
+         pads_for_mips(run);
+}
+
 void store(BakeRun& run, BakedMap& map, const std::string& name) {
   const SaveImageOptions& options = run.save_options;
   warn_of_clamped(run, map, name);
@@ -186,6 +199,7 @@ void store(BakeRun& run, BakedMap& map, const std::string& name) {
     for (Image& level : map.mips) store_in(range, level);
     run.ranges[name] = range_json(range);
   }
+  if (pads_for_mips(run, map)) pad_for_mips(map.image, run.result.coverage);
   if (!holds_bytes(options) || writes_gltf(run.arguments)) return;
   SaveImageOptions stored = options;
   stored.use = texture_use(map, run.options);

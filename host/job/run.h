@@ -311,6 +311,9 @@ inline Json ids_json(const std::vector<IdEntry>& ids) {
 bool announce(BakeRun& run, const std::filesystem::path& path);
 /// From values to what a file of the format holds of them.
 void store(BakeRun& run, BakedMap& map, const std::string& name);
+/// True if texels far from charts are filled by pad_for_mips(): in GLBs and in maps of a low poly that Kiln lays out,
+/// unless a padding was chosen.
+bool pads_for_mips(const BakeRun& run);
 
 /// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
 /// \param sets  LOW's texture sets, once they are known
