@@ -198,8 +198,9 @@ struct Job {
   /// Alpha mode of all materials of an asset with opacity. None: that of the high poly's materials, or mask if none of
   /// these is transparent.
   std::optional<AlphaMode> alpha = {};
-  std::optional<bool> double_sided = {};  ///< Applies to all materials of an asset; none: as in the
-                                          ///< inputs
+  /// Applies to all materials of a glTF. None: as in the inputs; where no glTF states it, backs are shown where views
+  /// from outside see many through the borders of an open mesh, with the warning "double-sided".
+  std::optional<bool> double_sided = {};
 
   double max_missed_percent = 100;  ///< The job fails if more samples are missed
   bool force = false;               ///< Allow overwriting files that Kiln did not write
