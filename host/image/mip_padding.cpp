@@ -341,4 +341,9 @@ void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage) {
   for (std::size_t c = 0; c < image.channels; ++c) correction.correct(c, means[c]);
 }
 
+void pad_for_mips(BakedMap& map, std::span<const std::uint8_t> coverage) {
+  const bool has_mean = map.info.type != MapType::id && map.info.type != MapType::coverage;
+  if (has_mean && map.mips.empty()) pad_for_mips(map.image, coverage);
+}
+
 }  // namespace kiln

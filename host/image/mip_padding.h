@@ -5,6 +5,7 @@
 #include <span>
 
 #include "kiln/image.h"
+#include "kiln/map.h"
 
 namespace kiln {
 
@@ -29,5 +30,9 @@ namespace kiln {
 /// \param coverage  coverage of each texel. kCoverageBaked, kCoverageMissed: the value belongs to a chart;
 ///                  kCoverageGutter: a copy of a chart's texel, not replaced within 2 texels of charts
 void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage);
+
+/// The same for a map with stored values. Does nothing to maps whose mean is meaningless (ids, coverage), and to those that have
+/// mip levels of their own.
+void pad_for_mips(BakedMap& map, std::span<const std::uint8_t> coverage);
 
 }  // namespace kiln

@@ -10,6 +10,9 @@
 
 #include "asset/asset_maps.h"
 #include "base/fnv.h"
+#include "base/formatted.h"
+#include "clean/open_shells.h"
+#include "image/mip_padding.h"
 #include "job/map_words.h"
 #include "job/stages.h"
 #include "job/transfers.h"
@@ -35,7 +38,8 @@ const Material* find_material(const std::vector<Material>& materials, const std:
 struct AssetMesh {
   Mesh mesh;
   std::vector<AssetMaterial> materials;
-  std::vector<std::size_t> sets;  ///< Per material
+  std::vector<std::size_t> sets;   ///< Per material
+  std::vector<bool> states_sides;  ///< Per material: a glTF says whether it shows backs
 };
 
 /// The alpha mode that all materials have; none: each that of its source.
@@ -48,6 +52,36 @@ std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetPa
     return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
   });
   return blends ? AlphaMode::blend : AlphaMode::mask;
+}
+
+/// Shows the backs of open shells whose materials no glTF states.
+/// \returns a warning if it did
+std::optional<Warning> show_backs_of_shells(const BakeScene& scene, AssetMesh& written) {
+  const Job& job = scene.run.job;
+  if (job.double_sided || !writes_gltf(job) || scene.high.is_height_field()) return std::nullopt;
+  std::vector<AssetMaterial>& materials = written.materials;
+  const std::vector<bool>& stated = written.states_sides;
+  if (std::find(stated.begin(), stated.end(), false) == stated.end()) return std::nullopt;
+  const Mesh& mesh = written.mesh;
+  const std::vector<OpenShells> shells = find_open_shells(mesh);
+  OpenShells sum;
+  bool any = false;
+  for (std::size_t m = 0; m < std::min(shells.size(), materials.size()); ++m) {
+    if (stated[m] || !shells[m].shows_backs()) continue;
+    materials[m].double_sided = true;
+    if (!any) sum.example = shells[m].example;
+    any = true;
+    sum.front += shells[m].front;
+    sum.back += shells[m].back;
+  }
+  if (!any) return std::nullopt;
+  const std::string what = formatted(
+      "'%s' is open, one part at (%.5g, %.5g, %.5g): %.0f%% of what views from outside see of it "
+      "are backs of faces. Its material shows them (double-sided). To hide them, add ",
+      mesh.name.c_str(), mesh.origin[0] + sum.example.x, mesh.origin[1] + sum.example.y,
+      mesh.origin[2] + sum.example.z,
+      100.0 * static_cast<double>(sum.back) / static_cast<double>(sum.front + sum.back));
+  return Warning{"double-sided", what + option("double_sided", "no") + ".", sum.back};
 }
 
 /// Look of a material of LOW, by the one of HIGH; else by LOW's own.
@@ -70,7 +104,7 @@ void describe_surface(const BakeScene& scene, const AssetParts& asset, const Mat
 }
 
 AssetMesh with_materials(const BakeScene& scene, const Mesh& low_poly, const AssetParts& asset) {
-  AssetMesh result{low_poly, {}, {}};
+  AssetMesh result{low_poly, {}, {}, {}};
   Mesh& mesh = result.mesh;
   const std::span<const BakedSet> sets = scene.sets;
   const std::vector<Material>&high = scene.high.input.beside.materials,
@@ -127,7 +161,10 @@ AssetMesh with_materials(const BakeScene& scene, const Mesh& low_poly, const Ass
     }
     if (!asset.pictures.empty()) material.pictures = asset.pictures[key.set];
     result.sets.push_back(key.set);
-    describe_surface(scene, asset, of_high, find_material(low, own), material);
+    const Material* const of_low = find_material(low, own);
+    describe_surface(scene, asset, of_high, of_low, material);
+    result.states_sides.push_back((of_high != nullptr && of_high->multiplies) ||
+                                  (of_low != nullptr && of_low->multiplies));
     mesh.material_names.push_back(material.name);
   }
   return result;
@@ -250,9 +287,14 @@ void encode_asset_maps(const BakeScene& scene, const Source& source, const Plann
         {"maps-left-out",
          "A glTF's material has no place for the maps " + left + ": bake them into a folder.", 1});
   }
-  for (const auto& [name, image] : baked.own_images) {
+  const bool pads = pads_for_mips(scene.run.job);
+  for (BakedMap& map : baked.result.maps) {
+    if (pads) pad_for_mips(map, baked.result.coverage);
+  }
+  for (auto& [name, image] : baked.own_images) {
     const Image** const slot = slot_of(maps, name);
     if (slot == nullptr) continue;
+    if (pads) pad_for_mips(image, baked.result.coverage);
     *slot = &image;
     if (slot == &maps.emission) maps.emission_strength = 1;
   }
@@ -347,6 +389,9 @@ void write_asset(const BakeScene& scene, const std::string& file, const std::str
                  AssetParts& asset, JobOutputs& outputs) {
   const Job& job = scene.run.job;
   AssetMesh written = with_materials(scene, scene.low.mesh, asset);
+  if (std::optional<Warning> warning = show_backs_of_shells(scene, written)) {
+    scene.run.log.warnings.push_back(std::move(*warning));
+  }
   SaveAssetOptions options = asset_options(scene, written.mesh);
   options.kiln_extras = extras;
   if (job.max_bytes != 0) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "asset/gltf_pictures.h"
+#include "image/mip_padding.h"
 #include "job/map_words.h"
 #include "job/stages.h"
 #include "measure/normal_probe.h"
@@ -124,7 +125,13 @@ PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const Ba
                                                    (1 - kOwnPicturesShare));
   }
   options.pictures = fit_options(job);
-  options.maps_of = [](std::vector<BakedMap>& maps) { return asset_maps(maps); };
+  options.maps_of = [&](std::vector<BakedMap>& maps, std::span<const std::uint8_t> coverage) {
+    const AssetMaps pictures = asset_maps(maps);
+    for (BakedMap& map : maps) {
+      if (pads_for_mips(job)) pad_for_mips(map, coverage);
+    }
+    return pictures;
+  };
   const std::uint64_t extras =
       asset_extras(scene, {}, Json::object(), {}).size() + digits_to_come(job);
   options.mesh_bytes = [&](const Mesh& low) {

@@ -269,10 +269,14 @@ constexpr Word<UpAxis> kUps[] = {
 constexpr Word<double> kUnits[] = {
     {"cm", 0.01}, {"ft", 0.3048}, {"in", 0.0254}, {"m", 1}, {"mm", 0.001}};
 
+}  // namespace
+
 UpAxis parse_up(const std::string& text) {
   if (const UpAxis* const up = Words(kUps).find(lower_case(text))) return *up;
   fail_usage(option("up") + " '" + text + "': write x, y, z, -x, -y or -z.");
 }
+
+namespace {
 
 double parse_unit(const std::string& text) {
   if (const double* const unit = Words(kUnits).find(lower_case(text))) return *unit;

@@ -108,6 +108,9 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
 void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std::string>& high,
                       const std::vector<std::string>& low, const std::vector<std::string>& others);
 
+/// \throws OptionError for other words than x, y, z, -x, -y and -z
+UpAxis parse_up(const std::string& text);
+
 /// A value of one side overrides its files; a value of both sides only applies to files that do not state one.
 /// \throws Error(usage)
 LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side);

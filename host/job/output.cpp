@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <set>
 
+#include "image/mip_padding.h"
 #include "image/stored_values.h"
 #include "job/files.h"
 #include "job/map_file.h"
@@ -183,6 +184,12 @@ void warn_of_format(const BakeScene& scene, const BakeResult& result, const Bake
 
 }  // namespace
 
+bool pads_for_mips(const Job& job) {
+  const bool chosen =
+      job.given.contains("--gutter") || job.bake.encoding.gutter != BakeOptions().encoding.gutter;
+  return !chosen && (writes_gltf(job) || job.low.given.empty() || job.unwrap);
+}
+
 void store(const BakeScene& scene, BakedMap& map, const std::string& name, BakedLayout& baked) {
   const SaveImageOptions& options = scene.run.job.image;
   StoredMaps& stored = baked.stored;
@@ -197,6 +204,9 @@ void store(const BakeScene& scene, BakedMap& map, const std::string& name, Baked
   warn_of_format(scene, baked.result, map, name, range);
   to_stored(map, options.format);
   if (!range.empty()) stored.ranges[name] = range_json(range);
+  if (!writes_gltf(scene.run.job) && pads_for_mips(scene.run.job)) {
+    pad_for_mips(map, baked.result.coverage);
+  }
   if (!holds_bytes(options) || writes_gltf(scene.run.job)) return;
   SaveImageOptions used = options;
   used.use = texture_use(map, baked.options);

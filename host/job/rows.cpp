@@ -527,7 +527,9 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--double-sided",
        .group = kMap,
        .value = choice(AT(double_sided), Words(kSides)),
-       .help = "Whether the materials of a GLB or glTF show back faces. auto: as the inputs' do"},
+       .help =
+           "Whether the materials of a GLB or glTF show back faces. auto: as the inputs' do; where "
+           "no glTF says it, where views see many backs of an open mesh"},
       {.flag = "--maps",
        .group = kMap,
        .value = maps_value(),
@@ -607,7 +609,9 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--gutter",
        .group = kMap,
        .value = gutter_value(),
-       .help = "Padding: texels filled around charts, or inf"},
+       .help = "Padding: texels filled around charts, or inf. Without it, GLBs and maps of a low "
+               "poly that "
+               "Kiln lays out are filled everywhere so that mip levels keep the charts' mean"},
       {.flag = "--mips",
        .group = kMap,
        .value = toggle(AT(bake.encoding.mips)),

@@ -339,7 +339,10 @@ inline Json ids_json(const std::vector<IdEntry>& ids) {
 
 /// Notes a file that is written next. \throws Cancelled
 void announce(const RunContext& run, const std::filesystem::path& path, JobOutputs& outputs);
-/// Converts a map from values to what a file of the format holds.
+/// True if maps are padded by pad_for_mips(): those of a glTF or of UVs that Kiln lays out, unless a padding was chosen.
+bool pads_for_mips(const Job& job);
+/// Converts a map from values to what a file of the format holds. Pads it, except those of a glTF, which
+/// encode_asset_maps() pads.
 void store(const BakeScene& scene, BakedMap& map, const std::string& name, BakedLayout& baked);
 /// Before any work: refuses to write over an input, or over an OBJ of the user's.
 /// \param sets  LOW's texture sets, once they are known

@@ -191,7 +191,7 @@ class BytePlanner {
     BakeResult result = bake_all(made.low, bake);
     made.bake.match.max_distance = bake.match.max_distance;
     std::vector<BakedMap> maps = result.maps;
-    AssetMaps pictures = options_.maps_of(maps);
+    AssetMaps pictures = options_.maps_of(maps, result.coverage);
     pictures.coverage = result.coverage;
     const Stopwatch watch;
     const NormalProbe probe(impl_of(source_), made.low, evaluator_.high_view());

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -19,8 +20,8 @@ struct BytePlanOptions {
   LowPolyPlanOptions plan = {};
   std::uint64_t max_bytes = 0;  ///< Maximum bytes of the whole file
   PictureFitOptions pictures = {};
-  /// Creates the file's pictures from a bake's maps; may modify the maps
-  std::function<AssetMaps(std::vector<BakedMap>&)> maps_of = {};
+  /// Creates the file's pictures from a bake's maps and its coverage. It may modify the maps
+  std::function<AssetMaps(std::vector<BakedMap>&, std::span<const std::uint8_t>)> maps_of = {};
   /// Bytes of the file without its pictures, for a low poly
   std::function<std::uint64_t(const Mesh&)> mesh_bytes = {};
 };

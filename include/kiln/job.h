@@ -197,7 +197,9 @@ struct Job {
   /// Alpha mode of all materials of an asset with opacity. None: that of the high poly's materials, or mask if none of
   /// these is transparent.
   std::optional<AlphaMode> alpha = {};
-  /// Applies to all materials of an asset; none: as in the inputs
+  /// Applies to all materials of a glTF. None: as in the inputs. Where no glTF states it, a material becomes
+  /// double-sided if views from outside see many back faces through the borders of an open mesh; the warning
+  /// "double-sided" reports it.
   std::optional<bool> double_sided = {};
 
   double max_missed_percent = 100;  ///< The job fails if more samples are missed

@@ -97,6 +97,48 @@ def write_ball(path):
     path.write_text("\n".join(lines) + "\n")
 
 
+def write_gltf(path, material, sets, images):
+    """A square that faces +Z, with several sets of UVs and pictures of four texels: lists of four colours."""
+    import base64
+    import struct
+    import zlib
+
+    def png(colours):
+        rows = b"".join(b"\0" + bytes(sum(colours[2 * y : 2 * y + 2], [])) for y in (0, 1))
+        chunk = lambda name, data: (struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)))
+        head = struct.pack(">IIBBBBB", 2, 2, 8, 2, 0, 0, 0)
+        return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+    corners = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    parts = [struct.pack("<12f", *sum(corners, ())), struct.pack("<6H", 0, 1, 2, 0, 2, 3)]
+    parts += [struct.pack("<8f", *sum(uvs, ())) for uvs in sets]
+    data, views = b"", []
+    for part in parts:
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": len(part)})
+        data += part
+    accessors = [
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0]},
+        {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+    ]
+    accessors += [{"bufferView": 2 + i, "componentType": 5126, "count": 4, "type": "VEC2"} for i in range(len(sets))]
+    attributes = {"POSITION": 0, **{f"TEXCOORD_{i}": 2 + i for i in range(len(sets))}}
+    uri = lambda kind, content: f"data:{kind};base64," + base64.b64encode(content).decode()
+    path.write_text(json.dumps({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 1, "material": 0}]}],
+        "materials": [{"name": "paint", **material}], "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": len(data), "uri": uri("application/octet-stream", data)}],
+        "images": [{"uri": uri("image/png", png(image))} for image in images],
+        "samplers": [{"magFilter": 9728, "minFilter": 9728}],
+        "textures": [{"source": i, "sampler": 0} for i in range(len(images))],
+    }))  # fmt: skip
+
+
+RED, BLUE, WHITE, BLACK = [255, 0, 0], [0, 0, 255], [255, 255, 255], [0, 0, 0]
+WHOLE = [(0, 1), (1, 1), (1, 0), (0, 0)]
+CORNER = [(0.1, 0.1)] * 4
+
+
 def pictures_of(page, steps, folder):
     """What the robot saw: it sends its pictures to a server of this process."""
     received = []
@@ -184,6 +226,57 @@ class View(unittest.TestCase):
             for step, picture in other.items():
                 for a, b in zip(picture["mean"], plain[step]["mean"]):
                     self.assertLess(abs(a - b), 3, f"{words[1]} {step}")
+
+    def test_pictures_lie_on_the_uvs_that_their_material_names(self):
+        """Those of another set than the first were drawn with the first."""
+        file = self.folder / "sets.gltf"
+        base = {"baseColorTexture": {"index": 0, "texCoord": 1}, "metallicFactor": 0}
+        write_gltf(file, {"pbrMetallicRoughness": base}, [CORNER, WHOLE], [[RED, RED, BLUE, BLUE]])
+        found = pictures_of(self.page("sets.html", file), [("color", ["mode-color", "azimuth=0"])], self.folder)["color"]
+        self.assertGreater(found["deviation"][0], 60)
+        self.assertGreater(found["deviation"][2], 60)
+
+    def test_pictures_on_a_second_set_are_left_out_with_a_word(self):
+        file = self.folder / "two.gltf"
+        base = {"baseColorTexture": {"index": 0}, "metallicFactor": 0}
+        other = {"emissiveTexture": {"index": 1, "texCoord": 1}, "emissiveFactor": [1, 1, 1]}
+        write_gltf(file, {"pbrMetallicRoughness": base, **other}, [WHOLE, CORNER], [[RED] * 4, [WHITE, BLACK, BLACK, BLACK]])
+        page = self.folder / "two.html"
+        self.assertRegex(run_kiln("view", file, "--out", page), "'paint': its picture of emission lies on UV set 1.*left out")
+        found = pictures_of(page, [("color", ["mode-color"])], self.folder)["color"]
+        self.assertGreater(found["mean"][0], 200)
+
+    def test_emission_and_opacity_without_colour_pictures_are_shown(self):
+        file = self.folder / "glow.gltf"
+        write_gltf(file, {"pbrMetallicRoughness": {"metallicFactor": 0}, "emissiveFactor": [0, 1, 0]}, [WHOLE], [])
+        found = pictures_of(self.page("glow.html", file), [("emission", ["mode-emission"])], self.folder)["emission"]
+        self.assertGreater(found["mean"][1], found["mean"][0] + 150)
+        # An OBJ's picture of opacity: the upper half is not there.
+        write_gltf(self.folder / "mask.gltf", {}, [WHOLE], [[BLACK, BLACK, WHITE, WHITE]])
+        picture = json.loads((self.folder / "mask.gltf").read_text())["images"][0]["uri"].split(",")[1]
+        (self.folder / "mask.png").write_bytes(__import__("base64").b64decode(picture))
+        for name, line in (("solid", ""), ("cut", "map_d mask.png\n")):
+            (self.folder / f"{name}.mtl").write_text(f"newmtl paint\nKd 1 0 0\n{line}")
+            corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+            (self.folder / f"{name}.obj").write_text(f"mtllib {name}.mtl\n{corners}usemtl paint\nf 1/1 2/2 3/3 4/4\n")
+        shown = {
+            name: pictures_of(self.page(f"{name}.html", self.folder / f"{name}.obj"), [("color", ["mode-color"])], self.folder)
+            for name in ("solid", "cut")
+        }
+        self.assertLess(shown["cut"]["color"]["shown"], 0.7 * shown["solid"]["color"]["shown"])
+
+    def test_bakes_write_their_page(self):
+        page, glb = self.folder / "new" / "bake.html", self.folder / "viewed.glb"
+        run_kiln("bake", self.ball, "--out", glb, "--faces", 400, "--size", 128, "--maps", "normal", "--page", page)
+        found = pictures_of(page, [("lit", []), ("error", ["mode-error"])], self.folder)  # HIGH is beside it
+        self.assertNotEqual(found["lit"]["hash"], found["error"]["hash"])
+        for words, part in ((["--out", "maps", "--page", "x.html"], "--page shows an asset"),
+                            (["--out", "x.glb", "--page", "x.png"], "--page 'x.png'")):  # fmt: skip
+            done = subprocess.run([KILN, "bake", str(self.ball), "--faces", "50", *words], capture_output=True, text=True,
+                                  cwd=self.folder, check=False)  # fmt: skip
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(part, done.stderr)
+            self.assertFalse((self.folder / "x.glb").exists())
 
     def test_names_are_text(self):
         odd = self.folder / "a<b id=x>&'.glb"

@@ -7,7 +7,7 @@ import kiln
 import numpy as np
 import pytest
 from conftest import sheet, waves
-from test_glb import ball
+from test_glb import ball, document_of
 
 FOLDER = Path(__file__).resolve().parents[2] / "tools" / "comfyui"
 
@@ -248,3 +248,144 @@ def test_tensors_where_torch_is_there(nodes, monkeypatch):
     baked = run(nodes, "KilnBake", low_poly=low, high_poly=mesh, resolution=64, match="ray")
     assert isinstance(low.uvs, Tensor) and isinstance(baked["normal_map"], Tensor)
     assert isinstance(baked["mesh"].metallic_roughness, Tensor)
+
+
+MATERIAL = {"metallic_factor": 1.0, "roughness_factor": 0.25, "double_sided": False}
+
+
+def painted(material=None, **pictures):
+    """A waving sheet whose pictures have one value each."""
+    vertices, faces, uvs = sheet(16, waves)
+    grown = {name: np.broadcast_to(np.float32(value), (1, 8, 8, len(value))) for name, value in pictures.items()}
+    mesh = Mesh(vertices[None].astype(np.float32), faces[None], uvs=uvs[None].astype(np.float32), material=material)
+    for name, value in grown.items():
+        setattr(mesh, name, value)
+    return mesh
+
+
+def both_nodes(nodes, high):
+    flat = sheet(2, lambda x, y: 0 * x)
+    low = Mesh(*(part[None] for part in flat[:2]), uvs=flat[2][None])
+    yield run(nodes, "KilnBake", low_poly=low, high_poly=high, resolution=64, match="ray")
+    yield run(nodes, "KilnToGLB", mesh=high, target_face_count=100, texture_size=64)
+
+
+def test_numbers_of_materials_go_through(nodes):
+    """0.25 and 1 became 1 and 0."""
+    for made in both_nodes(nodes, painted(MATERIAL)):
+        surface = made["mesh"].metallic_roughness
+        np.testing.assert_allclose(surface[..., 1:], np.broadcast_to([0.25, 1], surface[..., 1:].shape), atol=0.005)
+        np.testing.assert_array_equal(made["metallic_roughness"], surface)
+        # SaveGLB multiplies by factors, which are in the picture now.
+        assert not {"metallic_factor", "roughness_factor"} & set(made["mesh"].material)
+    pbr = document_of(made["model_3d"])["materials"][0]["pbrMetallicRoughness"]
+    assert (pbr["roughnessFactor"], pbr["metallicFactor"]) == (0.25, 1)
+
+
+def test_pictures_of_materials_go_through_with_their_factors(nodes):
+    material = {**MATERIAL, "roughness_factor": 0.5, "emissive_factor": [1, 1, 0.0], "base_color_factor": [0.25, 1, 1, 1]}
+    high = painted(
+        material, texture=[0.8, 0.4, 0.2], metallic_roughness=[0.5, 0.6, 0.7], emissive=[0.9, 0.3, 0.6], normal_map=[0.8, 0.5, 0.9]
+    )
+    high.occlusion_in_mr = True
+    for made in both_nodes(nodes, high):
+        mesh = made["mesh"]
+        middle = (0, slice(24, 40), slice(24, 40))
+        found = mesh.metallic_roughness[middle].reshape(-1, 3)
+        covered = np.abs(found[:, 1] - 0.3) < 0.01
+        assert covered.mean() > 0.9
+        np.testing.assert_allclose(np.median(found, axis=0), [0.5, 0.3, 0.7], atol=0.01)
+        tint = linear_to_srgb(0.25 * srgb_to_linear(0.8))
+        np.testing.assert_allclose(np.median(mesh.texture[middle].reshape(-1, 3), axis=0), [tint, 0.4, 0.2], atol=0.01)
+        np.testing.assert_allclose(np.median(mesh.emissive[middle].reshape(-1, 3), axis=0), [0.9, 0.3, 0], atol=0.01)
+        tilted = np.median(mesh.normal_map[middle].reshape(-1, 3), axis=0)
+        assert abs(np.degrees(np.arccos(2 * tilted[2] - 1)) - 36.87) < 4
+        assert not {"base_color_factor", "emissive_factor", "roughness_factor"} & set(mesh.material)
+
+
+def linear_to_srgb(value):
+    return 1.055 * value ** (1 / 2.4) - 0.055
+
+
+def srgb_to_linear(value):
+    return ((value + 0.055) / 1.055) ** 2.4
+
+
+def test_an_emissive_picture_does_not_stay_on_new_uvs(nodes):
+    high = painted(emissive=[0.9, 0.3, 0.6])
+    light = run(nodes, "KilnSimplify", mesh=high, target_face_count=100)["mesh"]
+    assert light.emissive is None and run(nodes, "KilnUnwrap", mesh=light, resolution=64)["mesh"].emissive is None
+
+
+def test_alpha_is_an_output(nodes):
+    high = painted(texture=[0.8, 0.4, 0.2, 0.5])
+    for made in both_nodes(nodes, high):
+        assert made["alpha"].shape == (1, 64, 64)
+        np.testing.assert_allclose(np.median(made["alpha"]), 0.5, atol=0.01)
+        assert made["mesh"].texture.shape[-1] == 4
+    opaque = next(both_nodes(nodes, painted(texture=[0.8, 0.4, 0.2])))
+    assert (opaque["alpha"] == 1).all() and opaque["mesh"].texture.shape[-1] == 3
+
+
+def test_empty_meshes_of_a_batch_are_left_out(nodes):
+    """They ended the whole batch."""
+    high = batch(ball(6), ball(8))
+    high.face_counts[0] = 0
+    with pytest.warns(kiln.KilnWarning, match="1 of 2 meshes of the batch have no faces"):
+        light = run(nodes, "KilnSimplify", mesh=high, target_face_count=100)["mesh"]
+    assert light.faces.shape[0] == 1
+    high.face_counts[1] = 0
+    with pytest.raises(ValueError, match="No mesh of the batch has faces"), pytest.warns(kiln.KilnWarning):
+        run(nodes, "KilnSimplify", mesh=high, target_face_count=100)
+
+
+def test_files_are_meshes(nodes, tmp_path):
+    vertices, faces, uvs = sheet(8, waves)
+    source = kiln.pack_glb(kiln.Mesh(vertices, faces, uvs), {"color": np.full((4, 4, 3), 0.5), "roughness": np.full((4, 4), 0.25)})
+    (tmp_path / "sheet.glb").write_bytes(source.data)
+    loaded = run(nodes, "KilnLoadMesh", path=str(tmp_path / "sheet.glb"))["mesh"]
+    assert loaded.faces.shape == (1, 128, 3) and loaded.uvs.shape[-1] == 2 and loaded.normals is not None
+    made = run(nodes, "KilnToGLB", mesh=loaded, target_face_count=50, texture_size=64)  # with the file's material
+    np.testing.assert_allclose(np.median(made["base_color"]), 0.5, atol=0.01)
+    np.testing.assert_allclose(np.median(made["metallic_roughness"][..., 1]), 0.25, atol=0.01)
+    with pytest.raises(ValueError, match="path is empty"):
+        run(nodes, "KilnLoadMesh", path=" ")
+    with pytest.raises(kiln.Error, match="no_such"):
+        run(nodes, "KilnLoadMesh", path="no_such.ply")
+
+
+def test_trimesh_is_taken(nodes):
+    trimesh = pytest.importorskip("trimesh")
+    given = trimesh.Trimesh(*ball(8), process=False)
+    light = run(nodes, "KilnSimplify", mesh=given, target_face_count=100)["mesh"]
+    assert light.faces.shape == (1, 100, 3)
+
+
+def optional(nodes, name, **inputs):
+    node = nodes[name]
+    kinds = node.INPUT_TYPES()
+    assert set(inputs) <= set(kinds["required"]) | set(kinds["optional"])
+    return dict(zip(node.RETURN_NAMES, getattr(node, node.FUNCTION)(**inputs)))
+
+
+def test_choices_of_sides_bytes_and_cages(nodes):
+    vertices, faces = ball(12)
+    half = faces[vertices[faces][:, :, 1].mean(1) < 0]
+    bowl = Mesh(vertices[None].astype(np.float32), half[None])
+    by = {"target_face_count": 200, "texture_size": 128}
+    with pytest.warns(kiln.KilnWarning, match="is open"):
+        assert optional(nodes, "KilnToGLB", mesh=bowl, **by)["mesh"].material["double_sided"] is True
+    shut = optional(nodes, "KilnToGLB", mesh=bowl, double_sided="no", **by)
+    assert shut["mesh"].material["double_sided"] is False
+    assert "doubleSided" not in document_of(shut["model_3d"])["materials"][0]
+    small = optional(nodes, "KilnToGLB", mesh=bowl, double_sided="no", max_bytes=16_000, **by)
+    assert len(small["model_3d"]) <= 16_000 < len(shut["model_3d"])
+    # A flat sheet near the low poly, and a tilted one that rays from a cage reach first.
+    flat = sheet(2, lambda x, y: 0 * x)
+    (near, faces, _), (far, _, _) = sheet(16, lambda x, y: 0.001 + 0 * x), sheet(16, lambda x, y: 0.3 + 0.1 * x)
+    low = Mesh(*(part[None] for part in flat[:2]), uvs=flat[2][None])
+    high = Mesh(np.concatenate([near, far])[None], np.concatenate([faces, faces + len(near)])[None])
+    for distance, slope in ((0.0, 0), (0.6, 0.1)):
+        found = optional(nodes, "KilnBake", low_poly=low, high_poly=high, resolution=32, match="ray", cage_distance=distance)
+        x, _, z = 2 * np.median(found["normal_map"].reshape(-1, 3), axis=0) - 1
+        np.testing.assert_allclose(abs(x / z), slope, atol=0.01)

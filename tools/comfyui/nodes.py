@@ -2,8 +2,10 @@
 
 A MESH holds a batch, filled up with zeros where vertex_counts and face_counts say less: vertices (B, N, 3), faces
 (B, M, 3), uvs (B, N, 2) with the origin at the upper left, vertex_colors (B, N, 3 or 4) linear, normals, tangents;
-texture, normal_map and metallic_roughness are (B, H, W, 3) pictures. Colours and pictures are floats in [0, 1], or
-uint8 of as many steps.
+texture, normal_map, metallic_roughness and emissive are (B, H, W, 3) pictures; material is a dict of factors, as Set Mesh
+Material makes it: base_color_factor, metallic_factor and roughness_factor (below 0: not given), emissive_factor,
+emissive_strength, occlusion_strength, normal_scale, double_sided. Colours and pictures are floats in [0, 1], or uint8 of as
+many steps.
 
 A MESH that a node here returns has kiln_meshes, too: of each mesh of the batch the kiln.Mesh that the arrays are of,
 which knows how far it strays from its high poly, and the arrays' digest. Where another node changed the arrays, the
@@ -15,7 +17,9 @@ from __future__ import annotations
 import copy
 import hashlib
 import io
+import json
 import sys
+import types
 import warnings
 
 import kiln
@@ -32,8 +36,11 @@ OPTIONAL = (
     "normals",
     "tangents",
     "normal_map",
+    "emissive",
 )
 FACES = ("INT", {"default": 10_000, "min": 4, "max": 50_000_000})
+#: Meshes of ComfyUI, and of packages that hand on trimesh's.
+MESHES = ("MESH,TRIMESH",)
 SIZE = ("INT", {"default": 2048, "min": 64, "max": 8192, "step": 64})
 #: What lies nearer to 0 or 1 is rounded to them by pictures of 8 bits.
 HALF_STEP = 0.5 / 255
@@ -100,37 +107,135 @@ def digest_of(arrays):
     return digest.digest()
 
 
+def srgb_to_linear(values):
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def factor_of(material, name, default):
+    """A number of a material's; below 0 it is not given."""
+    value = material.get(name)
+    return default if value is None or value < 0 else float(value)
+
+
+class Look:
+    """What a mesh of a batch looks like: pictures over its UVs, (H, W, C) float32 by kiln's names of maps, the material's
+    factors in them; numbers of what has no picture; and whether backs are shown, None: nothing says so."""
+
+    def __init__(self, mesh, i):
+        self.material = dict(getattr(mesh, "material", None) or {})
+        self.pictures, self.numbers = {}, {}
+        self.double_sided = self.material.get("double_sided")
+        self.strength = float(self.material.get("emissive_strength", 1))
+
+        def picture(name):
+            parts = parts_of(mesh, name, 3)
+            if parts is None or i >= len(parts) or parts[i] is None:
+                return None
+            return np.asarray(as_shares(parts[i], name), np.float32)
+
+        base = np.array(self.material.get("base_color_factor") or (1, 1, 1, 1), float)
+        base = np.append(base, 1) if len(base) == 3 else base
+        self.tint = base[:3]
+        texture = picture("texture")
+        if texture is not None:
+            tinted = texture[:, :, :3]
+            if (self.tint != 1).any():
+                tinted = linear_to_srgb(srgb_to_linear(tinted) * self.tint).clip(0, 1)
+            self.pictures["color"] = tinted
+            if texture.shape[2] == 4:
+                self.pictures["opacity"] = texture[:, :, 3:] * base[3]
+        if "opacity" not in self.pictures and base[3] < 1:
+            self.numbers["opacity"] = float(base[3])
+        surface = picture("metallic_roughness")
+        for name, channel in (("roughness", 1), ("metallic", 2)):
+            factor = factor_of(self.material, name + "_factor", None if surface is None else 1.0)
+            if surface is not None:
+                self.pictures[name] = surface[:, :, channel : channel + 1] * np.float32(factor)
+            elif factor is not None:
+                self.numbers[name] = factor
+        if surface is not None and getattr(mesh, "occlusion_in_mr", False):
+            strength = np.float32(self.material.get("occlusion_strength", 1))
+            self.pictures["ao"] = 1 + strength * (surface[:, :, :1] - 1)
+        shine = np.array(self.material.get("emissive_factor") or (0, 0, 0), float).clip(0, 1)
+        emissive = picture("emissive")
+        if emissive is not None:
+            shine = shine if shine.any() else np.ones(3)  # as SaveGLB has it
+            self.pictures["emission"] = linear_to_srgb(srgb_to_linear(emissive[:, :, :3]) * shine)
+        elif shine.any():
+            self.numbers["emission"] = shine
+        bent = picture("normal_map")
+        if bent is not None:
+            scale = float(self.material.get("normal_scale", 1))
+            vectors = (2 * bent[:, :, :3].astype(float) - 1) * (scale, scale, 1)
+            vectors /= np.maximum(np.linalg.norm(vectors, axis=2, keepdims=True), 1e-9)
+            self.pictures["normal"] = (vectors / 2 + 0.5).astype(np.float32)
+        self.pictures = {name: np.asarray(pixels, np.float32).clip(0, 1) for name, pixels in self.pictures.items()}
+
+
+def is_trimesh(mesh):
+    """A trimesh.Trimesh or Scene, TRIMESH of other packages."""
+    return hasattr(mesh, "visual") or hasattr(mesh, "geometry")
+
+
 def items(mesh):
-    """Each mesh of the batch: a kiln.Mesh, and its texture (H, W, C) or None."""
+    """Each mesh of the batch: a kiln.Mesh, and its Look; None of one without faces, with a warning."""
+    if is_trimesh(mesh):
+        yield kiln.as_mesh(mesh), Look(None, 0)
+        return
     parts = {name: parts_of(mesh, name, 2) for name in ("vertices", "faces", "uvs", "vertex_colors", "normals")}
     counts = [parts_of(mesh, name, 0) for name in ("vertex_counts", "face_counts")]
-    textures = parts_of(mesh, "texture", 3)
     known = dict(enumerate(getattr(mesh, "kiln_meshes", None) or ()))
+    empty = 0
     for i in range(len(parts["vertices"])):
         vertices, faces = (None if count is None else int(count[i]) for count in counts)
         item = {
             name: None if part is None else part[i][: faces if name == "faces" else vertices]
             for name, part in parts.items()
         }
-        texture = None if textures is None or textures[i] is None else as_shares(textures[i], "texture")
+        if len(item["faces"]) == 0 or len(item["vertices"]) == 0:
+            empty += 1
+            yield None
+            continue
+        look = Look(mesh, i)
         if i in known and known[i][0] == digest_of(item):
-            yield known[i][1], texture
+            yield known[i][1], look
             continue
         uvs, colors = item.pop("uvs"), item.pop("vertex_colors")
         if uvs is not None:
             uvs = [0, 1] + uvs * [1, -1]
         if colors is not None:
             colors = as_shares(colors, "vertex_colors")
-            colors = np.hstack([linear_to_srgb(colors[:, :3]), colors[:, 3:]])
-        yield kiln.Mesh(uvs=uvs, colors=colors, **item), texture
+            colors = np.hstack([linear_to_srgb(colors[:, :3] * look.tint).clip(0, 1), colors[:, 3:]])
+        yield kiln.Mesh(uvs=uvs, colors=colors, **item), look
+    if empty:
+        text = f"{empty} of {i + 1} meshes of the batch have no faces: they are left out."
+        warnings.warn(kiln.KilnWarning(text, "empty-mesh", empty), stacklevel=2)
+        if empty == i + 1:
+            raise ValueError("No mesh of the batch has faces.")
+
+
+def some(mesh):
+    """items() that have faces."""
+    return [item for item in items(mesh) if item is not None]
+
+
+def new_mesh():
+    """ComfyUI's MESH; outside of it, an object with its fields."""
+    try:
+        from comfy_api.latest import Types
+    except ImportError:
+        fields = ("vertices", "faces", *OPTIONAL, "material")
+        return types.SimpleNamespace(**dict.fromkeys(fields), unlit=False, occlusion_in_mr=False)
+    return Types.MESH(vertices=None, faces=None)
 
 
 def batch_of(mesh, batch, **fields):
     """A MESH like the one given, of what arrays_of() returns."""
-    made = copy.copy(mesh)
+    made = new_mesh() if mesh is None or is_trimesh(mesh) else copy.copy(mesh)
     for name in OPTIONAL:
         if hasattr(made, name):
             setattr(made, name, None)
+    made.occlusion_in_mr = False
     for name in ("vertices", "faces", "uvs", "normals", "tangents"):
         arrays = [item[name] for item in batch if item.get(name) is not None]
         if not arrays:
@@ -169,23 +274,47 @@ def pictures(maps, name, size, background):
     )
 
 
-def textured(mesh, baked, maps, size):
-    """What SaveGLB writes with its maps; and the maps as IMAGEs."""
+def textured(mesh, baked, maps, looks, size, double_sided):
+    """What SaveGLB writes with its maps; and the maps as outputs.
+
+    maps          of each item by kiln's names, as files hold them
+    double_sided  of each item
+    """
+    for item, look in zip(maps, looks):
+        for name in ("roughness", "metallic", "opacity"):
+            if name not in item and name in look.numbers:
+                item[name] = np.full((1, 1, 1), look.numbers[name], np.float32)
     normal, occlusion = pictures(maps, "normal", size, (0.5, 0.5, 1)), pictures(maps, "ao", size, 1)
     color = pictures(maps, "color", size, 1)
-    rough = np.array(as_numpy(occlusion))
-    rough[..., 1:] = 1, 0
+    channels = [as_numpy(pictures(maps, name, size, other)) for name, other in (("ao", 1), ("roughness", 1), ("metallic", 0))]
+    surface = as_tensor(np.concatenate([part[..., :1] for part in channels], axis=3))
+    alpha = as_tensor(np.ascontiguousarray(as_numpy(pictures(maps, "opacity", size, 1))[..., 0]))
     has = {name for item in maps for name in item}
+    texture = color
+    if "color" in has and "opacity" in has:
+        texture = as_tensor(np.concatenate([as_numpy(color), as_numpy(alpha)[..., None]], axis=3))
+    # The pictures have the factors in them.
+    material = dict(looks[0].material)
+    for name in ("metallic_factor", "roughness_factor", "occlusion_strength", "normal_scale"):
+        material.pop(name, None)
+    if "color" in has:
+        material.pop("base_color_factor", None)
+    if "emission" in has:
+        material.pop("emissive_factor", None)
+    if any(sides is not None for sides in double_sided):
+        material["double_sided"] = any(double_sided)
     batch = [{**arrays_of(item), "tangents": item.tangents} for item in baked]
     made = batch_of(
         mesh,
         batch,
-        texture=color if "color" in has else None,
+        texture=texture if "color" in has else None,
         normal_map=normal if "normal" in has else None,
-        metallic_roughness=as_tensor(rough) if "ao" in has else None,
+        metallic_roughness=surface if has & {"ao", "roughness", "metallic"} else None,
         occlusion_in_mr="ao" in has,
+        emissive=pictures(maps, "emission", size, 0) if "emission" in has else None,
+        material=material or None,
     )
-    return made, normal, occlusion, color
+    return made, normal, occlusion, color, surface, alpha
 
 
 def progress():
@@ -202,8 +331,8 @@ def progress():
     return report
 
 
-def maps_of(names, mesh, texture):
-    colored = mesh.colors is not None or (texture is not None and mesh.uvs is not None)
+def maps_of(names, mesh, look):
+    colored = mesh.colors is not None or ("color" in look.pictures and mesh.uvs is not None)
     return [name for name in names if name != "color" or colored]
 
 
@@ -214,7 +343,7 @@ class KilnSimplify:
     def INPUT_TYPES(cls):
         return {
             "required": {
-                "mesh": ("MESH",),
+                "mesh": MESHES,
                 "target_face_count": FACES,
                 "clean": ("BOOLEAN", {"default": True}),
             }
@@ -227,7 +356,7 @@ class KilnSimplify:
 
     def run(self, mesh, target_face_count, clean=True):
         batch = []
-        for high, _ in items(mesh):
+        for high, _ in some(mesh):
             high = kiln.clean(high, progress=progress()) if clean else high
             batch.append(arrays_of(kiln.simplify(high, target=target_face_count, progress=progress())))
         return (batch_of(mesh, batch),)
@@ -238,7 +367,7 @@ class KilnUnwrap:
 
     @classmethod
     def INPUT_TYPES(cls):
-        return {"required": {"mesh": ("MESH",), "resolution": SIZE}}
+        return {"required": {"mesh": MESHES, "resolution": SIZE}}
 
     RETURN_TYPES = ("MESH",)
     RETURN_NAMES = ("mesh",)
@@ -247,14 +376,14 @@ class KilnUnwrap:
 
     def run(self, mesh, resolution):
         batch = [
-            arrays_of(kiln.pack_glb(kiln.unwrap(item, size=resolution, progress=progress()), {}))
-            for item, _ in items(mesh)
+            arrays_of(kiln.pack_glb(kiln.unwrap(item, size=resolution, progress=progress()), {}, double_sided=False))
+            for item, _ in some(mesh)
         ]
         return (batch_of(mesh, batch),)
 
 
 class KilnBake:
-    """The dense mesh's normals, occlusion and colours as pictures for the light one's UVs.
+    """The dense mesh's normals, occlusion and material as pictures for the light one's UVs.
 
     The mesh that comes out has them and its tangents: SaveGLB writes it as it is.
     """
@@ -263,33 +392,143 @@ class KilnBake:
     def INPUT_TYPES(cls):
         return {
             "required": {
-                "low_poly": ("MESH",),
-                "high_poly": ("MESH",),
+                "low_poly": MESHES,
+                "high_poly": MESHES,
                 "resolution": SIZE,
                 "match": (["ray", "closest", "visibility", "hybrid", "views"],),
-            }
+            },
+            "optional": {
+                "cage_distance": (
+                    "FLOAT",
+                    {
+                        "default": 0.0,
+                        "min": 0.0,
+                        "max": 1e9,
+                        "step": 0.001,
+                        "tooltip": "Rays start so far outside, in the mesh's units; 0: by the meshes",
+                    },
+                ),
+                "two_sided": ("BOOLEAN", {"default": False, "tooltip": "Backs of the dense mesh's faces count, too"}),
+                "double_sided": (SIDES, {"tooltip": "Whether the light mesh shows its backs; auto: where it is open"}),
+            },
         }
 
-    RETURN_TYPES = ("MESH", "IMAGE", "IMAGE", "IMAGE")
-    RETURN_NAMES = ("mesh", "normal_map", "occlusion", "base_color")
+    RETURN_TYPES = ("MESH", "IMAGE", "IMAGE", "IMAGE", "IMAGE", "MASK")
+    RETURN_NAMES = ("mesh", "normal_map", "occlusion", "base_color", "metallic_roughness", "alpha")
     FUNCTION = "run"
     CATEGORY = "3d/texturing"
 
-    def run(self, low_poly, high_poly, resolution, match="ray"):
+    def run(self, low_poly, high_poly, resolution, match="ray", cage_distance=0.0, two_sided=False, double_sided="auto"):
         highs, lows = list(items(high_poly)), list(items(low_poly))
         if len(highs) not in (1, len(lows)):
             raise ValueError(f"{len(lows)} low polys, but {len(highs)} high polys: give one, or one for each.")
-        baked, maps = [], []
-        for i, (low, _) in enumerate(lows):
+        baked, maps, looks, sides = [], [], [], []
+        for i, low_item in enumerate(lows):
+            high_item = highs[i % len(highs)]
+            if low_item is None or high_item is None:
+                continue
+            (low, _), (high, look) = low_item, high_item
             if low.uvs is None:
                 raise ValueError("low_poly has no UVs: put Kiln Unwrap before this node.")
-            high, texture = highs[i % len(highs)]
-            names = maps_of(["normal", "ao", "color"], high, texture)
-            given = {"color": texture} if "color" in names and texture is not None and high.uvs is not None else {}
-            bake = kiln.bake(high, low, size=resolution, maps=names, match=match, textures=given, progress=progress())
-            maps.append({name: bake.stored(name) for name in bake})
-            baked.append(kiln.pack_glb(low, {}))
-        return textured(low_poly, baked, maps, resolution)
+            names = maps_of(["normal", "ao", "color"], high, look)
+            given, keywords = {}, {}
+            if high.uvs is not None:
+                for name, pixels in look.pictures.items():
+                    called, kind = TRANSFERS[name]
+                    given[called] = (pixels, kind)
+            elif look.pictures:
+                text = f"high_poly has no UVs: its pictures are left out ({', '.join(look.pictures)})."
+                warnings.warn(kiln.KilnWarning(text, "pictures-left-out", len(look.pictures)), stacklevel=2)
+            if cage_distance > 0:
+                keywords["cage"] = float(cage_distance)
+            if two_sided:
+                keywords["two_sided"] = True
+            bake = kiln.bake(
+                high, low, size=resolution, maps=names, match=match, textures=given, progress=progress(), **keywords
+            )
+            own = {name: bake.stored(name) for name in bake}
+            if "normals" in own:
+                own["normal"] = own.pop("normals")
+            if "alpha" in own:
+                own["opacity"] = own.pop("alpha")
+            if "occlusion" in own:
+                own["ao"] = np.minimum(own["ao"], own.pop("occlusion")[:, :, :1])
+            maps.append(own)
+            looks.append(look)
+            packed = kiln.pack_glb(low, {}, double_sided=sides_of(double_sided, look))
+            sides.append(material_of(packed.data).get("doubleSided", False))
+            baked.append(packed)
+        if not baked:
+            raise ValueError("No pair of meshes has faces.")
+        return textured(low_poly, baked, maps, looks, resolution, sides)
+
+
+#: Whether backs are shown.
+SIDES = ["auto", "yes", "no"]
+#: Names of the maps of a mesh's pictures, which must differ from those of its shape, and their kinds for kiln.bake().
+TRANSFERS = {
+    "color": ("color", "srgb"),
+    "emission": ("emission", "srgb"),
+    "opacity": ("alpha", "linear"),
+    "roughness": ("roughness", "linear"),
+    "metallic": ("metallic", "linear"),
+    "normal": ("normals", "normal"),
+    "ao": ("occlusion", "linear"),
+}
+
+
+def sides_of(choice, look):
+    """double_sided of kiln.pack_glb() and to_glb(): the node's choice, else the material's, else auto."""
+    if choice != "auto" or look.double_sided is None:
+        return choice
+    return bool(look.double_sided)
+
+
+def document_of(data):
+    return json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+
+
+def material_of(data):
+    return document_of(data)["materials"][0]
+
+
+def with_document(data, document):
+    """A GLB with another JSON."""
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + int.from_bytes(data[12:16], "little") :]
+    head = b"".join(number.to_bytes(4, "little") for number in (2, 20 + len(text) + len(rest), len(text)))
+    return b"glTF" + head + b"JSON" + text + rest
+
+
+def as_asset(high, look):
+    """A dense mesh with its pictures and factors as a GLB, which kiln.to_glb() takes whole; the mesh where it has none."""
+    if high.uvs is None or not look.pictures:
+        if look.pictures:
+            text = f"The mesh has no UVs: its pictures are left out ({', '.join(look.pictures)})."
+            warnings.warn(kiln.KilnWarning(text, "pictures-left-out", len(look.pictures)), stacklevel=2)
+        return high
+    data = kiln.pack_glb(high, look.pictures, alpha="blend", double_sided=bool(look.double_sided)).data
+    document = document_of(data)
+    (material,) = document["materials"]
+    for name, value in look.numbers.items():
+        set_number(material, name, value)
+    if "emission" in look.pictures and look.strength != 1:
+        material.setdefault("extensions", {})["KHR_materials_emissive_strength"] = {"emissiveStrength": look.strength}
+        document["extensionsUsed"] = sorted({*document.get("extensionsUsed", []), "KHR_materials_emissive_strength"})
+    return with_document(data, document)
+
+
+def set_number(material, name, value):
+    """A number of a glTF's material that no picture has."""
+    surface = material.setdefault("pbrMetallicRoughness", {})
+    if name in ("roughness", "metallic"):
+        surface[name + "Factor"] = value
+    elif name == "opacity":
+        surface["baseColorFactor"] = [*surface.get("baseColorFactor", [1, 1, 1])[:3], value]
+        material["alphaMode"] = "BLEND"
+    elif name == "emission":
+        material["emissiveFactor"] = [float(part) for part in value]
 
 
 class KilnToGLB:
@@ -299,44 +538,132 @@ class KilnToGLB:
     def INPUT_TYPES(cls):
         return {
             "required": {
-                "mesh": ("MESH",),
+                "mesh": MESHES,
                 "target_face_count": FACES,
                 "texture_size": SIZE,
             },
             "optional": {
-                "format": (["png", "webp", "jpeg"], {"tooltip": "Pictures in the GLB"}),
+                "format": (["png", "webp", "jpeg"], {"tooltip": "Pictures in the GLB; png with max_bytes: PNG and JPEG"}),
                 "quality": (
                     "INT",
                     {"default": 100, "min": 1, "max": 100, "tooltip": "webp and jpeg: 100 is the best; normals stay exact"},
                 ),
                 "mesh_compression": (["none", "meshopt", "draco"], {"tooltip": "Readers need the extension"}),
+                "max_bytes": (
+                    "INT",
+                    {
+                        "default": 0,
+                        "min": 0,
+                        "max": 2**31 - 1,
+                        "tooltip": "Largest size of the GLB: sizes and encodings of pictures follow; 0: any",
+                    },
+                ),
+                "double_sided": (SIDES, {"tooltip": "Whether backs are shown; auto: where the mesh is open"}),
             },
         }
 
-    RETURN_TYPES = ("MESH", "IMAGE", "IMAGE", "IMAGE", "FILE_3D_GLB")
-    RETURN_NAMES = ("mesh", "normal_map", "occlusion", "base_color", "model_3d")
+    RETURN_TYPES = ("MESH", "IMAGE", "IMAGE", "IMAGE", "FILE_3D_GLB", "IMAGE", "MASK")
+    RETURN_NAMES = ("mesh", "normal_map", "occlusion", "base_color", "model_3d", "metallic_roughness", "alpha")
     FUNCTION = "run"
     CATEGORY = "3d"
 
-    def run(self, mesh, target_face_count, texture_size, format="png", quality=100, mesh_compression="none"):
-        baked = []
+    def run(
+        self,
+        mesh,
+        target_face_count,
+        texture_size,
+        format="png",
+        quality=100,
+        mesh_compression="none",
+        max_bytes=0,
+        double_sided="auto",
+    ):
+        baked, maps, looks, sides, files = [], [], [], [], []
         lossy = quality if format == "jpeg" or (format == "webp" and quality < 100) else None
         packing = {"format": format, "quality": lossy, "mesh_compression": mesh_compression}
-        for high, texture in items(mesh):
-            names = maps_of(["normal", "ao", "color"], high, texture)
-            if "color" in names and texture is not None and high.uvs is not None:
-                high = kiln.pack_glb(high, {"color": texture[:, :, :3]}).data
-            baked.append(
-                kiln.to_glb(
-                    high,
-                    faces_target=target_face_count,
-                    texture_size=texture_size,
-                    maps=names,
-                    progress=progress(),
-                    **packing,
-                )
+        if max_bytes:
+            packing["max_bytes"] = max_bytes
+            if format == "png":
+                del packing["format"]  # PNG and JPEG, whichever is smaller
+        for high, look in some(mesh):
+            asset = as_asset(high, look)
+            glb = kiln.to_glb(
+                asset,
+                faces_target=target_face_count,
+                texture_size=texture_size,
+                double_sided=sides_of(double_sided, look),
+                progress=progress(),
+                **packing,
             )
-        return (*textured(mesh, baked, [glb.maps for glb in baked], texture_size), file_of(baked[0].data))
+            data = glb.data
+            if asset is high and look.numbers:
+                document = document_of(data)
+                for material in document["materials"]:
+                    for name, value in look.numbers.items():
+                        set_number(material, name, value)
+                data = with_document(data, document)
+            baked.append(glb)
+            files.append(data)
+            maps.append(dict(glb.maps))
+            looks.append(look)
+            sides.append(material_of(data).get("doubleSided", False))
+        made, normal, occlusion, color, surface, alpha = textured(mesh, baked, maps, looks, texture_size, sides)
+        return made, normal, occlusion, color, file_of(files[0]), surface, alpha
+
+
+class KilnLoadMesh:
+    """A file as MESH: PLY, OBJ, STL, OFF, glTF, FBX, DAE, 3DS or X. Its materials reach Kiln to GLB."""
+
+    @classmethod
+    def INPUT_TYPES(cls):
+        return {
+            "required": {"path": ("STRING", {"default": ""})},
+            "optional": {"up_axis": (["y", "z", "x", "-x", "-y", "-z"], {"tooltip": "Of files that do not state theirs"})},
+        }
+
+    RETURN_TYPES = ("MESH",)
+    RETURN_NAMES = ("mesh",)
+    FUNCTION = "run"
+    CATEGORY = "3d/mesh"
+
+    def run(self, path, up_axis="y"):
+        if not path.strip():
+            raise ValueError("path is empty: give the file of a mesh.")
+        loaded = kiln.load(path.strip(), up=up_axis)
+        return (mesh_of(loaded),)
+
+    @classmethod
+    def IS_CHANGED(cls, path, up_axis="y"):
+        """Of a file that was written anew."""
+        try:
+            with open(path.strip(), "rb") as file:
+                return hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError:
+            return float("nan")
+
+
+def mesh_of(loaded):
+    """A kiln.Mesh as MESH: one row a vertex, split where UVs or normals are."""
+    corner = [loaded.faces, loaded.uv_faces, loaded.normal_faces]
+    used = [part for part in corner if part is not None]
+    keys = np.stack([part.ravel().astype(np.int64) for part in used], axis=1)
+    rows, inverse = np.unique(keys, axis=0, return_inverse=True)
+    item = {
+        "vertices": np.asarray(loaded.vertices, np.float32)[rows[:, 0]],
+        "faces": inverse.reshape(-1, 3).astype(np.int64),
+        "kiln_mesh": loaded,
+    }
+    if loaded.uvs is not None:
+        item["uvs"] = np.float32([0, 1]) + loaded.uvs[rows[:, 1]] * np.float32([1, -1])
+    if loaded.normals is not None:
+        item["normals"] = loaded.normals[rows[:, len(used) - 1]]
+    made = batch_of(None, [item])
+    if loaded.colors is not None:
+        colors = loaded.colors[rows[:, 0]].astype(np.float32) / 255
+        colors[:, :3] = srgb_to_linear(colors[:, :3])
+        made.vertex_colors = as_tensor(colors[None].astype(np.float32))
+        made.kiln_meshes = [(digest_of({**item, "vertex_colors": colors.astype(np.float32)}), loaded)]
+    return made
 
 
 def file_of(data):
@@ -348,7 +675,13 @@ def file_of(data):
     return Types.File3D(io.BytesIO(data), "glb")
 
 
-NODES = {"Kiln Simplify": KilnSimplify, "Kiln Unwrap": KilnUnwrap, "Kiln Bake": KilnBake, "Kiln to GLB": KilnToGLB}
+NODES = {
+    "Kiln Load Mesh": KilnLoadMesh,
+    "Kiln Simplify": KilnSimplify,
+    "Kiln Unwrap": KilnUnwrap,
+    "Kiln Bake": KilnBake,
+    "Kiln to GLB": KilnToGLB,
+}
 NODE_CLASS_MAPPINGS = {node.__name__: node for node in NODES.values()}
 NODE_DISPLAY_NAME_MAPPINGS = {node.__name__: name for name, node in NODES.items()}
 for node in NODES.values():

@@ -6,6 +6,8 @@
 #include <map>
 
 #include "arrays.h"
+#include "base/option.h"
+#include "clean/open_shells.h"
 #include "kiln/asset.h"
 #include "kiln/attribute.h"
 #include "options/words.h"
@@ -18,9 +20,9 @@ using nb::literals::operator""_a;
 /// A GLB of one material.
 /// \param maps          pictures in [0, 1] by their names
 /// \param alpha         of those with opacity
-/// \param double_sided  back faces are shown
+/// \param double_sided  back faces are shown: yes, no, or auto: where views see many of an open mesh
 nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& maps,
-                 const std::string& alpha, bool double_sided) {
+                 const std::string& alpha, const std::string& double_sided) {
   const Call call;
   std::map<std::string, Image> images;
   AssetMaps slots;
@@ -32,7 +34,9 @@ nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& map
   AssetMaterial material;
   material.name = low.mesh->name.empty() ? "mesh" : low.mesh->name;
   material.alpha_mode = *Words(kAlphas).at(alpha);
-  material.double_sided = double_sided;
+  std::vector<Warning> warnings;
+  const std::optional<bool> sides = Words(kSides).at(double_sided);
+  material.double_sided = sides.value_or(false);
   SaveAssetOptions options;
   options.metres = low.mesh->metres;
   options.kiln_extras = "{\"version\": \"" + std::string(version()) + "\"}";
@@ -40,9 +44,22 @@ nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& map
     Mesh mesh = *low.mesh;
     mesh.material_names = {material.name};
     mesh.materials.assign(mesh.triangles.size(), 0);
+    const std::vector<OpenShells> shells =
+        sides ? std::vector<OpenShells>() : find_open_shells(mesh);
+    if (!shells.empty() && shells[0].shows_backs()) {
+      material.double_sided = true;
+      warnings.push_back(
+          {"double-sided",
+           "'" + mesh.name +
+               "' is open, and views from outside see backs of its faces: its material shows them. "
+               "To hide them, add " +
+               option("double_sided", "no") + ".",
+           shells[0].back});
+    }
     material.pictures = std::make_shared<const AssetPictures>(encode_maps(slots));
     return encode_glb(mesh, std::span(&material, 1), options);
   });
+  warn(warnings);
   return nb::bytes(bytes.data(), bytes.size());
 }
 

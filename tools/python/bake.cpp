@@ -12,6 +12,7 @@
 #include "arrays.h"
 #include "asset.h"
 #include "base/option.h"
+#include "image/mip_padding.h"
 #include "job/check_result.h"
 #include "job/map_file.h"
 #include "job/map_words.h"
@@ -281,13 +282,20 @@ bool is_transparent_mesh(const PyMesh& high) {
 }
 
 /// \param names  of the places for maps in a material
+/// \param padded  by pad_for_mips(), as jobs pad a GLB's pictures
 /// \returns the maps by these names, as a material's pictures hold them; what 1 of emission stands for; and which maps
 /// it has no place for
-nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names) {
+nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names, bool padded) {
   const Call call;
   std::vector<BakedMap> maps = self.result.maps;
   std::string left;
-  AssetMaps places = call.run([&] { return kiln::asset_maps(maps, &left); });
+  AssetMaps places = call.run([&] {
+    const AssetMaps pictures = kiln::asset_maps(maps, &left);
+    for (BakedMap& map : maps) {
+      if (padded) pad_for_mips(map, self.result.coverage);
+    }
+    return pictures;
+  });
   nb::dict files;
   for (const std::string& name : names) {
     for (BakedMap& map : maps) {
@@ -517,7 +525,7 @@ void add_bake(nb::module_& module) {
     return list;
   });
   module.def("is_transparent", &is_transparent_mesh, "mesh"_a);
-  module.def("asset_maps", &asset_maps, "bake"_a, "names"_a);
+  module.def("asset_maps", &asset_maps, "bake"_a, "names"_a, "padded"_a);
   module.def("nearest_keyword", &nearest_keyword, "word"_a);
 }
 

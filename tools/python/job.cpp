@@ -11,6 +11,7 @@
 
 #include "arrays.h"
 #include "bake.h"
+#include "job/files.h"
 #include "job/run.h"
 #include "kiln/files.h"
 #include "kiln/job.h"
@@ -150,12 +151,29 @@ void write_file(const std::filesystem::path& path, nb::bytes data) {
   });
 }
 
+/// Makes the folder of a file that will be written, as the command does, and checks that it can be.
+void prepare_file(const std::filesystem::path& path) {
+  const Call call;
+  call.run([&] {
+    prepare_parent(path);
+    OutputSet::check(path);
+  });
+}
+
+/// \throws Error(device) where no device has this name
+void check_device(const std::string& name) {
+  const Call call;
+  call.run([&] { device_of(name); });
+}
+
 }  // namespace
 
 void add_job(nb::module_& module) {
   module.def("run_glb", &run_glb, "json"_a, "high"_a.none(), "not_written"_a, "sample"_a.none(),
              "progress"_a.none());
   module.def("write_file", &write_file, "path"_a, "data"_a);
+  module.def("prepare_file", &prepare_file, "path"_a);
+  module.def("check_device", &check_device, "name"_a);
   module.def("run_job", &run_whole_job, "json"_a, "high"_a.none(), "low"_a.none(), "in_memory"_a,
              "progress"_a.none());
   module.def("job_schema", &job_schema);

@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "arrays.h"
+#include "asset/axes.h"
 #include "base/option.h"
 #include "job/mesh_files.h"
 #include "options/words.h"
@@ -99,11 +100,27 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
                    nb::handle normals, nb::handle normal_faces, nb::handle colors,
                    nb::handle materials, nb::handle material_names, nb::handle groups,
                    nb::handle group_names, nb::handle objects, nb::handle object_names,
-                   nb::handle tangents, nb::handle smooth_angle, const std::string& name) {
+                   nb::handle tangents, nb::handle smooth_angle, const std::string& name,
+                   const std::string& up) {
   Mesh mesh;
   mesh.name = name;
-  const auto xyz = doubles(vertices, "vertices", {-1, 3});
-  const std::size_t count = xyz.shape(0);
+  const auto given_xyz = doubles(vertices, "vertices", {-1, 3});
+  const std::size_t count = given_xyz.shape(0);
+  const AffineMap turn = turn_of(parse_up(up));
+  const bool turns = turn != kIdentityMap;
+  std::vector<double> xyz(given_xyz.data(), given_xyz.data() + 3 * count);
+  for (std::size_t i = 0; turns && i < count; ++i) {
+    const double* const from = given_xyz.data() + 3 * i;
+    for (std::size_t k = 0; k < 3; ++k)
+      xyz[3 * i + k] = turn[k] * from[0] + turn[4 + k] * from[1] + turn[8 + k] * from[2] + 0.0;
+  }
+  const auto turned = [&](Vec3& v) {
+    const Vec3 from = v;
+    float* const to[] = {&v.x, &v.y, &v.z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      *to[k] = static_cast<float>(turn[k] * from.x + turn[4 + k] * from.y + turn[8 + k] * from.z);
+    }
+  };
   mesh.origin = origin_for(xyz.data(), count);
   mesh.positions.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -125,6 +142,9 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   take_pool(uvs, uv_faces, "uvs", "uv_faces", 2, mesh, mesh.uvs, mesh.uv_triangles);
   take_pool(normals, normal_faces, "normals", "normal_faces", 3, mesh, mesh.normals,
             mesh.normal_triangles);
+  if (turns) {
+    for (Vec3& normal : mesh.normals) turned(normal);
+  }
   if (!colors.is_none()) {
     const nb::object rgba =
         nb::module_::import_("kiln._arrays").attr("vertex_colors")(colors, count);
@@ -141,6 +161,9 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     const auto values =
         floats(tangents, "tangents", {static_cast<int>(3 * mesh.triangles.size()), 4});
     mesh.tangents = elements<Tangent>(values.data(), 3 * mesh.triangles.size());
+    if (turns) {
+      for (Tangent& tangent : mesh.tangents) turned(tangent.direction);
+    }
   }
   const Call call;
   if (smooth_angle.is_none()) {
@@ -272,8 +295,10 @@ nb::tuple pickled(const PyMesh& self) {
                         self.height_field);
 }
 
-PyMesh unpickled(const nb::tuple& state) {
-  const Call call;
+/// Parts of a pickle.
+constexpr std::size_t kPickledParts = 7;
+
+PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
   const std::string by = nb::cast<std::string>(state[0]);
   if (by != version()) {
     throw Error(ErrorCode::input,
@@ -283,9 +308,11 @@ PyMesh unpickled(const nb::tuple& state) {
   }
   Mesh mesh;
   std::size_t i = 0;
+  const nb::list parts = nb::cast<nb::list>(state[1]);
   each_part(mesh, [&](auto& part) {
     using Part = std::remove_cvref_t<decltype(part)>;
-    const nb::object given = state[1][i++];
+    if (i >= parts.size()) throw nb::index_error();
+    const nb::object given = parts[i++];
     if constexpr (kIsArray<Part>) {
       using Row = typename Part::value_type;
       const nb::bytes bytes = nb::cast<nb::bytes>(given);
@@ -316,6 +343,7 @@ PyMesh unpickled(const nb::tuple& state) {
     SimplifyReport report;
     i = 0;
     each_figure(report, [&](auto& figure) {
+      if (i >= made.size()) throw nb::index_error();
       figure = nb::cast<std::remove_cvref_t<decltype(figure)>>(made[i++]);
     });
     result.made = std::make_shared<const SimplifyReport>(std::move(report));
@@ -324,8 +352,24 @@ PyMesh unpickled(const nb::tuple& state) {
   return result;
 }
 
+PyMesh unpickled(const nb::tuple& state) {
+  const Call call;
+  if (state.size() == kPickledParts) {
+    try {
+      return unpickled_parts(state, call);
+    } catch (const Error&) {
+      throw;
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception&) {
+      // Parts of other types, or too few of them
+    }
+  }
+  throw Error(ErrorCode::input, "This is no pickle of a kiln.Mesh: hand on a file.", "pickle");
+}
+
 PyMesh load_file(const std::filesystem::path& path, const std::string& triangulate,
-                 std::uint32_t uv_set, nb::object keep) {
+                 std::uint32_t uv_set, nb::object keep, const std::string& up) {
   const Call call;
   std::vector<Warning> warnings;
   LoadMeshOptions options;
@@ -338,6 +382,7 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   }
   options.triangulation = *known;
   options.uv_set = uv_set;
+  if (!up.empty()) options.up = parse_up(up);
   PyMesh mesh{call.run([&] { return shared(load_mesh(path, options, &warnings)); })};
   mesh.file = path.string();
   mesh.keep = std::move(keep);
@@ -402,6 +447,7 @@ materials     (F,) whole numbers that material_names counts from 0; groups and o
 tangents      (3 F, 4), one a corner: direction along u, and the bitangent's sign; without: MikkTSpace's
 smooth_angle  in place of normals: edges whose faces turn by so many degrees or more are hard, all others smooth
 name          in messages and names of files
+up            the axis of the arrays that points up: x, y, z, -x, -y or -z. It is turned to Y, as in glTF
 
 Raises kiln.Error, with the parameter's name, for arrays of other shapes or types.
 
@@ -415,10 +461,11 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
              nb::object uv_faces, nb::object normals, nb::object normal_faces, nb::object colors,
              nb::object materials, nb::object material_names, nb::object groups,
              nb::object group_names, nb::object objects, nb::object object_names,
-             nb::object tangents, nb::object smooth_angle, const std::string& name) {
+             nb::object tangents, nb::object smooth_angle, const std::string& name,
+             const std::string& up) {
             new (self) PyMesh(from_arrays(vertices, faces, uvs, uv_faces, normals, normal_faces,
                                           colors, materials, material_names, groups, group_names,
-                                          objects, object_names, tangents, smooth_angle, name));
+                                          objects, object_names, tangents, smooth_angle, name, up));
           },
           "vertices"_a.none(), "faces"_a.none(), "uvs"_a.none() = nb::none(), nb::kw_only(),
           "uv_faces"_a.none() = nb::none(), "normals"_a.none() = nb::none(),
@@ -426,7 +473,8 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           "materials"_a.none() = nb::none(), "material_names"_a.none() = nb::none(),
           "groups"_a.none() = nb::none(), "group_names"_a.none() = nb::none(),
           "objects"_a.none() = nb::none(), "object_names"_a.none() = nb::none(),
-          "tangents"_a.none() = nb::none(), "smooth_angle"_a.none() = nb::none(), "name"_a = "mesh")
+          "tangents"_a.none() = nb::none(), "smooth_angle"_a.none() = nb::none(), "name"_a = "mesh",
+          "up"_a = "y")
       .def_prop_ro(
           "name", [](const PyMesh& self) { return text_of(self.mesh->name); },
           getter("def name(self, /) -> str"), "In messages and names of files")
@@ -529,7 +577,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
            [](PyMesh& self, const nb::tuple& state) { new (&self) PyMesh(unpickled(state)); })
       .def("__repr__", &describe);
   module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
-             "keep"_a.none() = nb::none());
+             "keep"_a.none() = nb::none(), "up"_a = "");
   module.def("with_material", &with_material, "mesh"_a, "of"_a);
   module.def("shaded", &shaded, "mesh"_a, "rule"_a);
   module.def("load_bytes", &load_bytes, "data"_a, "name"_a);

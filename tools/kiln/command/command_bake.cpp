@@ -8,8 +8,11 @@
 #include "arguments/command_options.h"
 #include "batch/job_file.h"
 #include "cl/device_order.h"
+#include "command/view_command.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "job/high_poly_input.h"
+#include "job/job_options.h"
 #include "job/run.h"
 #include "kiln/job.h"
 #include "kiln/options.h"
@@ -86,8 +89,32 @@ RunHooks drawing_hooks(const Job& job, std::optional<RunningProgram>& python) {
   return hooks;
 }
 
-int run_bake(const Job& job) {
+/// The page of --page for the asset of a job.
+ViewCommandArguments view_of(const Job& job, const std::string& page) {
+  const std::string asset = asset_file(job);
+  refuse_if(asset.empty(), "--page shows an asset: give --out NAME.glb, NAME.gltf or NAME.obj.");
+  refuse_if(job.low.make.lods != 0, "--page shows one asset: leave --lod out, or run kiln view.");
+  ViewCommandArguments view;
+  view.mesh = asset;
+  view.out = page;
+  view.device = job.device;
+  view.shading = job.frame.shading;
+  std::vector<std::string> inputs;
+  for (const JobInput& input : job.high) inputs.push_back(input.name);
+  if (inputs.size() == 1 && !is_height_field(inputs.front())) view.reference = inputs.front();
+  for (const JobInput& input : job.low.given) inputs.push_back(input.name);
+  check_page("--page", page, inputs);
+  return view;
+}
+
+/// \param page  of --page; empty: none
+int run_bake(const Job& job, const std::string& page) {
   Console console(job.quiet, job.json);
+  std::optional<ViewCommandArguments> view;
+  if (!page.empty()) {
+    check(job);
+    view = view_of(job, page);
+  }
   std::optional<RunningProgram> python;
   RunHooks hooks = drawing_hooks(job, python);
   const auto open_device = [&] {
@@ -103,6 +130,7 @@ int run_bake(const Job& job) {
   if (job.json == "-") save_report("-", result.report);
   for (const Warning& warning : result.causes) console.warning(warning.message);
   for (const Message& line : result.summary) console.line(line.text(option_as_flag));
+  if (view) write_view(*view, console);
   if (result.failure.empty()) return 0;
   print_line(stderr, "kiln: " + result.failure.text(option_as_flag));
   return 1;
@@ -117,19 +145,25 @@ Run add_bake(Command& app) {
   add_options(*command, bake_rows(), job.get());
   command->add_text_flag("--help-json", options_json,
                          "All options as JSON, for programs: types, units, ranges, defaults");
+  auto page = std::make_shared<std::string>();
+  command->add_option(
+      "--page", [page](const Option::Words& words) { *page = words.back(); },
+      "Also write a page (HTML) that shows the asset of --out beside HIGH in a browser, as kiln "
+      "view does");
   auto prints = std::make_shared<bool>(false);
   command->add_flag(
       "--print-job", [prints](const Option::Words&) { *prints = true; },
       "Print the command as a job file of kiln run, and bake nothing");
-  return [command, job, prints] {
+  return [command, job, prints, page] {
     job->given = given_flags(*command);
+    job->given.erase("--page");
     if (*prints) {
       job->given.erase("--print-job");
       check(*job);
       print_text(stdout, job_file_of(to_json(*job)));
       return 0;
     }
-    return run_bake(*job);
+    return run_bake(*job, *page);
   };
 }
 

@@ -6,6 +6,7 @@
 
 #include "arguments/command_options.h"
 #include "command/render_parts.h"
+#include "command/view_command.h"
 #include "commands.h"
 #include "job/check_result.h"
 #include "job/files.h"
@@ -24,13 +25,6 @@
 
 namespace kiln::cli {
 namespace {
-
-struct ViewCommandArguments {
-  std::string mesh, reference, out, device;
-  std::uint32_t reference_faces = 300000;
-  bool z_up = false, no_errors = false, quiet = false;
-  ShadingOptions shading;
-};
 
 #define AT(member) KILN_MEMBER(ViewCommandArguments, member)
 
@@ -88,12 +82,17 @@ void add_errors(const ViewCommandArguments& arguments, Mesh low,
     page.facts.emplace_back("without the map", formatted("%.2f degrees", without.mean_degrees));
 }
 
-int run_view(const ViewCommandArguments& arguments) {
-  Console console(arguments.quiet, "");
-  refuse_if(std::filesystem::path(arguments.out).extension() != ".html",
-            "--out '" + arguments.out + "': the page is HTML, so the name must end in .html.");
-  check_paths({arguments.mesh, arguments.reference}, {arguments.out});
-  prepare_parent(arguments.out);
+}  // namespace
+
+void check_page(const std::string& flag, const std::string& page,
+                const std::vector<std::string>& inputs) {
+  refuse_if(std::filesystem::path(page).extension() != ".html",
+            flag + " '" + page + "': the page is HTML, so the name must end in .html.");
+  check_paths({inputs.begin(), inputs.end()}, {page});
+  prepare_parent(page);
+}
+
+void write_view(const ViewCommandArguments& arguments, Console& console) {
   std::vector<Warning> warnings;
   Job job;
   job.low.given = {arguments.mesh};
@@ -129,10 +128,7 @@ int run_view(const ViewCommandArguments& arguments) {
   for (const Warning& warning : warnings) console.warning(warning.message);
   for (const auto& [name, value] : page.facts) console.line(name + ": " + value);
   console.line("wrote " + arguments.out);
-  return 0;
 }
-
-}  // namespace
 
 Run add_view(Command& app) {
   Command* command = app.add_command(
@@ -140,7 +136,12 @@ Run add_view(Command& app) {
       "A page that shows an asset in a browser, without network; with --reference HIGH beside it");
   auto arguments = std::make_shared<ViewCommandArguments>();
   add_options(*command, view_command_rows(), arguments.get());
-  return [arguments] { return run_view(*arguments); };
+  return [arguments] {
+    Console console(arguments->quiet, "");
+    check_page("--out", arguments->out, {arguments->mesh, arguments->reference});
+    write_view(*arguments, console);
+    return 0;
+  };
 }
 
 }  // namespace kiln::cli

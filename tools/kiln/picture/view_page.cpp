@@ -197,7 +197,63 @@ constexpr std::array kSlots = {
     SlotRow{"metallic", MaterialSlot::metallic, &Material::metallic_map, true},
     SlotRow{"occlusion", MaterialSlot::occlusion, &Material::occlusion_map, true},
     SlotRow{"emission", MaterialSlot::emission, &Material::emission_map, false},
+    SlotRow{"opacity", MaterialSlot::opacity, &Material::opacity_map, true},
 };
+
+/// The UV set on which a material is drawn: that of its colours, else of its first picture. Three.js has one for all
+/// pictures but occlusion.
+std::uint32_t drawn_set(const Material& material, std::uint32_t own) {
+  for (const SlotRow& row : kSlots) {
+    const MaterialPicture& picture = material.*row.picture;
+    if (!picture.empty()) return picture.uv_set;
+  }
+  return own;
+}
+
+/// The mesh with the UVs of each material's drawn_set(); none: its own UVs are those of all.
+std::optional<Mesh> with_drawn_sets(const ViewedMesh& viewed) {
+  const Mesh& mesh = *viewed.mesh;
+  if (mesh.uvs.empty() || mesh.other_uvs.empty() || viewed.materials.empty()) return std::nullopt;
+  std::vector<std::uint32_t> first_of(viewed.materials.size(), 0);
+  bool any = false;
+  for (std::size_t m = 0; m < first_of.size(); ++m) {
+    const std::uint32_t set = drawn_set(viewed.materials[m], mesh.uv_set);
+    for (std::size_t k = 0; k < mesh.other_uvs.size() && set != mesh.uv_set; ++k) {
+      if (mesh.other_uvs[k].set != set) continue;
+      first_of[m] = static_cast<std::uint32_t>((k + 1) * mesh.uvs.size());
+      any = true;
+    }
+  }
+  if (!any) return std::nullopt;
+  Mesh result = mesh;
+  for (const UvSet& other : mesh.other_uvs)
+    result.uvs.insert(result.uvs.end(), other.uvs.begin(), other.uvs.end());
+  for (std::size_t t = 0; t < result.triangles.size(); ++t) {
+    const std::uint32_t material = mesh.materials.empty() ? 0 : mesh.materials[t];
+    for (std::uint32_t& corner : result.uv_triangles[t]) corner += first_of[material];
+  }
+  result.other_uvs.clear();
+  result.tangents.clear();  // those of the file belong to its own set
+  return result;
+}
+
+/// Leaves out pictures that lie on another set than the material is drawn with, and says which.
+void leave_out_other_sets(const ViewedMesh& viewed, std::vector<Material>& materials,
+                          std::vector<Warning>& warnings) {
+  for (Material& of : materials) {
+    const std::uint32_t set = drawn_set(of, viewed.mesh->uv_set);
+    for (const SlotRow& row : kSlots) {
+      MaterialPicture& picture = of.*row.picture;
+      if (picture.empty() || picture.uv_set == set) continue;
+      warnings.push_back({"view-uv-set",
+                          "'" + of.name + "': its picture of " + row.name + " lies on UV set " +
+                              std::to_string(picture.uv_set) + ", the material is drawn with set " +
+                              std::to_string(set) + ": that picture is left out.",
+                          1});
+      picture = {};
+    }
+  }
+}
 
 /// One slot of a material: its picture, or its value.
 Json slot_json(const SlotRow& row, const Texture& texture, std::size_t material, const Material& of,
@@ -228,11 +284,13 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
   std::vector<Material> materials = viewed.materials;
   if (materials.empty())
     materials.resize(std::max<std::size_t>(1, viewed.mesh->material_names.size()));
+  leave_out_other_sets(viewed, materials, warnings);
   Json list = Json::array();
   for (const Material& of : materials) {
-    const char* const alpha = !of.multiplies || of.alpha_mode == AlphaMode::opaque ? "opaque"
-                              : of.alpha_mode == AlphaMode::mask                   ? "cutout"
-                                                                                   : "blend";
+    const bool clear = of.multiplies || of.opacity < 1 || !of.opacity_map.empty();
+    const char* const alpha = !clear || of.alpha_mode == AlphaMode::opaque ? "opaque"
+                              : of.alpha_mode == AlphaMode::mask           ? "cutout"
+                                                                           : "blend";
     list.push_back(Json{{"name", of.name},
                         {"alpha", alpha},
                         {"cutoff", of.alpha_cutoff},
@@ -260,6 +318,10 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
           number(of.roughness);
         if (row.slot == MaterialSlot::metallic && of.metallic_from != MaterialNumber::none)
           number(of.metallic);
+        if (row.slot == MaterialSlot::emission && of.emission_from != MaterialNumber::none) {
+          slot_of(m,
+                  row) = {{"value", Json::array({of.emission[0], of.emission[1], of.emission[2]})}};
+        }
       }
       continue;
     }
@@ -272,8 +334,11 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
       continue;
     }
     for (std::size_t m = 0; m < materials.size(); ++m) {
-      const bool is_normal = row.slot == MaterialSlot::normal;
-      if (is_normal && (materials[m].*row.picture).empty()) continue;
+      const bool needs_picture =
+          row.slot == MaterialSlot::normal || row.slot == MaterialSlot::opacity;
+      if (needs_picture && (materials[m].*row.picture).empty()) continue;
+      // Opacity that multiplies is the alpha of the colour's picture.
+      if (row.slot == MaterialSlot::opacity && materials[m].multiplies) continue;
       slot_of(m, row) = slot_json(row, texture, m, materials[m], pictures);
     }
   }
@@ -325,7 +390,8 @@ std::string view_page(const ViewPage& page, const ViewedMesh& low, const ViewedM
   PictureList pictures;
   Json meshes = Json::array();
   const auto add = [&](const ViewedMesh& viewed) {
-    Json json = VertexBuffer(*viewed.mesh, !viewed.materials.empty()).to_json();
+    const std::optional<Mesh> drawn = with_drawn_sets(viewed);
+    Json json = VertexBuffer(drawn ? *drawn : *viewed.mesh, !viewed.materials.empty()).to_json();
     json["materials"] = materials_json(viewed, pictures, warnings);
     meshes.push_back(json);
   };

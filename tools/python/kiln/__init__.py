@@ -17,6 +17,7 @@ from ._glb import Glb, pack_glb, sampled, to_glb
 from ._job import JobMap, JobResult, job_schema, run
 from ._measure import NormalError, measure, render
 from ._meshes import as_mesh, load
+from ._notebook import install as _install_notebook
 from ._options import options
 from ._plan import Plan, plan
 from ._session import BakeSession, ViewSession
@@ -24,6 +25,7 @@ from ._surface import clean, simplify, unwrap
 from ._volume import HeightField, VolumeBake, contour, height_field, volume
 
 _prepare()
+_install_notebook()
 __version__ = _version()
 __all__ = [
     "Bake",

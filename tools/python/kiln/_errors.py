@@ -91,13 +91,56 @@ def path_of(given: Any, parameter: str = "path") -> str:
 
 
 def device_of(device: Any) -> str:
-    """Its name or index, as the library takes it."""
+    """Its name or index, as the library takes it. A name that no device has is an error at once, before any work."""
+    from . import _core
+
     if isinstance(device, str):
+        if device:
+            _core.check_device(device)
         return device
     if isinstance(device, bool) or not hasattr(device, "__index__"):
         text = f"device: {device!r}: expected an index or part of a name, as kiln.devices() lists them."
         raise Error(text, "option-type", "usage", "device")
     return str(operator.index(device))
+
+
+#: Other packages' words for arguments.
+_OTHER_WORDS = {
+    "size": ("texture_size",),
+    "resolution": ("texture_size", "size"),
+    "texture_resolution": ("texture_size", "size"),
+    "target_faces": ("faces_target", "target"),
+    "target_count": ("faces_target", "target"),
+    "target_face_count": ("faces_target", "target"),
+    "face_count": ("faces_target", "target"),
+    "faces": ("faces_target", "target"),
+    "target": ("faces_target",),
+    "out": ("path",),
+    "output": ("path",),
+    "filename": ("path",),
+    "file": ("path",),
+    "texture": ("textures", "maps"),
+    "vertex_colors": ("colors",),
+    "doublesided": ("double_sided",),
+    "two_sided": ("double_sided",),
+}
+
+
+def unknown_keyword(name: str, function: str, own: Iterable[str], near: str | None) -> TypeError:
+    """The error of a keyword that a function does not have, with the one that was likely meant.
+
+    own   the function's own parameters
+    near  the nearest keyword of a bake; None or "": none is near
+    """
+    import difflib
+
+    names = list(own)
+    word = name.lower().replace("-", "_")
+    meant = [other for other in _OTHER_WORDS.get(word, ()) if other in names]
+    known = [*names, near] if near else names
+    meant = meant or difflib.get_close_matches(word, known, 1, 0.75) or ([near] if near else [])
+    text = f"{function}() got an unexpected keyword argument '{name}'"
+    return TypeError(text + (f"; did you mean {meant[0]}?" if meant else "; kiln.options() lists them"))
 
 
 #: What is baked at this moment of a low poly in texture sets, whose other sets have no UVs then.

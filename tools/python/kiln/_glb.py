@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -10,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from . import _core
 from ._bake import Bake, error_bound
 from ._core import Mesh
-from ._errors import Error, count_of, device_of, path_of, untold
-from ._meshes import as_mesh, kept_file
+from ._errors import Error, count_of, device_of, path_of, unknown_keyword, untold
+from ._meshes import as_mesh, kept_file, scene_data
 from ._options import checked, json_of, plain
 from ._plan import screen_of
 from ._progress import callback_of
@@ -63,7 +64,7 @@ class Glb:
     def _part(self, name: str) -> np.ndarray:
         if not self._parts:
             packed = any(name in self.data[: 20 + int.from_bytes(self.data[12:16], "little")] for name in _PACKED)
-            plain = _core.encode_glb(self.mesh, {}, "mask", False) if packed else self.data
+            plain = _core.encode_glb(self.mesh, {}, "mask", "no") if packed else self.data
             self._parts = arrays_of(plain)
         return self._parts[name]
 
@@ -241,7 +242,7 @@ def pack_glb(
     maps: Mapping[str, Any],
     *,
     path: str | os.PathLike[str] | None = None,
-    double_sided: bool = False,
+    double_sided: bool | str = "auto",
     alpha: str = "mask",
 ) -> Glb:
     """Writes a mesh with UVs and your own maps as a GLB.
@@ -250,7 +251,8 @@ def pack_glb(
     maps          of normal, ao, color, opacity, roughness, metallic, emission: (H, W) or (H, W, C), uint8, or float in
                   [0, 1], colours sRGB-encoded, row 0 at the top; none: {}. Of a kiln.Bake: {name: bake.stored(name)}
     path          where to write it, too: NAME.glb
-    double_sided  back faces are shown
+    double_sided  back faces are shown: True or False; "auto": where views from outside see many, through the borders of
+                  an open mesh, which is the warning `double-sided`
     alpha         with opacity: mask or blend
 
     Returns a kiln.Glb. Raises kiln.Error.
@@ -267,10 +269,11 @@ def pack_glb(
         raise Error(f"maps: expected a dict by name, not {type(maps).__name__}.", "option-type", "usage", "maps")
     _check_slots("maps", maps)
     _check_output(path, alpha)
+    sides = _sides_of(double_sided)
     mesh = as_mesh(low, "low")
     files = {name: image(maps[name], "maps") for name in SLOTS if name in maps}
     _check_pictures("maps", files)
-    data = _core.encode_glb(mesh, files, alpha, double_sided)
+    data = _core.encode_glb(mesh, files, alpha, sides)
     _write(data, path)
     return Glb(data, mesh, files, None)
 
@@ -301,10 +304,24 @@ def _check_pictures(parameter: str, files: Mapping[str, np.ndarray]) -> None:
 
 
 def _check_output(path: str | os.PathLike[str] | None, alpha: str) -> None:
-    if path is not None and Path(path_of(path)).suffix.lower() not in ("", ".glb"):
-        raise Error(f"path: '{path}' would hold a GLB: name it .glb.", "output-name", "usage", "path")
+    if path is not None:
+        if Path(path_of(path)).suffix.lower() not in ("", ".glb"):
+            raise Error(f"path: '{path}' would hold a GLB: name it .glb.", "output-name", "usage", "path")
+        _core.prepare_file(path_of(path))  # its folder is made, as by the command
     if not isinstance(alpha, str) or alpha not in ("mask", "blend"):
         raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
+
+
+def _sides_of(double_sided: Any) -> str:
+    """As the command takes it."""
+    if double_sided is None or double_sided is True or double_sided is False:
+        return {None: "auto", True: "yes", False: "no"}[double_sided]
+    if isinstance(double_sided, str) and double_sided in ("auto", "yes", "no"):
+        return double_sided
+    if type(double_sided).__name__ in ("bool", "bool_"):  # NumPy's
+        return "yes" if double_sided else "no"
+    text = f'double_sided: {double_sided!r}: give True, False or "auto".'
+    raise Error(text, "option-type", "usage", "double_sided", repr(double_sided), "True, False, auto")
 
 
 def to_glb(
@@ -325,7 +342,7 @@ def to_glb(
     dither: str | bool | None = None,
     fallback_textures: bool = False,
     mesh_compression: str | None = None,
-    double_sided: bool | None = None,
+    double_sided: bool | str | None = "auto",
     alpha: str | None = None,
     weld: float = 1e-5,
     orient: bool = True,
@@ -336,6 +353,8 @@ def to_glb(
     max_outline: str | None = None,
     high_normals: str | float = "auto",
     device: str | int = "",
+    name: str | None = None,
+    up: str | None = None,
     progress: Any = None,
     **keywords: Any,
 ) -> Glb:
@@ -362,7 +381,9 @@ def to_glb(
     fallback_textures
                      PNGs stand beside WebPs, so that readers need no extension
     mesh_compression of the triangles: meshopt, draco or none, which is the default
-    double_sided     back faces are shown; without: where the dense mesh's materials show them
+    double_sided     back faces are shown: True or False; "auto": where the dense mesh's materials show them, and, without
+                     such materials, where views from outside see many through the borders of an open mesh, which is the
+                     warning `double-sided`
     alpha            with opacity: mask or blend; without: as the dense mesh's materials have it, with their cutoffs;
                      mask where none is transparent
     weld, orient, fill_holes, drop_floaters, drop_hidden
@@ -370,6 +391,8 @@ def to_glb(
     screen, max_outline
                      with max_error: as kiln.plan() takes them
     high_normals     as kiln.Source takes it
+    name             of the mesh and its material; without: the dense mesh's
+    up               the axis that points up in arrays, and in files that do not state theirs: x, y, z, -x, -y or -z
     progress         as bake() takes it
     keywords         as bake() takes them: match, samples, fallback... Ambient occlusion is smoothed (ao_error=1)
                      where none of ao_rays, ao_error, ao_by and ao_views is given, as in the command's GLB
@@ -377,15 +400,21 @@ def to_glb(
     It is the job of `kiln bake HIGH --sets one --out NAME.glb`: of a file, its nodes and materials stay, and the bytes
     are the command's. Repairs are warnings. Returns a kiln.Glb.
     """
+    sides = _sides_of(double_sided)
+    if faces is not None and hasattr(faces, "__index__") and not getattr(faces, "ndim", 0):
+        text = f"faces: {faces!r}: these are triangles, (F, 3). Their number in the GLB is faces_target."
+        raise Error(text, "array-type", "usage", "faces", repr(faces), "", [("faces_target", repr(faces))])
+    options: dict[str, Any] = checked(keywords, "to_glb", inspect.signature(to_glb).parameters)
+    if "size" in options:
+        raise unknown_keyword("size", "to_glb", ["texture_size"], None)
+    device_name = device_of(device)
     _check_output(path, "mask" if alpha is None else alpha)
     texture_size = count_of(texture_size, "texture_size", 16, 16384)
     if faces_target is not None and max_error is not None:
         text = "faces_target: max_error chooses the number of triangles: leave one of them out."
         raise Error(text, "option-contradiction", "usage", "faces_target")
     count = count_of(10_000 if faces_target is None else faces_target, "faces_target", 1, 2**31)
-    sides = None if double_sided is None else "yes" if double_sided else "no"
-    options: dict[str, Any] = checked({"size": texture_size, **keywords})
-    options |= {"sets": "one", "device": device_of(device) or None, "alpha": alpha, "double_sided": sides}
+    options |= {"size": texture_size, "sets": "one", "device": device_name or None, "alpha": alpha, "double_sided": sides}
     options |= {"screen": screen_of(screen), "max_outline": max_outline, "high_normals": str(high_normals)}
     options["max_bytes"] = plain(max_bytes)
     if max_error is not None:
@@ -409,8 +438,10 @@ def to_glb(
     mesh, kept = None, None
     if repairs == (1e-5, True, True, True, True) and faces is None and colors is None:
         options["high"], kept = _file_of(vertices)
+        options["up"] = up
     if not options.get("high"):
-        high = as_mesh(vertices, "vertices") if faces is None else Mesh(vertices, faces, colors=colors)
+        options.pop("up", None)
+        high = as_mesh(vertices, "vertices", up) if faces is None else Mesh(vertices, faces, colors=colors, up=up or "y")
         if faces is None and colors is not None:
             high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
         mesh = high
@@ -419,6 +450,8 @@ def to_glb(
             mesh = cleaned(high, *repairs[:4], drop_hidden and not shows_inside, _part(report, 0, 0.02))
             options["clean"] = "none"
     options["out"] = _name_of(path, mesh, options.get("high"))
+    if name is not None:
+        options["out"] = _name_of(None, None, f"{_text_of(name, 'name')}.glb")
     files: dict[str, np.ndarray] = {}
 
     def call(found: _core.Match) -> dict[str, np.ndarray]:
@@ -452,11 +485,20 @@ def _maps_of(maps: Sequence[str] | None, samples: bool) -> tuple[list[str] | Non
 
 def _file_of(given: Any) -> tuple[str | None, object]:
     """The file that a high poly is, and what it lives as long as; None: it is a mesh in memory."""
+    data = scene_data(given)
+    if data is not None:
+        return kept_file(data)
     if isinstance(given, (str, os.PathLike)):
         return path_of(given, "vertices"), None
     if isinstance(given, (bytes, bytearray, memoryview)) and bytes(given[:4]) == b"glTF":
         return kept_file(bytes(given))
     return None, None
+
+
+def _text_of(given: Any, parameter: str) -> str:
+    if isinstance(given, str) and given:
+        return given
+    raise Error(f"{parameter}: expected text, not {given!r}.", "option-type", "usage", parameter)
 
 
 def _name_of(path: str | os.PathLike[str] | None, mesh: Mesh | None, file: str | None) -> str:
@@ -471,7 +513,7 @@ def _name_of(path: str | os.PathLike[str] | None, mesh: Mesh | None, file: str |
 
 def _pictures_of(baked: Bake, left_out: set[str]) -> tuple[dict[str, np.ndarray], float]:
     """The maps as a material has them, and what 1 of emission stands for."""
-    files, strength, _ = _core.asset_maps(baked._core, list(SLOTS))
+    files, strength, _ = _core.asset_maps(baked._core, list(SLOTS), "gutter" not in baked._keywords)
     if "normal" in left_out and "normals" not in baked:
         files.pop("normal", None)
     # A slot of one channel stores the first.

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
 from ._core import Mesh
 from ._errors import Error
+from ._meshes import as_mesh
 from ._options import json_of
 from ._progress import callback_of
 
@@ -53,7 +55,7 @@ def run(
     """Runs a job like `kiln bake`, with its options as keywords.
 
     job        a dict of options, or a JSON text of one; keyword arguments go before it
-    high, low  a path, a list of paths, or a kiln.Mesh. Without low, Kiln makes it (faces=, max_error=)
+    high, low  a path, a list of paths, or a mesh as kiln.as_mesh() takes it. Without low, Kiln makes it (faces=, max_error=)
     out        a folder, or NAME.glb, NAME.gltf or NAME.obj
     options    flags of `kiln bake` with underscores: faces=5000, maps=["normal", "ao"], max_distance="2%";
                kiln.job_schema() describes all
@@ -70,11 +72,17 @@ def run(
     if job is not None and not isinstance(job, Mapping):
         raise Error(f"job: expected a dict or JSON of an object, not {type(job).__name__}.", "option-type", "usage", "job")
     given = {**(job or {}), **options}
-    meshes = {side: given.pop(side) for side in ("high", "low") if isinstance(given.get(side), Mesh)}
+    meshes = {side: as_mesh(given.pop(side), side) for side in ("high", "low") if not _is_file(given.get(side))}
     made = _core.run_job(json_of(given), meshes.get("high"), meshes.get("low"), in_memory, callback_of(progress))
     maps = [JobMap(each["name"], each["set"], each["tile"], each["pixels"]) for each in made["maps"]]
     report = json.loads(made["report"])
     return JobResult(made["files"], made["glb"], maps, made["mesh"], report, made["summary"], made["failure"])
+
+
+def _is_file(given: Any) -> bool:
+    """Files, which the job reads itself, or nothing."""
+    files = given if isinstance(given, (list, tuple)) else [given]
+    return given is None or all(isinstance(file, (str, os.PathLike)) for file in files)
 
 
 def job_schema() -> dict[str, Any]:

@@ -10,42 +10,56 @@ from ._core import Mesh
 from ._errors import Error, path_of, warn
 
 
-def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int = 0) -> Mesh:
+def load(
+    path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int = 0, up: str | None = None
+) -> Mesh:
     """Reads a mesh: PLY, OBJ, STL, OFF, glTF, and FBX, DAE, 3DS and X where they were built in.
 
     triangulate  how polygons become triangles: auto, blender, fan or shortest
     uv_set       of several sets of UVs in a glTF
+    up           the axis that points up in files that do not state theirs: x, y, z, -x, -y or -z; without: y
 
     Raises kiln.Error for a file that cannot be used.
     """
-    return _core.load_file(path_of(path), triangulate, uv_set)
+    return _core.load_file(path_of(path), triangulate, uv_set, None, up or "")
 
 
-def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
-    """A kiln.Mesh of a mesh, a file's path, a file's bytes, (vertices, faces), or an object of trimesh's kind.
+def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
+    """A kiln.Mesh of a mesh, a file's path, a file's bytes, (vertices, faces), or an object of trimesh's kind: a
+    Trimesh, or a Scene with its materials.
+
+    up  the axis that points up in arrays and in files that do not state theirs: x, y, z, -x, -y or -z; without: y
 
     >>> import kiln
     >>> kiln.as_mesh(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).faces.shape
     (1, 3)
     """
+    if up is not None and isinstance(getattr(given, "mesh", given), Mesh):
+        text = "up: the mesh was made already: give up to kiln.Mesh(), which turns its arrays."
+        raise Error(text, "option-contradiction", "usage", "up")
     if isinstance(given, Mesh):
         return given
     if isinstance(given, (str, os.PathLike)):
-        return load(given)
+        return load(given, up=up)
+    if (scene := scene_data(given)) is not None:
+        return _of_glb(scene)
     if isinstance(given, (bytes, bytearray, memoryview)):
         data = bytes(given)
         if data[:4] == b"glTF":
             return _of_glb(data)
+        if up is not None:
+            file, kept = kept_file(data, _extension(data))
+            return _core.load_file(file, "auto", 0, kept, up)
         return _core.load_bytes(data, "mesh" + _extension(data))
     if isinstance(given, (tuple, list)) and len(given) == 2:
-        return Mesh(given[0], given[1])
+        return Mesh(given[0], given[1], up=up or "y")
     if isinstance(getattr(given, "mesh", None), Mesh):  # kiln.Glb
         return given.mesh  # type: ignore[no-any-return]
+    if hasattr(given, "geometry") and hasattr(given, "to_mesh"):  # a scene with colours of vertices
+        given = given.to_mesh()
     if hasattr(given, "vertices") and hasattr(given, "faces"):
-        return _of_object(given, parameter not in ("low", "cage_mesh", "ao_occluders"))
+        return _of_object(given, parameter not in ("low", "cage_mesh", "ao_occluders"), up)
     hint = ""
-    if hasattr(given, "to_mesh"):
-        hint = " Of a scene, give scene.to_mesh()."
     raise Error(
         f"{parameter}: expected a kiln.Mesh, a path, a file's bytes, (vertices, faces), or an object with vertices "
         f"and faces, not {type(given).__name__}.{hint}",
@@ -66,8 +80,22 @@ def _of_glb(data: bytes) -> Mesh:
     return _core.load_file(file, "auto", 0, kept)
 
 
-def kept_file(data: bytes) -> tuple[str, object]:
-    """A GLB's file, and what it lives as long as."""
+def scene_data(given: Any) -> bytes | None:
+    """The GLB of a trimesh.Scene, with its hierarchy and materials; None: it is none, or has colours of vertices, which
+    trimesh writes otherwise than glTF has them."""
+    if not (hasattr(given, "geometry") and hasattr(given, "graph") and hasattr(given, "export")):
+        return None
+    meshes = [each for each in given.geometry.values() if hasattr(each, "faces")]
+    if not meshes:
+        raise Error("The scene has no mesh.", "mesh-type", "usage")
+    if any(getattr(getattr(each, "visual", None), "kind", None) in ("vertex", "face") for each in meshes):
+        return None
+    data: bytes = given.export(file_type="glb", include_normals=True)
+    return data
+
+
+def kept_file(data: bytes, extension: str = ".glb") -> tuple[str, object]:
+    """A mesh's file, and what it lives as long as."""
     import shutil
     import tempfile
     import weakref
@@ -75,7 +103,7 @@ def kept_file(data: bytes) -> tuple[str, object]:
     folder = tempfile.mkdtemp()
     kept = _Kept()
     weakref.finalize(kept, shutil.rmtree, folder, ignore_errors=True)
-    file = os.path.join(folder, "mesh.glb")
+    file = os.path.join(folder, "mesh" + extension)
     with open(file, "wb") as out:
         out.write(data)
     return file, kept
@@ -102,7 +130,7 @@ _FACTORS = ("baseColorFactor", "metallicFactor", "roughnessFactor", "emissiveFac
 _PICTURES = ("baseColorTexture", "metallicRoughnessTexture", "normalTexture", "occlusionTexture", "emissiveTexture")
 
 
-def _of_object(given: Any, with_material: bool) -> Mesh:
+def _of_object(given: Any, with_material: bool, up: str | None = None) -> Mesh:
     """Duck typing of trimesh.Trimesh: visual.uv, visual.vertex_colors, the vertices' own normals, and the material. What
     is left out is told."""
     visual = getattr(given, "visual", None)
@@ -125,7 +153,7 @@ def _of_object(given: Any, with_material: bool) -> Mesh:
     metadata = getattr(given, "metadata", None)
     if isinstance(metadata, dict):
         name = str(metadata.get("name") or metadata.get("file_name") or name)
-    mesh = Mesh(given.vertices, given.faces, uvs, normals=normals, colors=colors, name=os.path.splitext(name)[0])
+    mesh = Mesh(given.vertices, given.faces, uvs, normals=normals, colors=colors, name=os.path.splitext(name)[0], up=up or "y")
     material = getattr(visual, "material", None)
     return mesh if material is None or not with_material else _with_material(mesh, material, visual)
 

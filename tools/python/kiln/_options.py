@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from . import _core
-from ._errors import Error
+from ._errors import Error, unknown_keyword
 
 _known: dict[str, bool] = {}
 
@@ -24,17 +24,16 @@ def options() -> dict[str, str]:
     return {name: text for name, is_flag, text in _core.keywords()}
 
 
-def checked(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The keywords of a bake that have a value. Raises TypeError for one that there is not."""
+def checked(given: Mapping[str, Any], function: str = "bake", own: Iterable[str] = ()) -> dict[str, Any]:
+    """The keywords of a bake that have a value. Raises TypeError for one that there is not.
+
+    function, own  whose keywords they are, and its own parameters: for messages
+    """
     if not _known:
         _known.update((name, is_flag) for name, is_flag, text in _core.keywords())
     for name, value in given.items():
         if name not in _known:
-            near = _core.nearest_keyword(name)
-            raise TypeError(
-                f"bake() got an unexpected keyword argument '{name}'"
-                + (f"; did you mean {near}?" if near else "; kiln.options() lists them")
-            )
+            raise unknown_keyword(name, function, own, _core.nearest_keyword(name))
         if _known[name] and value is not None and not isinstance(value, bool):
             raise Error(f"{name}: expected True or False, not {value!r}.", "option-type", "usage", name)
     return {name: value for name, value in given.items() if value is not None and not (_known[name] and not value)}
