@@ -84,6 +84,18 @@ TEST(Libm, FunctionsAreTheSameToSinglePrecision) {
   for (const Row& row : rows) EXPECT_EQ(hash_of(row.function), row.hash) << row.name;
 }
 
+// An angle that is nearly a multiple of a quarter turn has the sine or cosine of what is missing: processors that reduce
+// angles by a short pi have few of its digits right (base/windows/math.cpp). The exact values are pi's next digits.
+TEST(Libm, SineAndCosineAreExactNearTheirZeros) {
+  const volatile double half = 3.141592653589793, quarter = half / 2;
+  EXPECT_EQ(std::sin(half), 1.2246467991473532e-16);
+  EXPECT_EQ(std::sin(2 * half), -2.4492935982947064e-16);
+  EXPECT_EQ(std::sin(-half), -1.2246467991473532e-16);
+  EXPECT_EQ(std::cos(quarter), 6.123233995736766e-17);
+  EXPECT_EQ(std::cos(3 * quarter), -1.8369701987210297e-16);
+  EXPECT_EQ(std::cos(-quarter), 6.123233995736766e-17);
+}
+
 // Ties of whole numbers and halves, which functions that round must not take for something else.
 TEST(Libm, FunctionsThatRoundAreExact) {
   for (int i = -1000; i <= 1000; ++i) {

@@ -115,7 +115,8 @@ void prepare_output_folder(const std::filesystem::path& folder) {
     fs::path folder_so_far;
     for (const fs::path& part : target) {
       folder_so_far /= part;
-      if (fs::exists(folder_so_far, error)) continue;
+      // A root is no folder that could be missing; the name of a drive alone is its current folder.
+      if (!folder_so_far.has_relative_path() || fs::exists(folder_so_far, error)) continue;
       create_output_folder(folder_so_far);
     }
     return;
