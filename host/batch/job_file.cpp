@@ -51,12 +51,12 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   return known.size() > 12 ? ": kiln bake --help lists options." : "; there are " + list + ".";
 }
 
-void check_keys(const TomlValue& table, const std::string& file, const std::string& where,
+void check_keys(const TomlValue& table, const std::string& file, const std::string& table_name,
                 const std::vector<std::string>& known) {
   for (std::size_t i = 0; i < table.keys.size(); ++i) {
     if (std::find(known.begin(), known.end(), table.keys[i]) != known.end()) continue;
     throw Error(ErrorCode::usage, file + ":" + std::to_string(table.elements[i].line) + ": " +
-                                      where + " has no key '" + table.keys[i] + "'" +
+                                      table_name + " has no key '" + table.keys[i] + "'" +
                                       did_you_mean(table.keys[i], known));
   }
 }
@@ -479,11 +479,10 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
     fail_in({"bake", file, bake_rules->line}, "bake", "write each as [[bake]].");
   }
   for (const TomlValue& bake : bake_rules->elements) {
-    const Reader reader(file,
-                        bake_rules->elements.size() == 1
-                            ? "bake"
-                            : "bake " + std::to_string(job.bakes.size() + 1),
-                        "");
+    const Reader reader(
+        file,
+        bake_rules->elements.size() == 1 ? "bake" : "bake " + std::to_string(job.bakes.size() + 1),
+        "");
     if (!bake.is_table()) fail_in(reader.origin(bake), "bake", "write each as [[bake]].");
     OptionLayer layer = reader.layer_of(bake);
     if (layer.find("high") == nullptr)
