@@ -21,7 +21,7 @@ inline bool is_in_views(const Vec3& p) {
 
 /// Some of a mesh's chunks, cut by one task; the results of all tasks are concatenated.
 struct RasterChunks {
-  /// 16 per element of `bounds`; unused chunks at the end are empty
+  /// 16 chunks per element of `bounds`; unused chunks at the end are empty
   std::vector<kiln_raster_chunk> chunks;
   std::vector<kiln_raster_bounds> bounds;
   double area = 0;       ///< Sum of its triangles' areas

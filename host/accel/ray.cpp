@@ -25,7 +25,7 @@ void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capac
     throw Error(ErrorCode::usage, "A ray's range [" + decimal(query.t_min) + ", " +
                                       decimal(query.t_max) + "] must be finite and not reversed.");
   }
-  if (query.limited && (!query.outermost || query.use_reach)) {
+  if (query.has_ray_limits && (!query.outermost || query.use_reach)) {
     throw Error(ErrorCode::internal,
                 "Limits per ray require the rule outermost, and no offsets of ray starts.");
   }
@@ -61,7 +61,7 @@ struct RayCaster::Impl {
         (query.use_reach ? KILN_RAY_USE_REACH : 0) | (query.inward ? KILN_RAY_INWARD : 0) |
         (query.outward_first ? KILN_RAY_OUTWARD_FIRST : 0) |
         (query.two_sided ? KILN_RAY_TWO_SIDED : 0) | (query.outermost ? KILN_RAY_OUTERMOST : 0) |
-        (query.limited ? KILN_RAY_LIMITED : 0);
+        (query.has_ray_limits ? KILN_RAY_LIMITED : 0);
     return params;
   }
 
@@ -111,7 +111,7 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const RayQuery& query,
                          const cl::Array<std::uint8_t>& hit) const {
   check_query(query, count, capacity);
-  if (query.limited)
+  if (query.has_ray_limits)
     throw Error(ErrorCode::internal, "Any-hit queries do not support limits per ray.");
   const bool stream = impl_->traversal == Traversal::cpu;
   impl_->launch("occlusion",

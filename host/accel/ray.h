@@ -30,7 +30,8 @@ struct RayQuery {
   /// Find the largest t instead. KILN_RAY_SEVERAL is set in the status of rays with hits at two or
   /// more different t >= 0. Not with `inward` or `outward_first`.
   bool outermost = false;
-  bool limited = false;  ///< With `outermost`, ignore hits with t above the sample's own `reach`
+  bool has_ray_limits =
+      false;  ///< With `outermost`, ignore hits with t above the sample's own `reach`
 };
 
 /// The traversal kernels of rays, and their BVH.

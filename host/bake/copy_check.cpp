@@ -31,7 +31,8 @@ bool holds_lengths(const BakeOptions& options) {
                      [](MapKind map) { return map_row(map).unit == "world units"; });
 }
 
-/// Makes a matcher for the check if the bake's matcher reads its samples' positions in the map: plain rays.
+/// Makes a plain ray matcher for the check if the bake's own matcher reads more of a band than sample positions;
+/// otherwise null.
 std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOptions& options) {
   if (!any_in_chain(options,
                     [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {

@@ -69,7 +69,7 @@ class CopyCheck {
 
   const Source::Impl& source_;
   const LowSurface& surface_;
-  // replaces the bake's matcher if that reads more of a band than points
+  // ray matcher that replaces the bake's matcher if that one reads more of a band than sample positions; else null
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   std::function<void(TexelBand&)> prepare_;

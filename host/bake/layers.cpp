@@ -100,8 +100,8 @@ std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> 
   const std::uint64_t samples = texels * options.samples * options.samples;
   constexpr std::uint64_t kBytesPerBandSample = 64;  // 80 measured, with the arrays above
   constexpr std::uint64_t kBytesPerKeptSample = 4 * sizeof(float) + 1;
-  // Mip levels take a third of the maps, as much again for the largest map while its levels are made, and
-  // each texel's chart.
+  // Memory for mip levels: a third of the maps; and per texel 8 bytes, for a copy of the largest map's levels and
+  // the texel's chart index.
   return level + (options.encoding.mips ? level / 3 + texels * 2 * sizeof(float) : 0) +
          kBytesPerBandSample * std::min<std::uint64_t>(samples, kBandSamples) +
          (options.report.keep_match ? kBytesPerKeptSample * samples : 0);
@@ -261,16 +261,16 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
   }
   const GutterOptions gutter = gutter_of(map, options, options.encoding.gutter);
   std::vector<std::size_t> numbers;
-  std::vector<GutterImage> together;
+  std::vector<GutterImage> gutter_images;
   for (std::size_t l = first; l < images.size(); ++l) {
     const MapInfo& other = layers_[l].row->info;
     const GutterOptions max_error = gutter_of(other, options, options.encoding.gutter);
     if (other.type == MapType::coverage || needs_own_rules(other)) continue;
     if (missed && max_error.fill_missed != gutter.fill_missed) continue;
     numbers.push_back(l);
-    together.push_back({&images[l], max_error.unit_vectors});
+    gutter_images.push_back({&images[l], max_error.unit_vectors});
   }
-  padded = fill_gutters(context, together, coverage, gutter);
+  padded = fill_gutters(context, gutter_images, coverage, gutter);
   return numbers;
 }
 
@@ -312,8 +312,8 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
   return images;
 }
 
-void Layers::finish_some(const BakeOptions& options, std::span<const std::size_t> places,
-                         const Adjacency& padding, std::vector<BakedMap>& maps) const {
+void Layers::finish_texels(const BakeOptions& options, std::span<const std::size_t> places,
+                           const Adjacency& padding, std::vector<BakedMap>& maps) const {
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const MapInfo& map = layers_[l].row->info;
     if (map.type == MapType::coverage) continue;

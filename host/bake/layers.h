@@ -78,8 +78,8 @@ class Layers {
   Adjacency padding_of(cl::Context& context, std::int32_t texels) const;
   /// Does the work of finish() for some texels and the padding that copies them; the other texels must be
   /// finished.
-  void finish_some(const BakeOptions& options, std::span<const std::size_t> places,
-                   const Adjacency& padding, std::vector<BakedMap>& maps) const;
+  void finish_texels(const BakeOptions& options, std::span<const std::size_t> places,
+                     const Adjacency& padding, std::vector<BakedMap>& maps) const;
 
  private:
   BandPixels pixels(Layer& layer, const TexelBand& band);

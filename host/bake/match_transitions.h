@@ -18,7 +18,8 @@ class MatchTransitions {
   /// \param low the low poly, with UVs
   MatchTransitions(const Mesh& low, std::uint32_t width, std::uint32_t height);
 
-  /// Records the method of each texel's first sample. \param deciders of the band's samples
+  /// Records the method of each texel's first sample.
+  /// \param deciders  for each sample of the band, the method that decided it
   void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
 
   /// Compares the map's unit vectors between neighbouring texels of one chart. Neighbours of different charts, and

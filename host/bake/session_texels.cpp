@@ -175,7 +175,7 @@ void SessionTexels::finish_all(const BakeOptions& options) {
   }
   std::vector<BakedMap>& maps = pipeline_.result().maps;
   Layers& layers = pipeline_.layers();
-  layers.finish_some(options, all_places_, padding_, maps);
+  layers.finish_texels(options, all_places_, padding_, maps);
   for (std::size_t l = 0; l < maps.size(); ++l) {
     const Layer& layer = layers.all()[l];
     if (layer.row->info.type == MapType::coverage) maps[l].image = layer.image;
@@ -184,7 +184,7 @@ void SessionTexels::finish_all(const BakeOptions& options) {
 
 Rectangle SessionTexels::finish(const BakeOptions& options) {
   find_padding(options);
-  pipeline_.layers().finish_some(options, places_, padding_, pipeline_.result().maps);
+  pipeline_.layers().finish_texels(options, places_, padding_, pipeline_.result().maps);
   return box();
 }
 

@@ -165,10 +165,10 @@ class Expander {
       groups[place->second].files.push_back(std::move(file.path));
     }
     if (matched_files == 0) {
-      fail_in(first,
-              has_wildcards(primary)
-                  ? "no file matches '" + primary.text() + "'" + where() + ": check the path."
-                  : "there is no file '" + primary.path({}) + "'" + where() + ": check the path.");
+      fail_in(first, has_wildcards(primary) ? "no file matches '" + primary.text() + "'" +
+                                                  folder_suffix() + ": check the path."
+                                            : "there is no file '" + primary.path({}) + "'" +
+                                                  folder_suffix() + ": check the path.");
     }
     std::set<std::string> used_stems;
     for (const Group& group : groups) {
@@ -178,7 +178,7 @@ class Expander {
     if (low != nullptr) check_unpaired(*high, skip, used_stems);
   }
 
-  std::string where() const {
+  std::string folder_suffix() const {
     return file_.folder.empty() ? "" : " below '" + file_.folder.string() + "'";
   }
 
@@ -404,7 +404,7 @@ class Expander {
             substituted_words.push_back(base_path(file.path));
           there = !substituted_words.empty();
           if (!there && !setting.optional)
-            fail_in(setting, "no file matches '" + pattern.text() + "'" + where() + ".");
+            fail_in(setting, "no file matches '" + pattern.text() + "'" + folder_suffix() + ".");
           if (substituted_words.size() > 1 && !row.value.repeats) {
             fail_in(setting, "'" + substituted_words[0] + "' and '" + substituted_words[1] +
                                  "' match '" + pattern.text() +
@@ -447,7 +447,7 @@ class Expander {
   /// of [defaults].
   static bool is_served_by(const std::map<std::string, Setting>& effective_settings,
                            const OptionRow& row) {
-    if (!row.is_of_maps() && !row.is_of_matches()) return true;
+    if (!row.is_map_option() && !row.is_match_option()) return true;
     Job job;
     job.high = {"high.obj"};
     try {
@@ -537,8 +537,8 @@ class Expander {
     asset.expected_seconds = expected_seconds(asset.job);
   }
 
-  /// Checks options within values, such as those of a map's variant. Files need not exist yet, since a hook may
-  /// create them.
+  /// Checks options that are nested in other options' values, such as those of a map's variant. Files need not exist
+  /// yet, since a hook may create them.
   static void check_values(const Job& job) {
     try {
       options_of(settled(job));
@@ -695,8 +695,8 @@ std::vector<std::string> known_outputs(const Job& job) {
 }
 
 double expected_seconds(const Job& job) {
-  // Costs on two cores of 2026: seconds per job, and per second the parsed bytes, the samples of maps, and the rays
-  // of occlusion.
+  // Cost model, measured on two CPU cores in 2026: fixed seconds per job; bytes parsed, map samples baked, and
+  // occlusion rays cast per second.
   constexpr double kJobSeconds = 0.05, kBytesPerSecond = 4e7, kSamplesPerSecond = 6e6,
                    kRaysPerSecond = 1e7;
   double bytes = 0;

@@ -541,8 +541,9 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   return true;
 }
 
-std::string BakeCache::beside_key(const BatchAsset& asset, const std::vector<std::string>& files,
-                                  std::string_view what) const {
+std::string BakeCache::derived_data_key(const BatchAsset& asset,
+                                        const std::vector<std::string>& files,
+                                        std::string_view what) const {
   ContentHash hash;
   hash.add(what);
   hash.add(std::string_view(key_of(options_of(asset))));
@@ -557,11 +558,11 @@ std::string BakeCache::beside_key(const BatchAsset& asset, const std::vector<std
   return hash.text();
 }
 
-std::optional<std::string> BakeCache::get_beside(const std::string& key) {
+std::optional<std::string> BakeCache::get_derived_data(const std::string& key) {
   return store_ == nullptr ? std::nullopt : store_->get("entries/" + key);
 }
 
-void BakeCache::put_beside(const std::string& key, std::string_view text) {
+void BakeCache::put_derived_data(const std::string& key, std::string_view text) {
   if (store_ != nullptr) store_->put("entries/" + key, text);
 }
 

@@ -74,11 +74,11 @@ class BakeCache {
 
   /// Key for data that is derived from an asset's inputs and outputs, such as its pictures: a hash of the options,
   /// this program, the contents of the meshes and of `files`, and the kind `what` of the data.
-  std::string beside_key(const BatchAsset& asset, const std::vector<std::string>& files,
-                         std::string_view what) const;
-  /// Loads the data stored under a key from beside_key(); nullopt if there is none.
-  std::optional<std::string> get_beside(const std::string& key);
-  void put_beside(const std::string& key, std::string_view text);
+  std::string derived_data_key(const BatchAsset& asset, const std::vector<std::string>& files,
+                               std::string_view what) const;
+  /// Loads the data stored under a key from derived_data_key(); nullopt if there is none.
+  std::optional<std::string> get_derived_data(const std::string& key);
+  void put_derived_data(const std::string& key, std::string_view text);
 
   /// Absolute paths of the inputs in an asset's record; empty without a record.
   std::vector<std::string> inputs_of(const BatchAsset& asset);

@@ -70,7 +70,7 @@ bool FolderStore::store(const std::string& name, std::string_view bytes) {
   return false;
 }
 
-void FolderStore::prune(std::uint64_t most_bytes) {
+void FolderStore::prune(std::uint64_t max_bytes) {
   std::vector<std::tuple<fs::file_time_type, std::uintmax_t, fs::path>> entries;
   std::uint64_t bytes = 0;
   std::error_code error;
@@ -89,7 +89,7 @@ void FolderStore::prune(std::uint64_t most_bytes) {
   }
   std::sort(entries.begin(), entries.end());
   for (const auto& [time, size, path] : entries) {
-    if (bytes <= most_bytes && time != fs::file_time_type::min()) break;
+    if (bytes <= max_bytes && time != fs::file_time_type::min()) break;
     fs::remove(path, error);
     bytes -= size;
   }

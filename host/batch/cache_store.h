@@ -29,8 +29,8 @@ class CacheStore {
 class FolderStore : public CacheStore {
  public:
   explicit FolderStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  /// Removes the least recently used entries until the remaining ones have at most `most_bytes`.
-  void prune(std::uint64_t most_bytes);
+  /// Removes the least recently used entries until the remaining ones have at most `max_bytes`.
+  void prune(std::uint64_t max_bytes);
 
  private:
   std::optional<std::string> load(const std::string& name) override;

@@ -51,12 +51,12 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   return known.size() > 12 ? ": kiln bake --help lists options." : "; there are " + list + ".";
 }
 
-void check_keys(const TomlValue& table, const std::string& file, const std::string& where,
+void check_keys(const TomlValue& table, const std::string& file, const std::string& table_name,
                 const std::vector<std::string>& known) {
   for (std::size_t i = 0; i < table.keys.size(); ++i) {
     if (std::find(known.begin(), known.end(), table.keys[i]) != known.end()) continue;
     throw Error(ErrorCode::usage, file + ":" + std::to_string(table.elements[i].line) + ": " +
-                                      where + " has no key '" + table.keys[i] + "'" +
+                                      table_name + " has no key '" + table.keys[i] + "'" +
                                       did_you_mean(table.keys[i], known));
   }
 }

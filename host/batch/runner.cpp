@@ -48,8 +48,8 @@ std::uint64_t expected_bytes(const Job& job) {
                            kOfMap * std::max<std::uint64_t>(1, maps));
 }
 
-/// Why the outputs of a job could not be placed: a folder or a file in the way to which this process may not write.
-/// Empty if no such obstacle is known. Computed before any work, since a bake may take hours.
+/// Returns why a job's outputs cannot be written: an output file or its folder is write-protected. Empty if none is.
+/// Computed before any work, since a bake may take hours.
 std::string unwritable_output(const Job& job) {
   for (const std::string& output : known_outputs(job)) {
     const auto there = os::facts_of(fs::path(output));

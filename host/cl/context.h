@@ -199,7 +199,7 @@ class KILN_HIDDEN Context {
   std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
   std::shared_ptr<Program> load(std::string_view source, const std::string& options);
-  void keep(std::string_view source, const std::string& options, const Program& built);
+  void keep(std::string_view source, const std::string& options, const Program& built_program);
   /// Returns a kernel of a program, which is built if the key is new. Waiting threads poll progress; if that cancels
   /// the wait, the build continues for the next caller.
   Kernel kernel_by(const std::string& key, const std::string& name,

@@ -9,6 +9,6 @@ namespace kiln {
 DeviceInfo describe_device(cl_platform_id platform, cl_device_id device);
 
 /// Checks and wraps a context. \throws Error(device) as Context::require_sound()
-Device sound_device(std::shared_ptr<ocl::Context> context);
+Device checked_device(std::shared_ptr<ocl::Context> context);
 
 }  // namespace kiln

@@ -207,7 +207,7 @@ DeviceInfo describe_device(cl_platform_id platform, cl_device_id device) {
   return describe(platform, device);
 }
 
-Device sound_device(std::shared_ptr<cl::Context> context) {
+Device checked_device(std::shared_ptr<cl::Context> context) {
   try {
     context->require_sound();
   } catch (const Error&) {
@@ -266,7 +266,7 @@ Device Device::open(std::string_view selector) {
     }
     throw Error(ErrorCode::device, message);
   }
-  return sound_device(
+  return checked_device(
       std::make_shared<cl::Context>(chosen->platform, chosen->device, chosen->info));
 }
 

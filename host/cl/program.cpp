@@ -48,15 +48,15 @@ bool is_pocl(const DeviceInfo& info) { return info.platform == "Portable Computi
 std::atomic<std::uint64_t> whole_headers{0};
 
 /// Result of a compiler; a program only if it succeeded.
-struct Compiled {
+struct CompileResult {
   cl_program program = nullptr;
   cl_int status = CL_SUCCESS;
   std::string log;
 };
 
-Compiled compile(const Context& context, std::string_view source, const std::string& builds,
-                 const std::string& options) {
-  Compiled result;
+CompileResult compile(const Context& context, std::string_view source, const std::string& builds,
+                      const std::string& options) {
+  CompileResult result;
   const char* text = source.data();
   const std::size_t length = source.size();
   const cl_device_id device = context.device();
@@ -119,11 +119,12 @@ std::shared_ptr<Context::Program> Context::load(std::string_view source,
 }
 
 /// Stores the binary for later runs. Errors are ignored, since the program itself is built.
-void Context::keep(std::string_view source, const std::string& options, const Program& built) {
+void Context::keep(std::string_view source, const std::string& options,
+                   const Program& built_program) {
   if (!binaries_->keeps_programs()) return;
   std::size_t size = 0;
   const auto query = [&](cl_program_info what, std::size_t room, void* to) {
-    return driver([&] { return clGetProgramInfo(built.program, what, room, to, nullptr); });
+    return driver([&] { return clGetProgramInfo(built_program.program, what, room, to, nullptr); });
   };
   if (query(CL_PROGRAM_BINARY_SIZES, sizeof size, &size) != CL_SUCCESS || size == 0) return;
   std::vector<unsigned char> binary(size);
@@ -153,24 +154,24 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   if (!info_.is_gpu && !is_known && !has_compiled_.exchange(true)) {
     require_memory("Compiling kernels, which is kept for later runs,", kCompilerBytes);
   }
-  auto built = std::make_shared<Program>();
-  Compiled compiled;
+  auto built_program = std::make_shared<Program>();
+  CompileResult compile_result;
   // Users' sources may call any function, so they are compiled with the whole header. If one of Kiln's programs fails
   // without it, further programs are compiled with it, since PoCL prints errors.
   const bool tries = code != ErrorCode::input && !info_.is_gpu && is_pocl(info_);
   if (tries && whole_headers == 0) {
-    compiled = compile(*this, std::string(embedded_source("builtins")) + std::string(source),
-                       builds, options + " -D_OPENCL_H_=1");
-    if (compiled.status != CL_SUCCESS) ++whole_headers;
+    compile_result = compile(*this, std::string(embedded_source("builtins")) + std::string(source),
+                             builds, options + " -D_OPENCL_H_=1");
+    if (compile_result.status != CL_SUCCESS) ++whole_headers;
   }
-  if (compiled.program == nullptr) compiled = compile(*this, source, builds, options);
-  built->program = compiled.program;
-  if (compiled.status == CL_SUCCESS) {
-    if (is_kept) keep(source, options, *built);
+  if (compile_result.program == nullptr) compile_result = compile(*this, source, builds, options);
+  built_program->program = compile_result.program;
+  if (compile_result.status == CL_SUCCESS) {
+    if (is_kept) keep(source, options, *built_program);
     if (is_kept && !info_.is_gpu && !is_known) binaries_->keep(source, mark, {1});
-    return built;
+    return built_program;
   }
-  const std::string& log = compiled.log;
+  const std::string& log = compile_result.log;
   if (code == ErrorCode::input) {  // an error in the user's source, not in the driver
     throw Error(code,
                 builds + " does not compile on " + info_.name + " (" + options + "):\n" + log);
@@ -178,7 +179,7 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   const std::string hint = cache_hint(info_);
   throw Error(code,
               "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
-                  status_name(compiled.status) + ". " + hint + "The build log:\n" + log,
+                  status_name(compile_result.status) + ". " + hint + "The build log:\n" + log,
               hint.empty() ? nullptr : "kernel-cache");
 }
 

@@ -82,7 +82,7 @@ class AoDenoiser {
   /// Sums over the texels of a tile: their number, and for each level the squared error and the squared
   /// noise.
   struct Tile {
-    double count = 0, blur = 0;  // `blur` is the squared blur of the first step
+    double count = 0, blur = 0;  // `blur` is the squared error by blur after the first step
     // `error` excludes the blur of the first step
     std::array<double, kSteps.size()> error{}, noise{};
     void add(const Tile& other);

@@ -46,8 +46,9 @@ float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> othe
 
 /// Directions of one sample's rays about +Z, and the ring of each ray.
 struct RaySets {
-  std::vector<float> directions;     // per set: planes of x, y and z
-  std::vector<std::uint32_t> rings;  // planes: first ray of each ray's ring, number of rays in it
+  std::vector<float> directions;  // per direction set: all x, then all y, then all z
+  std::vector<std::uint32_t>
+      rings;  // first ray of each ray's ring for all rays, then the number of rays in that ring
 };
 
 double fraction(double value) { return value - std::floor(value); }
@@ -242,7 +243,7 @@ void Hemispheres::make_keys(const TexelBand& band) {
 void Hemispheres::turn(const TexelBand& band, const std::string& kernel,
                        cl::Array<std::uint32_t>& to) {
   make_room(context_, to, plane_of(band));
-  const kiln_turn_params params{band.texel_count, band.first_row * width_, width_, slot_bits_};
+  const kiln_rotation_params params{band.texel_count, band.first_row * width_, width_, slot_bits_};
   context_.launch(context_.kernel("hemisphere", kernel), band.texel_count, kLocal, params,
                   band.texel_index, band.texel_first, band.sample_slot, to);
 }

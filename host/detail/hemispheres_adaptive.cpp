@@ -22,7 +22,7 @@ constexpr std::uint32_t kInitialRayDivisor = 8;
 // Target for the estimated error, as a share of the requested error. It is below 1, since the estimate is
 // noisy.
 constexpr double kTargetShare = 0.8;
-// Refinement of a texel ends if more rays leave more than this share of its error.
+// A texel is no longer refined once its last rays have left more than this share of its error.
 constexpr float kMaxRemainingError = 0.85F;
 constexpr std::uint32_t kMaxGrowth = 8;  // maximum factor by which a texel's rays grow in one round
 // Memory in bytes a texel, in addition to the filter's: two estimates and ray counts, both estimates as

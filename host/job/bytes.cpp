@@ -28,7 +28,7 @@ PictureFitOptions fit_options(const Job& job) {
   PictureFitOptions fit;
   fit.encode = job.pictures;
   fit.any_format = !job.given.contains("--format");
-  fit.most_bytes = job.max_bytes;
+  fit.max_picture_bytes = job.max_bytes;
   return fit;
 }
 

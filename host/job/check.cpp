@@ -152,7 +152,7 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 bool serves_match(const OptionRow& row, const Job& a) {
-  if (!row.is_of_matches()) return true;
+  if (!row.is_match_option()) return true;
   if (a.match_auto && row.beside_auto) return true;
   const auto served = [&](const MatchInfo& match) {
     const bool first = !a.match_auto && a.bake.match.method == match.method;
@@ -171,7 +171,7 @@ MapInfo own_map_info() {
 
 bool serves_map(const OptionRow& row, const Job& a) {
   // Maps other than those of --maps are textures and the user's own: normals, colours or values.
-  if (!row.is_of_maps()) return true;
+  if (!row.is_map_option()) return true;
   if (!own_map_names(a).empty() && row.serves(own_map_info())) return true;
   const std::vector<MapKind> kinds = kinds_asked(a);
   return std::any_of(kinds.begin(), kinds.end(),
@@ -559,7 +559,7 @@ void check_served(const Job& a) {
     if (!a.given.contains(row.flag)) continue;
     // A chain of only a fill decides how misses look in maps, not how points are matched.
     if (row.flag == "--fallback" && a.bake.match.fallback.empty()) continue;
-    refuse_if(row.is_of_matches() && has_saved_match(a),
+    refuse_if(row.is_match_option() && has_saved_match(a),
               option_of(row.flag) + " is for matching, but " + option("load_match") +
                   " takes a match as it is: leave one out.");
     refuse_if(!serves_match(row, a), not_this_match(row, a));

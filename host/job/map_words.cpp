@@ -93,7 +93,7 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     // Flags that are no settings of maps apply to the whole bake. Lists are excluded, because commas separate the words
     // of --maps.
     const bool is_setting =
-        row != nullptr && row->is_of_maps() && row->serves(info) && row->value.type != "list";
+        row != nullptr && row->is_map_option() && row->serves(info) && row->value.type != "list";
     const std::string member = is_setting ? row->value.member : "";
     const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
     const bool known = is_of("bake.occlusion") || is_of("bake.light") ||

@@ -754,7 +754,7 @@ std::vector<OptionRow> make_rows() {
        .help = "EXR: all maps as the layers of one file, NAME_layers.exr, instead of a file each"},
       {.flag = "--id-by",
        .group = kMap,
-       .value = choice(AT(bake.id_by), Words(kIdBy)),
+       .value = choice(AT(bake.id_by), Words(kIdSources)),
        .help =
            "What the map id tells apart: connected parts, or HIGH's materials, groups, objects or "
            "colours (of vertices or faces). --json has the legend"},

@@ -49,9 +49,9 @@ class OutermostMatcher : public Matcher {
 
     DeviceCorrespondence result(context_, count), outer(context_, count);
     rays_.intersect(picked_band.points, count, count, nearest_, result);
-    RayQuery limited = outermost_;
-    limited.limited = true;
-    rays_.intersect(picked_band.points, count, count, limited, outer);
+    RayQuery limited_query = outermost_;
+    limited_query.has_ray_limits = true;
+    rays_.intersect(picked_band.points, count, count, limited_query, outer);
     context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count,
                     kMinFaceSpacing, outer.triangle, outer.barycentric, outer.distance,
                     result.triangle, result.barycentric, result.distance, result.status);

@@ -60,7 +60,7 @@ std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
 }
 
 /// Makes a matcher that searches within near_distance first, and within the full distance for misses.
-std::unique_ptr<Matcher> near_rays_of(const MatchRequest& request) {
+std::unique_ptr<Matcher> short_range_rays(const MatchRequest& request) {
   MatchRequest near = request;
   near.distance = request.near;
   std::vector<std::unique_ptr<Matcher>> farther;
@@ -99,7 +99,7 @@ MatchRow ray_match() {
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
     const bool has_near_search = !cage && request.near > 0 && request.near < request.distance;
-    std::unique_ptr<Matcher> rays = has_near_search ? near_rays_of(request) : rays_of(request);
+    std::unique_ptr<Matcher> rays = has_near_search ? short_range_rays(request) : rays_of(request);
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }

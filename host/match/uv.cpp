@@ -274,7 +274,7 @@ class UvMatcher : public Matcher {
     // Bands without samples are counted, too, since the high poly may overlap there.
     raster_.match(band, match, true);
     if (band.sample_count == 0) return;
-    if (band.small_triangles != nullptr) match_small(band, match);
+    if (band.small_triangles != nullptr) match_small_triangles(band, match);
     raster_.distance(band, match);
     raster_.measure(match);
   }
@@ -292,7 +292,7 @@ class UvMatcher : public Matcher {
 
  private:
   /// Matches the samples of small charts, whose UVs differ from those of their texels.
-  void match_small(const TexelBand& band, DeviceCorrespondence& match) const {
+  void match_small_triangles(const TexelBand& band, DeviceCorrespondence& match) const {
     cl::Context& context = context_of(source_.device);
     const std::size_t count = band.sample_count;
     std::vector<std::uint32_t> low(count), triangle(count), samples;

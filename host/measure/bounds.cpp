@@ -144,10 +144,10 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
   }
 }
 
-void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
+void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
   const Rows rows(bake);
   const OcclusionOptions given = bake.occlusion;
-  const auto leave = [](double error, const OcclusionOptions& own, OcclusionOptions& occlusion) {
+  const auto reserve = [](double error, const OcclusionOptions& own, OcclusionOptions& occlusion) {
     if (own.max_error > 0 || own.by == OcclusionBy::views) return;
     occlusion.max_error = kRayNoiseShare * error;
   };
@@ -155,9 +155,9 @@ void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
     if (!obeys(rows.find(bound.kind)->info, "occlusion.max_error") || bound.max_error > 1) continue;
     MapVariant* const variant = find_variant(bake, bound.kind.name);
     if (variant != nullptr && variant->occlusion) {
-      leave(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);
+      reserve(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);
     } else {
-      leave(bound.max_error, given, bake.occlusion);
+      reserve(bound.max_error, given, bake.occlusion);
     }
   }
 }

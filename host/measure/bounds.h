@@ -15,7 +15,7 @@ namespace kiln {
 void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds);
 
 /// Assigns half of a bound on ambient occlusion to the noise of its rays, unless the options set the noise.
-void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake);
+void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake);
 
 /// Errors that a bake has reached, in the order of the bounds. Maps are sampled as renderers do, at the centres of a
 /// grid with an odd number of texels, and compared with a reference bake of these points.

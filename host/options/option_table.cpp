@@ -15,12 +15,12 @@ OptionValue OptionValue::or_none() const {
 
 OptionWords OptionValue::write(const void* job) const {
   if (words_back) return words_back(job);
-  const Json said = get(job);
+  const Json json = get(job);
   OptionWords list;
-  if (said.is_array()) {
-    for (const Json& element : said.elements()) list.push_back(written(element));
-  } else if (!said.is_null()) {
-    list.push_back(written(said));
+  if (json.is_array()) {
+    for (const Json& element : json.elements()) list.push_back(written(element));
+  } else if (!json.is_null()) {
+    list.push_back(written(json));
   }
   return list;
 }
@@ -50,12 +50,12 @@ bool OptionRow::serves(const MatchInfo& match) const { return obeys(match, path(
 
 bool OptionRow::serves(const MapInfo& map) const { return obeys(map, path()); }
 
-bool OptionRow::is_of_matches() const {
+bool OptionRow::is_match_option() const {
   return !path().empty() && std::any_of(matches().begin(), matches().end(),
                                         [&](const MatchInfo& match) { return serves(match); });
 }
 
-bool OptionRow::is_of_maps() const {
+bool OptionRow::is_map_option() const {
   // Some maps show decisions of the match; the match's options do not count as options of these maps.
   return !path().empty() && !path().starts_with("match.") &&
          std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) { return serves(map); });
@@ -103,13 +103,13 @@ Json rows_json(std::span<const OptionRow> rows, const void* defaults) {
                  {"maps", Json()},
                  {"group", row.group},
                  {"help", row.help}};
-    if (row.is_of_matches()) {
+    if (row.is_match_option()) {
       json["matches"] = Json::array();
       for (const MatchInfo& match : matches()) {
         if (row.serves(match)) json["matches"].push_back(match.method.name);
       }
     }
-    if (row.is_of_maps()) {
+    if (row.is_map_option()) {
       json["maps"] = Json::array();
       for (const MapInfo& map : maps()) {
         if (row.serves(map)) json["maps"].push_back(map.kind.name);

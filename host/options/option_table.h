@@ -60,12 +60,12 @@ struct OptionValue {
 
 /// Wraps a getter for OptionValue::get. The getter must not modify the job.
 template <typename Job, typename Get>
-std::function<Json(const void*)> reads(Get get) {
+std::function<Json(const void*)> getter_of(Get get) {
   return
       [get](const void* job) { return Json(get(const_cast<Job&>(*static_cast<const Job*>(job)))); };
 }
 template <typename Job, typename Set>
-auto writes(Set set) {
+auto setter_of(Set set) {
   return [set](void* job, const Message& flag, const OptionWords& words) {
     set(*static_cast<Job*>(job), flag, words);
   };
@@ -80,8 +80,8 @@ OptionValue value_of(const char* member, std::string_view type, std::string_view
           .words = std::string(words),
           .unit = {},
           .member = member,
-          .set = writes<Job>(set),
-          .get = reads<Job>(get)};
+          .set = setter_of<Job>(set),
+          .get = getter_of<Job>(get)};
 }
 
 /// An integer within a range.
@@ -231,8 +231,8 @@ struct OptionRow {
   bool serves(const MatchInfo& match) const;
   bool serves(const MapInfo& map) const;
   /// True if only some matches, or only some maps, use the option
-  bool is_of_matches() const;
-  bool is_of_maps() const;
+  bool is_match_option() const;
+  bool is_map_option() const;
 
  private:
   std::string_view path() const;
@@ -248,13 +248,13 @@ const OptionRow* find_row(std::span<const OptionRow> rows, std::string_view flag
 template <typename Wanted>
 std::vector<OptionRow> rows_below(std::span<const OptionRow> rows, const char* heading,
                                   const Wanted& wanted) {
-  std::vector<OptionRow> some;
+  std::vector<OptionRow> selected_rows;
   for (const OptionRow& row : rows) {
     if (!wanted(row)) continue;
-    some.push_back(row);
-    some.back().group = heading;
+    selected_rows.push_back(row);
+    selected_rows.back().group = heading;
   }
-  return some;
+  return selected_rows;
 }
 
 /// The values of a job by their keys, for reports.

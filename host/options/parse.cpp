@@ -29,14 +29,14 @@ bool parse_whole(std::string_view text, T& value) {
 
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
   constexpr const char* kExpected = "one side or WxH, each 1 to 16384, such as 2048 or 2048x1024";
-  const std::size_t cross = text.find_first_of("xX");
+  const std::size_t separator = text.find_first_of("xX");
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  if (cross == std::string::npos) {
+  if (separator == std::string::npos) {
     if (!parse_whole(text, width)) fail_value(option("size"), text, kExpected);
     height = width;
-  } else if (!parse_whole(std::string_view(text).substr(0, cross), width) ||
-             !parse_whole(std::string_view(text).substr(cross + 1), height)) {
+  } else if (!parse_whole(std::string_view(text).substr(0, separator), width) ||
+             !parse_whole(std::string_view(text).substr(separator + 1), height)) {
     fail_value(option("size"), text, kExpected);
   }
   if (width < 1 || width > 16384 || height < 1 || height > 16384)
@@ -48,12 +48,12 @@ Length parse_length(const Message& name, const std::string& text) {
   constexpr const char* kExpected =
       "a length such as 0.05, or a share of the high poly's diagonal such as 2%";
   std::string_view number = text;
-  const bool relative = !number.empty() && number.back() == '%';
-  if (relative) number.remove_suffix(1);
+  const bool is_relative = !number.empty() && number.back() == '%';
+  if (is_relative) number.remove_suffix(1);
   double value = 0;
   if (!parse_whole(number, value) || !std::isfinite(value) || value < 0)
     fail_value(name, text, kExpected);
-  return relative ? Length::share(value / 100) : Length::absolute(value);
+  return is_relative ? Length::share(value / 100) : Length::absolute(value);
 }
 
 Length parse_cage(const std::string& text) {
@@ -67,7 +67,7 @@ Length parse_cage(const std::string& text) {
 std::pair<double, double> parse_extent(const std::string& text) {
   constexpr const char* kExpected = "X or X,Y in world units, above 0, such as 100 or 100,50";
   const std::size_t comma = text.find(',');
-  const std::string_view all = text;
+  const std::string_view view = text;
   const auto number = [&](std::string_view part) {
     double value = 0;
     if (!parse_whole(part, value) || !std::isfinite(value) || value <= 0) {
@@ -75,8 +75,8 @@ std::pair<double, double> parse_extent(const std::string& text) {
     }
     return value;
   };
-  if (comma == std::string::npos) return {number(all), 0};
-  return {number(all.substr(0, comma)), number(all.substr(comma + 1))};
+  if (comma == std::string::npos) return {number(view), 0};
+  return {number(view.substr(0, comma)), number(view.substr(comma + 1))};
 }
 
 void read_no_data(const Message& name, const std::string& word, HeightFieldOptions& heights) {
@@ -116,12 +116,12 @@ std::string length_text(const Length& length) {
 namespace {
 
 /// Parses a percentage up to 50%, and returns it as a share of 1.
-double parse_percentage(const Message& name, const std::string& text, const char* wanted) {
+double parse_percentage(const Message& name, const std::string& text, const char* expected_text) {
   std::string_view number = text;
   if (!number.empty() && number.back() == '%') number.remove_suffix(1);
   double value = 0;
   if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50))
-    fail_value(name, text, wanted);
+    fail_value(name, text, expected_text);
   return value / 100;
 }
 
@@ -165,16 +165,18 @@ void check_density(bool given, const std::string& method) {
 }
 
 std::optional<double> fraction(std::string_view text) {
-  const std::size_t stroke = text.find('/');
-  double above = 0, below = 1;
-  if (!parse_whole(text.substr(0, stroke), above) || !std::isfinite(above) || !(above >= 0)) {
+  const std::size_t slash = text.find('/');
+  double numerator = 0, denominator = 1;
+  if (!parse_whole(text.substr(0, slash), numerator) || !std::isfinite(numerator) ||
+      !(numerator >= 0)) {
     return std::nullopt;
   }
-  if (stroke == std::string_view::npos) return above;
-  if (!parse_whole(text.substr(stroke + 1), below) || !std::isfinite(below) || !(below > 0)) {
+  if (slash == std::string_view::npos) return numerator;
+  if (!parse_whole(text.substr(slash + 1), denominator) || !std::isfinite(denominator) ||
+      !(denominator > 0)) {
     return std::nullopt;
   }
-  return above / below;
+  return numerator / denominator;
 }
 
 Check fraction_check() {
@@ -207,12 +209,12 @@ std::uint64_t parse_bytes(const Message& name, const std::string& text) {
       {"", 1},         {"b", 1},         {"k", 1e3},         {"kb", 1e3},        {"m", 1e6},
       {"mb", 1e6},     {"g", 1e9},       {"gb", 1e9},        {"ki", 1024},       {"kib", 1024},
       {"mi", 1048576}, {"mib", 1048576}, {"gi", 1073741824}, {"gib", 1073741824}};
-  const auto* const found = std::find_if(std::begin(kUnits), std::end(kUnits),
-                                         [&](const auto& known) { return known.first == unit; });
+  const auto* const unit_entry = std::find_if(
+      std::begin(kUnits), std::end(kUnits), [&](const auto& entry) { return entry.first == unit; });
   double value = 0;
-  const bool known = found != std::end(kUnits) && read_number(number, value);
-  const double bytes = known ? std::floor(value * found->second) : 0;
-  refuse_if(!(bytes >= 1 && bytes <= kMaxGlbBytes) || (found->second == 1 && bytes != value),
+  const bool has_known_unit = unit_entry != std::end(kUnits) && read_number(number, value);
+  const double bytes = has_known_unit ? std::floor(value * unit_entry->second) : 0;
+  refuse_if(!(bytes >= 1 && bytes <= kMaxGlbBytes) || (unit_entry->second == 1 && bytes != value),
             name + " is '" + text +
                 "': give bytes, 1 to 4294967295, such as 500000, 500K (thousands), 1.5M or 488KiB "
                 "(1024).");
@@ -242,7 +244,7 @@ std::pair<double, double> parse_view(const std::string& text) {
 }
 
 template <typename T>
-bool parse_three(std::string_view rest, std::array<T, 3>& values) {
+bool parse_vector3(std::string_view rest, std::array<T, 3>& values) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t comma = i < 2 ? rest.find(',') : rest.size();
     if (comma == std::string_view::npos || !parse_whole(rest.substr(0, comma), values[i]) ||
@@ -253,12 +255,12 @@ bool parse_three(std::string_view rest, std::array<T, 3>& values) {
   }
   return true;
 }
-template bool parse_three(std::string_view, std::array<double, 3>&);
-template bool parse_three(std::string_view, std::array<std::uint64_t, 3>&);
+template bool parse_vector3(std::string_view, std::array<double, 3>&);
+template bool parse_vector3(std::string_view, std::array<std::uint64_t, 3>&);
 
 Vec3 parse_direction(const Message& name, const std::string& text) {
   std::array<float, 3> values{};
-  if (!parse_three(text, values) || values == std::array<float, 3>{}) {
+  if (!parse_vector3(text, values) || values == std::array<float, 3>{}) {
     fail_value(name, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
   }
   return {values[0], values[1], values[2]};
@@ -266,7 +268,8 @@ Vec3 parse_direction(const Message& name, const std::string& text) {
 
 std::array<double, 3> parse_place(const Message& name, const std::string& text) {
   std::array<double, 3> values{};
-  if (!parse_three(text, values)) fail_value(name, text, "a place X,Y,Z, such as 500000,4500000,0");
+  if (!parse_vector3(text, values))
+    fail_value(name, text, "a place X,Y,Z, such as 500000,4500000,0");
   return values;
 }
 

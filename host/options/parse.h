@@ -29,8 +29,8 @@ Message option_of(std::string_view flag, std::string_view value = {});
 /// Throws a message. \throws OptionError, or Error(usage) if the message names no option
 [[noreturn]] void fail_usage(const Message& message);
 /// Throws a message if a condition holds.
-inline void refuse_if(bool is, const Message& message) {
-  if (is) fail_usage(message);
+inline void refuse_if(bool condition, const Message& message) {
+  if (condition) fail_usage(message);
 }
 
 /// Parses "2048" or "2048x1024" to width and height. \throws Error(usage)
@@ -83,7 +83,7 @@ Json no_data_json(const HeightFieldOptions& heights);
 
 /// Parses "X,Y,Z" of finite numbers. \returns false for anything else
 template <typename T>
-bool parse_three(std::string_view text, std::array<T, 3>& values);
+bool parse_vector3(std::string_view text, std::array<T, 3>& values);
 
 /// Parses a direction "X,Y,Z", not all 0. \throws Error(usage)
 Vec3 parse_direction(const Message& name, const std::string& text);
@@ -100,8 +100,9 @@ void check_density(bool given, const std::string& method);
 
 /// \param method  "pairs" or "squares"; anything else means charts
 /// \param size    the map's smaller side, texels
-/// \param high  high poly whose detail determines the charts' texel density; if null, density follows area Padding of
-/// charts is 1/256 of the size (8 texels of 2,048), at least 2 texels; padding of pairs and squares is 2 texels.
+/// \param high  high poly whose detail determines the charts' texel density; if null, density follows area.
+/// Padding of charts is 1/256 of the size (8 texels of 2,048), at least 2 texels; padding of pairs and squares is 2
+/// texels.
 UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size,
                              const Mesh* high = nullptr);
 

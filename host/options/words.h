@@ -120,11 +120,11 @@ inline constexpr Word<MeshCompression> kMeshCompressions[] = {{"draco", MeshComp
 /// Words that may be the last one of --fallback.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
-inline constexpr Word<IdBy> kIdBy[] = {{"color", IdBy::color},
-                                       {"group", IdBy::group},
-                                       {"material", IdBy::material},
-                                       {"object", IdBy::object},
-                                       {"part", IdBy::part}};
+inline constexpr Word<IdBy> kIdSources[] = {{"color", IdBy::color},
+                                            {"group", IdBy::group},
+                                            {"material", IdBy::material},
+                                            {"object", IdBy::object},
+                                            {"part", IdBy::part}};
 inline constexpr Word<NormalTextureFormat> kNormalTextureFormats[] = {
     {"auto", NormalTextureFormat::automatic},
     {"dx", NormalTextureFormat::directx},

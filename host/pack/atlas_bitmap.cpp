@@ -87,11 +87,11 @@ AtlasPacker::AtlasPacker(std::span<const Outline> outlines, std::uint32_t size, 
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return outlines[a].area > outlines[b].area;
   });
-  turns_of_.resize(outlines.size());
+  rotations_of_.resize(outlines.size());
   for (std::size_t n = 0; n < order.size(); ++n) {
-    turns_of_[order[n]] = n < kMaxOutlinesAtAllTurns    ? kTurns
-                          : n < kMaxOutlinesAtHalfTurns ? kTurns / 2
-                                                        : kTurns / 4;
+    rotations_of_[order[n]] = n < kMaxOutlinesAtAllTurns    ? kTurns
+                              : n < kMaxOutlinesAtHalfTurns ? kTurns / 2
+                                                            : kTurns / 4;
   }
 }
 
@@ -103,7 +103,7 @@ AtlasBitmap AtlasPacker::draw(std::uint32_t cells, double scale) const {
       return angles_[i] + turn * 2 * std::numbers::pi / kTurns;
     };
     ChartMask* const masks = sheet.masks.data() + i * kTurns;
-    for (std::uint32_t turn = 0; turn < kTurns / 4; turn += kTurns / turns_of_[i]) {
+    for (std::uint32_t turn = 0; turn < kTurns / 4; turn += kTurns / rotations_of_[i]) {
       auto turned = make_turned_masks(outlines_[i], angle(turn), scale, margin);
       for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
         masks[turn + quarter * kTurns / 4] = std::move(turned[quarter]);

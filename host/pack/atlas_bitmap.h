@@ -71,7 +71,7 @@ class AtlasPacker {
   double area() const { return area_; }
   /// Number of rotations at which an outline is rasterised. Large outlines are rasterised at all rotations, since
   /// they determine the result; for small ones, few rotations suffice.
-  std::uint32_t turns_of(std::uint32_t outline) const { return turns_of_[outline]; }
+  std::uint32_t rotations_of(std::uint32_t outline) const { return rotations_of_[outline]; }
 
   /// \param scale  cells per unit of the outlines
   AtlasBitmap draw(std::uint32_t cells, double scale) const;
@@ -91,7 +91,7 @@ class AtlasPacker {
   std::uint32_t size_;
   double padding_, area_ = 0;
   std::vector<double> angles_;
-  std::vector<std::uint32_t> turns_of_;
+  std::vector<std::uint32_t> rotations_of_;
 };
 
 }  // namespace kiln

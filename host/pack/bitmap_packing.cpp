@@ -234,8 +234,8 @@ class PackingSearch {
       std::swap(plan.order[a], plan.order[b]);
     } else {  // Changes the rotation of one of the first 16 outlines
       const std::uint32_t i = plan.order[below(std::min(count, 16U))];
-      const std::uint32_t step = AtlasPacker::kTurns / sheets_.turns_of(i);
-      plan.turn[i] = static_cast<std::int8_t>(below(sheets_.turns_of(i)) * step);
+      const std::uint32_t step = AtlasPacker::kTurns / sheets_.rotations_of(i);
+      plan.turn[i] = static_cast<std::int8_t>(below(sheets_.rotations_of(i)) * step);
     }
     return plan;
   }

@@ -25,7 +25,7 @@ constexpr std::uint32_t kNarrowRowWords = 4, kFullRowRuns = 3;
 constexpr std::uint32_t kRecentRuns = 4;
 
 /// Loads two words from an unaligned address.
-Word2 load_two(const std::uint64_t* from) {
+Word2 load_two_words(const std::uint64_t* from) {
   Word2 value;
   std::memcpy(&value, from, sizeof value);
   return value;
@@ -91,8 +91,8 @@ void CellRows::dilate(std::uint32_t first, std::uint32_t end, std::uint32_t left
       }
       const auto down = static_cast<int>(part);
       for (std::uint32_t w = first_word / 2 * 2; w < last_word; w += 2) {
-        const Word2 now = load_two(narrow + w) | load_two(beside + w) >> down |
-                          load_two(beside + w + 1) << 1 << (63 - down);
+        const Word2 now = load_two_words(narrow + w) | load_two_words(beside + w) >> down |
+                          load_two_words(beside + w + 1) << 1 << (63 - down);
         std::memcpy(wide + w, &now, sizeof now);
       }
     }
@@ -129,12 +129,13 @@ void CellRows::find_longest_run(std::uint32_t y) {
   };
   for (std::uint32_t x = 0; x < width_;) {
     const std::uint64_t word = cells[x / 64] >> x % 64;
-    const std::uint32_t left = std::min(64 - x % 64, width_ - x);
-    const auto zeros = std::min(static_cast<std::uint32_t>(std::countr_zero(word)), left);
+    const std::uint32_t remaining_bits = std::min(64 - x % 64, width_ - x);
+    const auto zeros = std::min(static_cast<std::uint32_t>(std::countr_zero(word)), remaining_bits);
     x += zeros;
-    if (zeros == left) continue;
+    if (zeros == remaining_bits) continue;
     add(x);
-    x += std::min(static_cast<std::uint32_t>(std::countr_one(word >> zeros)), left - zeros);
+    x += std::min(static_cast<std::uint32_t>(std::countr_one(word >> zeros)),
+                  remaining_bits - zeros);
     begin = x;
   }
   if (begin < width_) add(width_);
@@ -214,13 +215,13 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
       };
       if (words > kNarrowRowWords && r > kFullRowRuns) {
         // In wide rows, only words with a free place are tested.
-        std::uint32_t left = 0;
+        std::uint32_t open_count = 0;
         for (std::uint32_t n = 0; n < count; ++n) {
           const std::uint32_t w = open[n];
-          open[left] = w;
-          left += block(w) != kAllOnes ? 1 : 0;
+          open[open_count] = w;
+          open_count += block(w) != kAllOnes ? 1 : 0;
         }
-        count = left;
+        count = open_count;
         free = count > 0;
         record_place();
         continue;
@@ -231,10 +232,11 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
         const auto down_a = static_cast<int>(a % 64), down_b = static_cast<int>(b % 64);
         Word2 all{kAllOnes, kAllOnes};
         for (std::uint32_t w = 0; w < words; w += 2) {
-          const Word2 now = load_two(blocked_cells.data() + w) | load_two(at_a + w) >> down_a |
-                            load_two(at_a + w + 1) << 1 << (63 - down_a) |
-                            load_two(at_b + w) >> down_b |
-                            load_two(at_b + w + 1) << 1 << (63 - down_b);
+          const Word2 now = load_two_words(blocked_cells.data() + w) |
+                            load_two_words(at_a + w) >> down_a |
+                            load_two_words(at_a + w + 1) << 1 << (63 - down_a) |
+                            load_two_words(at_b + w) >> down_b |
+                            load_two_words(at_b + w + 1) << 1 << (63 - down_b);
           std::memcpy(blocked_cells.data() + w, &now, sizeof now);
           all &= now;
         }

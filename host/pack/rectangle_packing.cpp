@@ -77,13 +77,14 @@ bool pack_skyline(std::span<const PackSize> sizes, std::span<const std::uint32_t
   Skyline skyline(side);
   for (const std::uint32_t i : order) {
     const PackSize& size = sizes[i];
-    const auto upright = skyline.best(size.width, size.height);
-    const auto turned = skyline.best(size.height, size.width);
-    const bool turn = turned.found && (!upright.found || turned.key() < upright.key());
-    const auto& chosen = turn ? turned : upright;
-    if (!chosen.found) return false;
-    skyline.place(chosen, turn ? size.height : size.width);
-    places[i] = {chosen.x, chosen.y, turn};
+    const auto upright_spot = skyline.best(size.width, size.height);
+    const auto rotated_spot = skyline.best(size.height, size.width);
+    const bool is_rotated =
+        rotated_spot.found && (!upright_spot.found || rotated_spot.key() < upright_spot.key());
+    const auto& chosen_spot = is_rotated ? rotated_spot : upright_spot;
+    if (!chosen_spot.found) return false;
+    skyline.place(chosen_spot, is_rotated ? size.height : size.width);
+    places[i] = {chosen_spot.x, chosen_spot.y, is_rotated};
   }
   return true;
 }

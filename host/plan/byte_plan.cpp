@@ -29,9 +29,9 @@ struct BytePlanSettings {
   static constexpr std::size_t kMaxTrials = 6;
   /// Another low poly is built only if its predicted error is below this share of the smallest error so far.
   static constexpr double kMaxErrorRatioToTry = 0.98;
-  /// The first low poly gets the share kFirstBytesShare of the bytes; its face count follows from the estimate
+  /// The first low poly gets the share kInitialByteShare of the bytes; its face count follows from the estimate
   /// kBytesPerFace (48 bytes per vertex, 6 bytes of indices per face).
-  static constexpr double kFirstBytesShare = 0.3, kBytesPerFace = 45;
+  static constexpr double kInitialByteShare = 0.3, kBytesPerFace = 45;
   /// The first map has the largest size at which the whole budget gives at least this number of bytes per texel, for
   /// lossy and for lossless encodings. With fewer bytes per texel, a map of half the size and higher quality has a
   /// lower error.
@@ -67,15 +67,15 @@ class BytePlanner {
   }
 
   BytePlan run() {
-    const double faces = Settings::kFirstBytesShare * static_cast<double>(options_.max_bytes) /
+    const double faces = Settings::kInitialByteShare * static_cast<double>(options_.max_bytes) /
                          Settings::kBytesPerFace;
     if (faces > plan_settings::kFinestFaces) evaluator_.refine();
     std::size_t level = 0;
     while (level + 1 < evaluator_.count() && evaluator_.faces(level) > faces) ++level;
     if (options_.plan.choose_match) evaluator_.choose_match(level);
-    build_trial(level, first_size(), /*all_maps=*/true, 0);
-    while (built_.size() < Settings::kMaxTrials) {
-      const std::optional<Prediction> next = best_predicted();
+    build_trial(level, initial_size(), /*all_maps=*/true, 0);
+    while (low_polys_.size() < Settings::kMaxTrials) {
+      const std::optional<Prediction> next = best_prediction();
       if (!next || next->error >= Settings::kMaxErrorRatioToTry * error_of(best())) break;
       build_trial(next->level, next->size, /*all_maps=*/false, next->error);
     }
@@ -85,7 +85,7 @@ class BytePlanner {
   }
 
  private:
-  struct Made {
+  struct BuiltLowPoly {
     std::size_t level = 0;
     Mesh low;
     UnwrapReport unwrapped;
@@ -102,43 +102,45 @@ class BytePlanner {
     double error = 0;
   };
 
-  std::uint32_t first_size() const {
+  std::uint32_t initial_size() const {
     const PictureFitOptions& pictures = options_.pictures;
-    const bool lossless = !pictures.any_format && pictures.encode.format == PictureFormat::png;
-    const double least =
-        lossless ? Settings::kMinLosslessBytesPerTexel : Settings::kMinLossyBytesPerTexel;
+    const bool is_lossless = !pictures.any_format && pictures.encode.format == PictureFormat::png;
+    const double min_bytes_per_texel =
+        is_lossless ? Settings::kMinLosslessBytesPerTexel : Settings::kMinLossyBytesPerTexel;
     for (const std::uint32_t size : sizes_) {
-      if (least * size * size <= static_cast<double>(options_.max_bytes)) return size;
+      if (min_bytes_per_texel * size * size <= static_cast<double>(options_.max_bytes)) return size;
     }
     return sizes_.back();
   }
 
-  double error_of(const Made& made) const {
-    const bool lost = made.normals.one_sided_share > max_mismatch_;
-    if (!made.trial.fits) return oversize_rank(made.trial.bytes);
-    return made.trial.error + (lost ? Settings::kLostSurfacePenalty : 0);
+  double error_of(const BuiltLowPoly& low_poly) const {
+    const bool has_lost_surface = low_poly.normals.one_sided_share > max_mismatch_;
+    if (!low_poly.trial.fits) return oversize_rank(low_poly.trial.bytes);
+    return low_poly.trial.error + (has_lost_surface ? Settings::kLostSurfacePenalty : 0);
   }
   /// Rank of a file that exceeds the budget: after all files that fit, by its bytes.
   double oversize_rank(std::uint64_t bytes) const {
     return 2 * Settings::kLostSurfacePenalty +
            static_cast<double>(bytes) / static_cast<double>(options_.max_bytes);
   }
-  Made& best() {
-    return *std::min_element(built_.begin(), built_.end(), [&](const Made& a, const Made& b) {
-      return error_of(a) < error_of(b);
-    });
+  BuiltLowPoly& best() {
+    return *std::min_element(
+        low_polys_.begin(), low_polys_.end(),
+        [&](const BuiltLowPoly& a, const BuiltLowPoly& b) { return error_of(a) < error_of(b); });
   }
-  const Made& nearest(std::size_t level) const {
-    const auto apart = [level](const Made& made) {
-      return std::max(made.level, level) - std::min(made.level, level);
+  const BuiltLowPoly& nearest(std::size_t level) const {
+    const auto level_distance = [level](const BuiltLowPoly& low_poly) {
+      return std::max(low_poly.level, level) - std::min(low_poly.level, level);
     };
-    return *std::min_element(built_.rbegin(), built_.rend(),
-                             [&](const Made& a, const Made& b) { return apart(a) < apart(b); });
+    return *std::min_element(low_polys_.rbegin(), low_polys_.rend(),
+                             [&](const BuiltLowPoly& a, const BuiltLowPoly& b) {
+                               return level_distance(a) < level_distance(b);
+                             });
   }
 
   /// The nearest level without folds, among the level and the eight next finer ones; the level itself if there is
   /// none.
-  std::size_t without_folds(std::size_t level) const {
+  std::size_t level_without_folds(std::size_t level) const {
     const SimplifyLevels& levels = evaluator_.levels();
     for (std::size_t finer = 0; finer <= 8 && finer <= level; ++finer) {
       const std::size_t at = level - finer;
@@ -155,16 +157,18 @@ class BytePlanner {
   }
 
   BakeResult bake_all(const Mesh& low, BakeOptions& bake) const {
-    const std::string doing =
+    const std::string progress_text =
         "trying " + std::to_string(bake.width) + " x " + std::to_string(bake.height);
     if (options_.plan.bake.progress) {
-      bake.progress = [this, doing](double, std::string_view) {
-        return options_.plan.bake.progress(0.5, doing);
+      bake.progress = [this, progress_text](double, std::string_view) {
+        return options_.plan.bake.progress(0.5, progress_text);
       };
     }
     BakeResult result = widen_search(
         bake,
-        [&](const BakeOptions& wide) { return bake_drawn(impl_of(source_), low, wide, nullptr); },
+        [&](const BakeOptions& wide_options) {
+          return bake_drawn(impl_of(source_), low, wide_options, nullptr);
+        },
         [](const BakeResult& baked) {
           const BakeReport& report = baked.report;
           return report.samples == 0 ? 0 : static_cast<double>(report.missed) / report.samples;
@@ -173,14 +177,15 @@ class BytePlanner {
     return result;
   }
 
-  void build_trial(std::size_t asked, std::uint32_t size, bool all_maps, double expected) {
-    Made& made = built_.emplace_back();
-    made.level = without_folds(asked);
-    const LaidOut& laid_out = evaluator_.laid_out(made.level, size);
-    made.low = laid_out.mesh;
-    made.unwrapped = laid_out.report;
-    made.bake = bake_options(size);
-    BakeOptions bake = made.bake;
+  void build_trial(std::size_t requested_level, std::uint32_t size, bool all_maps,
+                   double expected) {
+    BuiltLowPoly& low_poly = low_polys_.emplace_back();
+    low_poly.level = level_without_folds(requested_level);
+    const UnwrappedLowPoly& unwrapped = evaluator_.unwrapped(low_poly.level, size);
+    low_poly.low = unwrapped.mesh;
+    low_poly.unwrapped = unwrapped.report;
+    low_poly.bake = bake_options(size);
+    BakeOptions bake = low_poly.bake;
     if (!all_maps) {
       ask_for(bake, {shading_map(bake).value()});
       bake.report.errors = bake.report.keep_match = false;
@@ -188,73 +193,75 @@ class BytePlanner {
       bake.match.visibility.directions =
           std::min(bake.match.visibility.directions, plan_settings::kTrialDirections);
     }
-    BakeResult result = bake_all(made.low, bake);
-    made.bake.match.max_distance = bake.match.max_distance;
+    BakeResult result = bake_all(low_poly.low, bake);
+    low_poly.bake.match.max_distance = bake.match.max_distance;
     std::vector<BakedMap> maps = result.maps;
     AssetMaps pictures = options_.maps_of(maps, result.coverage);
     pictures.coverage = result.coverage;
     const Stopwatch watch;
-    const NormalProbe probe(impl_of(source_), made.low, evaluator_.high_view());
+    const NormalProbe probe(impl_of(source_), low_poly.low, evaluator_.high_view());
     PictureFitOptions fit = options_.pictures;
-    fit.most_bytes = options_.max_bytes;
+    fit.max_picture_bytes = options_.max_bytes;
     fit.normal_error = [&](const Image& picture) {
       ProgressGuard::poll_at(0.6, "encoding pictures");
       const NormalError error = probe.with_map(picture, bake);
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
-    made.ladders = picture_ladders(pictures, fit);
+    low_poly.ladders = picture_ladders(pictures, fit);
     // A plan compares only bytes and errors. The job encodes the chosen pictures again, so the data is freed here.
-    for (PictureLadder& ladder : made.ladders) {
+    for (PictureLadder& ladder : low_poly.ladders) {
       for (PictureChoice& choice : ladder.choices) choice.data = {};
     }
     const LevelErrors errors = evaluator_.mapped_errors(probe);
-    evaluator_.record_measured(made.level, /*mapped=*/true, errors);
-    const PictureLadder& normals = made.ladders.front();
+    evaluator_.record_measured(low_poly.level, /*mapped=*/true, errors);
+    const PictureLadder& normals = low_poly.ladders.front();
     for (std::size_t i = 0; i < normals.levels.size(); ++i) {
-      model_.add_measurement(evaluator_.faces(made.level), errors, size >> i,
+      model_.add_measurement(evaluator_.faces(low_poly.level), errors, size >> i,
                              normals.levels[i].degrees, i == 0);
     }
-    made.normals = probe.with_map(*pictures.normal, bake);
+    low_poly.normals = probe.with_map(*pictures.normal, bake);
     result_.plan.seconds_measure += watch.total();
     if (all_maps) {
-      made.result = std::move(result);
-      other_ladders_.assign(made.ladders.begin() + 1, made.ladders.end());
-      others_size_ = size;
+      low_poly.result = std::move(result);
+      other_ladders_.assign(low_poly.ladders.begin() + 1, low_poly.ladders.end());
+      other_ladders_size_ = size;
     }
     // Vertex colours are added for counting bytes only; finish() transfers colours to the chosen low poly.
-    Mesh weighed = made.low;
+    Mesh colored_mesh = low_poly.low;
     if (!high_.colors.empty())
-      weighed.colors.assign(weighed.positions.size(), high_.colors.front());
-    made.trial.mesh_bytes = options_.mesh_bytes(weighed);
-    const auto faces = static_cast<double>(made.low.triangles.size());
-    made.bytes_per_face =
-        (static_cast<double>(made.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) / faces;
-    made.ladders.resize(1);  // others_ has the ladders of the other pictures
-    std::vector<PictureLadder> all = made.ladders;
-    const std::vector<PictureLadder> others = others_up_to(size);
-    all.insert(all.end(), others.begin(), others.end());
-    made.trial.faces = made.low.triangles.size();
-    made.trial.expected = expected;
-    made.trial.baked = size;
-    choose(all, made.trial);
+      colored_mesh.colors.assign(colored_mesh.positions.size(), high_.colors.front());
+    low_poly.trial.mesh_bytes = options_.mesh_bytes(colored_mesh);
+    const auto faces = static_cast<double>(low_poly.low.triangles.size());
+    low_poly.bytes_per_face =
+        (static_cast<double>(low_poly.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) /
+        faces;
+    low_poly.ladders.resize(1);  // other_ladders_ has those of the other pictures
+    std::vector<PictureLadder> all_ladders = low_poly.ladders;
+    const std::vector<PictureLadder> other_ladders = other_ladders_up_to(size);
+    all_ladders.insert(all_ladders.end(), other_ladders.begin(), other_ladders.end());
+    low_poly.trial.faces = low_poly.low.triangles.size();
+    low_poly.trial.expected = expected;
+    low_poly.trial.baked = size;
+    choose(all_ladders, low_poly.trial);
   }
 
   /// Ladders of all pictures except normals, limited to the size of a bake.
-  std::vector<PictureLadder> others_up_to(std::uint32_t size) const {
+  std::vector<PictureLadder> other_ladders_up_to(std::uint32_t size) const {
     std::vector<PictureLadder> list = other_ladders_;
     for (PictureLadder& ladder : list) {
-      const PictureChoice least = ladder.choices.front();
+      const PictureChoice smallest_choice = ladder.choices.front();
       std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
         return std::min(choice.width, choice.height) > size;
       });
-      if (ladder.choices.empty()) ladder.choices.push_back(least);
+      if (ladder.choices.empty()) ladder.choices.push_back(smallest_choice);
     }
     return list;
   }
 
   void choose(const std::vector<PictureLadder>& ladders, ByteTrial& trial) const {
-    const std::uint64_t left = options_.max_bytes - std::min(options_.max_bytes, trial.mesh_bytes);
-    const std::optional<PictureFit> fit = least_error(ladders, left);
+    const std::uint64_t remaining_bytes =
+        options_.max_bytes - std::min(options_.max_bytes, trial.mesh_bytes);
+    const std::optional<PictureFit> fit = least_error(ladders, remaining_bytes);
     trial.fits = fit.has_value() && trial.mesh_bytes < options_.max_bytes;
     if (!trial.fits) {
       trial.bytes = trial.mesh_bytes + least_bytes(ladders);
@@ -268,63 +275,65 @@ class BytePlanner {
 
   /// Predicts a level's error with the best pictures that fit in the remaining bytes.
   Prediction predict(std::size_t level) {
-    const Made& known = nearest(level);
+    const BuiltLowPoly& nearest_low_poly = nearest(level);
     const LevelErrors errors = evaluator_.at(level, /*mapped=*/true);
     const double faces = evaluator_.faces(level);
-    std::vector<PictureLadder> ladders = {known.ladders.front()};
-    const PictureLadder& measured = known.ladders.front();
+    std::vector<PictureLadder> ladders = {nearest_low_poly.ladders.front()};
+    const PictureLadder& measured_ladder = nearest_low_poly.ladders.front();
     const double steps_a_degree =
-        measured.levels.front().degrees > 0
-            ? measured.levels.front().steps / measured.levels.front().degrees
+        measured_ladder.levels.front().degrees > 0
+            ? measured_ladder.levels.front().steps / measured_ladder.levels.front().degrees
             : 0;
     for (PictureChoice& choice : ladders.front().choices) {
-      const double plain = model_.expected(faces, errors, known.trial.baked >> choice.level);
-      const double of_level = measured.levels[choice.level].degrees;
-      const double is = choice.error.degrees;
+      const double unencoded_degrees =
+          model_.expected(faces, errors, nearest_low_poly.trial.baked >> choice.level);
+      const double level_degrees = measured_ladder.levels[choice.level].degrees;
+      const double choice_degrees = choice.error.degrees;
       // The loss by encoding is independent of the error of the mesh and its texels, so the squares of the two errors
       // add up.
-      const double lost = std::max(0.0, is * is - of_level * of_level);
-      choice.error.degrees = std::sqrt(plain * plain + lost);
+      const double encoding_loss =
+          std::max(0.0, choice_degrees * choice_degrees - level_degrees * level_degrees);
+      choice.error.degrees = std::sqrt(unencoded_degrees * unencoded_degrees + encoding_loss);
       choice.error.steps = steps_a_degree * choice.error.degrees;
     }
-    const std::vector<PictureLadder> others = others_up_to(others_size_);
-    ladders.insert(ladders.end(), others.begin(), others.end());
+    const std::vector<PictureLadder> other_ladders = other_ladders_up_to(other_ladders_size_);
+    ladders.insert(ladders.end(), other_ladders.begin(), other_ladders.end());
     for (PictureLadder& ladder : ladders) {  // Predicted errors need not decrease as bytes increase
-      double least = HUGE_VAL;
+      double min_steps = HUGE_VAL;
       std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
-        if (choice.error.steps >= least) return true;
-        least = choice.error.steps;
+        if (choice.error.steps >= min_steps) return true;
+        min_steps = choice.error.steps;
         return false;
       });
     }
     ByteTrial trial;
-    trial.mesh_bytes =
-        fixed_bytes_ + static_cast<std::uint64_t>(std::max(0.0, known.bytes_per_face) * faces);
+    trial.mesh_bytes = fixed_bytes_ + static_cast<std::uint64_t>(
+                                          std::max(0.0, nearest_low_poly.bytes_per_face) * faces);
     choose(ladders, trial);
-    Prediction expected{level, sizes_.back(), oversize_rank(trial.bytes)};
-    if (!trial.fits) return expected;
-    expected.error =
+    Prediction prediction{level, sizes_.back(), oversize_rank(trial.bytes)};
+    if (!trial.fits) return prediction;
+    prediction.error =
         trial.error +
         (errors.silhouette_mismatch > max_mismatch_ ? Settings::kLostSurfacePenalty : 0);
     for (const TrialPicture& picture : trial.pictures) {
-      expected.size = std::max(expected.size, std::min(picture.width, picture.height));
+      prediction.size = std::max(prediction.size, std::min(picture.width, picture.height));
     }
-    return expected;
+    return prediction;
   }
 
   /// Descends from the best level with decreasing steps to the smallest predicted error. For levels that were built,
   /// the measured error is used.
-  std::optional<Prediction> best_predicted() {
-    std::map<std::size_t, Prediction> known;
+  std::optional<Prediction> best_prediction() {
+    std::map<std::size_t, Prediction> predictions;
     const auto at = [&](std::size_t level) -> const Prediction& {
-      const auto found = known.find(level);
-      if (found != known.end()) return found->second;
-      for (const Made& made : built_) {
-        if (made.level == level) {
-          return known[level] = {level, made.trial.baked, error_of(made)};
+      const auto found = predictions.find(level);
+      if (found != predictions.end()) return found->second;
+      for (const BuiltLowPoly& low_poly : low_polys_) {
+        if (low_poly.level == level) {
+          return predictions[level] = {level, low_poly.trial.baked, error_of(low_poly)};
         }
       }
-      return known[level] = predict(level);
+      return predictions[level] = predict(level);
     };
     std::size_t level = best().level;
     for (std::size_t step = Settings::kFirstLevelStep; step >= Settings::kLastLevelStep;
@@ -341,8 +350,10 @@ class BytePlanner {
         }
       }
     }
-    const auto was_made = [&](const Made& made) { return without_folds(level) == made.level; };
-    if (std::any_of(built_.begin(), built_.end(), was_made)) return std::nullopt;
+    const auto is_built_level = [&](const BuiltLowPoly& low_poly) {
+      return level_without_folds(level) == low_poly.level;
+    };
+    if (std::any_of(low_polys_.begin(), low_polys_.end(), is_built_level)) return std::nullopt;
     return at(level);
   }
 
@@ -351,12 +362,12 @@ class BytePlanner {
   void build_smallest() {
     build_trial(evaluator_.count() - 1, sizes_.back(), /*all_maps=*/true, 0);
     if (best().trial.fits) return;
-    const std::uint64_t least = built_.back().trial.bytes;
+    const std::uint64_t min_file_bytes = low_polys_.back().trial.bytes;
     throw Error(ErrorCode::usage,
                 formatted("%llu bytes are too few for a low poly with these maps: "
                           "the smallest file has %llu.",
                           static_cast<unsigned long long>(options_.max_bytes),
-                          static_cast<unsigned long long>(least)));
+                          static_cast<unsigned long long>(min_file_bytes)));
   }
 
   /// Rebuilds the best low poly if presimplification left folds in it. Other low polys are not rebuilt, since another
@@ -366,47 +377,48 @@ class BytePlanner {
     if (!evaluator_.levels().can_be_solved(level)) return;
     evaluator_.solve(level);
     const std::uint32_t size = best().trial.baked;
-    std::erase_if(built_, [&](const Made& made) { return made.level == level; });
+    std::erase_if(low_polys_,
+                  [&](const BuiltLowPoly& low_poly) { return low_poly.level == level; });
     build_trial(level, size, /*all_maps=*/true, 0);
     if (!best().trial.fits) build_smallest();
   }
 
   BytePlan finish() {
-    Made& chosen = best();
+    BuiltLowPoly& best_low_poly = best();
     LowPolyPlan& plan = result_.plan;
-    if (!chosen.result) {
-      BakeOptions bake = chosen.bake;
-      chosen.result = bake_all(chosen.low, bake);
-      chosen.bake.match.max_distance = bake.match.max_distance;
+    if (!best_low_poly.result) {
+      BakeOptions bake = best_low_poly.bake;
+      best_low_poly.result = bake_all(best_low_poly.low, bake);
+      best_low_poly.bake.match.max_distance = bake.match.max_distance;
     }
     for (const PictureLadder& ladder : other_ladders_) {
       for (std::size_t level = 0; level < ladder.levels.size(); ++level) {
-        if (others_size_ >> level != chosen.trial.baked) continue;
+        if (other_ladders_size_ >> level != best_low_poly.trial.baked) continue;
         result_.coarseness.emplace_back(ladder.picture, ladder.levels[level].steps);
       }
     }
-    plan.result = std::move(chosen.result);
-    plan.bake = chosen.bake;
-    plan.unwrapped = chosen.unwrapped;
-    plan.simplified = evaluator_.levels().report(chosen.level);
-    plan.low = std::move(chosen.low);
+    plan.result = std::move(best_low_poly.result);
+    plan.bake = best_low_poly.bake;
+    plan.unwrapped = best_low_poly.unwrapped;
+    plan.simplified = evaluator_.levels().report(best_low_poly.level);
+    plan.low = std::move(best_low_poly.low);
     transfer_colors(high_, plan.low);
     Candidate& candidate = plan.chosen;
     candidate.faces = plan.low.triangles.size();
     candidate.positions = plan.low.positions.size();
     candidate.vertices = split_vertices(plan.low);
-    candidate.charts = chosen.unwrapped.charts;
-    candidate.size = chosen.trial.baked;
-    candidate.samples = chosen.bake.samples;
+    candidate.charts = best_low_poly.unwrapped.charts;
+    candidate.size = best_low_poly.trial.baked;
+    candidate.samples = best_low_poly.bake.samples;
     candidate.method = bake_.match.method;
-    candidate.expected = candidate.measured = chosen.trial.degrees;
-    candidate.standard_error = chosen.normals.standard_error_degrees;
-    candidate.silhouette_mismatch = chosen.normals.one_sided_share;
+    candidate.expected = candidate.measured = best_low_poly.trial.degrees;
+    candidate.standard_error = best_low_poly.normals.standard_error_degrees;
+    candidate.silhouette_mismatch = best_low_poly.normals.one_sided_share;
     plan.reached = (plan.wanted == 0 || candidate.measured <= plan.wanted) &&
                    (plan.max_outline == 0 || candidate.silhouette_mismatch <= plan.max_outline);
-    for (const Made& made : built_) {
-      if (&made == &chosen) result_.chosen = result_.trials.size();
-      result_.trials.push_back(made.trial);
+    for (const BuiltLowPoly& low_poly : low_polys_) {
+      if (&low_poly == &best_low_poly) result_.chosen = result_.trials.size();
+      result_.trials.push_back(low_poly.trial);
     }
     return std::move(result_);
   }
@@ -422,10 +434,10 @@ class BytePlanner {
   LevelEvaluator evaluator_;
   ErrorModel model_;
   std::vector<std::uint32_t> sizes_;  ///< Map sizes in decreasing order
-  std::vector<Made> built_;
+  std::vector<BuiltLowPoly> low_polys_;
   /// Ladders of all pictures except normals, from the first bake of all maps
   std::vector<PictureLadder> other_ladders_;
-  std::uint32_t others_size_ = 0;
+  std::uint32_t other_ladders_size_ = 0;
   std::uint64_t fixed_bytes_ = 0;  ///< Bytes of the file that do not depend on the mesh
 };
 
@@ -436,9 +448,9 @@ std::vector<TrialPicture> trial_pictures(std::span<const PictureLadder> ladders,
   std::vector<TrialPicture> list;
   for (std::size_t i = 0; i < ladders.size(); ++i) {
     const PictureChoice& choice = ladders[i].choices[fit.choices[i]];
-    const bool lossy = choice.encoding.is_lossy();
+    const bool is_lossy = choice.encoding.is_lossy();
     list.push_back({ladders[i].picture, choice.width, choice.height, choice.encoding.format,
-                    lossy ? choice.encoding.quality : 0, choice.bytes, choice.error});
+                    is_lossy ? choice.encoding.quality : 0, choice.bytes, choice.error});
   }
   return list;
 }

@@ -20,8 +20,8 @@ namespace {
 std::vector<std::uint32_t> map_channels(const BakeOptions& bake) {
   std::vector<std::uint32_t> channels;
   for (const MapInfo& info : maps()) {
-    const auto asked = std::count(bake.maps.begin(), bake.maps.end(), info.kind);
-    channels.insert(channels.end(), static_cast<std::size_t>(asked), info.channels);
+    const auto map_count = std::count(bake.maps.begin(), bake.maps.end(), info.kind);
+    channels.insert(channels.end(), static_cast<std::size_t>(map_count), info.channels);
   }
   for (const MapVariant& map : bake.variants) channels.push_back(map_row(map.kind).info.channels);
   channels.insert(channels.end(), bake.transfers.size() + bake.own_maps.size(), 4);
@@ -29,7 +29,7 @@ std::vector<std::uint32_t> map_channels(const BakeOptions& bake) {
 }
 
 /// Quantises a map to the values that files of `bits` bits per channel store.
-Image rounded(Image map, std::uint32_t bits) {
+Image quantize_map(Image map, std::uint32_t bits) {
   const float steps = static_cast<float>((1U << bits) - 1);
   for (float& value : map.pixels) {
     value = std::floor(std::clamp(value, 0.0F, 1.0F) * steps + 0.5F) / steps;
@@ -94,20 +94,20 @@ Candidate CandidateBuilder::predict(std::size_t level, std::uint32_t size) const
   return candidate;
 }
 
-MadeCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
-  MadeCandidate made;
-  made.level = level;
-  made.candidate = predict(level, size);
-  made.low = size == 0 ? evaluator_.mesh(level) : evaluator_.laid_out(level, size).mesh;
-  Candidate& candidate = made.candidate;
-  candidate.faces = made.low.triangles.size();
-  candidate.positions = made.low.positions.size();
-  candidate.vertices = split_vertices(made.low);
+BuiltCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
+  BuiltCandidate built;
+  built.level = level;
+  built.candidate = predict(level, size);
+  built.low = size == 0 ? evaluator_.mesh(level) : evaluator_.unwrapped(level, size).mesh;
+  Candidate& candidate = built.candidate;
+  candidate.faces = built.low.triangles.size();
+  candidate.positions = built.low.positions.size();
+  candidate.vertices = split_vertices(built.low);
   candidate.bytes = low_poly_bytes(candidate.vertices, candidate.faces, size, channels_, bits_);
   const auto positions = static_cast<double>(candidate.positions);
   const Stopwatch watch;
   const NormalProbe probe(impl_of(source_),
-                          made.low.uvs.empty() ? with_any_uvs(made.low) : made.low,
+                          built.low.uvs.empty() ? with_any_uvs(built.low) : built.low,
                           evaluator_.high_view());
   if (size == 0) {
     vertices_per_position_ = static_cast<double>(candidate.vertices) / positions;
@@ -116,58 +116,60 @@ MadeCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
                                {candidate.measured, 0, candidate.silhouette_mismatch});
   } else {
     seam_vertices_ = (static_cast<double>(candidate.vertices) - positions) / std::sqrt(positions);
-    made.unwrapped = evaluator_.laid_out(level, size).report;
-    candidate.charts = made.unwrapped.charts;
-    build_map(made, probe);
+    built.unwrapped = evaluator_.unwrapped(level, size).report;
+    candidate.charts = built.unwrapped.charts;
+    build_map(built, probe);
   }
   plan_.seconds_measure += watch.total();
-  return made;
+  return built;
 }
 
 /// Bakes the first map at twice the size for which its charts are laid out: its mip levels then calibrate the error
 /// model for that size and all smaller ones.
-void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) {
-  Candidate& candidate = made.candidate;
-  const std::uint32_t size = candidate.size, largest = std::min(bake_.width, bake_.height);
-  made.bake = bake_;
-  made.bake.width = made.bake.height = size;
-  made.bake.samples = candidate.samples;
-  BakeOptions trial = made.bake;
-  ask_for(trial, {shading_map(trial).value()});
-  trial.encoding.raw = trial.encoding.two_component = trial.report.errors =
-      trial.report.keep_match = false;
-  trial.report.recall = 0;
-  trial.encoding.mips = true;
-  if (!knows_maps_ && 2 * size <= largest) {
-    trial.width = trial.height = 2 * size;
-    trial.samples = std::max(trial.samples / 2, 1U);
+void CandidateBuilder::build_map(BuiltCandidate& built, const NormalProbe& probe) {
+  Candidate& candidate = built.candidate;
+  const std::uint32_t size = candidate.size, largest_size = std::min(bake_.width, bake_.height);
+  built.bake = bake_;
+  built.bake.width = built.bake.height = size;
+  built.bake.samples = candidate.samples;
+  BakeOptions trial_options = built.bake;
+  ask_for(trial_options, {shading_map(trial_options).value()});
+  trial_options.encoding.raw = trial_options.encoding.two_component = trial_options.report.errors =
+      trial_options.report.keep_match = false;
+  trial_options.report.recall = 0;
+  trial_options.encoding.mips = true;
+  if (!has_map_errors_ && 2 * size <= largest_size) {
+    trial_options.width = trial_options.height = 2 * size;
+    trial_options.samples = std::max(trial_options.samples / 2, 1U);
   }
-  knows_maps_ = true;
-  if (!all_directions_) {
-    trial.match.visibility.directions =
-        std::min(trial.match.visibility.directions, kTrialDirections);
+  has_map_errors_ = true;
+  if (!uses_all_directions_) {
+    trial_options.match.visibility.directions =
+        std::min(trial_options.match.visibility.directions, kTrialDirections);
   }
-  const std::string doing = "trying " + std::to_string(size) + " x " + std::to_string(size);
+  const std::string progress_text = "trying " + std::to_string(size) + " x " + std::to_string(size);
   if (bake_.progress) {
-    trial.progress = [&](double, std::string_view) { return bake_.progress(0.5, doing); };
+    trial_options.progress = [&](double, std::string_view) {
+      return bake_.progress(0.5, progress_text);
+    };
   }
   const BakeResult result = widen_search(
-      trial,
-      [&](const BakeOptions& wide) {
-        return bake_drawn(impl_of(source_), made.low, wide, nullptr);
+      trial_options,
+      [&](const BakeOptions& wide_options) {
+        return bake_drawn(impl_of(source_), built.low, wide_options, nullptr);
       },
       [](const BakeResult& baked) {
         const BakeReport& report = baked.report;
         return report.samples == 0 ? 0 : static_cast<double>(report.missed) / report.samples;
       });
-  made.bake.match.max_distance = trial.match.max_distance;
+  built.bake.match.max_distance = trial_options.match.max_distance;
   const LevelErrors level = evaluator_.mapped_errors(probe);
-  evaluator_.record_measured(made.level, /*mapped=*/true, level);
+  evaluator_.record_measured(built.level, /*mapped=*/true, level);
   const BakedMap& map = result.maps.front();
   const auto measure = [&](const Image& image) {
     if (image.width < kSmallestMap) return;
-    const NormalError error = probe.with_map(rounded(image, bits_), trial);
-    model_.add_measurement(evaluator_.faces(made.level), level, image.width, error.mean_degrees,
+    const NormalError error = probe.with_map(quantize_map(image, bits_), trial_options);
+    model_.add_measurement(evaluator_.faces(built.level), level, image.width, error.mean_degrees,
                            image.width == size);
     if (image.width == size) set_measured(error, candidate);
   };
@@ -175,17 +177,17 @@ void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) 
   for (const Image& mip : map.mips) measure(mip);
 }
 
-void CandidateBuilder::finish(MadeCandidate& made) {
-  plan_.unwrapped = made.unwrapped;
-  plan_.bake = made.bake;
+void CandidateBuilder::finish(BuiltCandidate& built) {
+  plan_.unwrapped = built.unwrapped;
+  plan_.bake = built.bake;
   plan_.bake.progress = bake_.progress;
   plan_.result = bake_drawn(impl_of(source_), plan_.low, plan_.bake, &plan_.drawn);
-  plan_.drawn = rounded(std::move(plan_.drawn), bits_);
+  plan_.drawn = quantize_map(std::move(plan_.drawn), bits_);
   const Stopwatch watch;
-  const NormalProbe probe(impl_of(source_), made.low, evaluator_.high_view());
-  set_measured(probe.with_map(plan_.drawn, plan_.bake), made.candidate);
+  const NormalProbe probe(impl_of(source_), built.low, evaluator_.high_view());
+  set_measured(probe.with_map(plan_.drawn, plan_.bake), built.candidate);
   plan_.seconds_measure += watch.total();
-  all_directions_ = true;
+  uses_all_directions_ = true;
 }
 
 }  // namespace kiln

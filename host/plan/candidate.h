@@ -13,7 +13,7 @@
 namespace kiln {
 
 /// A candidate that was built, with its mesh and the options of its bake.
-struct MadeCandidate {
+struct BuiltCandidate {
   std::size_t level = 0;
   Candidate candidate;
   Mesh low;
@@ -39,15 +39,15 @@ class CandidateBuilder {
   }
   double expected_error(std::size_t level, std::uint32_t size) const;
 
-  MadeCandidate build(std::size_t level, std::uint32_t size);
+  BuiltCandidate build(std::size_t level, std::uint32_t size);
   /// Bakes all maps of a candidate into the plan's result, and measures it with them.
-  void finish(MadeCandidate& made);
+  void finish(BuiltCandidate& built);
 
  private:
   LowPolyBytes bytes_of(std::size_t level, std::uint32_t size) const;
   std::uint64_t vertices_of(std::size_t level, std::uint32_t size) const;
   std::uint32_t samples_for(std::uint32_t size) const;
-  void build_map(MadeCandidate& made, const NormalProbe& probe);
+  void build_map(BuiltCandidate& built, const NormalProbe& probe);
 
   const Source& source_;
   const LowPolyPlanOptions& options_;
@@ -62,8 +62,9 @@ class CandidateBuilder {
       /// Vertices that seams of a mapped mesh add, divided by the square root of its positions
       10;
   /// True once a map has been baked and has calibrated the error model
-  bool knows_maps_ = false;
-  bool all_directions_ = false;  ///< Candidates use as many visibility directions as final bakes
+  bool has_map_errors_ = false;
+  bool uses_all_directions_ =
+      false;  ///< Candidates use as many visibility directions as final bakes
 };
 
 }  // namespace kiln

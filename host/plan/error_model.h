@@ -23,17 +23,19 @@ struct LevelErrors {
 /// model for one mesh and two maps.
 class ErrorModel {
  public:
-  /// \param own  true if the charts are laid out for this size; false for a mip level of a larger map, whose error is
-  ///             used until a map of this size is measured
+  /// \param has_own_charts  true if the charts are laid out for this size; false for a mip level of a larger map, whose
+  ///             error is used until a map of this size is measured
   void add_measurement(double faces, const LevelErrors& level, std::uint32_t size, double error,
-                       bool own) {
+                       bool has_own_charts) {
     std::vector<Sharpness>& known = known_[size];
-    if (!own && !known.empty() && known.front().own) return;
-    if (own) std::erase_if(known, [](const Sharpness& other) { return !other.own; });
-    const double above = std::max(error - level.infinite_map,
-                                  kMinRelativeError * level.infinite_map + kMinErrorDegrees);
+    if (!has_own_charts && !known.empty() && known.front().has_own_charts) return;
+    if (has_own_charts)
+      std::erase_if(known, [](const Sharpness& other) { return !other.has_own_charts; });
+    const double excess_error = std::max(error - level.infinite_map,
+                                         kMinRelativeError * level.infinite_map + kMinErrorDegrees);
     known.push_back(
-        {faces, std::max(1 / above - 1 / detail(level), kMinRelativeError / detail(level)), own});
+        {faces, std::max(1 / excess_error - 1 / detail(level), kMinRelativeError / detail(level)),
+         has_own_charts});
   }
 
   /// \param level  LevelEvaluator::at(..., mapped: true)
@@ -44,7 +46,7 @@ class ErrorModel {
  private:
   struct Sharpness {
     double faces = 0, value = 0;
-    bool own = false;
+    bool has_own_charts = false;
   };
   /// Relative differences to the limit, or to the error without a map, count as zero if they are below
   /// kMinRelativeError. kMinErrorDegrees avoids divisions by 0. Sharpness is proportional to the face count to the
@@ -60,11 +62,13 @@ class ErrorModel {
   /// to 0.6; kSharpnessExponent is the smallest. If a finer mesh's error is overestimated, the mesh is never built;
   /// an underestimate is corrected once the mesh is measured.
   static double nearest(const std::vector<Sharpness>& known, double faces) {
-    const auto apart = [faces](const Sharpness& s) { return std::abs(std::log(s.faces / faces)); };
-    const auto found = std::min_element(
+    const auto log_distance = [faces](const Sharpness& s) {
+      return std::abs(std::log(s.faces / faces));
+    };
+    const auto nearest_entry = std::min_element(
         known.rbegin(), known.rend(),
-        [&](const Sharpness& a, const Sharpness& b) { return apart(a) < apart(b); });
-    return found->value * std::pow(found->faces / faces, kSharpnessExponent);
+        [&](const Sharpness& a, const Sharpness& b) { return log_distance(a) < log_distance(b); });
+    return nearest_entry->value * std::pow(nearest_entry->faces / faces, kSharpnessExponent);
   }
 
   /// Sharpness at a size. Beyond the largest measured size it is extrapolated along the last two, with an exponent of
@@ -72,8 +76,8 @@ class ErrorModel {
   /// texel's width, with the size itself.
   double sharpness(double faces, std::uint32_t size) const {
     if (known_.empty()) return 0;
-    const auto found = known_.lower_bound(size);
-    if (found != known_.end()) return nearest(found->second, faces);
+    const auto nearest_entry = known_.lower_bound(size);
+    if (nearest_entry != known_.end()) return nearest(nearest_entry->second, faces);
     const auto last = std::prev(known_.end()),
                other = last == known_.begin() ? last : std::prev(last);
     const double value = nearest(last->second, faces);

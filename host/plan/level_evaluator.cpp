@@ -30,29 +30,29 @@ LevelEvaluator::LevelEvaluator(const Source& source, const Mesh& high,
     : source_(source), high_(high), options_(options), bake_(bake), plan_(plan), cache_(cache) {
   ProgressGuard::poll_at(0, "analysing the high poly");
   const Stopwatch watch;
-  fine_ = shown_from(impl_of(source), options.screen, plan_directions());
-  coarse_ = shown_from(impl_of(source), options.screen, plan_directions(), /*coarse=*/true);
+  fine_view_ = shown_from(impl_of(source), options.screen, plan_directions());
+  coarse_view_ = shown_from(impl_of(source), options.screen, plan_directions(), /*coarse=*/true);
   plan.seconds_measure += watch.total();
   make_levels(kFinestFaces);
 }
 
-void LevelEvaluator::make_levels(std::uint32_t most) {
+void LevelEvaluator::make_levels(std::uint32_t finest_faces) {
   ProgressGuard::poll_at(0.05, "simplifying");
   const Stopwatch watch;
-  most_ = most;
-  set_ = &cache_[most];
+  finest_faces_ = finest_faces;
+  set_ = &cache_[finest_faces];
   for (auto& nodes : nodes_) nodes.clear();
-  for (auto& made : made_) made.clear();
+  for (auto& measured : measured_levels_) measured.clear();
   if (set_->levels == nullptr) {
     std::vector<std::uint32_t> faces;
     // Coarser levels have exceeded the error bound
-    const double least = most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;
-    for (double goal = std::min<double>(most, static_cast<double>(high_.triangles.size()));
-         goal >= least || faces.empty(); goal *= kLevelFaceRatio) {
-      const auto whole = static_cast<std::uint32_t>(std::max(goal, 2.0));
-      if (faces.empty() || whole < faces.back()) faces.push_back(whole);
+    const double min_faces = finest_faces > kFinestFaces ? 1.0 * kFinestFaces : 2.0;
+    for (double goal = std::min<double>(finest_faces, static_cast<double>(high_.triangles.size()));
+         goal >= min_faces || faces.empty(); goal *= kLevelFaceRatio) {
+      const auto face_count = static_cast<std::uint32_t>(std::max(goal, 2.0));
+      if (faces.empty() || face_count < faces.back()) faces.push_back(face_count);
     }
-    if (most > kFinestFaces) faces.push_back(kFinestFaces);
+    if (finest_faces > kFinestFaces) faces.push_back(kFinestFaces);
     set_->levels = std::make_unique<SimplifyLevels>(
         high_, faces, options_.height_field ? LevelRule::height_field : LevelRule::shape);
   }
@@ -60,7 +60,7 @@ void LevelEvaluator::make_levels(std::uint32_t most) {
 }
 
 bool LevelEvaluator::refine() {
-  if (most_ > kFinestFaces || high_.triangles.size() <= most_) return false;
+  if (finest_faces_ > kFinestFaces || high_.triangles.size() <= finest_faces_) return false;
   std::array<std::optional<LevelErrors>, 2> known;
   for (std::size_t mapped = 0; mapped < 2; ++mapped) {
     const auto finest = nodes_[mapped].find(0);
@@ -74,38 +74,44 @@ bool LevelEvaluator::refine() {
 }
 
 LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
-  const auto& made = made_[mapped ? 1 : 0];
-  if (const auto found = made.find(level); found != made.end()) return found->second.errors;
-  LevelErrors errors = rough_errors(level, mapped);
-  if (made.empty()) return errors;
+  const auto& measured_levels = measured_levels_[mapped ? 1 : 0];
+  if (const auto found = measured_levels.find(level); found != measured_levels.end())
+    return found->second.errors;
+  LevelErrors errors = draft_errors(level, mapped);
+  if (measured_levels.empty()) return errors;
   // Face counts are a geometric sequence, so the nearest index has the nearest face count.
   const auto level_distance = [&](const auto& item) {
     return std::max(item.first, level) - std::min(item.first, level);
   };
-  const Made& nearest =
-      std::min_element(made.begin(), made.end(), [&](const auto& a, const auto& b) {
-        return level_distance(a) < level_distance(b);
-      })->second;
+  const MeasuredLevel& nearest = std::min_element(measured_levels.begin(), measured_levels.end(),
+                                                  [&](const auto& a, const auto& b) {
+                                                    return level_distance(a) < level_distance(b);
+                                                  })
+                                     ->second;
   errors.without_map *= nearest.without_map;
   errors.infinite_map *= nearest.infinite_map;
   return errors;
 }
 
 void LevelEvaluator::record_measured(std::size_t level, bool mapped, const LevelErrors& measured) {
-  const LevelErrors rough = rough_errors(level, mapped);
-  const auto ratio = [](double is, double was) { return is > 0 && was > 0 ? is / was : 1; };
-  made_[mapped ? 1 : 0][level] = {measured, ratio(measured.without_map, rough.without_map),
-                                  ratio(measured.infinite_map, rough.infinite_map)};
+  const LevelErrors drafts = draft_errors(level, mapped);
+  const auto ratio = [](double measured_error, double draft_error) {
+    return measured_error > 0 && draft_error > 0 ? measured_error / draft_error : 1;
+  };
+  measured_levels_[mapped ? 1 : 0][level] = {measured,
+                                             ratio(measured.without_map, drafts.without_map),
+                                             ratio(measured.infinite_map, drafts.infinite_map)};
 }
 
-LevelErrors LevelEvaluator::rough_errors(std::size_t level, bool mapped) {
+LevelErrors LevelEvaluator::draft_errors(std::size_t level, bool mapped) {
   const std::map<std::size_t, LevelErrors>& nodes = nodes_[mapped ? 1 : 0];
   const std::size_t node_before = level / kNodeStep * kNodeStep;
   if (!is_frozen_ || nodes.empty()) {
     const std::size_t next = std::min(node_before + kNodeStep, count() - 1);
     if (level > node_before) evaluate(next, mapped);
-    const bool near = 2 * (next - level) < kNodeStep && nodes.upper_bound(next) != nodes.end();
-    if (level == node_before || !near) evaluate(node_before, mapped);
+    const bool is_next_sufficient =
+        2 * (next - level) < kNodeStep && nodes.upper_bound(next) != nodes.end();
+    if (level == node_before || !is_next_sufficient) evaluate(node_before, mapped);
   }
   auto after = nodes.lower_bound(level);
   if (after == nodes.end()) return std::prev(after)->second;
@@ -115,17 +121,17 @@ LevelErrors LevelEvaluator::rough_errors(std::size_t level, bool mapped) {
   const std::size_t first = std::prev(after)->first;
   const double share =
       std::log(faces(level) / faces(first)) / std::log(faces(after->first) / faces(first));
-  const auto between = [share](double from, double to) {
+  const auto interpolate = [share](double from, double to) {
     return from > 0 && to > 0 ? from * std::pow(to / from, share) : from + (to - from) * share;
   };
-  return {between(a.without_map, b.without_map), between(a.infinite_map, b.infinite_map),
-          std::max(between(a.silhouette_mismatch, b.silhouette_mismatch), 0.0)};
+  return {interpolate(a.without_map, b.without_map), interpolate(a.infinite_map, b.infinite_map),
+          std::max(interpolate(a.silhouette_mismatch, b.silhouette_mismatch), 0.0)};
 }
 
-std::vector<std::size_t> LevelEvaluator::evaluated(bool mapped) const {
+std::vector<std::size_t> LevelEvaluator::evaluated_levels(bool mapped) const {
   std::set<std::size_t> levels;
   for (const auto& [level, errors] : nodes_[mapped ? 1 : 0]) levels.insert(level);
-  for (const auto& [level, errors] : made_[mapped ? 1 : 0]) levels.insert(level);
+  for (const auto& [level, errors] : measured_levels_[mapped ? 1 : 0]) levels.insert(level);
   return {levels.begin(), levels.end()};
 }
 
@@ -133,28 +139,30 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
   if (nodes_[mapped ? 1 : 0].contains(level)) return;
   ProgressGuard::poll_at(0.2, "evaluating low polys");
   const Stopwatch watch;
-  auto rough = set_->rough.find(level);
-  if (rough == set_->rough.end()) {
-    rough = set_->rough.emplace(level, levels().draft_meshes(level)).first;
+  auto drafts = set_->draft_meshes.find(level);
+  if (drafts == set_->draft_meshes.end()) {
+    drafts = set_->draft_meshes.emplace(level, levels().draft_meshes(level)).first;
   }
-  const Stopwatch measuring;
-  const NormalProbe probe(impl_of(source_), with_placeholder_uvs(rough->second[mapped ? 1 : 0]),
-                          coarse_);
+  const Stopwatch measure_watch;
+  const NormalProbe probe(impl_of(source_), with_placeholder_uvs(drafts->second[mapped ? 1 : 0]),
+                          coarse_view_);
   const NormalError error = probe.without_map();
   nodes_[mapped ? 1 : 0][level] =
       mapped ? mapped_errors(probe) : LevelErrors{error.mean_degrees, 0, error.one_sided_share};
-  plan_.seconds_measure += measuring.total();
-  plan_.seconds_simplify += watch.total() - measuring.total();
+  plan_.seconds_measure += measure_watch.total();
+  plan_.seconds_simplify += watch.total() - measure_watch.total();
 }
 
 LevelErrors LevelEvaluator::mapped_errors(const NormalProbe& probe) const {
   std::shared_ptr<const VisibilityField> field;
   BakeOptions options = match_options(bake_.match.method);
-  const NormalProbe::InfiniteMap endless = widen_search(
-      options, [&](const BakeOptions& wide) { return probe.infinite_map(wide, field); },
+  const NormalProbe::InfiniteMap infinite_map = widen_search(
+      options,
+      [&](const BakeOptions& wide_options) { return probe.infinite_map(wide_options, field); },
       [](const NormalProbe::InfiniteMap& found) { return found.missed; });
-  const NormalError bare = probe.without_map();
-  return {bare.mean_degrees, endless.error.mean_degrees, bare.one_sided_share};
+  const NormalError unmapped_error = probe.without_map();
+  return {unmapped_error.mean_degrees, infinite_map.error.mean_degrees,
+          unmapped_error.one_sided_share};
 }
 
 BakeOptions LevelEvaluator::match_options(MatchMethod method) const {
@@ -169,11 +177,11 @@ BakeOptions LevelEvaluator::match_options(MatchMethod method) const {
 }
 
 bool LevelEvaluator::choose_match(std::size_t level) {
-  const std::size_t nearest = level / kNodeStep * kNodeStep;
-  evaluate(nearest, /*mapped=*/true);
+  const std::size_t nearest_node = level / kNodeStep * kNodeStep;
+  evaluate(nearest_node, /*mapped=*/true);
   ProgressGuard::poll_at(0.3, "comparing matches");
-  const NormalProbe probe(impl_of(source_), with_placeholder_uvs(set_->rough.at(nearest)[1]),
-                          coarse_);
+  const NormalProbe probe(
+      impl_of(source_), with_placeholder_uvs(set_->draft_meshes.at(nearest_node)[1]), coarse_view_);
   const Stopwatch watch;
   std::shared_ptr<const VisibilityField> field;
   std::vector<MatchMethod> methods = planned_matches(&MatchRow::low_poly_order);
@@ -181,21 +189,24 @@ bool LevelEvaluator::choose_match(std::size_t level) {
     std::erase_if(methods,
                   [](MatchMethod method) { return !obeys(match_row(method).info, "match.cage"); });
   }
-  const MatchMethod first = methods.front(), previous_method = bake_.match.method;
+  const MatchMethod first_method = methods.front(), previous_method = bake_.match.method;
   if (options_.height_field) methods.insert(methods.begin(), match_at_uvs());
-  double least = 0;
+  double min_error = 0;
   for (const MatchMethod method : methods) {
-    const NormalProbe::InfiniteMap endless = probe.infinite_map(match_options(method), field);
-    if (least != 0 && endless.error.mean_degrees >= kMaxErrorRatioOfBetterMatch * least) continue;
-    least = endless.error.mean_degrees;
+    const NormalProbe::InfiniteMap infinite_map = probe.infinite_map(match_options(method), field);
+    if (min_error != 0 &&
+        infinite_map.error.mean_degrees >= kMaxErrorRatioOfBetterMatch * min_error)
+      continue;
+    min_error = infinite_map.error.mean_degrees;
     if (method != bake_.match.method) {
       bake_.match.method = method;
       nodes_[1].clear();
-      made_[1].clear();
+      measured_levels_[1].clear();
     }
     // Other matches are skipped if none of them can reduce the error by the factor kMaxErrorRatioOfBetterMatch, which
     // is typical of meshes with hard edges.
-    if (method == first && probe.least_share(endless) >= kMaxErrorRatioOfBetterMatch) break;
+    if (method == first_method && probe.least_share(infinite_map) >= kMaxErrorRatioOfBetterMatch)
+      break;
   }
   std::erase(bake_.match.fallback, bake_.match.method);
   plan_.seconds_measure += watch.total();
@@ -206,18 +217,18 @@ const Mesh& LevelEvaluator::mesh(std::size_t level) {
   const auto found = set_->meshes.find(level);
   if (found != set_->meshes.end()) return found->second;
   const Stopwatch watch;
-  const Mesh& made = set_->meshes[level] = levels().mesh(level);
+  const Mesh& simplified = set_->meshes[level] = levels().mesh(level);
   plan_.seconds_simplify += watch.total();
-  return made;
+  return simplified;
 }
 
-const LaidOut& LevelEvaluator::laid_out(std::size_t level, std::uint32_t size) {
-  const auto found = set_->laid_out.find({level, size});
-  if (found != set_->laid_out.end()) return found->second;
+const UnwrappedLowPoly& LevelEvaluator::unwrapped(std::size_t level, std::uint32_t size) {
+  const auto found = set_->unwrapped.find({level, size});
+  if (found != set_->unwrapped.end()) return found->second;
   const Mesh& simplified = mesh(level);
   ProgressGuard::poll_at(0.4, "laying out charts");
   const Stopwatch watch;
-  LaidOut next;
+  UnwrappedLowPoly next;
   if (options_.height_field) {
     next.mesh = simplified;
     next.report.charts = 1;
@@ -229,7 +240,7 @@ const LaidOut& LevelEvaluator::laid_out(std::size_t level, std::uint32_t size) {
   }
   levels().fit_normals(next.mesh);
   plan_.seconds_unwrap += watch.total();
-  return set_->laid_out[{level, size}] = std::move(next);
+  return set_->unwrapped[{level, size}] = std::move(next);
 }
 
 void LevelEvaluator::solve(std::size_t level) {
@@ -237,7 +248,7 @@ void LevelEvaluator::solve(std::size_t level) {
   const Stopwatch watch;
   levels().solve(level);
   set_->meshes.erase(level);
-  std::erase_if(set_->laid_out, [&](const auto& item) { return item.first.first == level; });
+  std::erase_if(set_->unwrapped, [&](const auto& item) { return item.first.first == level; });
   plan_.seconds_simplify += watch.total();
 }
 

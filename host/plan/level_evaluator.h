@@ -20,7 +20,7 @@
 namespace kiln {
 
 /// A low poly with UVs.
-struct LaidOut {
+struct UnwrappedLowPoly {
   Mesh mesh;
   UnwrapReport report;
 };
@@ -30,36 +30,38 @@ struct LevelSet {
   std::unique_ptr<SimplifyLevels> levels;
   std::map<std::size_t, Mesh> meshes;  ///< By level
   std::map<std::size_t, std::array<Mesh, 2>>
-      rough;  ///< SimplifyLevels::draft_meshes() of each level
+      draft_meshes;  ///< SimplifyLevels::draft_meshes() of each level
   /// Unwrapped meshes by level and map size
-  std::map<std::pair<std::size_t, std::uint32_t>, LaidOut> laid_out;
+  std::map<std::pair<std::size_t, std::uint32_t>, UnwrappedLowPoly> unwrapped;
 };
-/// Level sets by the face count of the finest level
+/// Cached low polys, keyed by the face count of the finest level
 using LevelCache = std::map<std::uint32_t, LevelSet>;
 
 /// The coarsest level of [begin, end) that satisfies a predicate, by bisection; all finer levels are assumed to
 /// satisfy it. The range is split at two thirds, since coarse levels are the fastest to evaluate, and preferably at
 /// nodes, which are evaluated in any case.
 template <class IsGood>
-std::optional<std::size_t> coarsest(std::size_t begin, std::size_t end, const IsGood& is_good) {
+std::optional<std::size_t> coarsest_level(std::size_t begin, std::size_t end,
+                                          const IsGood& is_good) {
   using plan_settings::kNodeStep;
-  // Invariant: levels before `good` satisfy the predicate, level `bad` does not.
-  std::size_t good = begin, bad = std::max(begin, end);
-  while (good < bad) {
-    std::size_t middle = good + (bad - good) * 2 / 3;
+  // Invariant: levels before `good_end` satisfy the predicate, level `bad_level` does not.
+  std::size_t good_end = begin, bad_level = std::max(begin, end);
+  while (good_end < bad_level) {
+    std::size_t middle = good_end + (bad_level - good_end) * 2 / 3;
     const std::size_t node = (middle + kNodeStep / 2) / kNodeStep * kNodeStep;
-    if (node >= good && node < bad) middle = node;
-    // rough_errors() extrapolates up to half a step beyond known nodes, so the level chosen here needs no evaluation.
-    if (bad % kNodeStep == 0 && bad - good > kNodeStep / 2 && bad - good <= 2 * kNodeStep) {
-      middle = bad - kNodeStep / 2;
+    if (node >= good_end && node < bad_level) middle = node;
+    // draft_errors() extrapolates up to half a step beyond known nodes, so the level chosen here needs no evaluation.
+    if (bad_level % kNodeStep == 0 && bad_level - good_end > kNodeStep / 2 &&
+        bad_level - good_end <= 2 * kNodeStep) {
+      middle = bad_level - kNodeStep / 2;
     }
     if (is_good(middle)) {
-      good = middle + 1;
+      good_end = middle + 1;
     } else {
-      bad = middle;
+      bad_level = middle;
     }
   }
-  return good > begin ? std::optional(good - 1) : std::nullopt;
+  return good_end > begin ? std::optional(good_end - 1) : std::nullopt;
 }
 
 /// Creates levels and evaluates every kNodeStep-th of them (the nodes) on draft meshes, in small pictures. Errors of
@@ -85,7 +87,7 @@ class LevelEvaluator {
   /// While frozen, at() interpolates between known levels and evaluates no level.
   void freeze(bool frozen) { is_frozen_ = frozen; }
   /// Evaluated levels from fine to coarse.
-  std::vector<std::size_t> evaluated(bool mapped) const;
+  std::vector<std::size_t> evaluated_levels(bool mapped) const;
   /// Replaces a level's predicted errors by those measured on its final mesh.
   void record_measured(std::size_t level, bool mapped, const LevelErrors& measured);
   /// Errors of a mesh without a map, and with a map of infinite resolution.
@@ -97,15 +99,15 @@ class LevelEvaluator {
 
   /// A level's mesh, and its unwrapped mesh for a map whose side has `size` texels. Both are cached.
   const Mesh& mesh(std::size_t level);
-  const LaidOut& laid_out(std::size_t level, std::uint32_t size);
+  const UnwrappedLowPoly& unwrapped(std::size_t level, std::uint32_t size);
   /// Simplifies a level again without the folds that presimplification left.
   void solve(std::size_t level);
   /// Reference pictures of the high poly.
-  const HighPolyView& high_view() const { return fine_; }
+  const HighPolyView& high_view() const { return fine_view_; }
 
  private:
-  void make_levels(std::uint32_t most);
-  LevelErrors rough_errors(std::size_t level, bool mapped);
+  void make_levels(std::uint32_t finest_faces);
+  LevelErrors draft_errors(std::size_t level, bool mapped);
   void evaluate(std::size_t level, bool mapped);
   BakeOptions match_options(MatchMethod method) const;
 
@@ -116,18 +118,18 @@ class LevelEvaluator {
   LowPolyPlan& plan_;
   LevelCache& cache_;
   LevelSet* set_ = nullptr;
-  std::uint32_t most_ = 0;  ///< Faces of the finest level
+  std::uint32_t finest_faces_ = 0;  ///< Faces of the finest level
   bool is_frozen_ = false;
-  HighPolyView fine_, coarse_;
+  HighPolyView fine_view_, coarse_view_;
   /// Errors of draft meshes by level; [0] without a map, [1] with a map
   std::array<std::map<std::size_t, LevelErrors>, 2> nodes_;
   /// Measured errors of a level's final mesh, and their ratios to those of the draft mesh.
-  struct Made {
+  struct MeasuredLevel {
     LevelErrors errors;
     double without_map = 1, infinite_map = 1;
   };
   /// Measured levels; [0] without a map, [1] with a map
-  std::array<std::map<std::size_t, Made>, 2> made_;
+  std::array<std::map<std::size_t, MeasuredLevel>, 2> measured_levels_;
   std::optional<TexelDetail> detail_;  ///< Detail of the high poly, for TexelDensity::detail alone
 };
 

@@ -91,10 +91,10 @@ class LodMaker {
                  simplified_levels_->faces(begin) >= previous().chosen.faces) {
             ++begin;
           }
-          // fits() stores in `plan` the lightest mesh within the error bound.
-          coarsest(begin, simplified_levels_->count(), [&](std::size_t level) {
+          // try_level() stores in `plan` the lightest mesh within the error bound.
+          coarsest_level(begin, simplified_levels_->count(), [&](std::size_t level) {
             progress.at(0.5, "measuring low polys");
-            return fits(level, high_view, plan);
+            return try_level(level, high_view, plan);
           });
           plan.seconds_measure = watch.total();
           return plan;
@@ -108,14 +108,14 @@ class LodMaker {
     for (auto goal = static_cast<double>(first().chosen.faces);
          goal >= kMinLodFaces || faces.empty(); goal *= plan_settings::kLevelFaceRatio) {
       const auto next = static_cast<std::uint32_t>(goal * plan_settings::kLevelFaceRatio);
-      const std::uint32_t whole = std::max(next, kMinLodFaces);
-      if (faces.empty() || whole < faces.back()) faces.push_back(whole);
+      const std::uint32_t face_count = std::max(next, kMinLodFaces);
+      if (faces.empty() || face_count < faces.back()) faces.push_back(face_count);
     }
     simplified_levels_ = std::make_unique<SimplifyLevels>(first().low, faces, LevelRule::keep_uvs);
   }
 
   /// Measures a level, and chooses it for the plan if it is within the error bound.
-  bool fits(std::size_t level, const HighPolyView& high_view, LowPolyPlan& plan) {
+  bool try_level(std::size_t level, const HighPolyView& high_view, LowPolyPlan& plan) {
     SimplifyReport report;
     Mesh low = simplified_levels_->mesh(level, &report);
     Candidate candidate = first().chosen;

@@ -32,7 +32,7 @@ class LowPolyPlanner {
       : source_(source),
         high_(high),
         options_(options),
-        most_faces_(most_faces > 0 ? static_cast<double>(most_faces) : HUGE_VAL),
+        max_faces_(most_faces > 0 ? static_cast<double>(most_faces) : HUGE_VAL),
         max_mismatch_(options.max_outline > 0 ? options.max_outline : kMaxOutlineMismatch),
         bake_(options.bake),
         progress_scope_(bake_.progress),
@@ -40,7 +40,7 @@ class LowPolyPlanner {
         builder_(source, options, bake_, evaluator_, plan_) {
     plan_.wanted = options.max_error;
     plan_.max_outline = options.max_outline;
-    if (options.choose_rays) leave_to_rays(options.bounds, bake_);
+    if (options.choose_rays) reserve_bound_for_rays(options.bounds, bake_);
     if (options.may_leave_map_out && options.bounds.empty()) sizes_.push_back(0);
     const std::uint32_t largest = std::min(bake_.width, bake_.height);
     for (std::uint32_t size = kSmallestMap; size <= largest; size *= 2) sizes_.push_back(size);
@@ -59,7 +59,7 @@ class LowPolyPlanner {
 
  private:
   /// Record of candidates of one map size that exceeded a bound.
-  struct Missed {
+  struct MissRecord {
     /// Finest level among these candidates; it and coarser levels are excluded from the search
     std::size_t first_excluded = SIZE_MAX;
     int count = 0;
@@ -83,33 +83,34 @@ class LowPolyPlanner {
     if (rank(a) != rank(b)) return rank(a) > rank(b);
     return rank(a) > 0 ? a.bytes.total() < b.bytes.total() : a.measured < b.measured;
   }
-  MadeCandidate& best() {
-    return *std::min_element(built_.begin(), built_.end(), [&](const auto& a, const auto& b) {
-      return is_better(a.candidate, b.candidate);
-    });
+  BuiltCandidate& best() {
+    return *std::min_element(
+        built_candidates_.begin(), built_candidates_.end(),
+        [&](const auto& a, const auto& b) { return is_better(a.candidate, b.candidate); });
   }
   bool has_sound_candidate() {
-    return !built_.empty() && is_sound(best().candidate) && best().candidate.size >= sizes_.front();
+    return !built_candidates_.empty() && is_sound(best().candidate) &&
+           best().candidate.size >= sizes_.front();
   }
 
   void build_candidate(const Choice& choice) {
     const std::uint32_t size = choice.second;
-    const std::size_t level = without_folds(choice);
+    const std::size_t level = level_without_folds(choice);
     if (has_sound_candidate() && !can_be_foldless(level) && !is_worth_folds({level, size})) {
-      missed_[size].first_excluded = level;
+      misses_[size].first_excluded = level;
       return;
     }
-    built_.push_back(builder_.build(level, size));
-    if (!is_sound(built_.back().candidate)) record_miss(built_.back());
+    built_candidates_.push_back(builder_.build(level, size));
+    if (!is_sound(built_candidates_.back().candidate)) record_miss(built_candidates_.back());
   }
   /// The next finer level without folds if there is one nearby, otherwise the level itself. Without a sound
   /// candidate, the next eight levels are nearby. Once there is one, levels with at most kMaxBytesRatioWithoutFolds
   /// times the bytes are.
-  std::size_t without_folds(const Choice& choice) {
+  std::size_t level_without_folds(const Choice& choice) {
     const auto [level, size] = choice;
     if (can_be_foldless(level)) return level;
     const double max_bytes = kMaxBytesRatioWithoutFolds * builder_.bytes(level, size);
-    for (std::size_t finer = 1; level >= finest() + finer;
+    for (std::size_t finer = 1; level >= finest_level() + finer;
          finer = has_sound_candidate() ? finer + 1 : 2 * finer) {
       if (has_sound_candidate() ? builder_.bytes(level - finer, size) > max_bytes : finer > 8)
         break;
@@ -121,41 +122,42 @@ class LowPolyPlanner {
   bool is_worth_folds(const Choice& choice) {
     const double max_bytes =
         kMaxBytesRatioWithoutFolds * builder_.bytes(choice.first, choice.second);
-    return std::none_of(built_.begin(), built_.end(), [&](const MadeCandidate& made) {
-      return is_sound(made.candidate) && can_be_foldless(made.level) &&
-             static_cast<double>(made.candidate.bytes.total()) <= max_bytes;
-    });
+    return std::none_of(built_candidates_.begin(), built_candidates_.end(),
+                        [&](const BuiltCandidate& built) {
+                          return is_sound(built.candidate) && can_be_foldless(built.level) &&
+                                 static_cast<double>(built.candidate.bytes.total()) <= max_bytes;
+                        });
   }
   /// False if a level has folded triangles that rebuild_without_folds() cannot remove. Most renderers show folds as
   /// holes.
   bool can_be_foldless(std::size_t level) const {
     return !evaluator_.levels().has_flaws(level) || evaluator_.levels().can_be_solved(level);
   }
-  void record_miss(const MadeCandidate& made) {
-    Missed& missed = missed_[made.candidate.size];
-    missed.first_excluded = std::min(missed.first_excluded, made.level);
-    ++missed.count;
+  void record_miss(const BuiltCandidate& built) {
+    MissRecord& record = misses_[built.candidate.size];
+    record.first_excluded = std::min(record.first_excluded, built.level);
+    ++record.count;
   }
 
-  std::size_t finest() const {
+  std::size_t finest_level() const {
     std::size_t level = 0;
-    while (level + 1 < evaluator_.count() && evaluator_.faces(level) > most_faces_) ++level;
+    while (level + 1 < evaluator_.count() && evaluator_.faces(level) > max_faces_) ++level;
     return level;
   }
 
-  /// coarsest() for errors that need not increase from level to level: the search starts at the coarsest evaluated
+  /// coarsest_level() for errors that need not increase from level to level: the search starts at the coarsest evaluated
   /// level that satisfies the predicate.
   template <class IsGood>
-  std::optional<std::size_t> coarsest_from_known(std::size_t begin, std::size_t end, bool mapped,
-                                                 const IsGood& is_good) const {
-    for (const std::size_t level : evaluator_.evaluated(mapped)) {
+  std::optional<std::size_t> coarsest_level_from_known(std::size_t begin, std::size_t end,
+                                                       bool mapped, const IsGood& is_good) const {
+    for (const std::size_t level : evaluator_.evaluated_levels(mapped)) {
       if (level > begin && level < end && is_good(level)) begin = level;
     }
-    return coarsest(begin, end, is_good);
+    return coarsest_level(begin, end, is_good);
   }
 
-  /// True if a level's error with an infinite map leaves half of the bound to texels.
-  bool leaves_half_to_texels(std::size_t level) {
+  /// True if a level's error with an infinite map leaves half of the bound for texels.
+  bool reserves_half_for_texels(std::size_t level) {
     const LevelErrors errors = evaluator_.at(level, true);
     return errors.infinite_map <= options_.max_error / 2 &&
            errors.silhouette_mismatch <= max_mismatch_;
@@ -163,22 +165,22 @@ class LowPolyPlanner {
   /// The coarsest level with an error of at most half of the bound; the other half is left to texels.
   /// \param begin  the finest level of the search
   std::optional<std::size_t> coarsest_for_map(std::size_t begin) {
-    return coarsest(begin, evaluator_.count(),
-                    [&](std::size_t level) { return leaves_half_to_texels(level); });
+    return coarsest_level(begin, evaluator_.count(),
+                          [&](std::size_t level) { return reserves_half_for_texels(level); });
   }
   /// The coarsest level below `max_bytes` bytes that meets the error bound without a map.
   std::optional<std::size_t> coarsest_without_map(double max_bytes) {
     if (sizes_.front() != 0) return std::nullopt;
-    return coarsest_from_known(finest_level_below(max_bytes, 0), evaluator_.count(), false,
-                               [&](std::size_t level) {
-                                 const LevelErrors errors = evaluator_.at(level, false);
-                                 return errors.without_map <= options_.max_error &&
-                                        errors.silhouette_mismatch <= max_mismatch_;
-                               });
+    return coarsest_level_from_known(finest_level_below(max_bytes, 0), evaluator_.count(), false,
+                                     [&](std::size_t level) {
+                                       const LevelErrors errors = evaluator_.at(level, false);
+                                       return errors.without_map <= options_.max_error &&
+                                              errors.silhouette_mismatch <= max_mismatch_;
+                                     });
   }
   /// The finest level below `max_bytes` bytes.
   std::size_t finest_level_below(double max_bytes, std::uint32_t size) const {
-    std::size_t level = finest();
+    std::size_t level = finest_level();
     while (level < evaluator_.count() && builder_.bytes(level, size) >= max_bytes) ++level;
     return level;
   }
@@ -187,21 +189,22 @@ class LowPolyPlanner {
   /// and map have about equal bytes. If a mesh without a map is lighter than this mesh with the smallest map, no map
   /// is baked.
   void try_first_map() {
-    std::optional<std::size_t> mapped = coarsest_for_map(finest());
-    if (!mapped && finest() == 0 && !coarsest_without_map(HUGE_VAL) && evaluator_.refine()) {
+    std::optional<std::size_t> mapped_level = coarsest_for_map(finest_level());
+    if (!mapped_level && finest_level() == 0 && !coarsest_without_map(HUGE_VAL) &&
+        evaluator_.refine()) {
       // A map is worth its bytes only on levels that do not meet the error bound without one.
-      const std::optional<std::size_t> coarsest_bare = coarsest_without_map(HUGE_VAL);
-      if (!coarsest_bare || leaves_half_to_texels(*coarsest_bare))
-        mapped = coarsest_for_map(coarsest_bare.value_or(0));
+      const std::optional<std::size_t> coarsest_unmapped_level = coarsest_without_map(HUGE_VAL);
+      if (!coarsest_unmapped_level || reserves_half_for_texels(*coarsest_unmapped_level))
+        mapped_level = coarsest_for_map(coarsest_unmapped_level.value_or(0));
     }
-    std::size_t level = mapped.value_or(finest());
+    std::size_t level = mapped_level.value_or(finest_level());
     auto size = sizes_.begin() + (sizes_.front() == 0 ? 1 : 0);
     if (coarsest_without_map(builder_.bytes(level, *size))) {
       sizes_ = {0};
       return;
     }
     if (options_.choose_match && evaluator_.choose_match(level)) {
-      level = std::max(level, coarsest_for_map(finest()).value_or(level));
+      level = std::max(level, coarsest_for_map(finest_level()).value_or(level));
     }
     const double max_bytes = 2 * builder_.bytes(level, *size);
     while (size + 1 != sizes_.end() && builder_.bytes(level, size[1]) < max_bytes) ++size;
@@ -214,20 +217,21 @@ class LowPolyPlanner {
   /// lowers the target for its map size.
   std::optional<Choice> lightest_predicted() {
     std::optional<Choice> lightest;
-    const MadeCandidate* known = has_sound_candidate() ? &best() : nullptr;
+    const BuiltCandidate* best_built = has_sound_candidate() ? &best() : nullptr;
     double max_bytes = HUGE_VAL;
-    if (known)
-      max_bytes = kMaxBytesRatioToTry * static_cast<double>(known->candidate.bytes.total());
+    if (best_built)
+      max_bytes = kMaxBytesRatioToTry * static_cast<double>(best_built->candidate.bytes.total());
     // Meshes without a map come last, because they need the finest levels, which are the slowest to evaluate.
     for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
       const std::uint32_t size = *at;
-      const Missed& missed = missed_[size];
-      const int margins = (known && known->candidate.size == size ? 1 : -1) - missed.count;
-      const double aim = options_.max_error * (1 + kErrorMargin * margins);
-      const std::size_t end = std::min(evaluator_.count(), missed.first_excluded);
-      const auto found_level = coarsest_from_known(
+      const MissRecord& record = misses_[size];
+      const int margins =
+          (best_built && best_built->candidate.size == size ? 1 : -1) - record.count;
+      const double target_error = options_.max_error * (1 + kErrorMargin * margins);
+      const std::size_t end = std::min(evaluator_.count(), record.first_excluded);
+      const auto found_level = coarsest_level_from_known(
           finest_level_below(max_bytes, size), end, size != 0, [&](std::size_t level) {
-            return builder_.expected_error(level, size) <= aim &&
+            return builder_.expected_error(level, size) <= target_error &&
                    evaluator_.at(level, size != 0).silhouette_mismatch <= max_mismatch_;
           });
       if (!found_level) continue;
@@ -239,31 +243,32 @@ class LowPolyPlanner {
 
   /// The lightest candidate whose predicted error exceeds the smallest predicted error by at most kErrorMargin.
   Choice near_least_error() {
-    double least = HUGE_VAL, max_bytes = HUGE_VAL;
+    double min_error = HUGE_VAL, max_bytes = HUGE_VAL;
     for (const std::uint32_t size : sizes_) {
-      least = std::min(least, builder_.expected_error(finest(), size));
-      for (const std::size_t level : evaluator_.evaluated(size != 0)) {
-        if (level > finest()) least = std::min(least, builder_.expected_error(level, size));
+      min_error = std::min(min_error, builder_.expected_error(finest_level(), size));
+      for (const std::size_t level : evaluator_.evaluated_levels(size != 0)) {
+        if (level > finest_level())
+          min_error = std::min(min_error, builder_.expected_error(level, size));
       }
     }
-    Choice nearest = {finest(), sizes_.back()};
+    Choice lightest = {finest_level(), sizes_.back()};
     for (const std::uint32_t size : sizes_) {
-      const auto level =
-          coarsest_from_known(finest(), evaluator_.count(), size != 0, [&](std::size_t at) {
-            return builder_.expected_error(at, size) <= least * (1 + kErrorMargin);
+      const auto level = coarsest_level_from_known(
+          finest_level(), evaluator_.count(), size != 0, [&](std::size_t at) {
+            return builder_.expected_error(at, size) <= min_error * (1 + kErrorMargin);
           });
       if (!level || builder_.bytes(*level, size) >= max_bytes) continue;
-      nearest = {*level, size};
+      lightest = {*level, size};
       max_bytes = builder_.bytes(*level, size);
     }
-    return nearest;
+    return lightest;
   }
 
   /// Repeatedly builds the candidate that is predicted to be the lightest, until no lighter one is predicted. If no
   /// candidate is predicted to meet the error bound, builds near_least_error().
   void search() {
-    const std::size_t max_candidates = std::max(kMaxCandidates, built_.size() + 2);
-    while (built_.size() < max_candidates) {
+    const std::size_t max_candidates = std::max(kMaxCandidates, built_candidates_.size() + 2);
+    while (built_candidates_.size() < max_candidates) {
       const std::optional<Choice> next = lightest_predicted();
       if (next) {
         build_candidate(*next);
@@ -280,40 +285,41 @@ class LowPolyPlanner {
   /// this is slow.
   /// \returns true if the best candidate has no folds
   bool rebuild_without_folds() {
-    const Choice chosen = {best().level, best().candidate.size};
-    if (!evaluator_.levels().can_be_solved(chosen.first)) return true;
-    evaluator_.solve(chosen.first);
-    std::erase_if(built_, [&](const MadeCandidate& made) { return made.level == chosen.first; });
-    build_candidate(chosen);
+    const Choice best_choice = {best().level, best().candidate.size};
+    if (!evaluator_.levels().can_be_solved(best_choice.first)) return true;
+    evaluator_.solve(best_choice.first);
+    std::erase_if(built_candidates_,
+                  [&](const BuiltCandidate& built) { return built.level == best_choice.first; });
+    build_candidate(best_choice);
     return false;
   }
 
   /// Bakes all maps of the best candidate and measures them. \returns true if the plan is complete, false if the search
   /// must continue
   bool finish() {
-    MadeCandidate& chosen = best();
-    const bool was_found = has_sound_candidate();
-    plan_.low = chosen.low;
+    BuiltCandidate& best_built = best();
+    const bool had_sound_candidate = has_sound_candidate();
+    plan_.low = best_built.low;
     transfer_colors(high_, plan_.low);
-    if (chosen.candidate.size != 0) builder_.finish(chosen);
-    plan_.chosen = chosen.candidate;
+    if (best_built.candidate.size != 0) builder_.finish(best_built);
+    plan_.chosen = best_built.candidate;
     list_candidates();
     if (options_.on_measured) options_.on_measured(plan_);
-    if (was_found && !is_sound(chosen.candidate)) {
-      record_miss(chosen);
+    if (had_sound_candidate && !is_sound(best_built.candidate)) {
+      record_miss(best_built);
       return false;
     }
     if (plan_.result) {
       plan_.bounds =
           reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
     }
-    if (!all_reached(plan_.bounds) && chosen.candidate.size < sizes_.back()) {
+    if (!all_reached(plan_.bounds) && best_built.candidate.size < sizes_.back()) {
       // A map other than the normal map exceeds its bound at this size, whatever the mesh.
-      std::erase_if(sizes_, [&](std::uint32_t size) { return size <= chosen.candidate.size; });
+      std::erase_if(sizes_, [&](std::uint32_t size) { return size <= best_built.candidate.size; });
       return false;
     }
     const Stopwatch watch;
-    plan_.simplified = evaluator_.levels().report(chosen.level);
+    plan_.simplified = evaluator_.levels().report(best_built.level);
     plan_.seconds_simplify += watch.total();
     return true;
   }
@@ -322,19 +328,22 @@ class LowPolyPlanner {
   void list_candidates() {
     for (auto* list : {&plan_.candidates, &plan_.trade, &plan_.outlook}) list->clear();
     plan_.levels.clear();
-    for (const MadeCandidate& made : built_) plan_.candidates.push_back(made.candidate);
-    std::vector<std::size_t> known = evaluator_.evaluated(true);
-    if (known.empty()) known = evaluator_.evaluated(false);
+    for (const BuiltCandidate& built : built_candidates_)
+      plan_.candidates.push_back(built.candidate);
+    std::vector<std::size_t> known_levels = evaluator_.evaluated_levels(true);
+    if (known_levels.empty()) known_levels = evaluator_.evaluated_levels(false);
     evaluator_.freeze(true);
     for (const std::uint32_t size : sizes_) {
-      const std::size_t end = std::min(known.back() + 1, missed_[size].first_excluded);
-      const auto fewest = coarsest(known.front(), end, [&](std::size_t level) {
-        return builder_.expected_error(level, size) <= options_.max_error;
-      });
-      if (fewest) plan_.trade.push_back(builder_.predict(*fewest, size));
-      for (const std::size_t level : known) plan_.outlook.push_back(builder_.predict(level, size));
+      const std::size_t end = std::min(known_levels.back() + 1, misses_[size].first_excluded);
+      const auto coarsest_good_level =
+          coarsest_level(known_levels.front(), end, [&](std::size_t level) {
+            return builder_.expected_error(level, size) <= options_.max_error;
+          });
+      if (coarsest_good_level) plan_.trade.push_back(builder_.predict(*coarsest_good_level, size));
+      for (const std::size_t level : known_levels)
+        plan_.outlook.push_back(builder_.predict(level, size));
     }
-    for (auto level = known.rbegin(); level != known.rend(); ++level) {
+    for (auto level = known_levels.rbegin(); level != known_levels.rend(); ++level) {
       plan_.levels.push_back(
           {evaluator_.levels().faces(*level), evaluator_.levels().vertices(*level),
            evaluator_.at(*level, false).without_map, evaluator_.at(*level, true).infinite_map});
@@ -345,12 +354,12 @@ class LowPolyPlanner {
   const Source& source_;
   const Mesh& high_;
   const LowPolyPlanOptions& options_;
-  const double most_faces_, max_mismatch_;
+  const double max_faces_, max_mismatch_;
   BakeOptions bake_;
   ProgressScope progress_scope_;
-  std::vector<std::uint32_t> sizes_;        ///< Map sizes in increasing order; 0: no map
-  std::map<std::uint32_t, Missed> missed_;  ///< Missed candidates by map size
-  std::vector<MadeCandidate> built_;
+  std::vector<std::uint32_t> sizes_;            ///< Map sizes in increasing order; 0: no map
+  std::map<std::uint32_t, MissRecord> misses_;  ///< Missed candidates by map size
+  std::vector<BuiltCandidate> built_candidates_;
   LowPolyPlan plan_;
   LevelEvaluator evaluator_;
   CandidateBuilder builder_;

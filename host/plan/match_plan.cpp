@@ -46,28 +46,27 @@ class TexelError {
  public:
   double at(std::uint32_t size) const { return 1 / (1 / range_ + rate_ * size * size); }
 
-  /// \param stores_tangent_normals  error without a map minus error with an infinite one
-  void begin(double stores_tangent_normals) {
-    range_ = std::max(stores_tangent_normals, kMinRange);
-  }
-  void measured(std::uint32_t size, double above) {
-    above = std::max(above, kMinRange);
+  /// \param range  error without a map minus error with an infinite one
+  void set_range(double range) { range_ = std::max(range, kMinRange); }
+  /// \param excess_error  error of a map of this size minus error with an infinite one
+  void add_measurement(std::uint32_t size, double excess_error) {
+    excess_error = std::max(excess_error, kMinRange);
     const double texels = 1.0 * size * size;
     // The charts of a tiny map have few texels, so it may be worse than no map; the range is raised to at least twice
     // the measured error.
-    range_ = std::max(range_, 2 * above);
-    rate_ = (1 / above - 1 / range_) / texels;
+    range_ = std::max(range_, 2 * excess_error);
+    rate_ = (1 / excess_error - 1 / range_) / texels;
     if (texels_ > 0) {
       // Two measured sizes determine both range and rate.
-      const double rate = (1 / above - 1 / excess_error_) / (texels - texels_);
-      const double start = 1 / above - rate * texels;
-      if (rate > 0 && start > 0) {
+      const double rate = (1 / excess_error - 1 / excess_error_) / (texels - texels_);
+      const double inverse_range = 1 / excess_error - rate * texels;
+      if (rate > 0 && inverse_range > 0) {
         rate_ = rate;
-        range_ = 1 / start;
+        range_ = 1 / inverse_range;
       }
     }
     texels_ = texels;
-    excess_error_ = above;
+    excess_error_ = excess_error;
   }
 
  private:
@@ -86,16 +85,17 @@ class MatchPlanner {
     const ProgressScope progress_scope(options_.bake.progress);
     return unless_cancelled<PlannedBake>(
         [this] {
-          const bool cage = options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr;
+          const bool has_cage =
+              options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr;
           try {
-            return planned(!cage && !impl_of(source_).uvs.empty());
+            return plan_methods(!has_cage && !impl_of(source_).uvs.empty());
           } catch (const LayoutMismatch&) {
-            planned_ = {};
+            plan_ = {};
             texels_ = {};
             infinite_maps_.clear();
             best_score_ = 0;
-            chosen_found_points_ = false;
-            return planned(/*by_uvs=*/false);
+            has_chosen_points_ = false;
+            return plan_methods(/*by_uvs=*/false);
           }
         },
         [](PlannedBake& none) { none.result.cancelled = true; });
@@ -103,45 +103,45 @@ class MatchPlanner {
 
  private:
   /// A bake that is not measured yet.
-  struct Baked {
+  struct UnmeasuredBake {
     PlanTrial trial;
     BakeOptions options;
     BakeResult result;
     Image normals_image;  // The tangent-space normals, if the map stores them in another encoding
   };
 
-  PlannedBake planned(bool by_uvs) {
+  PlannedBake plan_methods(bool by_uvs) {
     methods_ = searching_methods();
     if (by_uvs) methods_.insert(methods_.begin(), by_uv_);
     // The first bake comes before the reference pictures, because it throws LayoutMismatch.
-    Baked baked = bake_at(methods_.front(), std::min(kFirstMapSize, largest()));
+    UnmeasuredBake baked = bake_at(methods_.front(), std::min(kFirstMapSize, largest_size()));
     make_probe(uses_views(methods_[by_uvs ? 1 : 0]) || (by_uvs && target_error_ > 0));
     infinite_map_error(methods_.front());
-    if (measure(std::move(baked)) <= target_error_) return finished();
+    if (measure(std::move(baked)) <= target_error_) return finish();
     MatchMethod nearest = methods_.front();
     for (std::size_t i = 0; i < methods_.size(); ++i) {
       const MatchMethod method = methods_[i];
       // Number of methods that search (not by UVs), up to and including this one
       const std::size_t search_count = by_uvs ? i : i + 1;
-      if (search_count > 1 &&
-          (target_error_ == 0 || (chosen_found_points_ && is_hopeless(nearest))))
+      if (search_count > 1 && (target_error_ == 0 || (has_chosen_points_ && is_hopeless(nearest))))
         break;
       if (search_count > 1 && uses_views(method) && !views_may_help()) continue;
-      const double own = infinite_map_error(method), other = infinite_map_error(nearest);
+      const double method_error = infinite_map_error(method),
+                   nearest_error = infinite_map_error(nearest);
       if (by_uvs && limit_of(method).missed == 1) continue;
-      if (target_error_ > 0 && grow_until_reached(method)) return finished();
-      if (is_better_match(method, own, nearest, other)) nearest = method;
+      if (target_error_ > 0 && grow_until_reached(method)) return finish();
+      if (is_better_match(method, method_error, nearest, nearest_error)) nearest = method;
     }
-    if (largest_tried(nearest) == 0 && target_error_ == 0)
-      trial(nearest, std::min(kFirstMapSize, largest()));
+    if (largest_tried_size(nearest) == 0 && target_error_ == 0)
+      bake_trial(nearest, std::min(kFirstMapSize, largest_size()));
     grow_until_flat(nearest);
-    for (std::size_t i = 0; i < methods_.size() && !chosen_found_points_; ++i) {
-      if (largest_tried(methods_[i]) != 0) continue;
+    for (std::size_t i = 0; i < methods_.size() && !has_chosen_points_; ++i) {
+      if (largest_tried_size(methods_[i]) != 0) continue;
       infinite_map_error(methods_[i]);
-      if (std::isfinite(trial(methods_[i], std::min(kFirstMapSize, largest()))))
+      if (std::isfinite(bake_trial(methods_[i], std::min(kFirstMapSize, largest_size()))))
         grow_until_flat(methods_[i]);
     }
-    return finished();
+    return finish();
   }
 
   /// True if a method prepares depth views instead of a BVH.
@@ -152,50 +152,51 @@ class MatchPlanner {
   std::vector<MatchMethod> searching_methods() const {
     std::vector<MatchMethod> methods = planned_matches(&MatchRow::plan_order);
     if (options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr) {
-      std::erase_if(methods,
-                    [](MatchMethod way) { return !obeys(match_row(way).info, "match.cage"); });
+      std::erase_if(
+          methods, [](MatchMethod method) { return !obeys(match_row(method).info, "match.cage"); });
     } else if (impl_of(source_).triangles.size() > kViewsFirstTriangles) {
       std::stable_partition(methods.begin(), methods.end(), uses_views);
     }
     return methods;
   }
 
-  void make_probe(bool raster) {
+  void make_probe(bool uses_raster) {
     const Stopwatch watch;
     if (!probe_) {
       std::vector<ViewAngles> views;
       for (const Vec3& toward : plan_directions()) views.push_back(view_angles(toward));
       probe_.emplace(impl_of(source_), low_, options_.bake.match.cage_mesh, views, kPlanPixels,
-                     raster);
+                     uses_raster);
     }
-    planned_.without_map = probe_->without_map();
-    planned_.seconds_measure += watch.total();
+    plan_.without_map = probe_->without_map();
+    plan_.seconds_measure += watch.total();
   }
 
   const PlanLimit& limit_of(MatchMethod method) const {
-    return *std::find_if(planned_.limits.begin(), planned_.limits.end(),
+    return *std::find_if(plan_.limits.begin(), plan_.limits.end(),
                          [&](const PlanLimit& limit) { return limit.method == method; });
   }
 
   /// Mean error of a method with a map of infinite resolution. Cached.
   double infinite_map_error(MatchMethod method) {
-    const auto known = infinite_maps_.find(method.name);
-    if (known != infinite_maps_.end()) return known->second.error.mean_degrees;
+    const auto cached = infinite_maps_.find(method.name);
+    if (cached != infinite_maps_.end()) return cached->second.error.mean_degrees;
     const std::string progress_text = "analysing both meshes";
-    BakeOptions options = bake_options(method, std::min(largest(), kComparisonSize), progress_text);
+    BakeOptions options =
+        bake_options(method, std::min(largest_size(), kComparisonSize), progress_text);
     options.match.visibility.directions =
         std::min(options.match.visibility.directions, kComparisonSize / 8);
     if (options.match.views.size == 0 && !uses_views(methods_.front()))
       options.match.views.size = kComparisonSize / 2;
     ProgressGuard::poll_at(0, progress_text);
     const Stopwatch watch;
-    const NormalProbe::InfiniteMap& found = infinite_maps_[method.name] =
+    const NormalProbe::InfiniteMap& infinite_map = infinite_maps_[method.name] =
         probe_->infinite_map(options, field_);
-    planned_.limits.push_back({method, found.error, found.missed, watch.total()});
+    plan_.limits.push_back({method, infinite_map.error, infinite_map.missed, watch.total()});
     if (infinite_maps_.size() == 1) {
-      texels_.begin(planned_.without_map.mean_degrees - found.error.mean_degrees);
+      texels_.set_range(plan_.without_map.mean_degrees - infinite_map.error.mean_degrees);
     }
-    return found.error.mean_degrees;
+    return infinite_map.error.mean_degrees;
   }
 
   /// True if a method has a lower error than another. At grazing views, heights far off the low poly may raise the
@@ -209,13 +210,13 @@ class MatchPlanner {
 
   /// True if no match can reach the error even at the largest size, so that the remaining methods need no comparison.
   bool is_hopeless(MatchMethod nearest) {
-    if (planned_.least > 0 || uses_views(searching_methods().front()))
+    if (plan_.least > 0 || uses_views(searching_methods().front()))
       return false;  // The bound would need a BVH
     const Stopwatch watch;
-    const NormalProbe::InfiniteMap& found = infinite_maps_.at(nearest.name);
-    planned_.least = found.error.mean_degrees * probe_->least_share(found);
-    planned_.seconds_measure += watch.total();
-    return planned_.least + texels_.at(largest()) > target_error_;
+    const NormalProbe::InfiniteMap& infinite_map = infinite_maps_.at(nearest.name);
+    plan_.least = infinite_map.error.mean_degrees * probe_->least_share(infinite_map);
+    plan_.seconds_measure += watch.total();
+    return plan_.least + texels_.at(largest_size()) > target_error_;
   }
 
   /// Preparing depth views in addition to a BVH is expensive. If rays miss nothing and no other method has a lower
@@ -223,7 +224,7 @@ class MatchPlanner {
   bool views_may_help() const {
     const PlanLimit& first = limit_of(searching_methods().front());
     return first.missed > kMaxMissedShare ||
-           std::any_of(planned_.limits.begin(), planned_.limits.end(), [&](const PlanLimit& limit) {
+           std::any_of(plan_.limits.begin(), plan_.limits.end(), [&](const PlanLimit& limit) {
              return limit.error.mean_degrees <
                     first.error.mean_degrees * kMaxErrorRatioOfBetterMatch;
            });
@@ -232,10 +233,10 @@ class MatchPlanner {
   /// Bakes growing maps, from the smallest that is predicted to meet the error bound.
   /// \returns true if one of them meets it
   bool grow_until_reached(MatchMethod method) {
-    for (std::uint32_t size = largest_tried(method); size < largest();) {
+    for (std::uint32_t size = largest_tried_size(method); size < largest_size();) {
       size = next_size(size);
       if (infinite_map_error(method) + texels_.at(size) > target_error_ * kErrorTolerance) continue;
-      const double error = trial(method, size);
+      const double error = bake_trial(method, size);
       if (error <= target_error_) return true;
       // A larger map cannot lower the error.
       if (error <= infinite_map_error(method) || !std::isfinite(error)) return false;
@@ -245,27 +246,28 @@ class MatchPlanner {
 
   /// Bakes growing maps until texels add less than 5% to the error of an infinite map.
   void grow_until_flat(MatchMethod method) {
-    for (std::uint32_t size = largest_tried(method); size < largest();) {
+    for (std::uint32_t size = largest_tried_size(method); size < largest_size();) {
       std::uint32_t sufficient_size = size;
-      while (sufficient_size < largest() &&
+      while (sufficient_size < largest_size() &&
              texels_.at(sufficient_size) > (kErrorTolerance - 1) * infinite_map_error(method)) {
         sufficient_size = next_size(sufficient_size);
       }
-      if (sufficient_size == size || !std::isfinite(trial(method, size = sufficient_size))) return;
+      if (sufficient_size == size || !std::isfinite(bake_trial(method, size = sufficient_size)))
+        return;
     }
   }
 
-  std::uint32_t largest() const { return std::min(options_.bake.width, options_.bake.height); }
+  std::uint32_t largest_size() const { return std::min(options_.bake.width, options_.bake.height); }
 
   /// The next larger map size; the smallest if `size` is 0.
   std::uint32_t next_size(std::uint32_t size) const {
-    return std::min(size == 0 ? kFirstMapSize : 2 * size, largest());
+    return std::min(size == 0 ? kFirstMapSize : 2 * size, largest_size());
   }
 
   /// The largest map size that was tried with a method; 0 if there was none.
-  std::uint32_t largest_tried(MatchMethod method) const {
+  std::uint32_t largest_tried_size(MatchMethod method) const {
     std::uint32_t size = 0;
-    for (const PlanTrial& trial : planned_.trials) {
+    for (const PlanTrial& trial : plan_.trials) {
       if (trial.method == method) size = std::max(size, std::min(trial.width, trial.height));
     }
     return size;
@@ -274,7 +276,7 @@ class MatchPlanner {
   BakeOptions bake_options(MatchMethod method, std::uint32_t size,
                            const std::string& progress_text) const {
     BakeOptions bake = options_.bake;
-    const double share = static_cast<double>(size) / largest();
+    const double share = static_cast<double>(size) / largest_size();
     bake.width = static_cast<std::uint32_t>(std::lround(bake.width * share));
     bake.height = static_cast<std::uint32_t>(std::lround(bake.height * share));
     bake.match.method = method;
@@ -283,7 +285,7 @@ class MatchPlanner {
     if (!options_.bounds.empty() && !all_maps_) {
       ask_for(bake, {shading_map(bake).value()});
     } else if (options_.choose_rays) {
-      leave_to_rays(options_.bounds, bake);
+      reserve_bound_for_rays(options_.bounds, bake);
     }
     // The number of trials is unknown, so progress reports the stage alone.
     if (options_.bake.progress) {
@@ -295,8 +297,8 @@ class MatchPlanner {
   }
 
   /// \throws LayoutMismatch
-  Baked bake_at(MatchMethod method, std::uint32_t size) const {
-    Baked baked;
+  UnmeasuredBake bake_at(MatchMethod method, std::uint32_t size) const {
+    UnmeasuredBake baked;
     baked.options = bake_options(method, size, {});
     PlanTrial& trial = baked.trial;
     trial.method = method;
@@ -319,73 +321,74 @@ class MatchPlanner {
     const BakeReport& report = baked.result.report;
     trial.missed = report.samples == 0 ? 1 : static_cast<double>(report.missed) / report.samples;
     if (report.recall) trial.lost = report.recall->lost;
-    if (method == by_uv_ && found_nothing(report)) throw LayoutMismatch();
+    if (method == by_uv_ && has_no_points(report)) throw LayoutMismatch();
     return baked;
   }
 
-  static bool found_nothing(const BakeReport& report) {
+  static bool has_no_points(const BakeReport& report) {
     return report.samples != 0 && report.missed == report.samples;
   }
 
-  void set_error(Baked& baked) {
+  void set_error(UnmeasuredBake& baked) {
     const Stopwatch watch;
     const Image& normals_image = baked.normals_image.pixels.empty()
                                      ? baked.result.map(*shading_map(baked.options)).image
                                      : baked.normals_image;
     baked.trial.error = probe_->with_map(normals_image, baked.options);
-    planned_.seconds_measure += watch.total();
-    planned_.trials.push_back(baked.trial);
+    plan_.seconds_measure += watch.total();
+    plan_.trials.push_back(baked.trial);
   }
 
   /// Bakes and measures a map.
   /// \returns the mean error; infinity if no texel sample has a point
-  double trial(MatchMethod method, std::uint32_t size) { return measure(bake_at(method, size)); }
+  double bake_trial(MatchMethod method, std::uint32_t size) {
+    return measure(bake_at(method, size));
+  }
 
-  double measure(Baked baked) {
+  double measure(UnmeasuredBake baked) {
     set_error(baked);
     const PlanTrial& trial = baked.trial;
     const double error = trial.error.mean_degrees;
-    texels_.measured(std::min(trial.width, trial.height),
-                     std::max(error - infinite_map_error(trial.method),
-                              1e-3 * infinite_map_error(trial.method)));
-    // Lost parts of the surface have the error of the mesh without a map. A larger map is chosen only if it lowers
-    // the error by 2%. Every match replaces a match that found no point.
-    const double weighted_error = error + trial.lost * planned_.without_map.mean_degrees;
-    const bool finds = !found_nothing(baked.result.report);
-    const bool first = planned_.trials.size() == 1 || (finds && !chosen_found_points_);
-    if (first || (finds && ((target_error_ > 0 && error <= target_error_) ||
-                            weighted_error <= 0.98 * best_score_))) {
+    texels_.add_measurement(std::min(trial.width, trial.height),
+                            std::max(error - infinite_map_error(trial.method),
+                                     1e-3 * infinite_map_error(trial.method)));
+    // Lost parts of the surface count with the error of the mesh without a map. A later trial is chosen only if it
+    // lowers the error by 2%, or if it is the first one that found a point.
+    const double weighted_error = error + trial.lost * plan_.without_map.mean_degrees;
+    const bool has_points = !has_no_points(baked.result.report);
+    const bool is_first = plan_.trials.size() == 1 || (has_points && !has_chosen_points_);
+    if (is_first || (has_points && ((target_error_ > 0 && error <= target_error_) ||
+                                    weighted_error <= 0.98 * best_score_))) {
       best_score_ = weighted_error;
-      chosen_found_points_ = finds;
-      planned_.chosen = trial;
-      planned_.result = std::move(baked.result);
+      has_chosen_points_ = has_points;
+      plan_.chosen = trial;
+      plan_.result = std::move(baked.result);
     }
-    return finds ? error : std::numeric_limits<double>::infinity();
+    return has_points ? error : std::numeric_limits<double>::infinity();
   }
 
-  PlannedBake finished() {
-    planned_.wanted = target_error_ > 0 ? target_error_ : planned_.chosen.error.mean_degrees;
+  PlannedBake finish() {
+    plan_.wanted = target_error_ > 0 ? target_error_ : plan_.chosen.error.mean_degrees;
     if (!options_.bounds.empty()) bake_within_bounds();
-    planned_.reached = chosen_found_points_ &&
-                       planned_.chosen.error.mean_degrees <= planned_.wanted &&
-                       all_reached(planned_.bounds);
-    return std::move(planned_);
+    plan_.reached = has_chosen_points_ && plan_.chosen.error.mean_degrees <= plan_.wanted &&
+                    all_reached(plan_.bounds);
+    return std::move(plan_);
   }
 
   /// Bakes all maps with the chosen match at growing sizes until each is within its bound.
   void bake_within_bounds() {
     all_maps_ = true;
-    for (std::uint32_t size = std::min(planned_.chosen.width, planned_.chosen.height);;
+    for (std::uint32_t size = std::min(plan_.chosen.width, plan_.chosen.height);;
          size = next_size(size)) {
-      Baked all = bake_at(planned_.chosen.method, size);
+      UnmeasuredBake baked = bake_at(plan_.chosen.method, size);
       const Stopwatch watch;
-      planned_.bounds =
-          reached_bounds(impl_of(source_), low_, all.options, options_.bounds, all.result);
-      planned_.seconds_measure += watch.total();
-      set_error(all);
-      planned_.chosen = all.trial;
-      planned_.result = std::move(all.result);
-      if (all_reached(planned_.bounds) || size == largest()) return;
+      plan_.bounds =
+          reached_bounds(impl_of(source_), low_, baked.options, options_.bounds, baked.result);
+      plan_.seconds_measure += watch.total();
+      set_error(baked);
+      plan_.chosen = baked.trial;
+      plan_.result = std::move(baked.result);
+      if (all_reached(plan_.bounds) || size == largest_size()) return;
     }
   }
 
@@ -400,9 +403,9 @@ class MatchPlanner {
   // Errors with a map of infinite resolution, by the name of the match
   std::map<std::string_view, NormalProbe::InfiniteMap> infinite_maps_;
   TexelError texels_;
-  PlannedBake planned_;
+  PlannedBake plan_;
   double best_score_ = 0;
-  bool chosen_found_points_ = false;  // True if the chosen trial found a point for any sample
+  bool has_chosen_points_ = false;  // True if the chosen trial found a point for any sample
   // True while bake_within_bounds() bakes all maps; before that, only the normal map is baked
   bool all_maps_ = false;
 };

@@ -74,7 +74,7 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
   // of the previous one are used for filling only.
   while (levels.back().width > 1 || levels.back().height > 1) {
     const Image& from = levels.back();
-    const std::vector<double>& of = weights.back();
+    const std::vector<double>& from_weights = weights.back();
     Image half;
     half.width = (from.width + 1) / 2;
     half.height = (from.height + 1) / 2;
@@ -94,7 +94,7 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
           for (std::size_t k = 0; k < 4; ++k) {
             const std::size_t at_x = 2 * x + k % 2, at_y = 2 * y + k / 2;
             if (at_x >= from.width || at_y >= from.height) continue;
-            const double w = of[at_y * from.width + at_x];
+            const double w = from_weights[at_y * from.width + at_x];
             if (w == 0) continue;
             std::array<double, 4> value{};
             to_mean_space(use, channels, from.at(at_x, at_y), value.data());
@@ -112,12 +112,12 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
     weights.push_back(std::move(weight));
   }
   for (std::size_t level = levels.size() - 1; level-- > 1;) {
-    const Image& coarse = levels[level + 1];
-    Image& fine = levels[level];
-    for (std::size_t y = 0; y < fine.height; ++y) {
-      for (std::size_t x = 0; x < fine.width; ++x) {
-        if (weights[level][y * fine.width + x] != 0) continue;
-        std::copy_n(coarse.at(x / 2, y / 2), channels, fine.at(x, y));
+    const Image& coarse_level = levels[level + 1];
+    Image& fine_level = levels[level];
+    for (std::size_t y = 0; y < fine_level.height; ++y) {
+      for (std::size_t x = 0; x < fine_level.width; ++x) {
+        if (weights[level][y * fine_level.width + x] != 0) continue;
+        std::copy_n(coarse_level.at(x / 2, y / 2), channels, fine_level.at(x, y));
       }
     }
   }
@@ -168,16 +168,16 @@ PictureError error_over_texels(const Image& map, const Image& picture,
         double squares = 0;
         if (use == TextureUse::normal) {
           std::array<double, 3> a{}, b{};
-          double dot = 0, of_a = 0, of_b = 0;
+          double dot = 0, square_a = 0, square_b = 0;
           for (std::size_t c = 0; c < 3; ++c) {
             a[c] = 2.0 * map_value[c] - 1;
             b[c] = 2 * picture_value[c] - 1;
             dot += a[c] * b[c];
-            of_a += a[c] * a[c];
-            of_b += b[c] * b[c];
+            square_a += a[c] * a[c];
+            square_b += b[c] * b[c];
           }
           const double cosine =
-              std::clamp(dot / std::sqrt(std::max(of_a * of_b, 1e-30)), -1.0, 1.0);
+              std::clamp(dot / std::sqrt(std::max(square_a * square_b, 1e-30)), -1.0, 1.0);
           rows[y].degrees += std::acos(cosine) * 180 / 3.14159265358979323846;
           squares = (1 - cosine) / 2;  // Square of half the chord between unit vectors
         } else {
@@ -191,14 +191,14 @@ PictureError error_over_texels(const Image& map, const Image& picture,
       }
     }
   });
-  Sum all;
+  Sum total;
   for (const Sum& row : rows) {
-    all.steps += row.steps;
-    all.degrees += row.degrees;
-    all.texels += row.texels;
+    total.steps += row.steps;
+    total.degrees += row.degrees;
+    total.texels += row.texels;
   }
-  const double count = static_cast<double>(std::max<std::uint64_t>(all.texels, 1));
-  return {all.steps / count, all.degrees / count};
+  const double count = static_cast<double>(std::max<std::uint64_t>(total.texels, 1));
+  return {total.steps / count, total.degrees / count};
 }
 
 /// Encodings to try for a picture, lossless ones first.
@@ -207,14 +207,15 @@ std::vector<PictureEncoding> encodings_of(const PictureFitOptions& options, Text
   const EncodeMapsOptions& encode = options.encode;
   const bool is_normal = use == TextureUse::normal;
   PictureEncoding lossless{.dither = encode.dither, .use = use, .smallest = encode.smallest};
-  PictureFormat lossy = options.any_format ? PictureFormat::jpeg : encode.format;
-  if (lossy == PictureFormat::webp) lossless.format = lossy;
-  const bool can_lose = lossy != PictureFormat::png && !(has_alpha && lossy == PictureFormat::jpeg);
+  PictureFormat lossy_format = options.any_format ? PictureFormat::jpeg : encode.format;
+  if (lossy_format == PictureFormat::webp) lossless.format = lossy_format;
+  const bool can_be_lossy =
+      lossy_format != PictureFormat::png && !(has_alpha && lossy_format == PictureFormat::jpeg);
   const std::uint32_t fixed_quality = is_normal ? 0 : encode.quality;
   std::vector<PictureEncoding> list;
-  const bool only_jpeg = !options.any_format && lossy == PictureFormat::jpeg;
-  if (!can_lose || (fixed_quality == 0 && (is_normal || !only_jpeg))) list.push_back(lossless);
-  if (!can_lose) return list;
+  const bool only_jpeg = !options.any_format && lossy_format == PictureFormat::jpeg;
+  if (!can_be_lossy || (fixed_quality == 0 && (is_normal || !only_jpeg))) list.push_back(lossless);
+  if (!can_be_lossy) return list;
   std::vector<std::uint32_t> qualities(Fit::kQualities.begin(), Fit::kQualities.end());
   if (options.all_qualities) {
     qualities.clear();
@@ -226,15 +227,15 @@ std::vector<PictureEncoding> encodings_of(const PictureFitOptions& options, Text
   if (fixed_quality != 0) qualities = {fixed_quality};
   for (const std::uint32_t quality : qualities) {
     PictureEncoding& next = list.emplace_back(lossless);
-    next.format = lossy;
+    next.format = lossy_format;
     next.quality = quality;
   }
   return list;
 }
 
 /// Encodes a picture; nullopt if the format is not built in.
-std::optional<std::vector<std::byte>> encoded(const Image& image, const PictureEncoding& encoding,
-                                              bool any_format) {
+std::optional<std::vector<std::byte>> try_encode(const Image& image,
+                                                 const PictureEncoding& encoding, bool any_format) {
   if (!any_format) return encode_picture(image, encoding);
   try {
     return encode_picture(image, encoding);
@@ -257,7 +258,7 @@ PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
   ladder.picture = picture;
   ladder.levels.resize(levels.size());
   std::vector<double> bytes_before(encodings.size(), 0);
-  const auto most = static_cast<double>(options.most_bytes);
+  const auto max_bytes = static_cast<double>(options.max_picture_bytes);
   for (std::size_t level = levels.size(); level-- > 0;) {
     Image rounded = levels[level];
     for (float& value : rounded.pixels) {
@@ -265,13 +266,13 @@ PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
     }
     ladder.levels[level] = error_of(rounded);
     for (std::size_t i = 0; i < encodings.size(); ++i) {
-      if (Fit::kMinByteGrowth * bytes_before[i] > most) continue;
+      if (Fit::kMinByteGrowth * bytes_before[i] > max_bytes) continue;
       PictureChoice choice;
       choice.level = level;
       choice.width = levels[level].width;
       choice.height = levels[level].height;
       choice.encoding = encodings[i];
-      auto data = encoded(levels[level], encodings[i], options.any_format);
+      auto data = try_encode(levels[level], encodings[i], options.any_format);
       if (!data) continue;
       choice.bytes = (data->size() + 3) / 4 * 4;
       bytes_before[i] = static_cast<double>(choice.bytes);
@@ -290,10 +291,10 @@ PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
                    [](const PictureChoice& a, const PictureChoice& b) {
                      return std::pair(a.bytes, a.error.steps) < std::pair(b.bytes, b.error.steps);
                    });
-  double least = HUGE_VAL;
+  double min_steps = HUGE_VAL;
   std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
-    if (choice.error.steps >= least) return true;
-    least = choice.error.steps;
+    if (choice.error.steps >= min_steps) return true;
+    min_steps = choice.error.steps;
     return false;
   });
   return ladder;
@@ -329,26 +330,26 @@ std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, st
   sums[0] = {};
   for (const PictureLadder& ladder : ladders) {
     std::map<std::uint64_t, PictureFit> next;
-    for (const auto& [of, sum] : sums) {
+    for (const auto& [byte_class, sum] : sums) {
       for (std::size_t i = 0; i < ladder.choices.size(); ++i) {
         const PictureChoice& choice = ladder.choices[i];
-        const std::uint64_t all = sum.bytes + choice.bytes;
-        if (all > bytes) break;
+        const std::uint64_t total_bytes = sum.bytes + choice.bytes;
+        if (total_bytes > bytes) break;
         const double error = sum.error + ladder.weight * choice.error.steps;
-        const auto [known, added] = next.try_emplace(all / step);
-        if (!added && known->second.error <= error) continue;
-        known->second.choices = sum.choices;
-        known->second.choices.push_back(i);
-        known->second.bytes = all;
-        known->second.error = error;
+        const auto [entry, is_new] = next.try_emplace(total_bytes / step);
+        if (!is_new && entry->second.error <= error) continue;
+        entry->second.choices = sum.choices;
+        entry->second.choices.push_back(i);
+        entry->second.bytes = total_bytes;
+        entry->second.error = error;
       }
     }
     sums.clear();
-    double least = HUGE_VAL;
-    for (auto& [of, sum] : next) {
-      if (sum.error >= least) continue;
-      least = sum.error;
-      sums.emplace(of, std::move(sum));
+    double min_error = HUGE_VAL;
+    for (auto& [byte_class, sum] : next) {
+      if (sum.error >= min_error) continue;
+      min_error = sum.error;
+      sums.emplace(byte_class, std::move(sum));
     }
     if (sums.empty()) return std::nullopt;
   }

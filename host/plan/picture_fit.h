@@ -51,7 +51,7 @@ struct PictureFitOptions {
   bool any_format = true;
   bool all_qualities =
       false;  ///< True for the final file: every third quality is tried instead of a few
-  std::uint64_t most_bytes = 0;  ///< Maximum bytes of a picture; larger ones are skipped
+  std::uint64_t max_picture_bytes = 0;  ///< Maximum bytes of a picture; larger ones are skipped
   /// Error of a decoded normal map; if empty, the mean angle to the texels of the full-size map
   NormalMapError normal_error = {};
 };

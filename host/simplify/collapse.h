@@ -139,8 +139,8 @@ class EdgeCollapser {
   std::vector<Quadric> quadrics_;
   /// Quadric::off() of each vertex at its current position; empty if there is a constraint.
   std::vector<double> base_errors_;
-  /// If there is a bound, per vertex the quadric of perpendicular planes through lines between labels; empty without
-  /// labels.
+  /// If there is a bound, each vertex's quadric of the lines between labels: the sum over planes through these lines,
+  /// perpendicular to the surface. Empty without labels.
   std::vector<Quadric> lines_;
   double lines_bound_ = 0;
   std::size_t next_rebuild_ = 0;  ///< Triangle count at which quadrics are rebuilt next.

@@ -55,7 +55,7 @@ class DeviationBound {
              const Vec3d& target);
   /// True if a position near the one that keeps() has just rejected may be within the bound.
   bool may_be_near() const { return refused_ < kMaxRecoverableRatio; }
-  /// A position from which the samples of the last keeps() are less distant.
+  /// A position of the vertex near `target` that reduces the distances of the samples that the last keeps() assigned.
   Vec3d improved_position(const Vec3d& target, Distances which);
   /// True if keeps() has ever rejected a collapse.
   bool has_refused() const { return has_refused_; }

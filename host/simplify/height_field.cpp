@@ -241,7 +241,7 @@ Mesh height_field_plane(const Image& image, const HeightFieldOptions& options) {
 
 void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightFieldOptions& options) {
   const Extent extent = extent_of(image, options);
-  lay_out_over(mesh, {{0, 0}, {extent.width, extent.depth}});
+  lay_out_over_rectangle(mesh, {{0, 0}, {extent.width, extent.depth}});
 }
 
 namespace {
@@ -307,7 +307,7 @@ FieldRectangle FieldRectangle::of(const Mesh& field) {
   return {{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2}, {high[0] - low[0], high[1] - low[1]}};
 }
 
-void lay_out_over(Mesh& mesh, const FieldRectangle& rectangle) {
+void lay_out_over_rectangle(Mesh& mesh, const FieldRectangle& rectangle) {
   const auto& [center, size] = rectangle;
   mesh.uvs.clear();
   for (const Vec3& p : mesh.positions) {

@@ -18,6 +18,6 @@ struct FieldRectangle {
 };
 
 /// Sets UVs from x and y so that the rectangle becomes the unit square. Replaces existing UVs.
-void lay_out_over(Mesh& mesh, const FieldRectangle& rectangle);
+void lay_out_over_rectangle(Mesh& mesh, const FieldRectangle& rectangle);
 
 }  // namespace kiln

@@ -144,7 +144,7 @@ struct SimplifyLevels::Impl {
   }
 
   void lay_out(Mesh& mesh) const {
-    if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
+    if (options.height_field) lay_out_over_rectangle(mesh, FieldRectangle::of(high));
   }
 
   SimplifyReport report, high_report;

@@ -80,7 +80,7 @@ CutPrice price_of(const ChartSurface& surface, const UnwrapOptions& options,
           kMinPartShare * surface.total_area};
 }
 
-/// Cuts charts at each of some prices and straightens the seams. \returns one candidate for each price
+/// Cuts charts with each of several cost weights and straightens the seams. \returns one candidate for each weight
 std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions& options,
                                 std::span<const CutChoice> choices, const ChosenCharts& grown,
                                 int threads) {

@@ -1,4 +1,4 @@
-// Chooses a surface's charts: grows them, cuts them at several prices, and keeps the candidate that packs best for its
+// Chooses a surface's charts: grows them, cuts them with several cost weights, and keeps the candidate that packs best for its
 // number of vertices.
 #pragma once
 
@@ -26,7 +26,7 @@ struct ChosenCharts {
   bool any_size = false;  ///< True if the charts do not depend on the map's size and padding
 };
 
-/// Grows charts, cuts them at a few prices, and packs each candidate with few orders. Returns the charts with the
+/// Grows charts, cuts them with a few cost weights, and packs each candidate with few orders. Returns the charts with the
 /// best coverage less the price of added vertices. Deterministic.
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads);
 

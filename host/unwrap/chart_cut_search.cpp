@@ -82,12 +82,12 @@ class Sweep {
     // Projects the points on the direction again, since this is contiguous in memory, unlike the points' reaches.
     const std::vector<Vec2d>& points = shape_.chart.points;
     const Vec2d to = direction_of(direction);
-    std::vector<float> along(points.size());
-    for (std::size_t v = 0; v < along.size(); ++v)
-      along[v] = static_cast<float>(dot(to, points[v]));
+    std::vector<float> projections(points.size());
+    for (std::size_t v = 0; v < projections.size(); ++v)
+      projections[v] = static_cast<float>(dot(to, points[v]));
     for (std::uint32_t i = 0; i < count_; ++i) {
       double across = 0;
-      for (const std::uint32_t v : shape_.chart.triangles[i]) across += along[v];
+      for (const std::uint32_t v : shape_.chart.triangles[i]) across += projections[v];
       band[i] = static_cast<int>((across / 3 - low) * bands);
     }
     node_of_.resize(count_);
@@ -323,9 +323,10 @@ double smallest_box(const FlatChart& chart) {
   for (std::size_t d = 0; d < CutShape::kDirections; ++d) {
     const Vec2d to = direction_of(d);
     for (const std::uint32_t v : chart.boundary) {
-      const auto along = static_cast<float>(dot(to, chart.points[v]));
-      whole.to[d] = std::max(whole.to[d], along);
-      whole.to[d + CutShape::kDirections] = std::max(whole.to[d + CutShape::kDirections], -along);
+      const auto projection = static_cast<float>(dot(to, chart.points[v]));
+      whole.to[d] = std::max(whole.to[d], projection);
+      whole.to[d + CutShape::kDirections] =
+          std::max(whole.to[d + CutShape::kDirections], -projection);
     }
   }
   return whole.smallest_box();
@@ -348,9 +349,9 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
   for (std::size_t d = 0; d < kDirections; ++d) {
     const Vec2d to = direction_of(d);
     for (std::size_t v = 0; v < reach.size(); ++v) {
-      const auto along = static_cast<float>(dot(to, chart.points[v]));
-      reach[v].to[d] = along;
-      reach[v].to[d + kDirections] = -along;
+      const auto projection = static_cast<float>(dot(to, chart.points[v]));
+      reach[v].to[d] = projection;
+      reach[v].to[d + kDirections] = -projection;
     }
   }
   std::vector<std::uint8_t> open(chart.points.size(), 0);
@@ -366,7 +367,7 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
   box = whole.smallest_box();
 }
 
-bool CutShape::may_gain(const CutPrice& price) const {
+bool CutShape::may_reduce_cost(const CutPrice& price) const {
   return area >= 2 * price.least && box - kMinBoxRatio * area + 0.5 * price.size * area * area > 0;
 }
 

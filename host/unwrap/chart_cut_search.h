@@ -1,4 +1,4 @@
-// Finds the best cut of a chart in two, for several prices at once.
+// Finds the best cut of a chart in two, for several costs of a cut (CutPrice) at once.
 #pragma once
 
 #include <array>
@@ -61,7 +61,7 @@ class CutShape {
   CutShape(const ChartSurface& surface, const FlatChart& chart, const ChartNeighbours& neighbour);
 
   /// True if any cut could be worth its price.
-  bool may_gain(const CutPrice& price) const;
+  bool may_reduce_cost(const CutPrice& price) const;
   /// The best cut along lines perpendicular to one direction, at each price.
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 

@@ -35,8 +35,8 @@ FlatChart part_of(const ChartSurface& surface, const ChartBorders& borders, cons
   return part;
 }
 
-/// A tree of charts and the parts into which they are cut at several prices. A part that results at several prices is
-/// a single node.
+/// A tree of charts and the parts into which they are cut for several CutPrices. A part that results for several of
+/// them is a single node.
 class CutTree {
  public:
   CutTree(const ChartSurface& surface, const ChartBorders& borders,
@@ -137,7 +137,7 @@ class CutTree {
         bool any = false;
         for (const std::uint32_t p : nodes_[begin + n].prices) {
           prices.push_back(prices_[p]);
-          any = any || shapes[n]->may_gain(prices_[p]);
+          any = any || shapes[n]->may_reduce_cost(prices_[p]);
         }
         cuts[i] = any ? shapes[n]->best_cuts(i % CutShape::kDirections, prices)
                       : std::vector<ChartCut>(prices.size());

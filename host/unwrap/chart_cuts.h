@@ -34,8 +34,8 @@ struct CutCharts {
 /// minus its own area. The cut that saves most for its length is chosen; then both parts are searched in turn, until
 /// no cut is worth its price. Every part is a disc and keeps its layout, so it stays injective. Deterministic.
 /// \param borders  from grow_charts()
-/// \param prices   a separate result is computed for each price; a part that results at several prices is searched
-///        once
+/// \param prices   costs of a cut; a separate result is computed for each, and a part that results for several is
+///        searched once
 /// \returns one for each price
 std::vector<CutCharts> cut_charts(const ChartSurface& surface, const ChartBorders& borders,
                                   std::span<const CutPrice> prices,

@@ -176,10 +176,10 @@ class ProxyCollapse {
     const bool border = at_border(v);
     const auto add = [&](std::uint32_t h, std::uint32_t to) {
       if (border && mate_[h] != kNoIndex) return;
-      const Vec3d &a = position_[v], &b = position_[to], along = b - a;
+      const Vec3d &a = position_[v], &b = position_[to], edge = b - a;
       const Quadric q = quadric_[v] + quadric_[to];
       const Vec3d place = at_border(to) && !border ? b : q.best_near(a, b);
-      candidates_.push_back({q.at(place) + kLengthCost * dot(along, along) * q.area, v, h, place});
+      candidates_.push_back({q.at(place) + kLengthCost * dot(edge, edge) * q.area, v, h, place});
     };
     for_each_from(
         v, [&](std::uint32_t h) { add(h, end(h)); }, [&](std::uint32_t h) { add(h, at_[h]); });

@@ -35,8 +35,8 @@ std::array<Vec2d, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
     return surface.positions[surface.triangles[t][(base + k) % 3]];
   };
   const double side = surface.length[3 * t + base];
-  const Vec3d along = (at(1) - at(0)) * (1 / side);
-  const double foot = dot(at(2) - at(0), along);
+  const Vec3d side_direction = (at(1) - at(0)) * (1 / side);
+  const double foot = dot(at(2) - at(0), side_direction);
   const double height = std::max(2 * surface.area[t] / side, kMinHeightRatio * side);
   std::array<Vec2d, 3> points{};
   points[base] = {0, 0};
@@ -80,11 +80,11 @@ double length_of(const FlatChart& chart) {
   double longest = 0;
   for (int i = 0; i < kDirections; ++i) {
     const double angle = std::numbers::pi * i / kDirections;
-    const Vec2d along{std::cos(angle), std::sin(angle)};
+    const Vec2d direction{std::cos(angle), std::sin(angle)};
     double least = std::numeric_limits<double>::infinity(), most = -least;
     for (const std::uint32_t v : chart.boundary) {
-      least = std::min(least, dot(along, chart.points[v]));
-      most = std::max(most, dot(along, chart.points[v]));
+      least = std::min(least, dot(direction, chart.points[v]));
+      most = std::max(most, dot(direction, chart.points[v]));
     }
     longest = std::max(longest, most - least);
   }

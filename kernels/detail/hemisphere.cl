@@ -38,7 +38,7 @@
 
 /// Rotation of each sample's rays, and below it the index of the set. It depends on the texel's position
 /// in the map; samples of a texel have evenly spaced rotations.
-kernel void kiln_hemisphere_turns(const kiln_turn_params params,
+kernel void kiln_hemisphere_turns(const kiln_rotation_params params,
                                   global const uint* restrict texel_index,
                                   global const uint* restrict texel_first,
                                   global const uint* restrict sample_slot,
@@ -56,7 +56,7 @@ kernel void kiln_hemisphere_turns(const kiln_turn_params params,
 
 /// The index of each sample's texel along a Morton curve, finest digit first; hemisphere_turn() shuffles it. The
 /// curve continues within the texel.
-kernel void kiln_hemisphere_keys(const kiln_turn_params params,
+kernel void kiln_hemisphere_keys(const kiln_rotation_params params,
                                  global const uint* restrict texel_index,
                                  global const uint* restrict texel_first,
                                  global const uint* restrict sample_slot,
@@ -81,21 +81,16 @@ kernel void kiln_hemisphere_keys(const kiln_turn_params params,
 }
 
 /// Gathers chosen samples of a band: all inputs of their rays.
-kernel void kiln_hemisphere_pick(const kiln_pick_params params,
-                                 global const uint* restrict samples,
-                                 global const uint* restrict low_triangle,
-                                 global const float* restrict low_barycentric,
-                                 global const float* restrict low_points,
-                                 global const uint* restrict hit_triangle,
-                                 global const float* restrict hit_barycentric,
-                                 // rotations, or keys (params.by_key)
-                                 global const uint* restrict turns,
-                                 global uint* restrict to_low_triangle,
-                                 global float* restrict to_low_barycentric,
-                                 global float* restrict to_points,
-                                 global uint* restrict to_hit_triangle,
-                                 global float* restrict to_hit_barycentric,
-                                 global uint* restrict to_turns) {
+kernel void kiln_hemisphere_pick(
+    const kiln_pick_params params, global const uint* restrict samples,
+    global const uint* restrict low_triangle, global const float* restrict low_barycentric,
+    global const float* restrict low_points, global const uint* restrict hit_triangle,
+    global const float* restrict hit_barycentric,
+    // rotations, or keys (params.by_key)
+    global const uint* restrict turns, global uint* restrict to_low_triangle,
+    global float* restrict to_low_barycentric, global float* restrict to_points,
+    global uint* restrict to_hit_triangle, global float* restrict to_hit_barycentric,
+    global uint* restrict to_turns) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   const size_t s = samples[i];
@@ -162,9 +157,8 @@ static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_par
   if (i < params.count && (triangle != KILN_NO_TRIANGLE || params.keep != 0u)) {
     kiln_detail_params detail = {0};
     detail.two_sided = params.two_sided;
-    const detail_low low =
-        detail_read_low(detail, shading + low_triangle[s], low_barycentric[s],
-                        low_barycentric[s + params.low_capacity]);
+    const detail_low low = detail_read_low(detail, shading + low_triangle[s], low_barycentric[s],
+                                           low_barycentric[s + params.low_capacity]);
     float u = 0.0f;
     float v = 0.0f;
     if (triangle == KILN_NO_TRIANGLE) {
@@ -189,19 +183,14 @@ static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_par
   hemisphere_store(face * params.push, i, plane, points + 6 * plane);
 }
 
-kernel void kiln_hemisphere_points(const kiln_hemisphere_params params,
-                                   global const uint* restrict low_triangle,
-                                   global const float* restrict low_barycentric,
-                                   global const float* restrict low_points,
-                                   global const kiln_low_shading* restrict shading,
-                                   global const uint* restrict hit_triangle,
-                                   global const float* restrict hit_barycentric,
-                                   global const float* restrict positions,
-                                   global const uint* restrict triangles,
-                                   global const uint* restrict normal_indices,
-                                   global const float* restrict normals,
-                                   global const uint* restrict picked,
-                                   global float* restrict points) {
+kernel void kiln_hemisphere_points(
+    const kiln_hemisphere_params params, global const uint* restrict low_triangle,
+    global const float* restrict low_barycentric, global const float* restrict low_points,
+    global const kiln_low_shading* restrict shading, global const uint* restrict hit_triangle,
+    global const float* restrict hit_barycentric, global const float* restrict positions,
+    global const uint* restrict triangles, global const uint* restrict normal_indices,
+    global const float* restrict normals, global const uint* restrict picked,
+    global float* restrict points) {
   const size_t i = get_global_id(0);
   if (i >= params.stride) return;
   hemisphere_point(i, params, low_triangle, low_barycentric, low_points, shading, hit_triangle,
@@ -219,8 +208,7 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
                                  global const uint* restrict turns,
                                  global const float* restrict turn_table,
                                  global const float* restrict directions,
-                                 global const uint* restrict rings,
-                                 global float* restrict rays) {
+                                 global const uint* restrict rings, global float* restrict rays) {
 #pragma OPENCL FP_CONTRACT OFF
   // A work-item handles one ray of each of 8 samples, or 8 rays of one sample.
   const bool by_sample = params.by_sample != 0u;
@@ -255,9 +243,8 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   float8 origin[3], opposite[3];
   hemisphere_ray(params, &lanes, row, ring_first, ring_size, directions, origin, opposite);
   const size_t plane = params.ray_capacity;
-  global float* target =
-      rays + (by_sample ? (size_t)lane * params.rays + first_row
-                  : (size_t)first_row * params.stride + lane);
+  global float* target = rays + (by_sample ? (size_t)lane * params.rays + first_row
+                                           : (size_t)first_row * params.stride + lane);
   const uint ray_count = by_sample ? params.rays - first_row : LANES;
   for (int axis = 0; axis < 3; ++axis) {
     if (ray_count >= LANES) {
@@ -277,33 +264,30 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
 
 /// Body of the kernels that sum over rows of rays: `planes` sums for each of a work-item's samples. `add` is
 /// the statement that adds a row's values, from index `at` on, to sum[].
-#define HEMISPHERE_ADD_ROWS(vector, planes, result, add)                                        \
-  const uint lane = (uint)get_global_id(0) * LANES;                                             \
-  if (lane >= params.stride) return;                                                            \
-  const size_t result_plane = params.out_capacity;                                              \
-  vector sum[planes];                                                                           \
-  for (int p = 0; p < planes; ++p) {                                                            \
-    sum[p] = vload8(0, result + params.first + lane + p * result_plane);                        \
-  }                                                                                             \
-  for (uint row = 0; row < params.rays; ++row) {                                                \
-    const size_t at = (size_t)row * params.stride + lane;                                     \
-    add                                                                                         \
-  }                                                                                             \
-  for (int p = 0; p < planes; ++p) {                                                            \
-    vstore8(sum[p], 0, result + params.first + lane + p * result_plane);                        \
+#define HEMISPHERE_ADD_ROWS(vector, planes, result, add)                 \
+  const uint lane = (uint)get_global_id(0) * LANES;                      \
+  if (lane >= params.stride) return;                                     \
+  const size_t result_plane = params.out_capacity;                       \
+  vector sum[planes];                                                    \
+  for (int p = 0; p < planes; ++p) {                                     \
+    sum[p] = vload8(0, result + params.first + lane + p * result_plane); \
+  }                                                                      \
+  for (uint row = 0; row < params.rays; ++row) {                         \
+    const size_t at = (size_t)row * params.stride + lane;                \
+    add                                                                  \
+  }                                                                      \
+  for (int p = 0; p < planes; ++p) {                                     \
+    vstore8(sum[p], 0, result + params.first + lane + p * result_plane); \
   }
 
 /// Adds each sample's number of rays without a hit.
 kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
-                                 global const uchar* restrict hit,
-                                 global uint* restrict open) {
-  HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + at)); })
-}
+                                 global const uchar* restrict hit, global uint* restrict open){
+    HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + at)); })}
 
 /// Adds each sample's number of rays without a hit, for params.by_sample = 1.
 kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
-                                global const uchar* restrict hit,
-                                global uint* restrict open) {
+                                global const uchar* restrict hit, global uint* restrict open) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   global const uchar* hits_of_sample = hit + i * params.rays;
@@ -315,24 +299,23 @@ kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
 /// Adds each sample's number of rays towards the light without a hit. Samples that face away from the light
 /// have no rays, and count as unlit.
 kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
-                                global const uchar* restrict hit,
-                                global const float* restrict rays,
+                                global const uchar* restrict hit, global const float* restrict rays,
                                 global uint* restrict lit) {
   const size_t plane = params.ray_capacity;
   global const float* directions = rays + 3 * plane;
   HEMISPHERE_ADD_ROWS(uint8, 1, lit, {
     const int8 has_ray = (vload8(0, directions + at) != 0.0f) |
-                      (vload8(0, directions + plane + at) != 0.0f) |
-                      (vload8(0, directions + 2 * plane + at) != 0.0f);
+                         (vload8(0, directions + plane + at) != 0.0f) |
+                         (vload8(0, directions + 2 * plane + at) != 0.0f);
     sum[0] += select((uint8)(0u), 1u - convert_uint8(vload8(0, hit + at)), has_ray);
   })
 }
 
 /// Adds each sample's sum of directions of rays without a hit.
 kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
-                                 global const uchar* restrict hit,
-                                 global const float* restrict rays,
-                                 global float* restrict bent_sum) {
+                                     global const uchar* restrict hit,
+                                     global const float* restrict rays,
+                                     global float* restrict bent_sum) {
 #pragma OPENCL FP_CONTRACT OFF
   global const float* directions = rays + 3 * (size_t)params.ray_capacity;
   HEMISPHERE_ADD_ROWS(float8, 3, bent_sum, {
@@ -361,15 +344,13 @@ kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
 }
 
 /// The mean unoccluded direction; the normal if all rays have a hit.
-static inline float3 hemisphere_bent(const kiln_detail_params params,
-                                     const detail_low low, uint triangle,
-                                     global const float* barycentric, uint capacity,
+static inline float3 hemisphere_bent(const kiln_detail_params params, const detail_low low,
+                                     uint triangle, global const float* barycentric, uint capacity,
                                      global const float* bent_sum, size_t i,
                                      global const uint* normal_indices,
                                      global const float* normals) {
-  const float3 normal =
-      detail_source_normal(params, low, triangle, barycentric[i], barycentric[i + capacity],
-                           normal_indices, normals);
+  const float3 normal = detail_source_normal(params, low, triangle, barycentric[i],
+                                             barycentric[i + capacity], normal_indices, normals);
   const size_t plane = params.out_capacity;
   return detail_unit((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
 }
@@ -378,21 +359,15 @@ static inline float3 hemisphere_bent(const kiln_detail_params params,
 /// where the other one has a triangle.
 /// \param other_capacity  0: there is no other correspondence
 /// \param shares weight of the first correspondence, per sample
-kernel void kiln_hemisphere_bent(const kiln_detail_params params,
-                                 const uint other_capacity,
-                                 global const uint* restrict low_triangle,
-                                 global const float* restrict low_barycentric,
-                                 global const kiln_low_shading* restrict shading,
-                                 global const uint* restrict hit_triangle,
-                                 global const float* restrict hit_barycentric,
-                                 global const float* restrict bent_sum,
-                                 global const uint* restrict other_triangle,
-                                 global const float* restrict other_barycentric,
-                                 global const float* restrict other_bent_sum,
-                                 global const float* restrict shares,
-                                 global const uint* restrict normal_indices,
-                                 global const float* restrict normals,
-                                 global float* restrict result) {
+kernel void kiln_hemisphere_bent(
+    const kiln_detail_params params, const uint other_capacity,
+    global const uint* restrict low_triangle, global const float* restrict low_barycentric,
+    global const kiln_low_shading* restrict shading, global const uint* restrict hit_triangle,
+    global const float* restrict hit_barycentric, global const float* restrict bent_sum,
+    global const uint* restrict other_triangle, global const float* restrict other_barycentric,
+    global const float* restrict other_bent_sum, global const float* restrict shares,
+    global const uint* restrict normal_indices, global const float* restrict normals,
+    global float* restrict result) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= params.count) return;

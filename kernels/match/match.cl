@@ -9,7 +9,7 @@
 #include "lib/shell.clh"
 #include "shared/match.h"
 
-/// Turns samples into misses if their point lies beyond the inner shell.
+/// Converts samples to misses if their point lies beyond the inner shell.
 kernel void kiln_match_end(const uint count,
                            const uint capacity,
                            const uint hit_capacity,

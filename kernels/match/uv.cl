@@ -44,10 +44,8 @@
 #endif
 
 /// Draws one task: writes the piece's index to the samples that it covers.
-kernel void kiln_uv_cover(const kiln_uv_params params,
-                          global const kiln_uv_task* restrict tasks,
-                          global const kiln_uv_piece* restrict pieces,
-                          global uint* restrict lowest,
+kernel void kiln_uv_cover(const kiln_uv_params params, global const kiln_uv_task* restrict tasks,
+                          global const kiln_uv_piece* restrict pieces, global uint* restrict lowest,
                           global uint* restrict highest) {
   const size_t index = get_global_id(0);
   if (index >= params.task_count) return;
@@ -64,7 +62,8 @@ kernel void kiln_uv_cover(const kiln_uv_params params,
     for (int x = 0; x < width; ++x) {
       if ((e0 | e1 | e2) >= 0) {
         const uint previous = atomic_min(lowest + place + x, task.piece);
-        if (previous != KILN_UV_EMPTY) atomic_max(highest + place + x, max(previous, task.piece) + 1u);
+        if (previous != KILN_UV_EMPTY)
+          atomic_max(highest + place + x, max(previous, task.piece) + 1u);
       }
       e0 += edges.step_x[0];
       e1 += edges.step_x[1];
@@ -78,14 +77,16 @@ kernel void kiln_uv_cover(const kiln_uv_params params,
 /// True if a piece's edge functions fit 32 bits, within its box and up to eight samples to the right
 /// of it.
 static bool uv_is_small(const kiln_uv_piece* p, const uint shift) {
-  const long across = (long)max(max(p->x[0], p->x[1]), p->x[2]) - min(min(p->x[0], p->x[1]), p->x[2]);
+  const long across =
+      (long)max(max(p->x[0], p->x[1]), p->x[2]) - min(min(p->x[0], p->x[1]), p->x[2]);
   const long down = (long)max(max(p->y[0], p->y[1]), p->y[2]) - min(min(p->y[0], p->y[1]), p->y[2]);
   const long longest = max(across, down);
   return longest < (1L << 26) && ((2L * longest * longest) >> shift) + 10L * longest < (1L << 31);
 }
 
 /// Writes one sample of a piece whose index is higher than those of all pieces written before.
-static void uv_append(const uint piece, const uint count, global uint* lowest, global uint* highest) {
+static void uv_append(const uint piece, const uint count, global uint* lowest,
+                      global uint* highest) {
   if (*lowest == KILN_UV_EMPTY) {
     *lowest = piece;
   } else if (count != 0u) {
@@ -98,8 +99,7 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
                               global const uint* restrict first_tasks,  // per run of rows
                               global const kiln_uv_task* restrict tasks,
                               global const kiln_uv_piece* restrict pieces,
-                              global uint* restrict lowest,
-                              global uint* restrict highest) {
+                              global uint* restrict lowest, global uint* restrict highest) {
   const uint index = (uint)get_global_id(0);
   if (index >= params.run_count) return;
   const uint run = params.first_run + index;
@@ -146,8 +146,8 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
     int8 row2 = (int)edges.row[2] + step2 * ramp;
     for (int y = y_begin; y < y_end; ++y) {
       for (int x = 0; x < width; x += 8) {
-        const int8 inside =
-            (((row0 + step0 * x) | (row1 + step1 * x) | (row2 + step2 * x)) >= 0) & (x + ramp < width);
+        const int8 inside = (((row0 + step0 * x) | (row1 + step1 * x) | (row2 + step2 * x)) >= 0) &
+                            (x + ramp < width);
         if (!wide_any(inside)) continue;
         global uint* low = lowest + place + x;
         global uint* high = highest + place + x;
@@ -164,7 +164,8 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
         vstore8(select(current, (uint8)(task.piece), as_uint8(inside & is_empty)), 0, low);
         if (params.count_overlap != 0u && wide_any(inside & ~is_empty)) {
           const uint8 current_highest = vload8(0, high);
-          vstore8(select(current_highest, (uint8)(task.piece + 1u), as_uint8(inside & ~is_empty)), 0, high);
+          vstore8(select(current_highest, (uint8)(task.piece + 1u), as_uint8(inside & ~is_empty)),
+                  0, high);
         }
       }
       row0 += (int)edges.step_y[0];
@@ -176,10 +177,8 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
 }
 
 /// Counts a row's covered samples, and those that more than one piece covers.
-kernel void kiln_uv_count(const kiln_uv_params params,
-                          global const uint* restrict lowest,
-                          global const uint* restrict highest,
-                          global kiln_uv_row* restrict rows) {
+kernel void kiln_uv_count(const kiln_uv_params params, global const uint* restrict lowest,
+                          global const uint* restrict highest, global kiln_uv_row* restrict rows) {
   const size_t y = get_global_id(0);
   if (y >= (size_t)(params.row_end - params.row_begin)) return;
   const size_t first = y * params.sample_width;
@@ -232,8 +231,7 @@ static float8 uv_determinant8(const float8 a, const float8 b, const float8 c, co
 /// Looks up the piece that covers each sample of a texel, and the sample's barycentrics in it.
 /// Uncovered samples use the first piece (there is at least one) and discard the result, since
 /// branch-free code is vectorised.
-kernel void kiln_uv_match(const kiln_uv_params params,
-                          global const uint* restrict texel_index,
+kernel void kiln_uv_match(const kiln_uv_params params, global const uint* restrict texel_index,
                           global const uint* restrict texel_first,
                           global const uint* restrict sample_slot,
                           global const uint* restrict lowest,
@@ -241,8 +239,7 @@ kernel void kiln_uv_match(const kiln_uv_params params,
                           global const kiln_uv_clip* restrict clips,
                           global uint* restrict hit_triangle,
                           global float* restrict hit_barycentric,
-                          global float* restrict hit_distance,
-                          global uchar* restrict hit_status) {
+                          global float* restrict hit_distance, global uchar* restrict hit_status) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t texel = get_global_id(0);
   if (texel >= params.texel_count) return;
@@ -299,8 +296,7 @@ kernel void kiln_uv_match(const kiln_uv_params params,
 
 /// kiln_uv_match for CPUs and one sample per texel: eight texels per work-item, if no piece is clipped or
 /// large.
-kernel void kiln_uv_match_wide(const kiln_uv_params params,
-                               global const uint* restrict texel_index,
+kernel void kiln_uv_match_wide(const kiln_uv_params params, global const uint* restrict texel_index,
                                global const uint* restrict lowest,
                                global const kiln_uv_piece* restrict pieces,
                                global uint* restrict hit_triangle,
@@ -313,7 +309,7 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params,
   const bool is_full_group = first + 8u <= params.texel_count;
   const uint8 lanes = min(first + (uint8)(0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u), params.texel_count - 1u);
   const int8 index = as_int8(is_full_group ? vload8(0, texel_index + first)
-                                   : wide_gather_uint(texel_index, lanes));
+                                           : wide_gather_uint(texel_index, lanes));
   const int width = (int)params.width;
   int8 y = convert_int8(convert_float8(index) / (float8)(convert_float(width)));
   int8 x = index - y * width;
@@ -343,12 +339,12 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params,
   const float8 v = select((float8)(0.0f), found_v, found);
   const uchar8 status =
       convert_uchar8(select((uint8)(KILN_STATUS_MISS), (uint8)(KILN_STATUS_UV), as_uint8(found)));
-  global float* to_u = hit_barycentric + first;
-  global float* to_v = to_u + params.hit_capacity;
+  global float* out_u = hit_barycentric + first;
+  global float* out_v = out_u + params.hit_capacity;
   if (is_full_group) {
     vstore8(triangle, 0, hit_triangle + first);
-    vstore8(u, 0, to_u);
-    vstore8(v, 0, to_v);
+    vstore8(u, 0, out_u);
+    vstore8(v, 0, out_v);
     vstore8((float8)(0.0f), 0, hit_distance + first);
     vstore8(status, 0, hit_status + first);
     return;
@@ -362,8 +358,8 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params,
   vstore8(status, 0, own_status);
   for (uint i = 0u; i < params.texel_count - first; ++i) {
     hit_triangle[first + i] = own_triangle[i];
-    to_u[i] = own_u[i];
-    to_v[i] = own_v[i];
+    out_u[i] = own_u[i];
+    out_v[i] = own_v[i];
     hit_distance[first + i] = 0.0f;
     hit_status[first + i] = own_status[i];
   }
@@ -371,8 +367,7 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params,
 
 /// The distance from each sample to its point; negative if the point lies behind it, against its
 /// direction.
-kernel void kiln_uv_distance(const kiln_uv_params params,
-                             global const float* restrict points,
+kernel void kiln_uv_distance(const kiln_uv_params params, global const float* restrict points,
                              global const uint* restrict triangles,
                              global const float* restrict positions,
                              global const uint* restrict hit_triangle,

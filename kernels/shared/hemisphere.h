@@ -38,7 +38,7 @@ struct kiln_hemisphere_params {
   kiln_uint aligned;       // 1: rays of a row have similar directions; 0: mixed directions
   // 1: rays around the light's direction, for samples that face it; 0: around the normal
   kiln_uint lit;
-  kiln_float light_x;      // unit direction towards the light
+  kiln_float light_x;  // unit direction towards the light
   kiln_float light_y;
   kiln_float light_z;
   // 1: a sample's rays are consecutive; 0: a row of rays holds one of each sample
@@ -64,7 +64,7 @@ KILN_CHECK_SIZE(kiln_pick_params, 24);
 
 /// Parameters of kiln_hemisphere_cast: the shape of its blocks of rays.
 struct kiln_cast_params {
-  kiln_uint samples;     // samples per work-item, a multiple of the lanes
+  kiln_uint samples;  // samples per work-item, a multiple of the lanes
   // rows of rays cast at a time: samples * rows is at most KILN_OCCLUSION_BLOCK
   kiln_uint rows;
   kiln_uint wants_bent_sum;  // 1: also sum directions
@@ -72,13 +72,13 @@ struct kiln_cast_params {
 typedef struct kiln_cast_params kiln_cast_params;
 KILN_CHECK_SIZE(kiln_cast_params, 12);
 
-struct kiln_turn_params {
+struct kiln_rotation_params {
   kiln_uint texel_count;
   kiln_uint first_texel;  // index in the map of the band's first texel
   kiln_uint width;        // width of the map
   kiln_uint slot_bits;    // bits of a sample's index within a texel
 };
-typedef struct kiln_turn_params kiln_turn_params;
-KILN_CHECK_SIZE(kiln_turn_params, 16);
+typedef struct kiln_rotation_params kiln_rotation_params;
+KILN_CHECK_SIZE(kiln_rotation_params, 16);
 
 #endif

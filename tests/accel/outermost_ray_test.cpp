@@ -65,7 +65,7 @@ TEST(OutermostRay, TakesTheGreatestAndMarksSeveral) {
 TEST(OutermostRay, EndsAtItsLimit) {
   KILN_REQUIRE_DEVICE();
   const Scene scene = stack_of({0, 0.1F, 0.2F, 0.3F});
-  const RayQuery query{.t_min = -1, .t_max = 0.25F, .outermost = true, .limited = true};
+  const RayQuery query{.t_min = -1, .t_max = 0.25F, .outermost = true, .has_ray_limits = true};
   std::vector<Ray> rays;
   for (int i = 0; i < 65; ++i) {
     rays.push_back({{0, 0, 0}, {0, 0, 1}, 0.05F + 0.1F * static_cast<float>(i % 5)});

@@ -32,7 +32,7 @@ void expect_agrees(const Scene& scene, const std::vector<Ray>& rays, const RayQu
     const std::array<double, 3> origin{p.x + offset * n.x, p.y + offset * n.y, p.z + offset * n.z};
     const std::array<double, 3> direction{sign * n.x, sign * n.y, sign * n.z};
     reference::RaySearch search{.t_min = query.t_min,
-                                .t_max = query.limited ? rays[i].reach : query.t_max,
+                                .t_max = query.has_ray_limits ? rays[i].reach : query.t_max,
                                 .greatest_first = query.outermost,
                                 .nearest_outward_first = query.outward_first,
                                 .keep = query.two_sided ? 0
@@ -87,9 +87,12 @@ void expect_agrees(const Scene& scene, const std::vector<Ray>& rays, const RayQu
 /// With those that any-hit rays do not have.
 std::vector<RayCase> ray_queries() {
   std::vector<RayCase> cases = all_queries();
-  cases.push_back(
-      {"outermost, limited",
-       {.t_min = -0.3f, .t_max = 0.3f, .two_sided = true, .outermost = true, .limited = true}});
+  cases.push_back({"outermost, limited",
+                   {.t_min = -0.3f,
+                    .t_max = 0.3f,
+                    .two_sided = true,
+                    .outermost = true,
+                    .has_ray_limits = true}});
   return cases;
 }
 
@@ -129,7 +132,7 @@ TEST(RayKernel, VariantsAgreeToTheBit) {
         const Cast b = cast(scalar, rays, entry.query);
         ASSERT_EQ(a.triangle, b.triangle);
         EXPECT_TRUE(a == b);
-        if (entry.query.limited) continue;
+        if (entry.query.has_ray_limits) continue;
         const std::vector<std::uint8_t> hit_a = occluded(wide, rays, entry.query);
         const std::vector<std::uint8_t> hit_b = occluded(scalar, rays, entry.query);
         for (std::size_t i = 0; i < rays.size(); ++i) {

@@ -101,18 +101,18 @@ TEST_F(KeptAsset, IsNotKeptWhereInputsChangedMeanwhile) {
 
 TEST_F(KeptAsset, HasPicturesOfItsFiles) {
   const std::vector<std::string> files = {(folder_ / "low_normal.png").string()};
-  const std::string key = cache_.beside_key(asset_, files, "page");
-  EXPECT_EQ(cache_.beside_key(asset_, files, "page"), key);
-  EXPECT_NE(cache_.beside_key(asset_, files, "other"), key);
-  EXPECT_NE(cache_.beside_key(asset_, {}, "page"), key);
+  const std::string key = cache_.derived_data_key(asset_, files, "page");
+  EXPECT_EQ(cache_.derived_data_key(asset_, files, "page"), key);
+  EXPECT_NE(cache_.derived_data_key(asset_, files, "other"), key);
+  EXPECT_NE(cache_.derived_data_key(asset_, {}, "page"), key);
   write(folder_ / "low_normal.png", "other pixels");
-  const std::string second = cache_.beside_key(asset_, files, "page");
+  const std::string second = cache_.derived_data_key(asset_, files, "page");
   EXPECT_NE(second, key);
   write(folder_ / "high.obj", "v 0 0 1\n");
-  EXPECT_NE(cache_.beside_key(asset_, files, "page"), second);
-  cache_.put_beside(key, "text");
-  EXPECT_EQ(cache_.get_beside(key), "text");
-  EXPECT_FALSE(cache_.get_beside(second));
+  EXPECT_NE(cache_.derived_data_key(asset_, files, "page"), second);
+  cache_.put_derived_data(key, "text");
+  EXPECT_EQ(cache_.get_derived_data(key), "text");
+  EXPECT_FALSE(cache_.get_derived_data(second));
 }
 
 TEST(BakeCacheParts, AnotherBuildOfKilnBakesAnew) {

@@ -39,7 +39,7 @@ PictureFitOptions png_alone() {
   PictureFitOptions options;
   options.any_format = false;
   options.encode.dither = Dither::off;
-  options.most_bytes = 1U << 30U;
+  options.max_picture_bytes = 1U << 30U;
   return options;
 }
 
@@ -100,7 +100,7 @@ TEST(PictureFit, LaddersRiseInBytesAndFallInError) {
   AssetMaps maps;
   maps.normal = &normal;
   PictureFitOptions options;
-  options.most_bytes = 1U << 30U;
+  options.max_picture_bytes = 1U << 30U;
   const std::vector<PictureLadder> ladders = picture_ladders(maps, options);
   ASSERT_EQ(ladders.size(), 1U);
   const std::vector<PictureChoice>& choices = ladders[0].choices;
@@ -231,11 +231,11 @@ TEST(PictureFit, KeepsWhatMayFit) {
   AssetMaps maps;
   maps.normal = &normal;
   PictureFitOptions options = png_alone();
-  options.most_bytes = 8000;
+  options.max_picture_bytes = 8000;
   const std::vector<PictureLadder> ladders = picture_ladders(maps, options);
   EXPECT_GE(ladders[0].choices.size(), 2U);
   EXPECT_LT(ladders[0].choices.front().bytes, 8000U);
-  options.most_bytes = 1;
+  options.max_picture_bytes = 1;
   EXPECT_EQ(picture_ladders(maps, options)[0].choices.size(), 1U);
 }
 

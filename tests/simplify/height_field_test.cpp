@@ -173,7 +173,7 @@ TEST(NoData, ABorderOfHolesMovesNoLayout) {
   options.height_field = true;
   Mesh low = simplify(field, options);
   EXPECT_LE(low.triangles.size(), 200U);
-  lay_out_over(low, FieldRectangle::of(field));
+  lay_out_over_rectangle(low, FieldRectangle::of(field));
   for (std::size_t v = 0; v < low.positions.size(); ++v) {
     EXPECT_NEAR(low.uvs[v].x, low.positions[v].x / 32 + 0.5F, 1e-5);
     EXPECT_NEAR(low.uvs[v].y, low.positions[v].y / 32 + 0.5F, 1e-5);

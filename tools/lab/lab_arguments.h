@@ -46,7 +46,7 @@ OptionValue some_of(Member<Job, std::vector<std::string>> member,
   OptionValue value = texts(member, delimiter);
   value.words = one_of(words).words();
   value.choices = words;
-  value.set = writes<Job>([=](Job& job, const Message& flag, const OptionWords& given) {
+  value.set = setter_of<Job>([=](Job& job, const Message& flag, const OptionWords& given) {
     member.of(job) = given;
     for (std::string& word : member.of(job)) {
       if (const std::string problem = one_of(words)(word); !problem.empty()) {

@@ -100,7 +100,7 @@ void unregister_created_folders() noexcept {
 }
 
 void remove_temporary_files() noexcept {
-  const int saved = errno;
+  const int saved_errno = errno;
   for (Slot& slot : slots) {
     if (slot.state == kSlotLive) os::remove_file(slot.path.data());
   }
@@ -108,7 +108,7 @@ void remove_temporary_files() noexcept {
   for (std::size_t i = folder_slots.size(); i-- > 0;) {
     if (folder_slots[i].state == kSlotLive) os::remove_folder(folder_slots[i].path.data());
   }
-  errno = saved;
+  errno = saved_errno;
 }
 
 }  // namespace kiln

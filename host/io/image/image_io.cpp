@@ -66,13 +66,13 @@ std::vector<ImageText> png_texts(const SaveImageOptions& options) {
 }
 
 void check_mips(const Image& image, const std::vector<Image>& mips) {
-  const Image* finer = &image;
-  const auto last = [&] { return finer->width == 1 && finer->height == 1; };
+  const Image* finer_level = &image;
+  const auto is_last = [&] { return finer_level->width == 1 && finer_level->height == 1; };
   for (const Image& level : mips) {
     check_image(level);
-    const std::uint32_t width = std::max(1U, finer->width / 2);
-    const std::uint32_t height = std::max(1U, finer->height / 2);
-    if (last() || level.width != width || level.height != height ||
+    const std::uint32_t width = std::max(1U, finer_level->width / 2);
+    const std::uint32_t height = std::max(1U, finer_level->height / 2);
+    if (is_last() || level.width != width || level.height != height ||
         level.channels != image.channels) {
       throw Error(ErrorCode::usage,
                   "Mip level " + std::to_string(&level - mips.data() + 1) + " is " +
@@ -81,12 +81,12 @@ void check_mips(const Image& image, const std::vector<Image>& mips) {
                       " channels; each level must have the image's channels and half the sides of "
                       "the last, rounded down, until 1 x 1.");
     }
-    finer = &level;
+    finer_level = &level;
   }
-  if (!last()) {
+  if (!is_last()) {
     throw Error(ErrorCode::usage, "The last of " + std::to_string(mips.size()) + " mip levels is " +
-                                      std::to_string(finer->width) + " x " +
-                                      std::to_string(finer->height) +
+                                      std::to_string(finer_level->width) + " x " +
+                                      std::to_string(finer_level->height) +
                                       "; give all levels down to 1 x 1.");
   }
 }

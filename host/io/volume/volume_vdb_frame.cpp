@@ -120,7 +120,7 @@ void check_grid(GridFrame& frame, std::uint32_t version, std::string_view tree, 
   check_metadata(frame);
   if (version < kInstanceVersion) return;
   const std::uint64_t map = bytes_of_map(frame.text("the type of the transform"));
-  // Only trees of numbers are supported.
+  // Only grids of scalars are supported.
   const std::uint64_t number = tree.starts_with("Tree_float_5_4_3")    ? 4
                                : tree.starts_with("Tree_double_5_4_3") ? 8
                                                                        : 0;

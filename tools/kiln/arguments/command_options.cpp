@@ -63,8 +63,8 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
                                               "--save-cage", "--reasons", "--recall"};
   const std::vector<OptionRow> rows =
       rows_below(bake_rows(), "The match, as of kiln bake", [&](const OptionRow& row) {
-        return (row.is_of_matches() || of_meshes.contains(row.flag)) && !never.contains(row.flag) &&
-               !without.contains(row.flag);
+        return (row.is_match_option() || of_meshes.contains(row.flag)) &&
+               !never.contains(row.flag) && !without.contains(row.flag);
       });
   add_options(command, rows, &job);
   return flags_of(rows);
@@ -78,7 +78,7 @@ std::set<std::string> add_measured_map_flags(Command& command, Job& job) {
                                               "--mips",  "--id-by"};
   const std::vector<OptionRow> rows = rows_below(
       bake_rows(), "Maps whose errors are told, as of kiln bake", [&](const OptionRow& row) {
-        return (row.is_of_maps() || wanted.contains(row.flag)) && !never.contains(row.flag);
+        return (row.is_map_option() || wanted.contains(row.flag)) && !never.contains(row.flag);
       });
   add_options(command, rows, &job);
   return flags_of(rows);

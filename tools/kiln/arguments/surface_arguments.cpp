@@ -42,7 +42,7 @@ OptionValue iso_value() {
 
 OptionValue outer_gap_value() {
   OptionValue value = whole(AT(options.contour.outer_gap), 0, 64);
-  value.get = reads<Arguments>([](Arguments& job) {
+  value.get = getter_of<Arguments>([](Arguments& job) {
     return job.options.contour.outer_only ? Json(job.options.contour.outer_gap) : Json();
   });
   return value;
@@ -50,7 +50,7 @@ OptionValue outer_gap_value() {
 
 OptionValue error_value() {
   OptionValue value = number(AT(error), 1e-6, 1e6).in("cells");
-  value.get = reads<Arguments>([](Arguments& job) {
+  value.get = getter_of<Arguments>([](Arguments& job) {
     return job.error ? Json(*job.error) : job.options.faces == 0 ? Json("auto") : Json();
   });
   return value;
@@ -86,7 +86,7 @@ OptionValue three(Member<Arguments, std::array<T, 3>> member, std::string_view w
         const auto between = std::count(text.begin(), text.end(), separator);
         std::replace(text.begin(), text.end(), separator, ',');
         std::array<T, 3>& values = member.of(job);
-        if (between == 2 && parse_three(text, values) &&
+        if (between == 2 && parse_vector3(text, values) &&
             std::find(values.begin(), values.end(), T{}) == values.end()) {
           return;
         }

@@ -120,16 +120,16 @@ bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
     if (!results[i].files.empty()) {
       const double share = static_cast<double>(i) / static_cast<double>(results.size());
       if (!console.progress(share, assets[i].name + ": pictures")) return false;
-      const std::string key = cache == nullptr
-                                  ? ""
-                                  : cache->beside_key(assets[i], results[i].files,
-                                                      "page " + std::to_string(sizes.picture) +
-                                                          " " + std::to_string(sizes.map));
+      const std::string key =
+          cache == nullptr ? ""
+                           : cache->derived_data_key(assets[i], results[i].files,
+                                                     "page " + std::to_string(sizes.picture) + " " +
+                                                         std::to_string(sizes.map));
       Json drawn;
-      if (cache != nullptr) drawn = Json::parse(cache->get_beside(key).value_or(""));
+      if (cache != nullptr) drawn = Json::parse(cache->get_derived_data(key).value_or(""));
       if (!drawn.is_object()) {
         drawn = drawn_asset(assets[i], results[i], open, sizes);
-        if (cache != nullptr) cache->put_beside(key, drawn.with_texts(escape_bytes).dump());
+        if (cache != nullptr) cache->put_derived_data(key, drawn.with_texts(escape_bytes).dump());
       } else {
         drawn = drawn.with_texts(unescape_bytes);
       }
