@@ -99,7 +99,7 @@ TEST(LevelEvaluator, TellsOfLevelsNearThoseThatAreKnown) {
   const double share = std::log(evaluator.faces(2 * kStep - 8) / evaluator.faces(3 * kStep)) /
                        std::log(evaluator.faces(2 * kStep) / evaluator.faces(3 * kStep));
   EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share), 1e-9);
-  EXPECT_EQ(evaluator.evaluated(false), (std::vector<std::size_t>{2 * kStep, 3 * kStep}));
+  EXPECT_EQ(evaluator.evaluated_levels(false), (std::vector<std::size_t>{2 * kStep, 3 * kStep}));
   // What was made corrects what is rough.
   evaluator.record_measured(3 * kStep, false, {coarse / 2, 0, 0});
   EXPECT_EQ(error(3 * kStep), coarse / 2);
@@ -114,7 +114,7 @@ TEST(Coarsest, IsTheLastThatDoesAndAsksFew) {
     for (std::size_t end : {5U, 41U, 200U}) {
       for (std::size_t last = begin; last <= std::max(begin, end); ++last) {
         int asked = 0;
-        const auto found = coarsest(begin, end, [&](std::size_t level) {
+        const auto found = coarsest_level(begin, end, [&](std::size_t level) {
           EXPECT_GE(level, begin);
           EXPECT_LT(level, end);
           ++asked;
