@@ -1,16 +1,20 @@
 // `kiln bake`: converts arguments to a job, and prints its result.
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "arguments/command_options.h"
+#include "base/input_log.h"
 #include "batch/job_file.h"
 #include "cl/device_order.h"
 #include "command/view_command.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "io/file/output_set.h"
 #include "job/high_poly_input.h"
 #include "job/job_options.h"
 #include "job/run.h"
@@ -123,14 +127,22 @@ int run_bake(const Job& job, const std::string& page) {
     if (!choice.empty()) console.line(choice + "; --device takes another");
     return device;
   };
+  InputLog bake_files([](const std::filesystem::path&) { return std::string(); });
+  std::optional<InputLogScope> scope;
+  if (view) scope.emplace(&bake_files);
   const JobResult result = run_job(
       open_device, job,
       [&](double share, std::string_view stage) { return console.progress(share, stage); }, hooks);
+  scope.reset();
   if (result.cancelled) return kExitCancelled;
   if (job.json == "-") save_report("-", result.report);
   for (const Warning& warning : result.causes) console.warning(warning.message);
   for (const Message& line : result.summary) console.line(line.text(option_as_flag));
-  if (view) write_view(*view, console);
+  if (view) {
+    // The page is made from the asset's files, so these are placed first; they stay if the page fails.
+    commit_outputs(bake_files);
+    write_view(*view, console);
+  }
   if (result.failure.empty()) return 0;
   print_line(stderr, "kiln: " + result.failure.text(option_as_flag));
   return 1;

@@ -6,7 +6,7 @@ import operator
 import os
 import reprlib
 import warnings as _warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
