@@ -43,9 +43,8 @@ using Words = std::vector<std::string>;
 using Clock = std::chrono::steady_clock;
 using Files = std::map<std::string, std::string>;
 
-constexpr double kMaxSeconds = 5;
-// If the run is begun once more with an empty cache, all kernels are compiled again.
-constexpr double kMaxSecondsCompiling = 60;
+// A run hangs if it takes longer. One whose cache of kernels fails compiles all kernels again.
+constexpr double kMaxSeconds = 60;
 
 constexpr long kKinds = 10;  // of calls
 
@@ -178,7 +177,7 @@ class Runner {
       options.environment["POCL_CACHE_DIR"] = root / "cache";
       fs::remove_all(root / "cache" / "kiln");
     }
-    options.timeout_seconds = 2 * kMaxSecondsCompiling;
+    options.timeout_seconds = 2 * kMaxSeconds;
     Words words = command_.words(in_, out);
     // The file there is no OBJ of Kiln's.
     if (!before.empty() && (words[0] == "bake" || words[0] == "simplify" || words[0] == "volume")) {
@@ -241,8 +240,7 @@ class Faults : public ::testing::TestWithParam<FaultCommand> {
     const ProcessResult& process = run.process;
     const int code = process.exit_code;
     EXPECT_TRUE(std::set({0, 1, 3, 4, 5}).contains(code)) << "exit code " << code;
-    const bool again = process.errors.find("once more") != std::string::npos;
-    EXPECT_LE(process.seconds, again ? kMaxSecondsCompiling : kMaxSeconds + 3 * clean_seconds_);
+    EXPECT_LE(process.seconds, kMaxSeconds);
     EXPECT_TRUE(fs::is_empty(runner.temporary())) << "a temporary folder was left";
     if (code == good_code_ && (code == 0 || run.files != before)) {
       EXPECT_TRUE(are_whole(run.files, new_)) << "not all of the new files";
