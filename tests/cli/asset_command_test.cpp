@@ -166,9 +166,10 @@ TEST(AssetCommand, TilesMoveIntoTheUnitSquare) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
   save_obj(low_of_halves(1), scene / "low.obj");
+  // Without a given padding, GLBs alone have none of the background.
   for (const char* out : {"a.glb", "maps"}) {
     expect_exit(call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--out",
-                           scene / out, "--maps", "normal", "--sets", "udim"}),
+                           scene / out, "--maps", "normal", "--sets", "udim", "--gutter", "16"}),
                 0, {});
   }
   expect_sets(scene / "a.glb", scene / "maps", {"low_normal.1001.png", "low_normal.1002.png"},
