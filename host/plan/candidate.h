@@ -58,9 +58,8 @@ class CandidateBuilder {
   std::uint32_t bits_ = 8;
   std::vector<std::uint32_t> channels_;  ///< Number of channels of each map
   double vertices_per_position_ = 1;     ///< Vertices per position of a mesh without a map
-  double seam_vertices_ =
-      /// Vertices that seams of a mapped mesh add, divided by the square root of its positions
-      10;
+  /// Vertices that seams of a mapped mesh add, divided by the square root of its positions
+  double seam_vertices_ = 10;
   /// True once a map has been baked and has calibrated the error model
   bool has_map_errors_ = false;
   bool uses_all_directions_ =

@@ -46,10 +46,9 @@ struct AssessmentFields {
   Image normalised_image_space = {};  ///< 0 to 1: mean over the rays that show the texel
   Image uniformity = {};              ///< %: mean over the texel's neighbours
   Image match_distance = {};          ///< World units: |F(p) - p|
-  Image stretch =
-      /// log2 of the high poly's area over the low poly's; -64 where undefined, -63 where cells are folded
-      /// over
-      {};
+  /// log2 of the high poly's area over the low poly's; -64 where undefined, -63 where cells are folded
+  /// over
+  Image stretch = {};
 };
 
 /// Settings of assess().

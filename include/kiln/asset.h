@@ -29,9 +29,8 @@ struct AssetNode {
   std::string name = {};  ///< Name in the file; need not be unique
   /// Index into Asset::nodes, lower than the node's own; kNone for a root
   std::uint32_t parent = kNone;
-  std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0,
-                                   /// Transform to the parent, column-major
-                                   0, 0, 1, 0, 0, 0, 0, 1};
+  /// Transform to the parent, column-major
+  std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   std::string extras = {};       ///< JSON of glTF's `extras`; empty: none
   std::string mesh_extras = {};  ///< JSON of the `extras` of the node's mesh
 };
@@ -136,12 +135,10 @@ struct AssetPictures {
   /// PNG versions beside WebP pictures, for programs that cannot read WebP: EncodeMapsOptions::fallback. Same
   /// members.
   std::shared_ptr<const AssetPictures> fallback = {};
-  std::uint32_t normal_quality =
-      /// Quality that EncodeMapsOptions::max_normal_error led to; 0: lossless
-      0;
-  std::vector<std::byte> color =
-      /// Base colour, with opacity as alpha; empty: no picture, as for the others
-      {};
+  /// Quality that EncodeMapsOptions::max_normal_error led to; 0: lossless
+  std::uint32_t normal_quality = 0;
+  /// Base colour, with opacity as alpha; empty: no picture, as for the others
+  std::vector<std::byte> color = {};
   std::vector<std::byte> surface = {};   ///< Occlusion, roughness and metalness: R, G, B
   std::vector<std::byte> normal = {};    ///< In tangent space
   std::vector<std::byte> emission = {};  ///< sRGB
@@ -198,9 +195,8 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format);
 /// A material to write to an asset.
 struct AssetMaterial {
   std::string name = {};  ///< Need not be unique
-  std::shared_ptr<const AssetPictures> pictures =
-      /// Null: no pictures. Pictures shared by several materials are written once
-      {};
+  /// Null: no pictures. Pictures shared by several materials are written once
+  std::shared_ptr<const AssetPictures> pictures = {};
   /// Applied if its pictures have opacity; else the material is opaque
   AlphaMode alpha_mode = AlphaMode::mask;
   float alpha_cutoff = 0.5F;  ///< Threshold of AlphaMode::mask
@@ -224,9 +220,8 @@ enum class MeshCompression {
 /// Settings of save_asset(), and content beside a mesh and its materials.
 struct SaveAssetOptions {
   std::vector<AssetNode> nodes = {};  ///< As Asset::nodes; empty: one node per object
-  std::vector<std::uint32_t> object_nodes =
-      /// Like Asset::object_nodes; AssetNode::kNone gives the object a root node of its own
-      {};
+  /// Like Asset::object_nodes; AssetNode::kNone gives the object a root node of its own
+  std::vector<std::uint32_t> object_nodes = {};
   /// Collision hulls, written unchanged beside the mesh, without UVs, materials and colours; null: none. Must stay
   /// valid during the call.
   const Mesh* hulls = nullptr;

@@ -14,9 +14,8 @@ namespace KILN_PUBLIC kiln {
 
 /// Padding: texels around charts receive values from the chart.
 struct PaddingOptions {
-  std::int32_t texels =
-      /// Width, 0 to 16384 texels; -1: the whole map, by push-pull (Gortler et al. 1996)
-      kPaddingTexels;
+  /// Width, 0 to 16384 texels; -1: the whole map, by push-pull (Gortler et al. 1996)
+  std::int32_t texels = kPaddingTexels;
   bool fill_missed = false;   ///< Also fill TexelState::missed, from neighbouring baked texels
   bool unit_vectors = false;  ///< Values are unit vectors: averages are normalised
 };

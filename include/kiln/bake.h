@@ -186,9 +186,8 @@ struct BakeResult {
   std::vector<VertexCoverage> recalled =
       {};  ///< Per vertex of the high poly, if ReportOptions::vertex_coverage is true
   std::optional<VisibilityClusters> clusters = {};  ///< Set if more than one cluster was requested
-  BakeReport report =
-      /// With several clusters: the first cluster's, apart from values that all share
-      {};
+  /// With several clusters: the first cluster's, apart from values that all share
+  BakeReport report = {};
   bool cancelled = false;  ///< The progress callback cancelled: there are no maps.
 
   /// Finds a map by its name. \param cluster  as BakedMap::cluster. \returns null if it was not requested;

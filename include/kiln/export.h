@@ -6,8 +6,9 @@
 /// Kiln statically does not export it. The CMake package and pkg-config define KILN_STATIC for it.
 /// \def KILN_HIDDEN
 /// Hides the definition of a type that a public class declares but only the library defines.
-/// \def KILN_OPAQUE Hides a private type at its declaration in the public class. Clang needs the
-///   attribute there; GCC would warn of it.
+/// \def KILN_OPAQUE
+/// Hides a private type at its declaration in the public class. Clang needs the
+/// attribute there; GCC would warn of it.
 #if defined(__GNUC__)
 #define KILN_HIDDEN __attribute__((visibility("hidden")))
 #else

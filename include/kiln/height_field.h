@@ -16,9 +16,8 @@ namespace KILN_PUBLIC kiln {
 
 /// Place and extent of a height field: in the plane z = 0 around the origin, heights along +Z.
 struct HeightFieldOptions {
-  double width =
-      /// Extent along X, world units. 0: `depth` by the image's aspect; both 0: the longer side is 1
-      0;
+  /// Extent along X, world units. 0: `depth` by the image's aspect; both 0: the longer side is 1
+  double width = 0;
   double depth = 0;   ///< Extent along Y, as `width`
   double height = 1;  ///< World units for a value of 1 (PNG: white); may be negative
   /// As for mark_no_data(); applied by functions that read files
@@ -47,9 +46,8 @@ struct NoData {
   std::uint64_t pixels = 0;  ///< Pixels without a height, NaN among them
   std::vector<double> values =
       {};  ///< Markers found, as the file holds them; NaN and infinity are not listed
-  std::optional<double> doubtful =
-      /// An outlier that may be a marker: farther from all heights than these are from each other
-      {};
+  /// An outlier that may be a marker: farther from all heights than these are from each other
+  std::optional<double> doubtful = {};
 };
 
 /// Replaces pixels without a height by NaN: those that are not finite, that hold `value`, or the file's own marker. If

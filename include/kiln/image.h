@@ -65,9 +65,8 @@ enum class TextureUse {
 
 /// A text entry in an image file.
 struct ImageText {
-  std::string keyword =
-      /// 1 to 79 printable ASCII characters without leading or trailing blanks; unique in the file
-      {};
+  /// 1 to 79 printable ASCII characters without leading or trailing blanks; unique in the file
+  std::string keyword = {};
   std::string text = {};  ///< Printable ASCII
 };
 

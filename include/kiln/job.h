@@ -1,5 +1,6 @@
-/// \file One call for a whole bake: the equivalent of `kiln bake`. A Job describes the inputs, the meshes to make,
-///   the maps to bake and the files to write; run() executes it.
+/// \file
+/// One call for a whole bake: the equivalent of `kiln bake`. A Job describes the inputs, the meshes to make,
+/// the maps to bake and the files to write; run() executes it.
 ///
 ///     kiln::Job job{.high = {"statue.glb"}, .low = kiln::MakeLow{.faces = 5000}, .out = "game.glb"};
 ///     const kiln::JobResult result = kiln::run(kiln::Device::open(), job);
@@ -96,9 +97,8 @@ struct JobLow {
   /// Several inputs, which are joined.
   JobLow(std::initializer_list<JobInput> inputs) : given(inputs) {}
 
-  std::vector<JobInput> given =
-      /// Inputs, joined if there are several; empty: Kiln makes the low poly
-      {};
+  /// Inputs, joined if there are several; empty: Kiln makes the low poly
+  std::vector<JobInput> given = {};
   MakeLow make = {};  ///< Settings if `given` is empty
 };
 
@@ -218,9 +218,8 @@ struct JobMap {
   std::string name = {};  ///< Name as in file names: "normal"
   std::string set = {};   ///< Texture set; empty if there is only one
   std::string tile = {};  ///< UDIM tile; empty: none
-  BakedMap map =
-      /// Values as files hold them: colours sRGB-encoded, other values mapped from their range to [0, 1]
-      {};
+  /// Values as files hold them: colours sRGB-encoded, other values mapped from their range to [0, 1]
+  BakedMap map = {};
 };
 
 /// The result of a job.

@@ -41,9 +41,8 @@ struct LayoutRating {
 
   std::uint64_t texels = 0;  ///< Texels of width x height whose centre a triangle covers
   double used = 0;           ///< Share of the unit square that these texels cover, 0 to 1
-  double overlap =
-      /// Share of these texels that several triangles cover, 0 to 1. UV copies (UvCopies) do not count
-      0;
+  /// Share of these texels that several triangles cover, 0 to 1. UV copies (UvCopies) do not count
+  double overlap = 0;
   double seconds = 0;                  ///< Duration of the rating
   std::vector<Warning> warnings = {};  ///< "uv-outside" and the like, as from bake()
 };

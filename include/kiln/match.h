@@ -116,9 +116,8 @@ struct CageReport {
   double outward_least = 0;           ///< Smallest distance outside at which rays start
   double outward_median = 0;          ///< Median
   double outward_most = 0;            ///< Largest
-  double inward_least =
-      /// Smallest distance inside at which rays end; 0 without an inner shell (other than CageKind::shells)
-      0;
+  /// Smallest distance inside at which rays end; 0 without an inner shell (other than CageKind::shells)
+  double inward_least = 0;
   double inward_median = 0;  ///< Median
   double inward_most = 0;    ///< Largest
 };

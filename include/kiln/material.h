@@ -80,9 +80,8 @@ struct Material {
   MaterialNumber metallic_from = MaterialNumber::none;   ///< Origin of `metallic`
   MaterialNumber emission_from = MaterialNumber::none;   ///< Origin of `emission`
   std::string extras = {};                               ///< JSON of glTF's `extras`; empty: none
-  std::string place =
-      /// File and line of its `newmtl`, or its index; empty: not described by a file
-      {};
+  /// File and line of its `newmtl`, or its index; empty: not described by a file
+  std::string place = {};
 };
 
 /// Slots of a material for pictures.

@@ -11,10 +11,9 @@ namespace KILN_PUBLIC kiln {
 /// A part of a message: a text; or an option with the value that it has or should get.
 struct MessagePiece {
   std::string text = {};  ///< Empty: the piece is an option
-  std::string option =
-      /// As set_option() takes it, "match.max_distance", "max_distance"; or a function, "unwrap()". Empty:
-      /// the piece is a text
-      {};
+  /// As set_option() takes it, "match.max_distance", "max_distance"; or a function, "unwrap()". Empty:
+  /// the piece is a text
+  std::string option = {};
   std::string value = {};  ///< Of the option; empty: none is named
 
   bool operator==(const MessagePiece&) const = default;  ///< All members

@@ -104,9 +104,8 @@ struct AgreedNormals {
   /// Of `normals`, triangles whose normals were those of a mirror image
   std::uint64_t mirrored = 0;
   std::uint64_t unclear = 0;  ///< Of these, triangles of open parts, which `trust` decided
-  std::uint64_t strange =
-      /// Triangles of parts whose normals oppose most faces for no detectable reason: unchanged
-      0;
+  /// Triangles of parts whose normals oppose most faces for no detectable reason: unchanged
+  std::uint64_t strange = 0;
   std::uint32_t first = 0;  ///< Lowest index of all
 };
 

@@ -234,10 +234,9 @@ struct LodOptions {
 
 /// One mesh of a chain.
 struct LodLevel {
-  std::uint32_t screen =
-      /// Width of the mesh on screen, pixels, at and below which this level is used, down to the next
-      /// level's.
-      0;
+  /// Width of the mesh on screen, pixels, at and below which this level is used, down to the next
+  /// level's.
+  std::uint32_t screen = 0;
   bool own_maps =
       true;  ///< True: it has its own maps, or needs none; false: the first level's maps are used.
   /// `chosen.measured` is the error at `screen`, `wanted` its bound. With the first level's maps there is no `result`,

@@ -20,9 +20,8 @@ enum class SetsBy {
 
 /// Triangles of a low poly that share one set of maps.
 struct TextureSet {
-  std::string name =
-      /// Name of the material or object, "1001" and on for tiles; empty for a single set of all
-      {};
+  /// Name of the material or object, "1001" and on for tiles; empty for a single set of all
+  std::string name = {};
   /// "1001" and on if a material or object has several tiles; else empty
   std::string tile = {};
   std::uint32_t tile_u = 0;  ///< Column of its tile, which is moved to the unit square
