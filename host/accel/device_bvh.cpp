@@ -50,7 +50,7 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   stats.skipped = parts.skipped;
   stats.duplicates = parts.duplicates;
   stats.leaves_per_line = parts.leaves_per_line;
-  if (keep || parts.crowded || triangles.size() < kMinTrianglesToJoinOnDevice) {
+  if (keep || parts.crowded || parts.triangles < kMinTrianglesToJoinOnDevice) {
     Bvh bvh = bvh::join_parts(std::move(parts));
     has_prisms_ = bvh.prisms != 0;
     nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
@@ -61,7 +61,6 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
     nodes = cl::Array<kiln_bvh_node>(context, parts.node_count());
     blocks = cl::Array<kiln_bvh_block>(context, parts.block_count());
     nodes.write_by(context, nodes.size(), [&](std::span<kiln_bvh_node> to) {
-      if (blocks.empty()) parts.join(to, {});
       blocks.write_by(context, blocks.size(),
                       [&](std::span<kiln_bvh_block> leaves) { parts.join(to, leaves); });
     });

@@ -42,18 +42,18 @@ struct CopiedTexel {
 };
 
 template <std::size_t kChannels>
-void copy_values(std::span<const CopiedTexel> is_copied, float* pixels) {
-  for (const auto [texel, source] : is_copied) {
+void copy_values(std::span<const CopiedTexel> copies, float* pixels) {
+  for (const auto [texel, source] : copies) {
     std::copy_n(&pixels[source * kChannels], kChannels, &pixels[texel * kChannels]);
   }
 }
 
-void copy_values(std::span<const CopiedTexel> is_copied, Image& image) {
+void copy_values(std::span<const CopiedTexel> copies, Image& image) {
   float* const pixels = image.pixels.data();
-  if (image.channels == 1) return copy_values<1>(is_copied, pixels);
-  if (image.channels == 2) return copy_values<2>(is_copied, pixels);
-  if (image.channels == 3) return copy_values<3>(is_copied, pixels);
-  copy_values<4>(is_copied, pixels);
+  if (image.channels == 1) return copy_values<1>(copies, pixels);
+  if (image.channels == 2) return copy_values<2>(copies, pixels);
+  if (image.channels == 3) return copy_values<3>(copies, pixels);
+  copy_values<4>(copies, pixels);
 }
 
 // Copies values along a band's offsets into empty texels. Returns their number.
@@ -67,11 +67,11 @@ std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_
   std::atomic<std::uint64_t> total{0};
   parallel_for(band.row_count, 16, [&](std::size_t begin, std::size_t end) {
     std::uint64_t count = 0;
-    std::vector<CopiedTexel> is_copied;
+    std::vector<CopiedTexel> copies;
     for (std::size_t row = begin; row < end; ++row) {
       const std::size_t y = first_row + row;
       const Offset* from = &offsets[row * band.stride];
-      is_copied.clear();
+      copies.clear();
       for (std::size_t x = 0; x < width; ++x) {
         std::uint8_t& state = coverage[y * width + x];
         if (from[x] == 0 || state != kCoverageEmpty) continue;
@@ -80,11 +80,11 @@ std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_
             static_cast<std::int64_t>(from[x] & ((Offset{1} << kShift) - 1)) - kBias;
         const std::size_t texel = y * width + x;
         const auto way = static_cast<std::size_t>(dy * static_cast<std::int64_t>(width) + dx);
-        is_copied.push_back({texel, texel + way});
+        copies.push_back({texel, texel + way});
         state = kCoverageGutter;
       }
-      for (const GutterImage& image : images) copy_values(is_copied, *image.image);
-      count += is_copied.size();
+      for (const GutterImage& image : images) copy_values(copies, *image.image);
+      count += copies.size();
     }
     total += count;
   });

@@ -11,9 +11,9 @@
 #include "asset/asset_maps.h"
 #include "base/fnv.h"
 #include "base/formatted.h"
-#include "clean/open_shells.h"
 #include "image/mip_padding.h"
 #include "job/map_words.h"
+#include "job/open_shell_sides.h"
 #include "job/stages.h"
 #include "job/transfers.h"
 #include "kiln/files.h"
@@ -52,36 +52,6 @@ std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetPa
     return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
   });
   return blends ? AlphaMode::blend : AlphaMode::mask;
-}
-
-/// Shows the backs of open shells whose materials no glTF states.
-/// \returns a warning if it did
-std::optional<Warning> show_backs_of_shells(const BakeScene& scene, AssetMesh& written) {
-  const Job& job = scene.run.job;
-  if (job.double_sided || !writes_gltf(job) || scene.high.is_height_field()) return std::nullopt;
-  std::vector<AssetMaterial>& materials = written.materials;
-  const std::vector<bool>& stated = written.states_sides;
-  if (std::find(stated.begin(), stated.end(), false) == stated.end()) return std::nullopt;
-  const Mesh& mesh = written.mesh;
-  const std::vector<OpenShells> shells = find_open_shells(mesh);
-  OpenShells sum;
-  bool any = false;
-  for (std::size_t m = 0; m < std::min(shells.size(), materials.size()); ++m) {
-    if (stated[m] || !shells[m].shows_backs()) continue;
-    materials[m].double_sided = true;
-    if (!any) sum.example = shells[m].example;
-    any = true;
-    sum.front += shells[m].front;
-    sum.back += shells[m].back;
-  }
-  if (!any) return std::nullopt;
-  const std::string what = formatted(
-      "'%s' is open, one part at (%.5g, %.5g, %.5g): %.0f%% of what views from outside see of it "
-      "are backs of faces. Its material shows them (double-sided). To hide them, add ",
-      mesh.name.c_str(), mesh.origin[0] + sum.example.x, mesh.origin[1] + sum.example.y,
-      mesh.origin[2] + sum.example.z,
-      100.0 * static_cast<double>(sum.back) / static_cast<double>(sum.front + sum.back));
-  return Warning{"double-sided", what + option("double_sided", "no") + ".", sum.back};
 }
 
 /// Look of a material of LOW, by the one of HIGH; else by LOW's own.
@@ -389,8 +359,10 @@ void write_asset(const BakeScene& scene, const std::string& file, const std::str
                  AssetParts& asset, JobOutputs& outputs) {
   const Job& job = scene.run.job;
   AssetMesh written = with_materials(scene, scene.low.mesh, asset);
-  if (std::optional<Warning> warning = show_backs_of_shells(scene, written)) {
-    scene.run.log.warnings.push_back(std::move(*warning));
+  if (!job.double_sided && writes_gltf(job) && !scene.high.is_height_field()) {
+    std::optional<Warning> warning =
+        show_backs_of_shells(written.mesh, written.states_sides, written.materials);
+    if (warning) scene.run.log.warnings.push_back(std::move(*warning));
   }
   SaveAssetOptions options = asset_options(scene, written.mesh);
   options.kiln_extras = extras;

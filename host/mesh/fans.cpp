@@ -78,11 +78,11 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
   });
   std::vector<std::uint8_t> removed(triangles.size(), 0);
   for (std::size_t begin = 0, end = 0; begin < items.size(); begin = end) {
-    std::size_t is_odd_order = begin;
+    std::size_t odd_begin = begin;
     while (end < items.size() && items[end].sorted == items[begin].sorted) {
-      if (!items[end++].is_odd_order) is_odd_order = end;
+      if (!items[end++].is_odd_order) odd_begin = end;
     }
-    for (std::size_t i = begin, j = is_odd_order; i < is_odd_order && j < end; ++i, ++j) {
+    for (std::size_t i = begin, j = odd_begin; i < odd_begin && j < end; ++i, ++j) {
       removed[items[i].index] = removed[items[j].index] = 1;
     }
   }

@@ -108,9 +108,9 @@ std::vector<std::uint32_t> drop_backs(std::vector<Triangle>& triangles,
   if (sides.empty()) return backs;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (sides.backs[t] != 0) continue;
-    const std::uint32_t is_duplicate = sides.twins[t];
+    const std::uint32_t twin = sides.twins[t];
     triangles[backs.size()] = triangles[t];
-    backs.push_back(is_duplicate == TwoSided::kNone ? is_duplicate : sources[is_duplicate].index);
+    backs.push_back(twin == TwoSided::kNone ? twin : sources[twin].index);
   }
   std::size_t kept = 0;
   for (std::size_t t = 0; t < sides.backs.size(); ++t) {

@@ -6,8 +6,7 @@
 #include <map>
 
 #include "arrays.h"
-#include "base/option.h"
-#include "clean/open_shells.h"
+#include "job/open_shell_sides.h"
 #include "kiln/asset.h"
 #include "kiln/attribute.h"
 #include "options/words.h"
@@ -34,7 +33,7 @@ nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& map
   AssetMaterial material;
   material.name = low.mesh->name.empty() ? "mesh" : low.mesh->name;
   material.alpha_mode = *Words(kAlphas).at(alpha);
-  std::vector<Warning> warnings;
+  std::optional<Warning> warning;
   const std::optional<bool> sides = Words(kSides).at(double_sided);
   material.double_sided = sides.value_or(false);
   SaveAssetOptions options;
@@ -44,22 +43,11 @@ nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& map
     Mesh mesh = *low.mesh;
     mesh.material_names = {material.name};
     mesh.materials.assign(mesh.triangles.size(), 0);
-    const std::vector<OpenShells> shells =
-        sides ? std::vector<OpenShells>() : find_open_shells(mesh);
-    if (!shells.empty() && shells[0].shows_backs()) {
-      material.double_sided = true;
-      warnings.push_back(
-          {"double-sided",
-           "'" + mesh.name +
-               "' is open, and views from outside see backs of its faces: its material shows them. "
-               "To hide them, add " +
-               option("double_sided", "no") + ".",
-           shells[0].back});
-    }
+    if (!sides) warning = show_backs_of_shells(mesh, {false}, std::span(&material, 1));
     material.pictures = std::make_shared<const AssetPictures>(encode_maps(slots));
     return encode_glb(mesh, std::span(&material, 1), options);
   });
-  warn(warnings);
+  if (warning) warn({*warning});
   return nb::bytes(bytes.data(), bytes.size());
 }
 

@@ -108,12 +108,13 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   const std::size_t count = given_xyz.shape(0);
   const AffineMap turn = turn_of(parse_up(up));
   const bool turns = turn != kIdentityMap;
-  std::vector<double> xyz(given_xyz.data(), given_xyz.data() + 3 * count);
-  for (std::size_t i = 0; turns && i < count; ++i) {
-    const double* const from = given_xyz.data() + 3 * i;
-    for (std::size_t k = 0; k < 3; ++k)
-      xyz[3 * i + k] = turn[k] * from[0] + turn[4 + k] * from[1] + turn[8 + k] * from[2] + 0.0;
+  std::vector<double> turned_xyz(turns ? 3 * count : 0);
+  for (std::size_t i = 0; i < turned_xyz.size(); ++i) {
+    const double* const from = given_xyz.data() + i / 3 * 3;
+    const std::size_t k = i % 3;
+    turned_xyz[i] = turn[k] * from[0] + turn[4 + k] * from[1] + turn[8 + k] * from[2] + 0.0;
   }
+  const double* const xyz = turns ? turned_xyz.data() : given_xyz.data();
   const auto turned = [&](Vec3& v) {
     const Vec3 from = v;
     float* const to[] = {&v.x, &v.y, &v.z};
@@ -121,10 +122,10 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
       *to[k] = static_cast<float>(turn[k] * from.x + turn[4 + k] * from.y + turn[8 + k] * from.z);
     }
   };
-  mesh.origin = origin_for(xyz.data(), count);
+  mesh.origin = origin_for(xyz, count);
   mesh.positions.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const double* const p = xyz.data() + 3 * i;
+    const double* const p = xyz + 3 * i;
     mesh.positions[i] = {static_cast<float>(p[0] - mesh.origin[0]),
                          static_cast<float>(p[1] - mesh.origin[1]),
                          static_cast<float>(p[2] - mesh.origin[2])};
