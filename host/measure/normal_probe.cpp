@@ -237,8 +237,8 @@ NormalProbe::InfiniteMap NormalProbe::infinite_map(
   result.error = with_normals(result.normals);
   const std::vector<std::uint8_t> status = match.status.download(context);
   result.missed = static_cast<double>(std::count(status.begin(), status.begin() + places(),
-                                                     std::uint8_t{KILN_STATUS_MISS})) /
-                      places();
+                                                 std::uint8_t{KILN_STATUS_MISS})) /
+                  places();
   return result;
 }
 

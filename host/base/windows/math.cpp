@@ -15,7 +15,8 @@ struct Reduced {
 /// products with counts below 2^23 are exact.
 Reduced reduced(double x) {
   constexpr long double kHigh = 0x1.921fb54442p0L, kMiddle = 0x0.d18469898cp-40L,
-                        kLow = 0x0.c51701b839a25204p-80L, kQuartersPerUnit = 0xa.2f9836e4e44152ap-4L;
+                        kLow = 0x0.c51701b839a25204p-80L,
+                        kQuartersPerUnit = 0xa.2f9836e4e44152ap-4L;
   const long double count = roundl(x * kQuartersPerUnit);
   return {((x - count * kHigh) - count * kMiddle) - count * kLow,
           static_cast<unsigned>(static_cast<long long>(count)) & 3U};
