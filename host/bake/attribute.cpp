@@ -1,4 +1,4 @@
-// Averages the caller's own values from samples to texels.
+// Averages values per vertex, given by the caller, over the samples of each texel.
 #include "kiln/attribute.h"
 
 #include <algorithm>
@@ -56,7 +56,7 @@ class Resolver {
         channels_(channels),
         unit_(unit_vectors && channels == 3) {}
 
-  /// \param to out: the mean; written only if a sample found a point
+  /// Averages the samples of one texel. \param to  receives the mean; written only if a sample found a point
   TexelState texel(std::size_t x, std::size_t y, float* to) const {
     Value sum{};
     std::uint32_t found_count = 0;

@@ -30,7 +30,7 @@ void append_cluster(BakeResult& result, BakeResult baked) {
   result.report.seconds_mips += further.seconds_mips;
 }
 
-/// \throws Cancelled
+/// Bakes all clusters of visibility directions, one after the other. \throws Cancelled
 BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
                          const BakeProgress& progress) {
   check_options(options);
@@ -75,12 +75,13 @@ BakeResult bake(const Match& match, const Source& source, const Mesh& low,
                 const BakeOptions& options) {
   if (options.match.saved != nullptr) {
     throw Error(ErrorCode::usage,
-                "Two matches were given: leave " + option("match.saved") + " out.",
+                "A saved match and a match in memory were both given: leave " +
+                    option("match.saved") + " out.",
                 "option-contradiction");
   }
-  BakeOptions with = options;
-  with.match.saved = &match;
-  return bake(source, low, with);
+  BakeOptions match_options = options;
+  match_options.match.saved = &match;
+  return bake(source, low, match_options);
 }
 
 const BakedMap* BakeResult::find(MapKind kind, std::uint32_t cluster) const noexcept {

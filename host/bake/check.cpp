@@ -78,7 +78,7 @@ void check_length(const Message& name, const Length& length, bool may_be_zero) {
 
 void check_views(const ViewOptions& views) {
   if (views.count.value_or(1) > kMaxViews || views.directions.size() > kMaxViews) {
-    usage("More than " + std::to_string(kMaxViews) + " views were asked for: use fewer.");
+    usage("More than " + std::to_string(kMaxViews) + " views are requested: use fewer.");
   }
   if (views.count && *views.count == 0 && views.directions.empty()) {
     usage("No view is requested: use at least one.");
@@ -92,8 +92,9 @@ void check_views(const ViewOptions& views) {
 void check_fallback(const BakeOptions& options) {
   constexpr std::uint32_t kMaxBlend = 256;
   if (options.match.fallback_blend > kMaxBlend) {
-    usage("The fallback's blending is " + std::to_string(options.match.fallback_blend) +
-          " texels: it must be 0 to " + std::to_string(kMaxBlend) + ".");
+    usage("The width of blending into the fallback is " +
+          std::to_string(options.match.fallback_blend) + " texels: it must be 0 to " +
+          std::to_string(kMaxBlend) + ".");
   }
   if (options.match.fallback.empty()) {
     if (options.match.fallback_blend == 0) return;
@@ -104,21 +105,21 @@ void check_fallback(const BakeOptions& options) {
     usage("A fallback is requested, but a saved match is used unchanged: omit one of them.",
           kContradiction);
   }
-  std::vector<MatchMethod> asked = {options.match.method};
+  std::vector<MatchMethod> requested = {options.match.method};
   for (const MatchMethod next : options.match.fallback) {
     if (obeys(match_row(next).info, "match.uv")) {
       usage(quoted(next.name) +
-                " cannot be a fallback, since it searches nothing: choose one that searches, such "
-                "as " +
+                " cannot be a fallback, since it does not search for points: choose a match that "
+                "does, such as " +
                 match_names([](const MatchRow& row) { return row.is_good_fallback; }) + ".",
             kContradiction);
     }
-    if (std::find(asked.begin(), asked.end(), next) != asked.end()) {
+    if (std::find(requested.begin(), requested.end(), next) != requested.end()) {
       usage(quoted(next.name) +
-                " is listed twice, and leaves the same samples undecided: choose another fallback.",
+                " is listed twice, but would miss the same samples again: choose another fallback.",
             kContradiction);
     }
-    asked.push_back(next);
+    requested.push_back(next);
   }
 }
 
@@ -130,7 +131,7 @@ void check_size(const BakeOptions& options) {
           std::to_string(options.height) + ": each side must be 1 to 16384 texels.");
   }
   if (options.samples < 1 || options.samples > 16) {
-    usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 a side.");
+    usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 per side.");
   }
 }
 
@@ -148,7 +149,7 @@ void check_distances(const BakeOptions& options) {
   if (cage && options.match.saved == nullptr &&
       !any_in_chain(options, [](const MatchRow& row) { return obeys(row.info, "match.cage"); })) {
     usage("A cage was given, but " + quoted(options.match.method.name) +
-              " casts no rays from one: leave the cage out, or match by " +
+              " casts no rays: leave the cage out, or match by " +
               match_names([](const MatchRow& row) { return obeys(row.info, "match.cage"); }) + ".",
           kContradiction);
   }
@@ -160,7 +161,7 @@ void check_map(MapKind map, const BakeOptions& options) {
       obeys(match_row(options.match.method).info, "match.visibility"))
     return;
   usage("The map " + std::string(map.name) +
-            " holds what a match by visibility goes by: choose the match " +
+            " holds the directions of a match by visibility: choose the match " +
             match_names([](const MatchRow& row) { return obeys(row.info, "match.visibility"); }) +
             (options.match.saved != nullptr ? " instead of a saved match" : "") +
             ", or leave the map out.",
@@ -170,14 +171,14 @@ void check_map(MapKind map, const BakeOptions& options) {
 /// Rejects options that depth views do not support: a view contains only the nearest front faces.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
-  const char* what = occlusion.distance                            ? "a distance"
-                     : occlusion.falloff != OcclusionFalloff::none ? "a falloff"
-                     : !occlusion.back_faces   ? "back faces that do not occlude"
-                     : occlusion.max_error > 0 ? "an error to be reached"
-                                               : nullptr;
-  if (what == nullptr) return;
-  usage(std::string("Occlusion by views is requested with ") + what +
-            ", which depth views cannot tell: gather it by rays, or leave that out.",
+  const char* unsupported = occlusion.distance                            ? "a distance"
+                            : occlusion.falloff != OcclusionFalloff::none ? "a falloff"
+                            : !occlusion.back_faces   ? "back faces that do not occlude"
+                            : occlusion.max_error > 0 ? "a maximum error"
+                                                      : nullptr;
+  if (unsupported == nullptr) return;
+  usage(std::string("Occlusion by views is requested with ") + unsupported +
+            ", which depth views do not support: use rays, or leave it out.",
         kContradiction);
 }
 
@@ -197,17 +198,17 @@ void check_map_options(const BakeOptions& options) {
   if (!options.occlusion.by_high && !options.occlusion.by_low &&
       options.occlusion.by_others.empty()) {
     usage(option("occlusion.by_high") + ", " + option("by_low") + " and " + option("by_others") +
-          " leave nothing that occludes: give one of "
-          "them.");
+          " exclude all occluders: include one of them.");
   }
   if (options.occlusion.own_part && options.match.parts == nullptr) {
     usage(option("occlusion.own_part") + " is set, but there are no parts: give " +
-              option("match.parts") + ", or leave it.",
+              option("match.parts") + ", or leave it out.",
           kContradiction);
   }
   for (const Mesh* mesh : options.occlusion.by_others) {
     if (mesh == nullptr)
-      usage(option("occlusion.by_others") + " has a null pointer: it must point to meshes.");
+      usage(option("occlusion.by_others") +
+            " contains a null pointer: all pointers must refer to meshes.");
     validate(*mesh);
   }
   const Vec3& light = options.light.direction;
@@ -239,7 +240,7 @@ void check_variant(const MapVariant& map, const BakeOptions& options) {
   const auto check = [&](bool is_set, const char* setting) {
     if (!is_set || obeys(info, setting)) return;
     usage("The map " + map.name + " has a setting " + option(setting) + ", which " +
-              std::string(map.kind.name) + " does not obey: leave it out.",
+              std::string(map.kind.name) + " does not use: leave it out.",
           kContradiction);
   };
   check(map.occlusion.has_value(), "occlusion");
@@ -259,10 +260,10 @@ void check_ranges(const BakeOptions& options) {
     const std::string name(kind.name);
     if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high)) {
       usage("The range of " + name + " is " + decimal(range.low) + " to " + decimal(range.high) +
-            ": it must be finite, and the first less than the second.");
+            ": both values must be finite, and the first below the second.");
     }
     if (std::find(seen_kinds.begin(), seen_kinds.end(), kind.name) != seen_kinds.end()) {
-      usage("The map " + name + " has two ranges: give one.", kContradiction);
+      usage("The map " + name + " has two ranges: remove one.", kContradiction);
     }
     seen_kinds.push_back(kind.name);
     const auto is_called = [&](const auto& own) { return own.name == kind.name; };
@@ -274,8 +275,7 @@ void check_ranges(const BakeOptions& options) {
     if (variant == nullptr &&
         std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
       usage("There is a range of '" + name +
-                "', which is no map of this bake: ask for the map, or leave "
-                "the range out.",
+                "', which is not baked: add the map, or remove the range.",
             kContradiction);
     }
     const MapType type = map_row(variant != nullptr ? variant->kind : kind).info.type;
@@ -294,22 +294,23 @@ void check_two_component(const BakeOptions& options) {
                            return map_row(map).info.space == NormalMapSpace::object;
                          });
   if (!all_sides) return;
-  usage(
-      "The two-component form needs normals on one side of the surface: use tangent or face "
-      "space.",
-      kContradiction);
+  usage("Two components only suffice for normals above the surface: use tangent or face space.",
+        kContradiction);
 }
 
 void check_clusters(const BakeOptions& options) {
   if (options.match.visibility.clusters <= 1) return;
   if (!obeys(match_row(options.match.method).info, "match.visibility.clusters") ||
       options.match.saved != nullptr) {
-    usage("Clusters of directions are for matching by visibility: choose that, or one cluster.",
-          kContradiction);
+    usage(
+        "Clusters of directions require a match by visibility: choose that match, or one cluster.",
+        kContradiction);
   }
   if (options.report.keep_match) {
-    usage("Several clusters of directions have no one match to be kept: leave one of them out.",
-          kContradiction);
+    usage(
+        "Several clusters have a match each, so that none can be kept: use one cluster, or do not "
+        "keep the match.",
+        kContradiction);
   }
 }
 
@@ -332,8 +333,8 @@ void validate(const BakeOptions& options) {
   check_distances(options);
   check_map_options(options);
   if (options.encoding.gutter < -1 || options.encoding.gutter > 4096) {
-    usage("gutter is " + std::to_string(options.encoding.gutter) +
-          ": it must be 0 to 4096 texels, or -1 for an infinite one.");
+    usage("gutter (padding) is " + std::to_string(options.encoding.gutter) +
+          ": it must be 0 to 4096 texels, or -1 for unlimited padding.");
   }
   check_two_component(options);
   check_ranges(options);

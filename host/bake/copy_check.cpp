@@ -22,7 +22,7 @@ constexpr double kMaxPointDistance = 0.02;
 constexpr double kMaxLengthDistance = 0.001;  // maximum distance if a map holds lengths
 constexpr double kMinNormalCosine = 0.9962;   // cosine between equal normals: 5 degrees
 constexpr double kMaxColorDifference = 32;    // maximum difference between equal colours, of 255
-// kernels read samples up to the next multiple of this
+// kernels read samples in multiples of this number
 constexpr std::uint32_t kSampleMultiple = 64;
 
 bool holds_lengths(const BakeOptions& options) {
@@ -31,8 +31,8 @@ bool holds_lengths(const BakeOptions& options) {
                      [](MapKind map) { return map_row(map).unit == "world units"; });
 }
 
-/// Makes a plain ray matcher for the check if the bake's own matcher reads more of a band than sample positions;
-/// otherwise null.
+/// Makes a ray matcher for the check if the bake's matcher reads data of a band that the check does not have; else
+/// null.
 std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOptions& options) {
   if (!any_in_chain(options,
                     [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
@@ -135,21 +135,22 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
   found.count = band.sample_count;
   matcher_.run(band, found);
   context.finish();
-  const std::vector<std::uint32_t> of = found.triangle.download(context);
-  const std::vector<float> at = found.barycentric.download(context);
+  const std::vector<std::uint32_t> triangles = found.triangle.download(context);
+  const std::vector<float> weights = found.barycentric.download(context);
 
   std::vector<Point> result(places.size());
   for (std::size_t i = 0; i < result.size(); ++i) {
-    if (of[i] == KILN_NO_TRIANGLE) continue;
+    if (triangles[i] == KILN_NO_TRIANGLE) continue;
     Point& point = result[i];
     point.found = true;
-    point.triangle = of[i];
-    const double u = at[i], v = at[band.capacity + i];
+    point.triangle = triangles[i];
+    const double u = weights[i], v = weights[band.capacity + i];
     const double share[3] = {1 - u - v, u, v};
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t vertex = source_.triangles[of[i]][k];
+      const std::uint32_t vertex = source_.triangles[triangles[i]][k];
       point.at += to_double(source_.positions[vertex]) * share[k];
-      const float* n = &normals_[std::size_t{3} * normal_indices_[std::size_t{3} * of[i] + k]];
+      const float* n =
+          &normals_[std::size_t{3} * normal_indices_[std::size_t{3} * triangles[i] + k]];
       point.normal += to_double(Vec3{n[0], n[1], n[2]}) * share[k];
       for (std::size_t c = 0; c < 4 && !source_.colors.empty(); ++c) {
         point.color[c] += source_.colors[vertex][c] * share[k];
@@ -164,8 +165,9 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
 
 bool CopyCheck::are_same(const Place& place, const Point& point, const Place& baked,
                          const Point& other) const {
-  const UvFrame from(surface_.triangles[place.triangle]), to(surface_.triangles[baked.triangle]);
-  const Vec3d away = from.transfer(point.offset, to) - other.offset;
+  const UvFrame copy_frame(surface_.triangles[place.triangle]),
+      baked_frame(surface_.triangles[baked.triangle]);
+  const Vec3d away = copy_frame.transfer(point.offset, baked_frame) - other.offset;
   if (!(dot(away, away) <= max_distance_ * max_distance_)) return false;
   if (!source_.materials.of.empty() &&
       source_.materials.of[point.triangle] != source_.materials.of[other.triangle]) {
@@ -174,38 +176,39 @@ bool CopyCheck::are_same(const Place& place, const Point& point, const Place& ba
   for (std::size_t c = 0; c < 4; ++c) {
     if (std::abs(point.color[c] - other.color[c]) > kMaxColorDifference) return false;
   }
-  // The normal that a map shows: on two-sided meshes, normals of back faces are flipped towards the low poly.
+  // The normal that a map shows. On two-sided meshes, the normals of back faces are flipped towards the low poly.
   const auto shown_normal = [&](const Vec3d& normal, const UvFrame& low) {
     return two_sided_ && dot(normal, low.normal) < 0 ? normal * -1.0 : normal;
   };
-  Vec3d carried = from.transfer(shown_normal(point.normal, from), to);
+  Vec3d carried = copy_frame.transfer(shown_normal(point.normal, copy_frame), baked_frame);
   const double size = length(carried);
   if (!(size > 0)) return true;
-  return dot(carried * (1 / size), shown_normal(other.normal, to)) >= kMinNormalCosine;
+  return dot(carried * (1 / size), shown_normal(other.normal, baked_frame)) >= kMinNormalCosine;
 }
 
 std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
   std::vector<Finding> result(places.size());
-  // alternately: a point on the copy, the same UV's point on the baked triangle
+  // entries alternate: a point on the copy, then the point with the same UV on the baked triangle
   std::vector<Place> pairs;
-  std::vector<std::size_t> of;
+  std::vector<std::size_t> pair_place;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const std::optional<Place> baked = baked_at(places[i]);
     if (!baked) continue;
     result[i].baked = baked->triangle;
     pairs.push_back(places[i]);
     pairs.push_back(*baked);
-    of.push_back(i);
+    pair_place.push_back(i);
   }
   if (pairs.empty()) return result;
   const std::vector<Point> points = match(pairs);
-  for (std::size_t k = 0; k < of.size(); ++k) {
-    const Point &own = points[2 * k], &other = points[2 * k + 1];
-    if (!own.found) continue;
-    Finding& finding = result[of[k]];
-    finding.found = own.at;
-    const bool same = other.found && are_same(pairs[2 * k], own, pairs[2 * k + 1], other);
-    finding.verdict = same ? Verdict::same : Verdict::other;
+  for (std::size_t k = 0; k < pair_place.size(); ++k) {
+    const Point &copy_point = points[2 * k], &baked_point = points[2 * k + 1];
+    if (!copy_point.found) continue;
+    Finding& finding = result[pair_place[k]];
+    finding.found = copy_point.at;
+    const bool is_same =
+        baked_point.found && are_same(pairs[2 * k], copy_point, pairs[2 * k + 1], baked_point);
+    finding.verdict = is_same ? Verdict::same : Verdict::other;
   }
   return result;
 }
@@ -259,17 +262,14 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
   warnings.push_back(
       {kWarning,
        std::to_string(copies.size()) +
-           " triangles of the low poly have the UVs of others and share their texels, but on " +
-           text +
-           " of their surface the high poly is another one there, which is on no texel: for "
-           "example " +
+           " triangles of the low poly share UVs and texels with other triangles, but on " + text +
+           " of their surface the high poly differs, and this detail is lost: for example " +
            name_of(low, largest_part->second.copy) + " on the texels of " +
            name_of(low, largest_part->second.baked) +
            (pairs.size() > 1 ? ", and " + std::to_string(pairs.size() - 1) + " more pairs of names"
                              : std::string()) +
-           ". Give them places of their own in the layout (" + option("unwrap()") +
-           " lays all out anew), or bake "
-           "them apart.",
+           ". Give them separate places in the UV layout (" + option("unwrap()") +
+           " makes a new one), or bake them separately.",
        copies.size()});
   return share;
 }

@@ -35,9 +35,9 @@ class CopyCheck {
     Vec3d found{};            ///< The copy's matched point, frame units; undefined if missed
   };
 
-  /// All arguments must outlive the check.
-  /// \param matcher the bake's matcher
-  /// \param prepare sets the directions of samples as the bake does
+  /// Creates the check. All arguments must outlive it.
+  /// \param matcher  the bake's matcher
+  /// \param prepare  sets the directions of samples as the bake does
   CopyCheck(const MatchRequest& request, const BakeOptions& options, Matcher& matcher,
             std::function<void(TexelBand&)> prepare);
 
@@ -53,11 +53,11 @@ class CopyCheck {
   double check_copies(const Mesh& low, std::vector<Warning>& warnings);
 
  private:
-  /// The matched point of a point on the low poly.
+  /// A point of the low poly with its matched point.
   struct Point {
     bool found = false;
     std::uint32_t triangle = 0;  ///< Matched triangle of the high poly
-    /// Position; offset from the low poly's point; unit normal. Frame units
+    /// Matched position, offset from the low poly's point, and unit normal; frame units
     Vec3d at{}, offset{}, normal{};
     std::array<double, 4> color{};
   };
@@ -69,7 +69,7 @@ class CopyCheck {
 
   const Source::Impl& source_;
   const LowSurface& surface_;
-  // ray matcher that replaces the bake's matcher if that one reads more of a band than sample positions; else null
+  // Replaces the bake's matcher if that one reads data of a band that the check does not have; else null
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   std::function<void(TexelBand&)> prepare_;

@@ -18,7 +18,9 @@ namespace kiln {
 /// Range queries over a subset of points.
 class CoverageSlabs {
  public:
-  /// \param points  all points; \param subset  indices of the subset
+  /// Sorts a subset of points into slabs.
+  /// \param points  all points
+  /// \param subset  indices of the subset
   CoverageSlabs(std::span<const Vec3> points, std::vector<std::uint32_t> subset)
       : points_(points), order_(std::move(subset)) {
     if (order_.empty()) return;
@@ -54,8 +56,9 @@ class CoverageSlabs {
   static constexpr std::size_t kSlabs = 64;
 
   std::size_t slab(double y) const {
-    const double at = (y - min_y_) / size_ * kSlabs;
-    return at > 0 ? static_cast<std::size_t>(std::min(at, kSlabs - 1.0)) : 0;  // NaN becomes 0
+    const double slab = (y - min_y_) / size_ * kSlabs;
+    // a NaN coordinate goes to the first slab
+    return slab > 0 ? static_cast<std::size_t>(std::min(slab, kSlabs - 1.0)) : 0;
   }
 
   std::span<const Vec3> points_;

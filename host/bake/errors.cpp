@@ -19,14 +19,14 @@ namespace {
 
 constexpr std::uint32_t kComparedTexels = 2000, kReferenceRays = 4096, kFinerSamples = 4,
                         kMaxSamples = 16;
-// kernels read samples up to the next multiple of this
+// kernels read samples in multiples of this number
 constexpr std::uint32_t kSampleGranularity = 64;
 
 bool is_compared(const MapInfo& map) {
   return map.type != MapType::id && map.type != MapType::coverage;
 }
 
-/// Copies the given texels of a band, with all of their samples.
+/// Copies the given texels of a band, with all their samples, to a smaller band.
 TexelBand part_of(cl::Context& context, const TexelBand& band,
                   std::span<const std::uint32_t> places, std::span<const std::uint32_t> firsts,
                   const SamplePick& picker) {
@@ -129,8 +129,7 @@ class FinerEvaluation {
     for (std::size_t l = 0; l < errors_.size(); ++l) compare(l, places);
   }
 
-  /// Evaluates texels of a band in all maps. The texels have all of their samples, so matchers can treat them
-  /// as a band.
+  /// Evaluates texels of a band in all maps. The texels keep all their samples, so matchers can treat them as a band.
   void make(const TexelBand& texels) {
     DeviceCorrespondence match(context_, texels.capacity, layers_.need_visibility());
     match.count = texels.sample_count;
@@ -179,15 +178,15 @@ class FinerEvaluation {
   cl::Context& context_;
   Layers layers_;
   TexelSampler sampler_;
-  // replaces the bake's matcher if that only works for the bake's number of samples
+  // replaces the bake's matcher if that one only supports the bake's number of samples
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   TexelBand band_;
-  std::vector<std::vector<float>> values_;  // per map, values of the band's texels
+  std::vector<std::vector<float>> values_;  // values of the band's texels, per map
   std::vector<std::uint8_t> coverage_;
   // number of texels since the last compared one
   std::uint64_t texels_since_step_ = 0;
-  std::vector<std::vector<double>> errors_;  // errors of each map
+  std::vector<std::vector<double>> errors_;  // errors of all compared texels, per map
 };
 
 /// Returns the bake's options, reduced to the maps that a finer evaluation compares.
@@ -228,14 +227,15 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   const auto baked = static_cast<std::uint64_t>(
       std::count(scene.layers.coverage().begin(), scene.layers.coverage().end(), kCoverageBaked));
   const bool compares_errors = scene.options.report.errors;
-  BakeOptions same = finer_options(scene, [&](const MapInfo& map) {
+  BakeOptions same_points = finer_options(scene, [&](const MapInfo& map) {
     return obeys(map, compares_errors ? "occlusion.rays" : "occlusion.max_error");
   });
-  if (!same.maps.empty() || !same.variants.empty()) {
-    same.transfers.clear();
-    same.own_maps.clear();
-    change_occlusion(same, [](OcclusionOptions& occlusion) { occlusion.rays = kReferenceRays; });
-    FinerEvaluation finer(scene, same);
+  if (!same_points.maps.empty() || !same_points.variants.empty()) {
+    same_points.transfers.clear();
+    same_points.own_maps.clear();
+    change_occlusion(same_points,
+                     [](OcclusionOptions& occlusion) { occlusion.rays = kReferenceRays; });
+    FinerEvaluation finer(scene, same_points);
     finer.run(progress.part(0, 0.5), baked);
     finer.add_to("4096 rays from the same points", report);
     warn_not_reached(scene.options, report);

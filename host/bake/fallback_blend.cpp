@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-/// Costs of a step along an axis, and of a diagonal step. Sums of integers do not depend on their order.
+/// Costs of a straight and a diagonal step, as integers so that sums do not depend on their order.
 constexpr std::uint32_t kStraight = 1000;
 constexpr std::uint32_t kDiagonal = 1414;
 constexpr std::uint32_t kFarFromBorder = 0xFFFFFFFFU;
@@ -23,7 +23,7 @@ class Neighbours {
  public:
   Neighbours(const TexelLinks& links, std::uint32_t width) : links_(links), width_(width) {}
 
-  /// Neighbours in the order of kiln_visibility_link; KILN_VISIBILITY_NO_LINK where there is none.
+  /// The eight neighbours, in the order of kiln_visibility_link; KILN_VISIBILITY_NO_LINK if one is missing.
   std::array<std::uint32_t, 8> of(std::uint32_t texel) const {
     std::array<std::uint32_t, 8> result;
     if (links_.kind[texel] == KILN_VISIBILITY_INNER) {
@@ -66,7 +66,7 @@ void FallbackBlend::store(BandReads& reads, const TexelBand& band,
   const std::vector<std::uint32_t>& triangle = reads.read(band.triangle, band.sample_count);
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    // deciding method; enumerators are in ascending order of precedence
+    // the method that decided the texel; enumerators are in ascending order of precedence
     Decider decider = Decider::nothing;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
       decider = std::max(decider, deciders[s]);
@@ -85,9 +85,9 @@ void FallbackBlend::plan(const LowSurface& surface) {
            decider_[texel] == static_cast<std::uint8_t>(decider);
   };
   cost_.assign(decider_.size(), kFarFromBorder);
-  // The border is half a texel from the centre of the fallback's nearest texel.
+  // The border lies half a texel beyond the centre of the fallback's nearest texel.
   const std::uint32_t farthest = reach_ * kStraight + kStraight / 2;
-  // cost of a path, and its last texel
+  // the cost of a path to a texel, and the texel
   using Step = std::pair<std::uint32_t, std::uint32_t>;
   std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
   const auto reach = [&](std::uint32_t texel, std::uint32_t cost) {
@@ -95,12 +95,14 @@ void FallbackBlend::plan(const LowSurface& surface) {
     cost_[texel] = cost;
     steps.emplace(cost, texel);
   };
-  // Relaxes an edge of Dijkstra's algorithm, to a neighbour that the method decided.
+  // Relaxes an edge in Dijkstra's algorithm. Only texels that the method decided are reached.
   const auto spread = [&](std::uint32_t texel, std::uint32_t cost) {
-    const std::array<std::uint32_t, 8> around = neighbours.of(texel);
+    const std::array<std::uint32_t, 8> neighbour_texels = neighbours.of(texel);
     for (std::size_t k = 0; k < 8; ++k) {
-      if (around[k] == KILN_VISIBILITY_NO_LINK || !is(around[k], Decider::method)) continue;
-      reach(around[k], cost + (k < 4 ? kStraight : kDiagonal));
+      if (neighbour_texels[k] == KILN_VISIBILITY_NO_LINK ||
+          !is(neighbour_texels[k], Decider::method))
+        continue;
+      reach(neighbour_texels[k], cost + (k < 4 ? kStraight : kDiagonal));
     }
   };
   for (std::uint32_t texel = 0; texel < decider_.size(); ++texel) {

@@ -26,7 +26,7 @@ namespace kiln {
 /// by up to 8%.
 class FallbackBlend {
  public:
-  /// \param reach width of the blend in texels, above 0
+  /// Creates a blend. \param reach  width of the blend in texels, above 0
   FallbackBlend(std::uint32_t width, std::uint32_t height, std::uint32_t reach);
 
   void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
@@ -41,7 +41,7 @@ class FallbackBlend {
   /// True if a band has texels that are blended.
   bool touches(const TexelBand& band) const;
 
-  /// Recomputes a band's texels as blends, from the fallback's correspondence and the match's weight in each
+  /// Recomputes texels of a band as blends, given the fallback's correspondence and the weight of the match in each
   /// sample.
   using Make =
       std::function<void(const DeviceCorrespondence& other, const cl::Array<float>& shares)>;

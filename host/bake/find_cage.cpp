@@ -16,8 +16,8 @@
 namespace kiln {
 namespace {
 
-// Shares of the high poly's diagonal.
-constexpr double kDefaultSearchDistance = 0.04;  // default search distance
+// Lengths as shares of the high poly's diagonal.
+constexpr double kDefaultSearchDistance = 0.04;  // search distance without --max-distance
 constexpr double kShellMargin =
     0.0025;  // distance of the shells from the mesh and from the enclosed faces, if space permits
 
@@ -69,8 +69,8 @@ std::uint64_t count_flat(const Mesh& low, const std::vector<Vec3>& directions) {
 Warning flat_vertices(std::uint64_t count) {
   return {"cage-flat",
           std::to_string(count) +
-              " vertices of the low poly are on both sides of a card without thickness, so the "
-              "cage stays on them: give each side vertices a little apart, or leave the cage out.",
+              " vertices of the low poly belong to both sides of a flat card, so the cage cannot "
+              "be moved away from them: give each side separate vertices, or leave the cage out.",
           count};
 }
 
@@ -81,7 +81,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   BakeOptions options;
   options.match.ray.direction = given.match.ray.direction;
   options.match.ray.edge_width = given.match.ray.edge_width;
-  // If rays are only a fallback of the match, their directions are not blended at edges.
+  // If rays only occur in the fallback, their directions are not blended at edges.
   if (!obeys(match_row(given.match.method).info, "match.ray.direction"))
     options.match.ray.direction = RayDirection::averaged;
   options.match.two_sided = given.match.two_sided;

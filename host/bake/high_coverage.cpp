@@ -41,7 +41,7 @@ constexpr double kRadiusSlack = 1.0001;
 // Minimum number of samples, per triangle with places and per triangle of the mesh, for culling by triangles to be
 // worthwhile. Its cost is a pass over all triangles, even if a texture set uses few of them.
 constexpr double kMinSamplesToCull = 16, kMinSamplesPerTriangleToCull = 0.125;
-// tolerance for points slightly outside of their triangle, as a share of the triangle's sides
+// tolerance for points slightly outside their triangle, as a share of its sides
 constexpr float kTriangleSlack = 1e-3F;
 // maximum length of a triangle's list of places; with more places the grid is searched
 constexpr std::size_t kMaxListedPlaces = 16;
@@ -70,7 +70,7 @@ double spread_share(std::uint64_t i, double step) {
   return x - std::floor(x);
 }
 
-/// Makes a device array of samples with the planes that searches read: position and direction.
+/// Makes a device array of samples that only holds what searches read: positions and directions.
 cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage::Place>& rays) {
   const std::size_t count = rays.size();
   std::vector<float> planes(7 * count);
@@ -104,7 +104,7 @@ struct LowFace {
 
 /// The nearest triangle of the low poly for each place; cached for all texture sets.
 struct NearestLow {
-  std::uint64_t of = 0;  ///< Hash of the places and the search distance
+  std::uint64_t of = 0;  ///< Hash of the places and the search distance, to validate the cache
   std::vector<std::uint32_t> triangle;
 };
 
@@ -123,10 +123,10 @@ double search_distance(const MatchRequest& request) {
 }  // namespace
 
 HighCoverage::Places HighCoverage::spread(const Source::Impl& high, std::uint32_t count) {
-  const auto known = high.by_positions()->get<SpreadPlaces>([&] {
+  const auto cached_places = high.by_positions()->get<SpreadPlaces>([&] {
     return SpreadPlaces{count, spread_places(high, count)};
   });
-  return known->count == count ? known->places : spread_places(high, count);
+  return cached_places->count == count ? cached_places->places : spread_places(high, count);
 }
 
 HighCoverage::Places HighCoverage::spread_places(const Source::Impl& high, std::uint32_t count) {
@@ -210,18 +210,19 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   const auto count = static_cast<std::uint32_t>(places_.size());
   ClosestQuery query;
   query.max_distance = static_cast<float>(std::min(search_distance(request), double{kRayLength}));
-  NearestLow wanted;
-  wanted.of = hash_bytes(places_, std::array{query.max_distance});
+  NearestLow nearest_low;
+  nearest_low.of = hash_bytes(places_, std::array{query.max_distance});
   const auto find = [&] {
     DeviceCorrespondence nearest(context, count);
     const ClosestFinder finder(context, low->tree, request.source.traversal);
     finder.find(points_of(context, places_), count, count, query, nearest);
-    wanted.triangle.resize(count);
-    nearest.triangle.read(context, wanted.triangle);
-    return wanted;
+    nearest_low.triangle.resize(count);
+    nearest.triangle.read(context, nearest_low.triangle);
+    return nearest_low;
   };
-  const auto known = surface.made->get<NearestLow>(find);
-  std::vector<std::uint32_t> triangle = (known->of == wanted.of ? *known : find()).triangle;
+  const auto cached_nearest = surface.made->get<NearestLow>(find);
+  std::vector<std::uint32_t> triangle =
+      (cached_nearest->of == nearest_low.of ? *cached_nearest : find()).triangle;
   for (std::uint32_t i = 0; i < count; ++i) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
@@ -235,7 +236,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   }
   if (copies == nullptr) return;
   std::vector<CopyCheck::Place> places;
-  std::vector<std::uint32_t> of;
+  std::vector<std::uint32_t> place_of_point;
   for (std::uint32_t i = 0; i < count; ++i) {
     if (!(radius_[i] > 0) || !surface.is_copy(triangle[i])) continue;
     const LowFace face(surface.triangles[triangle[i]], columns, rows);
@@ -249,17 +250,17 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     u += (1.0 / 3 - u) * kOriginInset;
     v += (1.0 / 3 - v) * kOriginInset;
     places.push_back({triangle[i], static_cast<float>(u), static_cast<float>(v)});
-    of.push_back(i);
+    place_of_point.push_back(i);
   }
   const std::vector<CopyCheck::Finding> findings = copies->find(places);
   for (std::size_t k = 0; k < findings.size(); ++k) {
-    const std::uint32_t i = of[k];
+    const std::uint32_t i = place_of_point[k];
     by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
     if (findings[k].verdict != CopyCheck::Verdict::same) continue;
-    // The map covers the place if the match finds this place and not a layer above it.
+    // The map represents the place if the match finds this place, and not a layer above it.
     const Vec3d away = findings[k].found - to_double(places_[i].position);
-    const double near = std::max(double{radius_[i]}, kCopyRadius);
-    covered_[i] = dot(away, away) <= near * near ? 1 : 0;
+    const double copy_radius = std::max(double{radius_[i]}, kCopyRadius);
+    covered_[i] = dot(away, away) <= copy_radius * copy_radius ? 1 : 0;
   }
 }
 
@@ -275,7 +276,7 @@ void HighCoverage::find_seen(const MatchRequest& request) {
   // The rays use the same kernel as bakes, so that no other one has to be compiled. It is fast for neighbouring rays
   // of one direction, so places are visited along a Morton curve, direction by direction.
   std::vector<Place> rays;
-  std::vector<std::uint32_t> of;
+  std::vector<std::uint32_t> place_of_ray;
   const auto cast = [&] {
     if (rays.empty()) return;
     const auto count = static_cast<std::uint32_t>(rays.size());
@@ -284,12 +285,14 @@ void HighCoverage::find_seen(const MatchRequest& request) {
                      {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true}, hit);
     std::vector<std::uint32_t> triangle(count);
     hit.triangle.read(context, triangle);
-    for (std::size_t k = 0; k < of.size(); ++k) {
-      const double cosine = dot(to_double(places_[of[k]].normal), to_double(rays[k].normal));
-      if (triangle[k] == KILN_NO_TRIANGLE) visibility_[of[k]] += static_cast<float>(cosine);
+    for (std::size_t k = 0; k < place_of_ray.size(); ++k) {
+      const double cosine =
+          dot(to_double(places_[place_of_ray[k]].normal), to_double(rays[k].normal));
+      if (triangle[k] == KILN_NO_TRIANGLE)
+        visibility_[place_of_ray[k]] += static_cast<float>(cosine);
     }
     rays.clear();
-    of.clear();
+    place_of_ray.clear();
   };
   const std::vector<std::uint32_t> along_curve = near_places_along_curve();
   for (const Vec3& w : directions) {
@@ -298,7 +301,7 @@ void HighCoverage::find_seen(const MatchRequest& request) {
       if (!(dot(normal, to_double(w)) > 0.05)) continue;
       rays.push_back(
           {to_float(to_double(places_[i].position) + normal * double{kOriginOffset}), w});
-      of.push_back(i);
+      place_of_ray.push_back(i);
     }
     if (rays.size() > kRaysPerLaunch) cast();
   }
@@ -327,9 +330,9 @@ std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
   const double cells = side > 0 && std::isfinite(side) ? ((1U << kBits) - 1) / side : 0;
   std::vector<std::uint64_t> keys(places_.size());
   for (const std::uint32_t i : order) {
-    const Vec3d at = (to_double(places_[i].position) - low) * cells;
+    const Vec3d grid_position = (to_double(places_[i].position) - low) * cells;
     std::uint64_t key = 0;
-    for (const double x : {at.x, at.y, at.z}) {
+    for (const double x : {grid_position.x, grid_position.y, grid_position.z}) {
       key = key << 1U | spread_bits(x >= 0 ? static_cast<std::uint64_t>(x) : 0);
     }
     keys[i] = key;
@@ -349,8 +352,8 @@ std::uint64_t HighCoverage::cell(const std::array<std::int64_t, 3>& at) {
 std::int64_t HighCoverage::cell_coordinate(double x) const {
   // Rounds down without calling floor(), since this code runs three times a sample.
   const double side = x * cells_per_unit_;
-  const auto near = static_cast<std::int64_t>(side);
-  return near - (side < static_cast<double>(near) ? 1 : 0);
+  const auto truncated = static_cast<std::int64_t>(side);
+  return truncated - (side < static_cast<double>(truncated) ? 1 : 0);
 }
 
 /// Inserts each place into all cells within its radius, so that a sample reads only one cell.
@@ -383,7 +386,7 @@ void HighCoverage::make_grid() {
 }
 
 void HighCoverage::find_triangles(const Source::Impl& high) {
-  std::vector<std::uint32_t> seen;
+  std::vector<std::uint32_t> visible_places;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
   Vec3d box_min = Vec3d{1, 1, 1} * double{INFINITY},
@@ -391,20 +394,20 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
     if (!(visibility_[i] > 0)) continue;
-    seen.push_back(i);
+    visible_places.push_back(i);
     farthest = std::max(farthest, double{radius_[i]} * kRadiusSlack);
     const Vec3d p = to_double(points[i]);
     box_min = {std::min(box_min.x, p.x), std::min(box_min.y, p.y), std::min(box_min.z, p.z)};
     box_max = {std::max(box_max.x, p.x), std::max(box_max.y, p.y), std::max(box_max.z, p.z)};
   }
-  const CoverageSlabs slabs(points, std::move(seen));
+  const CoverageSlabs slabs(points, std::move(visible_places));
   struct Found {
     std::vector<std::uint32_t> triangles, ends, places;
   };
   const std::size_t count = high.triangles.size();
   std::vector<Found> found((count + kPlacesPerTask - 1) / kPlacesPerTask);
   parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
-    // References with names, since the lambda inside captures them.
+    // Structured bindings cannot be captured by the lambda below, so the elements get names.
     std::vector<std::uint32_t>& triangles = found[begin / kPlacesPerTask].triangles;
     std::vector<std::uint32_t>& ends = found[begin / kPlacesPerTask].ends;
     std::vector<std::uint32_t>& places = found[begin / kPlacesPerTask].places;
@@ -419,9 +422,9 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
       slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
         const Vec3d p = to_double(points[i]);
         const double r = slack + double{radius_[i]} * kRadiusSlack;
-        const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
-                            p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
-        if (within) places.push_back(i);
+        const bool is_within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
+                               p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
+        if (is_within) places.push_back(i);
         return places.size() <= size_before + kMaxListedPlaces;
       });
       if (places.size() == size_before) continue;
@@ -447,12 +450,12 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
 
 /// Marks a place if this sample covers it. \returns whether this or an earlier sample covers it
 bool HighCoverage::cover(std::uint32_t i, const Sample& sample) {
-  std::atomic_ref<std::uint8_t> held(covered_[i]);
-  if (held.load(std::memory_order_relaxed) != 0) return true;
+  std::atomic_ref<std::uint8_t> covered(covered_[i]);
+  if (covered.load(std::memory_order_relaxed) != 0) return true;
   const Vec3d direction = to_double(places_[i].position) - sample.point;
   if (dot(direction, direction) > double{radius_[i]} * radius_[i]) return false;
   if (!(dot(cross(sample.ab, sample.ac), to_double(places_[i].normal)) > 0)) return false;
-  held.store(1, std::memory_order_relaxed);
+  covered.store(1, std::memory_order_relaxed);
   return true;
 }
 
@@ -483,25 +486,26 @@ void HighCoverage::store(const Source::Impl& high, BandReads& reads,
   const std::vector<float>& v = reads.read(match.barycentric, match.count, match.capacity);
   parallel_for(match.count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t of = triangle[i];
-      if (of == KILN_NO_TRIANGLE) continue;
+      const std::uint32_t triangle_index = triangle[i];
+      if (triangle_index == KILN_NO_TRIANGLE) continue;
       const bool inside =
           u[i] >= -kTriangleSlack && v[i] >= -kTriangleSlack && u[i] + v[i] <= 1 + kTriangleSlack;
-      std::uint32_t near = kSearchGrid;
+      std::uint32_t triangle_state = kSearchGrid;
       if (!triangle_state_.empty() && inside) {
-        near = std::atomic_ref<std::uint32_t>(triangle_state_[of]).load(std::memory_order_relaxed);
-        if (near == kNoPlaces) continue;
+        triangle_state = std::atomic_ref<std::uint32_t>(triangle_state_[triangle_index])
+                             .load(std::memory_order_relaxed);
+        if (triangle_state == kNoPlaces) continue;
       }
-      const Triangle& t = high.triangles[of];
+      const Triangle& t = high.triangles[triangle_index];
       const Vec3d a = to_double(high.positions[t[0]]), b = to_double(high.positions[t[1]]),
                   c = to_double(high.positions[t[2]]);
       const Vec3d ab = b - a, ac = c - a;
       const Sample sample{a + ab * double{u[i]} + ac * double{v[i]}, ab, ac};
-      if (near == kSearchGrid) {
+      if (triangle_state == kSearchGrid) {
         mark(sample);
-      } else if (mark_listed(near - kFirstList, sample)) {
-        // All places of this triangle are covered, so its further samples are skipped.
-        std::atomic_ref<std::uint32_t>(triangle_state_[of])
+      } else if (mark_listed(triangle_state - kFirstList, sample)) {
+        // All places of this triangle are covered, so that its further samples can be skipped.
+        std::atomic_ref<std::uint32_t>(triangle_state_[triangle_index])
             .store(kNoPlaces, std::memory_order_relaxed);
       }
     }

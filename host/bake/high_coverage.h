@@ -21,7 +21,7 @@ class HighCoverage {
  public:
   /// A point of the high poly, frame units.
   struct Place {
-    Vec3 position, normal;  ///< Unit normal of the face
+    Vec3 position, normal;  ///< Unit normal of the face at the place
   };
 
   struct Places {
@@ -73,21 +73,22 @@ class HighCoverage {
 
   std::vector<Place> places_;
   double spacing_ = 0;
-  /// Distance within which a sample represents the place; 0: the place does not count
+  /// Radius within which a sample represents the place; 0 if the place does not count
   std::vector<float> radius_;
-  std::vector<float> visibility_;  ///< Sum of cosines over the directions that see the place
+  /// Sum of cosines between the normal and the directions that see the place
+  std::vector<float> visibility_;
   std::vector<std::uint8_t> covered_;
-  std::vector<std::uint8_t> by_copies_;  ///< 1: the place is lost because charts share texels
+  std::vector<std::uint8_t> by_copies_;  ///< 1 if the place is lost because charts share texels
   /// State of each triangle (find_triangles()); empty: not computed.
   std::vector<std::uint32_t> triangle_state_;
   /// Lists of the places of triangles, and the index at which each list begins
   std::vector<std::uint32_t> lists_, list_first_;
-  double cells_per_unit_ = 0;            ///< Cells per frame unit
-  std::vector<std::uint64_t> occupied_;  ///< Bloom filter of occupied cells
+  double cells_per_unit_ = 0;            ///< Cells of the grid per frame unit
+  std::vector<std::uint64_t> occupied_;  ///< Bloom filter of occupied grid cells
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
-/// Adds a warning if more than 1% is lost. \param options the bake's options
+/// Adds a warning if more than 1% of the detail is lost. \param options  the bake's options
 void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings);
 

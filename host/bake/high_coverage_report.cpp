@@ -26,33 +26,32 @@ std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double lin
   for (std::size_t i = 0; i < order.size(); ++i) {
     const Vec3d& a = places[order[i]];
     for (std::size_t j = i + 1; j < order.size() && places[order[j]].x - a.x <= link; ++j) {
-      const Vec3d way = places[order[j]] - a;
-      if (dot(way, way) <= link * link) sets.join(order[i], order[j]);
+      const Vec3d offset = places[order[j]] - a;
+      if (dot(offset, offset) <= link * link) sets.join(order[i], order[j]);
     }
   }
   for (std::uint32_t i = 0; i < part.size(); ++i) part[i] = sets.find(i);
   return part;
 }
 
-std::string in_words(const std::array<double, 3>& p) {
+std::string to_text(const std::array<double, 3>& p) {
   return formatted("%.4g, %.4g, %.4g", p[0], p[1], p[2]);
 }
 
 Message advice(const BakeOptions& options) {
   const auto takes_cage = [](const MatchRow& row) { return obeys(row.info, "match.cage"); };
   if (!takes_cage(match_row(options.match.method))) {
-    return "other matches may find it: try " + option("match.method") + " " +
+    return "other matches may find these parts: try " + option("match.method") + " " +
            match_names(takes_cage) + ".";
   }
   if (options.match.cage || options.match.cage_mesh != nullptr) {
     return "raise " + option("match.cage") +
-           ", so that rays start above it, or leave the cage out.";
+           ", so that rays start above these parts, or leave the cage out.";
   }
   if (options.match.ray.rule == RayRule::nearest) {
-    return "rays stop at nearer faces: take " + option("match.ray.rule", "outermost") + ".";
+    return "rays stop at nearer faces: use " + option("match.ray.rule", "outermost") + ".";
   }
-  return "raise " + option("match.max_distance") +
-         ", or give the low poly a part of its own there.";
+  return "raise " + option("match.max_distance") + ", or model these parts in the low poly.";
 }
 
 }  // namespace
@@ -82,16 +81,16 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
   const auto largest_part =
       static_cast<std::uint32_t>(std::max_element(size.begin(), size.end()) - size.begin());
   result.largest = size[largest_part] / total;
-  Vec3d middle{};
+  Vec3d centre{};
   for (std::size_t i = 0; i < places.size(); ++i) {
-    if (part[i] == largest_part) middle = middle + places[i] * (weight[i] / size[largest_part]);
+    if (part[i] == largest_part) centre = centre + places[i] * (weight[i] / size[largest_part]);
   }
   double min_distance = INFINITY;
   Vec3d nearest{};
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const Vec3d way = places[i] - middle;
-    if (part[i] != largest_part || !(dot(way, way) < min_distance)) continue;
-    min_distance = dot(way, way);
+    const Vec3d offset = places[i] - centre;
+    if (part[i] != largest_part || !(dot(offset, offset) < min_distance)) continue;
+    min_distance = dot(offset, offset);
     nearest = places[i];
   }
   result.where = {frame.center[0] + nearest.x / frame.scale,
@@ -107,11 +106,12 @@ void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& option
       std::any_of(warnings.begin(), warnings.end(),
                   [](const Warning& warning) { return warning.code == CopyCheck::kWarning; });
   if (recall.lost - (is_reported ? recall.by_copies : 0) < kMinLossToWarn) return;
-  const std::string lost = formatted(
-      "%.1f%% of the high poly's visible surface near the low poly is on no texel, most of it "
-      "(%.1f%%) around ",
+  const std::string lost_text = formatted(
+      "%.1f%% of the high poly's visible surface near the low poly has no texel, the largest part "
+      "of it (%.1f%%) around ",
       100 * recall.lost, 100 * recall.largest);
-  warnings.push_back({"lost-surface", lost + in_words(recall.where) + ": " + advice(options), 1});
+  warnings.push_back(
+      {"lost-surface", lost_text + to_text(recall.where) + ": " + advice(options), 1});
 }
 
 }  // namespace kiln

@@ -26,7 +26,7 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
                   std::int32_t texels, Image& image, std::vector<std::uint8_t>& coverage) {
   GutterOptions gutter = gutter_of(map, options, texels);
   if (map.type != MapType::id) return fill_gutter(context, image, coverage, gutter);
-  // Ids cannot be averaged by push-pull, so the nearest id is copied, also into missed texels.
+  // Ids cannot be averaged, so push-pull is replaced by a copy of the nearest id, which also fills missed texels.
   if (texels < 0) gutter.texels = kUnlimitedPadding;
   gutter.fill_missed = false;
   std::vector<std::uint8_t> named = coverage;
@@ -54,7 +54,7 @@ ChartMap weighted_by(const Image& opacity, ChartMap charts) {
   return charts;
 }
 
-/// Fills texels beyond the padding with the background, and encodes all values.
+/// Fills texels beyond the padding with the background, and encodes the values of all texels.
 void encode(const MapInfo& map, const BakeOptions& options,
             const std::vector<std::uint8_t>& coverage, Image& image) {
   const std::array<float, 4> empty = map_background(map, options);
@@ -98,7 +98,8 @@ std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> 
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   const std::uint64_t samples = texels * options.samples * options.samples;
-  constexpr std::uint64_t kBytesPerBandSample = 64;  // 80 measured, with the arrays above
+  // bytes of a band per sample: 80 were measured, including the arrays above
+  constexpr std::uint64_t kBytesPerBandSample = 64;
   constexpr std::uint64_t kBytesPerKeptSample = 4 * sizeof(float) + 1;
   // Memory for mip levels: a third of the maps; and per texel 8 bytes, for a copy of the largest map's levels and
   // the texel's chart index.
@@ -128,7 +129,7 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
   };
   for (const MapKind kind : options.maps) add(map_row(kind));
   for (const MapRow& row : own_rows_) add(row);
-  // The operating system clears pages at their first use; several threads share this work.
+  // The operating system clears pages at their first use; several threads share this cost.
   parallel_for(layers_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Image& image = layers_[i].image;
@@ -163,7 +164,7 @@ void Layers::run_some(const TexelBand& part, const DeviceCorrespondence& match,
   std::vector<float> values;
   std::vector<std::uint8_t> coverage(places.size());
   for (Layer& layer : layers_) {
-    if (layer.row->follows_positions) continue;  // maps of positions change in all texels
+    if (layer.row->follows_positions) continue;  // maps of positions change in every texel
     const std::size_t channels = layer.image.channels;
     values.resize(channels * places.size());
     layer.maker->run(part, match, {values, coverage});
@@ -216,7 +217,7 @@ bool Layers::need_visibility() const {
 
 std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOptions& options,
                                              const ChartMap& charts) const {
-  std::vector<std::vector<Image>> all(layers_.size());
+  std::vector<std::vector<Image>> levels_of_maps(layers_.size());
   const auto opacity = std::find_if(layers_.begin(), layers_.end(),
                                     [](const Layer& layer) { return layer.row->weights; });
   for (std::size_t l = 0; l < layers_.size(); ++l) {
@@ -236,10 +237,10 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
       if (gutter > 0) gutter = std::max(2, gutter / 2);
       pad(context, map, options, gutter, level.image, level.coverage);
       encode(map, options, level.coverage, level.image);
-      all[l].push_back(std::move(level.image));
+      levels_of_maps[l].push_back(std::move(level.image));
     }
   }
-  return all;
+  return levels_of_maps;
 }
 
 /// Pads a map, and all other maps with the same charts and rules. \returns the indices of these maps
@@ -279,34 +280,35 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
                                   Image* drawn) {
   std::vector<Image> images;
   for (Layer& layer : layers_) images.push_back(keep ? layer.image : std::move(layer.image));
-  std::vector<std::uint8_t> done(images.size());
-  std::size_t last = 0;  // highest index of a padded map
+  std::vector<std::uint8_t> is_padded(images.size());
+  std::size_t last = 0;  // index of the last padded map
   coverage.clear();
   for (std::size_t first = 0; first < images.size(); ++first) {
-    if (done[first] != 0 || layers_[first].row->info.type == MapType::coverage) continue;
-    std::vector<std::uint8_t> own;
+    if (is_padded[first] != 0 || layers_[first].row->info.type == MapType::coverage) continue;
+    std::vector<std::uint8_t> own_coverage;
     std::uint64_t count = 0;
-    const std::vector<std::size_t> numbers = pad_with(context, options, first, images, own, count);
+    const std::vector<std::size_t> numbers =
+        pad_with(context, options, first, images, own_coverage, count);
     for (const std::size_t l : numbers) {
       const MapInfo& map = layers_[l].row->info;
       if (drawn != nullptr && layers_[l].row->shades) {
-        *drawn = as_drawn(map, options, own, images[l]);
+        *drawn = as_drawn(map, options, own_coverage, images[l]);
       }
-      encode(map, options, own, images[l]);
-      done[l] = 1;
+      encode(map, options, own_coverage, images[l]);
+      is_padded[l] = 1;
     }
     if (numbers.back() >= last) {
       last = numbers.back();
       padded = count;
     }
-    if (coverage.empty()) coverage = std::move(own);
+    if (coverage.empty()) coverage = std::move(own_coverage);
   }
   if (coverage.empty()) {
     // The coverage includes padding, even if there is no map to pad.
     coverage = coverage_;
-    Image none{options.width, options.height, 1, std::vector<float>(coverage.size())};
+    Image empty_image{options.width, options.height, 1, std::vector<float>(coverage.size())};
     padded =
-        fill_gutter(context, none, coverage,
+        fill_gutter(context, empty_image, coverage,
                     {options.encoding.gutter, options.encoding.miss != MissPolicy::keep, false});
   }
   return images;

@@ -74,7 +74,7 @@ class Layers {
                             std::vector<std::uint8_t>& coverage, std::uint64_t& padded,
                             Image* drawn = nullptr);
 
-  /// For each texel: the padding texels that copy it. Requires finite padding that fills no missed texels.
+  /// The padding texels that copy each texel. Requires finite padding that fills no missed texels.
   Adjacency padding_of(cl::Context& context, std::int32_t texels) const;
   /// Does the work of finish() for some texels and the padding that copies them; the other texels must be
   /// finished.
@@ -88,7 +88,7 @@ class Layers {
                                     std::vector<std::uint8_t>& coverage,
                                     std::uint64_t& padded) const;
 
-  SharedWorks shared_;  // results shared by the maps
+  SharedWorks shared_;  // intermediate results that several maps share
   std::shared_ptr<BandReads> reads_;
   std::vector<MapRow> own_rows_;  // rows of transfers, variants and custom maps
   std::vector<Layer> layers_;

@@ -1,4 +1,4 @@
-// Units in which maps' errors are reported, and differences between values.
+// Units in which errors of maps are reported, and differences of values in these units.
 #pragma once
 
 #include <string_view>

@@ -1,4 +1,4 @@
-// Matches only: the stages of a bake up to the match.
+// Runs the stages of a bake up to the match.
 #include <utility>
 
 #include "bake/pipeline.h"
@@ -21,7 +21,7 @@ void check_alone(const BakeOptions& options) {
               "option-contradiction");
 }
 
-/// \throws Cancelled
+/// Matches all samples of the low poly, without maps. \throws Cancelled
 MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions options,
                         const BakeProgress& progress) {
   ask_for(options, {});

@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-/// The search distance in frame units; its default is described at MatchOptions::max_distance.
+/// The search distance in frame units. MatchOptions::max_distance describes the default.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
   // Larger distances have no effect.
   constexpr double kMaxSearchDistance = 1048576;
@@ -33,20 +33,20 @@ void warn_about_length(const Message& name, const std::optional<Length>& length,
   const double diagonals = to_frame(*length, frame) / (frame.diagonal * frame.scale);
   if (!(diagonals > 1)) return;
   const std::string text = formatted(
-      " is %.3g times as long as the high poly's diagonal of %.4g: rays of that length "
-      "hit opposite sides and other parts. 1%% to 5%% are typical: was a percentage meant?",
+      " is %.3g times as long as the high poly's diagonal of %.4g: rays of that length hit the far "
+      "side and other parts. 1%% to 5%% is typical: check whether a percentage was meant.",
       diagonals, frame.diagonal);
   warnings.push_back({"far-rays", name + text, 1});
 }
 
-/// True if rays run along the offsets to a cage mesh.
+/// True if rays follow the offsets from the low poly to a cage mesh.
 bool has_offsets(const LowSurface& surface) {
   return surface.has_cage_mesh && surface.cage_kind == CageKind::offsets;
 }
 
-/// Bevels, cached for a high poly that does not change.
+/// Bevels of the high poly, cached as long as it does not change.
 struct CachedBevels {
-  double distance = 0;  ///< Greatest search distance
+  double distance = 0;  ///< Largest search distance for which the bevels were computed
   Bevels bevels;
 };
 
@@ -97,26 +97,26 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
   if (direction == RayDirection::painted) return {context, surface};
   const std::shared_ptr<const HardEdges> found =
       surface.made->get<HardEdges>([&] { return HardEdges::of(surface); });
-  const HardEdges& hard = *found;
-  if (hard.edges.empty()) return {};
-  if (direction == RayDirection::face) return {context, surface, hard, {}};
+  const HardEdges& hard_edges = *found;
+  if (hard_edges.edges.empty()) return {};
+  if (direction == RayDirection::face) return {context, surface, hard_edges, {}};
   Bevels bevels;
   if (options.match.ray.edge_width) {
     const double width = to_frame(*options.match.ray.edge_width, source.frame);
-    bevels.widths.assign(hard.edges.size(), static_cast<float>(width));
+    bevels.widths.assign(hard_edges.edges.size(), static_cast<float>(width));
     bevels.median = bevels.widths.front();
   } else {
     const double distance = match_distance(options, surface, source.frame);
     const auto find = [&] {
       return CachedBevels{distance,
-                          find_bevels(source, surface, hard, distance, options.match.parts)};
+                          find_bevels(source, surface, hard_edges, distance, options.match.parts)};
     };
     const bool all_alike = options.match.parts == nullptr && !source.will_move;
     const auto cached = all_alike ? surface.made->get<CachedBevels>(find) : nullptr;
     bevels = cached != nullptr && cached->distance == distance ? cached->bevels : find().bevels;
   }
   if (report != nullptr) *report = edge_report(bevels, 1 / source.frame.scale);
-  return {context, surface, hard, bevels.widths};
+  return {context, surface, hard_edges, bevels.widths};
 }
 
 bool turns_by_source(const BakeOptions& options) {
@@ -125,10 +125,11 @@ bool turns_by_source(const BakeOptions& options) {
 }
 
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
-  const bool told =
+  const bool is_distance_given =
       options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr;
-  const bool far = any_in_chain(options, [](const MatchRow& row) { return row.uses_sheet_reach; });
-  if (told || options.match.saved != nullptr || !far) return {};
+  const bool uses_sheet_reach =
+      any_in_chain(options, [](const MatchRow& row) { return row.uses_sheet_reach; });
+  if (is_distance_given || options.match.saved != nullptr || !uses_sheet_reach) return {};
   return *surface.made->get<SheetReach>([&] { return SheetReach(surface); });
 }
 
@@ -139,8 +140,7 @@ void add_notes(MatchNotes notes, BakeReport& report) {
   report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
 }
 
-// Whether the warning is added depends on the options alone, not on structures that another bake of the same
-// source has built.
+// The warning depends only on the options, not on structures that another bake of the same source has already built.
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
   const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.is_refittable; }) &&
@@ -150,8 +150,8 @@ void warn_about_duplicates(const Source::Impl& source, const BakeOptions& option
   report.warnings.push_back(
       {"duplicate-triangles",
        std::to_string(count) +
-           " triangles of the high poly lie exactly on others, corner by corner; the first of "
-           "each stands for all. Weld the mesh, or remove copies of parts.",
+           " triangles of the high poly are exact duplicates of others; only the first of each is "
+           "used. Weld the mesh, or remove duplicate parts.",
        count});
 }
 

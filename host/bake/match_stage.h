@@ -1,4 +1,4 @@
-// The match as a stage of a bake: makes a matcher from the options, and adds its notes to the report.
+// Runs the match as a stage of a bake: makes a matcher from the options, and adds its notes to the report.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Share of a bake's progress that the preparation of a match takes, for matches with a long preparation.
+/// Share of a bake's progress for the preparation of matches that take long to prepare.
 inline constexpr double kPreparingShare = 0.5;
 
 /// Checks all options that do not depend on meshes. \throws Error(usage)

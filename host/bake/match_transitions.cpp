@@ -67,17 +67,17 @@ TransitionReport MatchTransitions::measure(const Image& image) const {
       }
     }
   });
-  Sums all;
+  Sums total;
   for (const Sums& sums : blocks) {
-    all.switched += sums.switched;
-    all.kept += sums.kept;
-    all.across += sums.across;
-    all.elsewhere += sums.elsewhere;
+    total.switched += sums.switched;
+    total.kept += sums.kept;
+    total.across += sums.across;
+    total.elsewhere += sums.elsewhere;
   }
   TransitionReport report;
-  report.sides = all.switched;
-  if (all.switched != 0) report.mean_degrees = all.across / static_cast<double>(all.switched);
-  if (all.kept != 0) report.elsewhere_degrees = all.elsewhere / static_cast<double>(all.kept);
+  report.sides = total.switched;
+  if (total.switched != 0) report.mean_degrees = total.across / static_cast<double>(total.switched);
+  if (total.kept != 0) report.elsewhere_degrees = total.elsewhere / static_cast<double>(total.kept);
   return report;
 }
 

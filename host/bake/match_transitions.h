@@ -15,7 +15,7 @@ namespace kiln {
 /// Collects the deciding method of each texel, band by band.
 class MatchTransitions {
  public:
-  /// \param low the low poly, with UVs
+  /// Creates an empty collection. \param low  the low poly, with UVs
   MatchTransitions(const Mesh& low, std::uint32_t width, std::uint32_t height);
 
   /// Records the method of each texel's first sample.
@@ -29,7 +29,8 @@ class MatchTransitions {
  private:
   std::uint32_t width_;
   std::vector<std::uint32_t> chart_of_triangle_;
-  std::vector<std::uint8_t> method_;  // 1 + Decider of each texel; 0: not covered
+  // Deciding method of each texel as 1 + Decider; 0 if not covered
+  std::vector<std::uint8_t> method_;
   std::vector<std::uint32_t> chart_;  // chart of each texel
 };
 

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-// Progress at which stages begin, as shares of the bake.
+// Progress at which stages begin, as a share of the bake.
 constexpr double kBlendProgress = 0.97, kMipsProgress = 0.97, kPaddingProgress = 0.98;
 
 /// Cached advice about the low poly's coordinates, see coarse_steps().
@@ -65,11 +65,10 @@ EdgeTurn Pipeline::find_turn() {
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
       obeys(match_row(options.match.method).info, "match.ray.direction") &&
       scene_.low.colors.empty()) {
-    throw Error(
-        ErrorCode::input,
-        "'" + scene_.low.name +
-            "' has no vertex colours, which this direction needs as weights of its own normals: "
-            "paint them in a modelling tool, or choose another direction.");
+    throw Error(ErrorCode::input,
+                "'" + scene_.low.name +
+                    "' has no vertex colours, but this direction of rays needs them as weights of "
+                    "the normals: paint them in a modelling tool, or choose another direction.");
   }
   const double built = scene_.high.stats().build_seconds;
   EdgeTurn turn = edge_turn(options, scene_.high, surface_, &result_.report.edges);
@@ -130,7 +129,7 @@ void Pipeline::prepare_match(Clusters& clusters) {
   cluster_ = clusters.cluster;
   report.views.reset();
   report.warnings.clear();
-  matcher_ = nullptr;  // frees its memory before the next one is made
+  matcher_ = nullptr;  // the former matcher's memory is freed first
   matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_,
                           turn_.turns());
   made_warnings_ = std::exchange(report.warnings, {});
@@ -173,7 +172,7 @@ void Pipeline::make_collectors() {
   if (options.match.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
-  // Skipped for matches that need no BVH, since building one would take longer than the bake.
+  // Matches that need no BVH skip this measurement, since building a BVH would take longer than the bake.
   if (options.match.saved != nullptr ||
       !obeys(match_row(options.match.method).info, "report.recall"))
     return;
@@ -273,7 +272,7 @@ void Pipeline::finish_match(bool first_time) {
   if (report.cage_mesh && surface_.cage_hull != nullptr && !surface_.cage_hull->misfit.empty()) {
     report.warnings.push_back({"cage-no-copy",
                                "The cage '" + surface_.cage_hull->name +
-                                   "' serves as a closed hull, not as a copy of the low poly: " +
+                                   "' is used as a closed hull, not as a copy of the low poly: " +
                                    surface_.cage_hull->misfit + ".",
                                1});
   }
@@ -307,7 +306,7 @@ void Pipeline::warn_about_pixels() {
 void Pipeline::report_coverage() {
   BakeReport& report = result_.report;
   if (coverage_) report.recall = coverage_->report(scene_.high.frame);
-  // If nearly all samples missed, the warnings about misses suffice.
+  // If nearly all samples missed, the warnings about misses suffice, and lost detail is not reported.
   if (report.recall && report.missed * 50 <= report.samples) {
     warn_about_loss(*report.recall, scene_.options, report.warnings);
   }
@@ -336,7 +335,8 @@ void Pipeline::blend() {
 
 /// The last stages: mip chain, padding, encoding.
 void Pipeline::finish_maps(Image* drawn) {
-  if (bands_stay_ == Bands::pass) bands_.clear();  // frees memory for the next stages
+  // frees the memory of bands for the following stages
+  if (bands_stay_ == Bands::pass) bands_.clear();
   const BakeOptions& options = scene_.options;
   BakeReport& report = result_.report;
   if (options.encoding.two_component) {
@@ -369,7 +369,7 @@ void Pipeline::measure_errors(Clusters& clusters) {
   BakeReport& report = result_.report;
   report.seconds_image += watch_.lap();
   const auto make = [&](const BakeOptions& options) {
-    BakeReport discarded_report;  // its notes repeat those of the bake
+    BakeReport discarded_report;  // receives notes that would repeat those of the bake
     return make_matcher(scene_.high, surface_, options, discarded_report, clusters, BakeProgress(),
                         turn_.turns());
   };

@@ -1,5 +1,5 @@
-// The stages of a bake in one class: samples, match, fallback, maps, blend, mip chain, padding, encoding. bake(),
-// sessions, clusters and plans all run these stages.
+// Runs the stages of a bake: samples, match, fallback, maps, blend, mip chain, padding, encoding. bake(), sessions,
+// clusters and plans all use this class.
 #pragma once
 
 #include <functional>
@@ -43,7 +43,7 @@ class Pipeline {
     const Source::Impl& high;
     const Mesh& low;
     const BakeOptions& options;
-    std::uint32_t finer = 1;  ///< See MapRequest::finer
+    std::uint32_t finer = 1;  ///< Refinement of maps' own sampling; see MapRequest::finer
   };
 
   Pipeline(const Scene& scene, Bands bands, BakeProgress progress = BakeProgress());
@@ -52,9 +52,9 @@ class Pipeline {
   /// \param drawn  see Layers::finish(); null: not computed
   BakeResult run(Clusters& clusters, Image* drawn = nullptr);
 
-  // Single stages, for callers that bake repeatedly:
+  // Single stages, for callers that bake repeatedly
 
-  /// Samples all bands; for Bands::stay.
+  /// Samples all bands and keeps them. Requires Bands::stay.
   void sample();
   /// Makes the matcher, unless the existing one follows the high poly's changes.
   void prepare_match(Clusters& clusters);
@@ -115,11 +115,11 @@ class Pipeline {
   EdgeTurn turn_;
   SheetReach sheets_;
   Layers layers_;
-  std::vector<PipelineBand> bands_;  // the current band, or all bands for Bands::stay
-  bool sampled_ = false;             // all bands are sampled and stored
+  std::vector<PipelineBand> bands_;  // the current band; all bands with Bands::stay
+  bool sampled_ = false;             // true once all bands are sampled and stored
   std::unique_ptr<Matcher> matcher_;
-  std::optional<CopyCheck> copies_;     // created if triangles share texels
-  std::vector<Warning> made_warnings_;  // warnings from making the matcher
+  std::optional<CopyCheck> copies_;     // set if triangles share texels
+  std::vector<Warning> made_warnings_;  // warnings of the matcher's construction
   std::vector<std::uint32_t> chart_of_triangle_;
   ChartMap charts_;
   std::optional<MatchTransitions> transitions_;

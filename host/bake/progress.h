@@ -1,4 +1,4 @@
-// Progress of a bake, and cancelling.
+// Reports the progress of a bake to the caller, who may cancel.
 #pragma once
 
 #include <string_view>
@@ -15,17 +15,17 @@ class BakeProgress {
   explicit BakeProgress(Progress callback = {}, double from = 0, double to = 1)
       : callback_(std::move(callback)), from_(from), to_(to) {}
 
-  /// Progress of a part of this part.
+  /// Returns the progress of a sub-part, from and to shares of this part.
   BakeProgress part(double from, double to) const {
     return BakeProgress(callback_, whole(from), whole(to));
   }
 
   explicit operator bool() const { return static_cast<bool>(callback_); }
-  /// \param done completed share of this part, [0, 1]. \returns false to cancel
+  /// Reports the completed share of this part, [0, 1]. \returns false to cancel
   bool report(double done, std::string_view stage) const {
     return !callback_ || callback_(whole(done), stage);
   }
-  /// \throws Cancelled if the callback returns false
+  /// Reports progress. \throws Cancelled if the callback returns false
   void at(double done, std::string_view stage) const {
     if (!report(done, stage)) throw Cancelled();
   }

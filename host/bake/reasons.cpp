@@ -16,7 +16,7 @@
 namespace kiln {
 namespace {
 
-constexpr float kMaxRayLength = 4;  // ray length in frame units; longer than any mesh
+constexpr float kMaxRayLength = 4;  // ray length in frame units, longer than any mesh
 
 class Explainer {
  public:
@@ -74,18 +74,19 @@ class Explainer {
     if (missed.empty()) return;
     const auto count = static_cast<std::uint32_t>(missed.size());
     const cl::Array<float> rays = SamplePick(context_, missed).of(band.points, band.capacity, 7);
-    RayQuery two_sided = query_, far = query_;
+    RayQuery two_sided = query_, unlimited = query_;
     two_sided.two_sided = true;
-    far.t_max = kMaxRayLength;
-    if (!far.inward) far.t_min = -kMaxRayLength;
-    const HostCorrespondence same = cast(rays, count, query_), back = cast(rays, count, two_sided),
-                             farther = cast(rays, count, far);
+    unlimited.t_max = kMaxRayLength;
+    if (!unlimited.inward) unlimited.t_min = -kMaxRayLength;
+    const HostCorrespondence repeated = cast(rays, count, query_),
+                             back = cast(rays, count, two_sided),
+                             farther = cast(rays, count, unlimited);
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t i = missed[k];
       Reason reason = Reason::nothing;
       if (is_folded(triangle[i], points, band.capacity, i)) {
         reason = Reason::folded;
-      } else if (same.triangle[k] != KILN_NO_TRIANGLE) {
+      } else if (repeated.triangle[k] != KILN_NO_TRIANGLE) {
         reason = ends_at_shell() ? Reason::far : Reason::other_part;
       } else if (back.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::back_face;
@@ -94,8 +95,8 @@ class Explainer {
       }
       note(reason, elements[i], points, band.capacity, i,
            reason == Reason::far
-               ? std::abs(double{ends_at_shell() && same.triangle[k] != KILN_NO_TRIANGLE
-                                     ? same.distance[k]
+               ? std::abs(double{ends_at_shell() && repeated.triangle[k] != KILN_NO_TRIANGLE
+                                     ? repeated.distance[k]
                                      : farther.distance[k]})
                : 0);
     }
@@ -160,27 +161,30 @@ std::array<ReasonInfo, 8> reason_infos() {
   return {{
       {Reason::empty, "empty", "no texel of LOW", {0, 0, 0}},
       {Reason::found, "found", "a point was found", {60, 140, 60}},
-      {Reason::passed_over, "passed_over", "a point was found, past a nearer face", {170, 220, 60}},
+      {Reason::passed_over,
+       "passed_over",
+       "a point was found, beyond a nearer face",
+       {170, 220, 60}},
       {Reason::other_part,
        "other_part",
-       "missed: only another part lies there; check which parts are paired",
+       "missed: only parts that are not paired lie there; check the pairs of parts",
        {60, 120, 230}},
       {Reason::back_face,
        "back_face",
-       "missed: what lies there looks away; flip the faces of HIGH, or take " +
+       "missed: the faces there point away; flip the faces of HIGH, or use " +
            option("match.two_sided"),
        {230, 140, 30}},
       {Reason::far,
        "far",
-       "missed: what lies there is too far; raise " + option("match.max_distance"),
+       "missed: the surface there is too far away; raise " + option("match.max_distance"),
        {250, 230, 60}},
       {Reason::folded,
        "folded",
-       "missed: rays leave LOW's face on its back; mend the fold, or its normals",
+       "missed: rays leave LOW's face on its back; repair the fold, or its normals",
        {150, 60, 200}},
       {Reason::nothing,
        "nothing",
-       "missed: the ray meets nothing; HIGH has a hole there, or ends",
+       "missed: the ray hits nothing; HIGH has a hole or an edge there",
        {230, 40, 60}},
   }};
 }

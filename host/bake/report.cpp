@@ -22,26 +22,26 @@ std::string finders() {
   return match_names([](const MatchRow& row) { return row.is_good_fallback; });
 }
 
-/// Advice for the warning about missed samples.
+/// The remedy for missed samples, as the end of a warning.
 Message miss_advice(const BakeReport& report) {
   if (report.uv) {
-    return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
-           "nearest points decide the rest (" +
+    return "no UVs of the high poly cover them. Give both meshes the same UV layout, or find the "
+           "rest by rays or nearest points (" +
            option("match.fallback") + " " + finders() + ").";
   }
   if (!report.views) {
-    return "check that both meshes lie in the same place. Raise " + option("match.max_distance") +
-           ", or add " + option("match.two_sided") + " where the high poly's faces look inward.";
+    return "check that both meshes coincide. Raise " + option("match.max_distance") + ", or add " +
+           option("match.two_sided") + " if faces of the high poly point inward.";
   }
-  Message advice = "let rays or nearest points decide them (" + option("match.fallback") + " " +
-                   finders() + "), ";
+  Message advice =
+      "find them by rays or nearest points (" + option("match.fallback") + " " + finders() + "), ";
   advice += report.views->undersampled > 0.5
                 ? "raise " + option("match.views.size") +
                       ", since most triangles are smaller "
                       "than a pixel of the views, "
-                : "look from more sides (" + option("match.views.count") + "), ";
+                : "use more views (" + option("match.views.count") + "), ";
   advice += "raise " + option("match.max_distance") + ", or add " + option("match.two_sided") +
-            " where faces are turned inside out.";
+            " if faces are inside out.";
   return advice;
 }
 
@@ -96,41 +96,41 @@ void count_samples(BandReads& reads, const DeviceCorrespondence& match, double u
 
 void flatten_below_surface(std::string_view map, Image& image,
                            std::span<const std::uint8_t> coverage, BakeReport& report) {
-  std::uint64_t baked = 0, below = 0;
+  std::uint64_t baked = 0, below_surface = 0;
   for (std::size_t i = 0; i < coverage.size(); ++i) {
     if (coverage[i] != kCoverageBaked) continue;
     ++baked;
     float* const normal = &image.pixels[i * image.channels];
     if (!std::signbit(normal[2])) continue;
-    ++below;
+    ++below_surface;
     if (normal[2] == 0) continue;
     const float size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1]);
     normal[0] = size > 0 ? normal[0] / size : 1;
     normal[1] = size > 0 ? normal[1] / size : 0;
-    normal[2] = -0.0F;  // -0 marks the texel as changed
+    normal[2] = -0.0F;  // the value -0 marks texels whose normal was raised
   }
-  if (below == 0) return;
+  if (below_surface == 0) return;
   const std::string share =
-      formatted("%.2g", 100 * static_cast<double>(below) / static_cast<double>(baked));
+      formatted("%.2g", 100 * static_cast<double>(below_surface) / static_cast<double>(baked));
   report.warnings.push_back(
       {"below-surface",
        share + "% of the texels of the map " + std::string(map) + " point below the surface. " +
            option("encoding.two_component") +
            " cannot represent this: they were clamped to the horizon. Leave it out to keep "
            "them.",
-       below});
+       below_surface});
 }
 
 void warn_about_coverage(std::uint64_t size, BakeReport& report) {
-  constexpr std::uint64_t kCoverageDivisor = 100;  // minimum coverage is 1 / this: 1%
+  // Reciprocal of the minimum coverage, which is 1%.
+  constexpr std::uint64_t kCoverageDivisor = 100;
   if (report.texels == 0 || report.texels * kCoverageDivisor >= size) return;
-  report.warnings.push_back(
-      {"little-coverage",
-       "UVs of the low poly cover " + std::to_string(report.texels) + " of " +
-           std::to_string(size) +
-           " texels, less than 1% of the map. See whether its layout is scaled as it should be, "
-           "or lies in another set of UVs.",
-       report.texels});
+  report.warnings.push_back({"little-coverage",
+                             "UVs of the low poly cover " + std::to_string(report.texels) + " of " +
+                                 std::to_string(size) +
+                                 " texels, less than 1% of the map. Check the scale of its UV "
+                                 "layout, and which UV set is used.",
+                             report.texels});
 }
 
 void warn_about_misses(BakeReport& report) {
@@ -155,8 +155,7 @@ std::string names_of(const Mesh& mesh, std::uint32_t triangle) {
   std::string names;
   const auto add = [&](const char* what, const std::vector<std::uint32_t>& of,
                        const std::vector<std::string>& list) {
-    // Names are omitted if they repeat: meshes from files without names have the file's name as object and
-    // group.
+    // Names that repeat are omitted: in files without names, object and group both have the file's name.
     if (of.empty() || names.find("'" + list[of[triangle]] + "'") != std::string::npos) return;
     names += (names.empty() ? "" : ", ") + std::string(what) + " '" + list[of[triangle]] + "'";
     std::replace(names.begin(), names.end(), '\n',
@@ -176,22 +175,22 @@ std::string name_of(const Mesh& mesh, std::uint32_t triangle) {
 void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
                              std::vector<Warning>& warnings) {
   if (small.triangles.empty()) return;
-  const auto in_words = [](std::size_t count) { return std::to_string(count); };
-  std::string message = in_words(small.triangles.size()) +
-                        " triangles of the low poly are in charts that hold no texel's centre. ";
+  const auto to_text = [](std::size_t count) { return std::to_string(count); };
+  std::string message = to_text(small.triangles.size()) +
+                        " triangles of the low poly are in charts that contain no texel centre. ";
   if (!small.texels.empty()) {
     const OwnedTexel& texel = small.texels.front();
     message += "Of these, " +
-               in_words(small.triangles.size() - small.triangles_without_texel.size()) +
-               " took free texels nearby (" + in_words(small.texels.size()) + "), for example " +
-               name_of(low, texel.triangle) + " that of column " + in_words(texel.column) +
-               ", row " + in_words(texel.row) + ". ";
+               to_text(small.triangles.size() - small.triangles_without_texel.size()) +
+               " use free texels nearby (" + to_text(small.texels.size()) + "), for example " +
+               name_of(low, texel.triangle) + " that of column " + to_text(texel.column) +
+               ", row " + to_text(texel.row) + ". ";
   }
   if (!small.triangles_without_texel.empty()) {
-    message += in_words(small.triangles_without_texel.size()) +
-               " found none within 8 texels and are not baked: " +
+    message += to_text(small.triangles_without_texel.size()) +
+               " have no free texel within 8 texels and are not baked: " +
                name_of(low, small.triangles_without_texel.front());
-    // Further triangles with the same names add no information.
+    // Further triangles with the same names would add no information.
     std::set<std::string> seen_names;
     seen_names.insert(names_of(low, small.triangles_without_texel.front()));
     std::size_t remaining_count = 0;
@@ -204,10 +203,10 @@ void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
       }
     }
     if (remaining_count > 0)
-      message += ", and those of " + in_words(remaining_count) + " other names";
+      message += ", and triangles of " + to_text(remaining_count) + " other names";
     message += ". ";
   }
-  message += "Give these charts more room, or the map more texels.";
+  message += "Enlarge these charts, or the map.";
   warnings.push_back({"uv-small", message, small.triangles.size()});
 }
 

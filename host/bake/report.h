@@ -1,4 +1,4 @@
-// Report of a bake: times, counts and warnings.
+// Fills the report of a bake: times, counts and warnings.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-/// Maximum number of samples in a band: limits device memory.
+/// Maximum number of samples in a band, which limits device memory.
 constexpr std::uint32_t kBandSamples = 1U << 20;
 
 /// Resets counts of samples to 0.
@@ -26,9 +26,9 @@ void clear_counts(BakeReport& report);
 void count_samples(BandReads& reads, const DeviceCorrespondence& match, double unit,
                    BakeReport& report, double& distance_sum);
 
-/// Raises normals below the surface to the horizon, and warns about them, since encodings without the third component
-/// lose its sign. The texel's mean normal decides, not its samples. A texel that was raised in an earlier bake and
-/// not baked again is counted again.
+/// Raises normals below the surface to the horizon, since encodings without the third component lose its sign, and
+/// warns about them. The texel's mean normal decides, not its samples. The count includes texels that an earlier bake
+/// of a session raised.
 /// \param image  unit vectors before encoding; coverage as in Layers
 void flatten_below_surface(std::string_view map, Image& image,
                            std::span<const std::uint8_t> coverage, BakeReport& report);

@@ -19,9 +19,9 @@ const Mesh& checked(const Mesh& high) {
   }
   for (const Vec3& p : high.positions) {
     if (is_finite(p)) continue;
-    throw Error(ErrorCode::input, "'" + high.name +
-                                      "' has a vertex that is not finite, which a session's mesh "
-                                      "must not: remove it.");
+    throw Error(ErrorCode::input,
+                "'" + high.name +
+                    "' has a vertex that is not finite, which sessions do not support: remove it.");
   }
   return high;
 }
@@ -29,14 +29,16 @@ const Mesh& checked(const Mesh& high) {
 /// Rejects options that sessions do not support.
 const BakeOptions& checked(const BakeOptions& options) {
   if (options.match.saved != nullptr || options.progress) {
-    throw Error(ErrorCode::usage, "A session takes neither a saved match nor a progress callback.");
+    throw Error(
+        ErrorCode::usage,
+        "A session supports neither a saved match nor a progress callback: leave them out.");
   }
   check_options(options);
   if (options.report.errors) {
-    throw Error(
-        ErrorCode::usage,
-        option("report.errors") + ": a session measures no errors. bake() of its high poly does.",
-        "option-contradiction");
+    throw Error(ErrorCode::usage,
+                option("report.errors") +
+                    ": a session does not measure errors. Use bake() with its high poly instead.",
+                "option-contradiction");
   }
   if (options.match.visibility.clusters > 1 || options.match.fallback_blend > 0) {
     throw Error(ErrorCode::usage, "Sessions do not support clusters and blending: leave them out.");
@@ -44,7 +46,7 @@ const BakeOptions& checked(const BakeOptions& options) {
   return options;
 }
 
-/// Marks the source as moving, before the pipeline is constructed from it.
+/// Marks the source as moving. The pipeline must be constructed afterwards.
 Source::Impl& moving(Source::Impl& source) {
   source.will_move = true;
   return source;
@@ -97,11 +99,11 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool an
   update.seconds_detail = pipeline.lap();
   // With two_component, finish_maps() is required, since only it raises normals below the surface and warns
   // about them.
-  const bool quick = padding_is_copied() && !options.encoding.two_component;
-  if (pass.read && baked && quick && texels.coverage_stays()) {
+  const bool is_partial = padding_is_copied() && !options.encoding.two_component;
+  if (pass.read && baked && is_partial && texels.coverage_stays()) {
     texels.finish_all(options);
     update.dirty = {0, 0, options.width, options.height};
-  } else if (pass.read || !quick) {
+  } else if (pass.read || !is_partial) {
     pipeline.finish_maps();
     update.dirty = {0, 0, options.width, options.height};
   } else {
@@ -182,8 +184,8 @@ void BakeSession::set_positions(std::uint32_t first, std::span<const Vec3> posit
       if (std::abs(place) <= 1) continue;
       throw Error(ErrorCode::usage,
                   "The position of vertex " + std::to_string(first + i) +
-                      " is not finite, or lies too far out of the session's bounds: make it with "
-                      "larger " +
+                      " is not finite, or too far outside the session's bounds: create the session "
+                      "with larger " +
                       option("bounds") + ".",
                   "session-bounds");
     }
@@ -203,8 +205,7 @@ void BakeSession::set_normals(std::uint32_t first, std::span<const Vec3> normals
   for (std::size_t i = 0; i < normals.size(); ++i) {
     if (is_usable_normal(normals[i])) continue;
     throw Error(ErrorCode::usage, "Normal " + std::to_string(first + i) +
-                                      " has no direction: it must be finite and "
-                                      "longer than 0.");
+                                      " has no direction: it must be finite and not 0.");
   }
   for (std::size_t i = 0; i < normals.size(); ++i) {
     if (mesh.normals[first + i] == normals[i]) continue;

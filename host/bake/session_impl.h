@@ -38,7 +38,7 @@ class IndexSet {
 /// consecutively.
 class SessionTexels {
  public:
-  /// \param pipeline  with all bands sampled; must outlive this
+  /// Prepares the selection of texels. \param pipeline  with all bands sampled; must outlive this
   SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width);
 
   /// Invalidates all data that was computed from points.
@@ -81,8 +81,9 @@ class SessionTexels {
   std::uint32_t width_;
   std::vector<Band> bands_;
   std::size_t count_ = 0;
-  Adjacency texels_of_triangle_;  // texels of each triangle of the high poly; empty: out of date
-  Adjacency padding_;             // padding texels that copy each texel; empty: unknown
+  // texels of each triangle of the high poly; empty: must be rebuilt
+  Adjacency texels_of_triangle_;
+  Adjacency padding_;  // padding texels that copy each texel; empty: unknown
   std::vector<std::uint8_t> padded_coverage_;  // coverage for which padding_ was computed
   IndexSet chosen_;
   std::vector<std::size_t> places_;  // indices of the chosen texels in the map
@@ -106,10 +107,11 @@ struct KILN_HIDDEN BakeSession::Impl {
   Pipeline pipeline;
   SessionTexels texels;
   Clusters visibility;  // clusters of the low poly, which does not change
-  Adjacency users;      // corners of triangles that use each vertex
-  IndexSet moved, set;  // vertices moved and normals set since the last bake
+  Adjacency users;      // corners that use each vertex
+  IndexSet moved, set;  // moved vertices, and vertices with new normals, since the last bake
   bool baked = false;
-  bool failed = false;  // the last bake threw, so the session's data is invalid
+  // true after a bake threw an exception, since the session's data is invalid then
+  bool failed = false;
   Update update;
 
  private:

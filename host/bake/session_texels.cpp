@@ -7,13 +7,13 @@
 namespace kiln {
 SessionTexels::SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width)
     : pipeline_(pipeline), triangles_(triangles), width_(width) {
-  for (const PipelineBand& from : pipeline.bands()) {
-    const std::uint32_t texels = from.texels.texel_count;
+  for (const PipelineBand& stored : pipeline.bands()) {
+    const std::uint32_t texels = stored.texels.texel_count;
     Band band;
     band.index.resize(texels);
     band.first.resize(texels + std::size_t{1});
-    from.texels.texel_index.read(pipeline.context(), band.index);
-    from.texels.texel_first.read(pipeline.context(), band.first);
+    stored.texels.texel_index.read(pipeline.context(), band.index);
+    stored.texels.texel_first.read(pipeline.context(), band.first);
     band.first_texel = static_cast<std::uint32_t>(count_);
     count_ += texels;
     bands_.push_back(std::move(band));
@@ -43,7 +43,7 @@ void SessionTexels::warm_up() {
   places_.clear();
 }
 
-/// Padding stays valid while the coverage does not change.
+/// The padding stays valid as long as the coverage does not change.
 void SessionTexels::find_padding(const BakeOptions& options) {
   const Layers& layers = pipeline_.layers();
   if (coverage_stays()) return;
@@ -51,7 +51,7 @@ void SessionTexels::find_padding(const BakeOptions& options) {
   padded_coverage_ = layers.coverage();
 }
 
-/// Builds the index from triangles of the high poly to the texels matched to them.
+/// Builds an index from each triangle of the high poly to the texels matched to it.
 void SessionTexels::index() {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // pairs of triangle and texel
   for (std::size_t b = 0; b < bands_.size(); ++b) {
@@ -61,8 +61,8 @@ void SessionTexels::index() {
     on_device.match.triangle.read(pipeline_.context(), triangle);
     for (std::uint32_t t = 0; t < band.index.size(); ++t) {
       for (std::uint32_t s = band.first[t]; s < band.first[t + 1]; ++s) {
-        const bool again = s != band.first[t] && triangle[s] == triangle[s - 1];
-        if (triangle[s] != KILN_NO_TRIANGLE && !again) {
+        const bool is_repeated = s != band.first[t] && triangle[s] == triangle[s - 1];
+        if (triangle[s] != KILN_NO_TRIANGLE && !is_repeated) {
           pairs.emplace_back(triangle[s], band.first_texel + t);
         }
       }
@@ -112,10 +112,10 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   const Band& band = bands_[number];
   const PipelineBand& whole_band = pipeline_.bands()[number];
   const auto count = static_cast<std::uint32_t>(texels.size());
-  std::vector<std::uint32_t> own(count), places(count), first(count + std::size_t{1});
+  std::vector<std::uint32_t> texel_indices(count), places(count), first(count + std::size_t{1});
   for (std::size_t i = 0; i < count; ++i) {
-    own[i] = texels[i] - band.first_texel;
-    first[i + 1] = first[i] + band.first[own[i] + 1] - band.first[own[i]];
+    texel_indices[i] = texels[i] - band.first_texel;
+    first[i + 1] = first[i] + band.first[texel_indices[i] + 1] - band.first[texel_indices[i]];
     places_.push_back(place_of(number, texels[i]));
   }
   std::iota(places.begin(), places.end(), 0U);
@@ -131,7 +131,7 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   match.count = match.capacity = samples;
   match.triangle = cl::Array<std::uint32_t>(context, samples);
   match.barycentric = cl::Array<float>(context, std::size_t{2} * samples);
-  const cl::Array<std::uint32_t> indices(context, std::span<const std::uint32_t>(own));
+  const cl::Array<std::uint32_t> indices(context, std::span<const std::uint32_t>(texel_indices));
   context.launch(context.kernel("session", "kiln_session_gather"), count, kLocal, count,
                  whole_band.texels.capacity, whole_band.match.capacity, samples, indices,
                  part.texel_first, whole_band.texels.texel_first, whole_band.texels.triangle,

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Checks the options, and removes their maps.
+/// Returns checked options without maps.
 BakeOptions match_alone(BakeOptions options) {
   check_options(options);
   ask_for(options, {});
@@ -53,7 +53,7 @@ struct KILN_HIDDEN ViewSession::Impl {
   ViewQuery query;
   std::uint32_t size = 0;
   std::uint64_t samples = 0;
-  std::vector<cl::Array<float>> scores;  // scores of each band's samples
+  std::vector<cl::Array<float>> scores;  // scores of the samples, per band
 };
 
 ViewSession::ViewSession(const Source& source, const Mesh& low, const BakeOptions& options)
