@@ -90,10 +90,10 @@ class BytePlanner {
     Mesh low;
     UnwrapReport unwrapped;
     BakeOptions bake;
-    std::optional<BakeResult> result;  ///< Present if all maps were baked
+    std::optional<BakeResult> result;  ///< The baked maps; nullopt until all maps were baked
     std::vector<PictureLadder> ladders;
     double bytes_per_face = 0;
-    NormalError normals;  ///< Error of the largest normal map
+    NormalError normals;  ///< Error of the largest normal map, in rendered pictures
     ByteTrial trial;
   };
   struct Prediction {
@@ -118,7 +118,7 @@ class BytePlanner {
     if (!low_poly.trial.fits) return oversize_rank(low_poly.trial.bytes);
     return low_poly.trial.error + (has_lost_surface ? Settings::kLostSurfacePenalty : 0);
   }
-  /// Rank of a file that exceeds the budget: after all files that fit, by its bytes.
+  /// Rank of a trial whose file exceeds the budget: worse than every file that fits; fewer bytes rank better.
   double oversize_rank(std::uint64_t bytes) const {
     return 2 * Settings::kLostSurfacePenalty +
            static_cast<double>(bytes) / static_cast<double>(options_.max_bytes);
@@ -208,7 +208,7 @@ class BytePlanner {
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
     low_poly.ladders = picture_ladders(pictures, fit);
-    // A plan compares only bytes and errors. The job encodes the chosen pictures again, so the data is freed here.
+    // The data is freed here, since a plan only compares bytes and errors; the job encodes the chosen pictures again.
     for (PictureLadder& ladder : low_poly.ladders) {
       for (PictureChoice& choice : ladder.choices) choice.data = {};
     }
@@ -226,7 +226,7 @@ class BytePlanner {
       other_ladders_.assign(low_poly.ladders.begin() + 1, low_poly.ladders.end());
       other_ladders_size_ = size;
     }
-    // Vertex colours are added for counting bytes only; finish() transfers colours to the chosen low poly.
+    // The colours only serve to count bytes; finish() transfers colours to the chosen low poly.
     Mesh colored_mesh = low_poly.low;
     if (!high_.colors.empty())
       colored_mesh.colors.assign(colored_mesh.positions.size(), high_.colors.front());
@@ -235,7 +235,8 @@ class BytePlanner {
     low_poly.bytes_per_face =
         (static_cast<double>(low_poly.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) /
         faces;
-    low_poly.ladders.resize(1);  // other_ladders_ has those of the other pictures
+    // only the ladder of the normal map stays; other_ladders_ has those of the other pictures
+    low_poly.ladders.resize(1);
     std::vector<PictureLadder> all_ladders = low_poly.ladders;
     const std::vector<PictureLadder> other_ladders = other_ladders_up_to(size);
     all_ladders.insert(all_ladders.end(), other_ladders.begin(), other_ladders.end());
@@ -280,7 +281,7 @@ class BytePlanner {
     const double faces = evaluator_.faces(level);
     std::vector<PictureLadder> ladders = {nearest_low_poly.ladders.front()};
     const PictureLadder& measured_ladder = nearest_low_poly.ladders.front();
-    const double steps_a_degree =
+    const double steps_per_degree =
         measured_ladder.levels.front().degrees > 0
             ? measured_ladder.levels.front().steps / measured_ladder.levels.front().degrees
             : 0;
@@ -294,11 +295,12 @@ class BytePlanner {
       const double encoding_loss =
           std::max(0.0, choice_degrees * choice_degrees - level_degrees * level_degrees);
       choice.error.degrees = std::sqrt(unencoded_degrees * unencoded_degrees + encoding_loss);
-      choice.error.steps = steps_a_degree * choice.error.degrees;
+      choice.error.steps = steps_per_degree * choice.error.degrees;
     }
     const std::vector<PictureLadder> other_ladders = other_ladders_up_to(other_ladders_size_);
     ladders.insert(ladders.end(), other_ladders.begin(), other_ladders.end());
-    for (PictureLadder& ladder : ladders) {  // Predicted errors need not decrease as bytes increase
+    // the prediction need not fall as the bytes of a choice grow
+    for (PictureLadder& ladder : ladders) {
       double min_steps = HUGE_VAL;
       std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
         if (choice.error.steps >= min_steps) return true;
@@ -363,11 +365,10 @@ class BytePlanner {
     build_trial(evaluator_.count() - 1, sizes_.back(), /*all_maps=*/true, 0);
     if (best().trial.fits) return;
     const std::uint64_t min_file_bytes = low_polys_.back().trial.bytes;
-    throw Error(ErrorCode::usage,
-                formatted("%llu bytes are too few for a low poly with these maps: "
-                          "the smallest file has %llu.",
-                          static_cast<unsigned long long>(options_.max_bytes),
-                          static_cast<unsigned long long>(min_file_bytes)));
+    throw Error(ErrorCode::usage, formatted("%llu bytes are too few for a low poly with these "
+                                            "maps: the smallest possible file has %llu bytes.",
+                                            static_cast<unsigned long long>(options_.max_bytes),
+                                            static_cast<unsigned long long>(min_file_bytes)));
   }
 
   /// Rebuilds the best low poly if presimplification left folds in it. Other low polys are not rebuilt, since another
@@ -433,7 +434,7 @@ class BytePlanner {
   BytePlan result_;
   LevelEvaluator evaluator_;
   ErrorModel model_;
-  std::vector<std::uint32_t> sizes_;  ///< Map sizes in decreasing order
+  std::vector<std::uint32_t> sizes_;  ///< Map sizes that are tried, in decreasing order
   std::vector<BuiltLowPoly> low_polys_;
   /// Ladders of all pictures except normals, from the first bake of all maps
   std::vector<PictureLadder> other_ladders_;

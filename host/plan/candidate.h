@@ -28,7 +28,8 @@ void set_measured(const NormalError& error, Candidate& candidate);
 /// model.
 class CandidateBuilder {
  public:
-  /// \param bake  match options; may change between candidates. All arguments must outlive this object
+  /// Creates a builder. \param bake  match options; may change between candidates. All arguments must outlive this
+  /// object
   CandidateBuilder(const Source& source, const LowPolyPlanOptions& options, const BakeOptions& bake,
                    LevelEvaluator& evaluator, LowPolyPlan& plan);
 
@@ -57,13 +58,13 @@ class CandidateBuilder {
   ErrorModel model_;
   std::uint32_t bits_ = 8;
   std::vector<std::uint32_t> channels_;  ///< Number of channels of each map
-  double vertices_per_position_ = 1;     ///< Vertices per position of a mesh without a map
+  double vertices_per_position_ = 1;     ///< Ratio of vertices to positions of a mesh without a map
   /// Vertices that seams of a mapped mesh add, divided by the square root of its positions
   double seam_vertices_ = 10;
-  /// True once a map has been baked and has calibrated the error model
+  /// True once a baked map has calibrated the error model
   bool has_map_errors_ = false;
   bool uses_all_directions_ =
-      false;  ///< Candidates use as many visibility directions as final bakes
+      false;  ///< True if candidates use as many visibility directions as final bakes
 };
 
 }  // namespace kiln

@@ -23,8 +23,9 @@ struct LevelErrors {
 /// model for one mesh and two maps.
 class ErrorModel {
  public:
+  /// Calibrates the model by a measured map.
   /// \param has_own_charts  true if the charts are laid out for this size; false for a mip level of a larger map, whose
-  ///             error is used until a map of this size is measured
+  /// error is used until a map of this size is measured
   void add_measurement(double faces, const LevelErrors& level, std::uint32_t size, double error,
                        bool has_own_charts) {
     std::vector<Sharpness>& known = known_[size];
@@ -38,7 +39,8 @@ class ErrorModel {
          has_own_charts});
   }
 
-  /// \param level  LevelEvaluator::at(..., mapped: true)
+  /// Predicts the error of a mesh with a map of a given size. \param level  errors of the mesh, from
+  /// LevelEvaluator::at() with mapped = true
   double expected(double faces, const LevelErrors& level, std::uint32_t size) const {
     return level.infinite_map + detail(level) / (1 + detail(level) * sharpness(faces, size));
   }

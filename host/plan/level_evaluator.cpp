@@ -45,7 +45,7 @@ void LevelEvaluator::make_levels(std::uint32_t finest_faces) {
   for (auto& measured : measured_levels_) measured.clear();
   if (set_->levels == nullptr) {
     std::vector<std::uint32_t> faces;
-    // Coarser levels have exceeded the error bound
+    // All coarser levels are known to exceed the error bound.
     const double min_faces = finest_faces > kFinestFaces ? 1.0 * kFinestFaces : 2.0;
     for (double goal = std::min<double>(finest_faces, static_cast<double>(high_.triangles.size()));
          goal >= min_faces || faces.empty(); goal *= kLevelFaceRatio) {
@@ -244,7 +244,7 @@ const UnwrappedLowPoly& LevelEvaluator::unwrapped(std::size_t level, std::uint32
 }
 
 void LevelEvaluator::solve(std::size_t level) {
-  ProgressGuard::poll_at(0.9, "simplifying anew, without flaws");
+  ProgressGuard::poll_at(0.9, "simplifying again, without flaws");
   const Stopwatch watch;
   levels().solve(level);
   set_->meshes.erase(level);

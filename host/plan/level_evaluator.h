@@ -28,9 +28,9 @@ struct UnwrappedLowPoly {
 /// Cached low polys of one high poly. Plans for several sizes on screen share them.
 struct LevelSet {
   std::unique_ptr<SimplifyLevels> levels;
-  std::map<std::size_t, Mesh> meshes;  ///< By level
+  std::map<std::size_t, Mesh> meshes;  ///< Simplified meshes by level
   std::map<std::size_t, std::array<Mesh, 2>>
-      draft_meshes;  ///< SimplifyLevels::draft_meshes() of each level
+      draft_meshes;  ///< Draft meshes by level, from SimplifyLevels::draft_meshes()
   /// Unwrapped meshes by level and map size
   std::map<std::pair<std::size_t, std::uint32_t>, UnwrappedLowPoly> unwrapped;
 };
@@ -69,6 +69,7 @@ std::optional<std::size_t> coarsest_level(std::size_t begin, std::size_t end,
 /// correct those of other levels.
 class LevelEvaluator {
  public:
+  /// Creates levels and their draft meshes.
   /// \param bake  match options; choose_match() may change them
   /// \param plan  its run times are increased. All arguments must outlive this object
   LevelEvaluator(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
@@ -81,8 +82,9 @@ class LevelEvaluator {
   /// \returns false if the high poly has no more
   bool refine();
 
+  /// Predicted or measured errors of a level.
   /// \param mapped  true for a mesh with a map, false for one without; their normals differ, and only the mesh with a
-  ///                map has LevelErrors::infinite_map
+  /// map has LevelErrors::infinite_map
   LevelErrors at(std::size_t level, bool mapped);
   /// While frozen, at() interpolates between known levels and evaluates no level.
   void freeze(bool frozen) { is_frozen_ = frozen; }
@@ -130,7 +132,7 @@ class LevelEvaluator {
   };
   /// Measured levels; [0] without a map, [1] with a map
   std::array<std::map<std::size_t, MeasuredLevel>, 2> measured_levels_;
-  std::optional<TexelDetail> detail_;  ///< Detail of the high poly, for TexelDensity::detail alone
+  std::optional<TexelDetail> detail_;  ///< Detail of the high poly; only for TexelDensity::detail
 };
 
 }  // namespace kiln

@@ -83,7 +83,7 @@ class LodMaker {
           // If no mesh is within the error bound, add() omits this level
           plan.chosen = previous().chosen;
           make_simplified_levels();
-          progress.at(0, "looking at the high poly");
+          progress.at(0, "analysing the high poly");
           const Stopwatch watch;
           const HighPolyView high_view = shown_from(impl_of(source_), screen, plan_directions());
           std::size_t begin = 0;
@@ -142,7 +142,8 @@ class LodMaker {
   }
 
   void add(LodLevel level) {
-    const auto weight = [&](const LowPolyPlan& plan) {  // Shared maps add no bytes
+    // a level with shared maps adds no bytes for texels
+    const auto weight = [&](const LowPolyPlan& plan) {
       const LowPolyBytes& bytes = plan.chosen.bytes;
       return static_cast<double>(level.own_maps ? bytes.total() : bytes.vertices);
     };
@@ -151,13 +152,14 @@ class LodMaker {
       chain_.levels.push_back(std::move(level));
       return;
     }
-    Message text = "At " + std::to_string(level.screen) + " pixels the mesh of " +
+    Message text = "The level for " + std::to_string(level.screen) +
+                   " pixels is left out, and the mesh of " +
                    std::to_string(previous().chosen.faces) +
-                   " faces serves, too: what is within the error there has more faces, or over "
-                   "90% of its bytes.";
+                   " faces is used there: all meshes within the error have more faces, or over 90% "
+                   "of its bytes.";
     if (options_.error_growth == 1 && chain_.warnings.empty()) {
-      text +=
-          " Errors that grow from level to level (" + option("lod_growth") + ") give lighter ones.";
+      text += " Errors that grow from level to level (" + option("lod_growth") +
+              ") allow lighter meshes.";
     }
     chain_.warnings.push_back({"lod-left-out", std::move(text), 1});
   }

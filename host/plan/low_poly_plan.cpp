@@ -1,4 +1,4 @@
-// The search for the lightest low poly and map: see README.md.
+// Searches for the lightest low poly and map within an error bound. README.md describes the search.
 #include "plan/low_poly_plan.h"
 
 #include <algorithm>
@@ -28,11 +28,11 @@ using namespace plan_settings;
 class LowPolyPlanner {
  public:
   LowPolyPlanner(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
-                 LevelCache& cache, std::uint64_t most_faces)
+                 LevelCache& cache, std::uint64_t max_faces)
       : source_(source),
         high_(high),
         options_(options),
-        max_faces_(most_faces > 0 ? static_cast<double>(most_faces) : HUGE_VAL),
+        max_faces_(max_faces > 0 ? static_cast<double>(max_faces) : HUGE_VAL),
         max_mismatch_(options.max_outline > 0 ? options.max_outline : kMaxOutlineMismatch),
         bake_(options.bake),
         progress_scope_(bake_.progress),
@@ -64,7 +64,7 @@ class LowPolyPlanner {
     std::size_t first_excluded = SIZE_MAX;
     int count = 0;
   };
-  using Choice = std::pair<std::size_t, std::uint32_t>;  // Level and map size
+  using Choice = std::pair<std::size_t, std::uint32_t>;  // Level and map size of a candidate
 
   bool meets_bounds(const Candidate& candidate) const {
     return candidate.measured <= options_.max_error &&
@@ -76,7 +76,7 @@ class LowPolyPlanner {
   }
   bool is_better(const Candidate& a, const Candidate& b) const {
     const auto rank = [&](const Candidate& c) {
-      // The size is too small for the bound of a map other than the normal map.
+      // The size is too small for the bound of a map other than the normal map, as an earlier bake showed.
       if (c.size < sizes_.front()) return -1;
       return is_sound(c) ? 2 : meets_bounds(c) ? 1 : 0;
     };
@@ -103,9 +103,8 @@ class LowPolyPlanner {
     built_candidates_.push_back(builder_.build(level, size));
     if (!is_sound(built_candidates_.back().candidate)) record_miss(built_candidates_.back());
   }
-  /// The next finer level without folds if there is one nearby, otherwise the level itself. Without a sound
-  /// candidate, the next eight levels are nearby. Once there is one, levels with at most kMaxBytesRatioWithoutFolds
-  /// times the bytes are.
+  /// Returns the next finer level without folds if one is near, else the level itself. Before a sound candidate exists,
+  /// near means up to eight levels finer; afterwards, up to kMaxBytesRatioWithoutFolds times the bytes.
   std::size_t level_without_folds(const Choice& choice) {
     const auto [level, size] = choice;
     if (can_be_foldless(level)) return level;
@@ -168,7 +167,7 @@ class LowPolyPlanner {
     return coarsest_level(begin, evaluator_.count(),
                           [&](std::size_t level) { return reserves_half_for_texels(level); });
   }
-  /// The coarsest level below `max_bytes` bytes that meets the error bound without a map.
+  /// The coarsest level below `max_bytes` that meets the error bound without a map.
   std::optional<std::size_t> coarsest_without_map(double max_bytes) {
     if (sizes_.front() != 0) return std::nullopt;
     return coarsest_level_from_known(finest_level_below(max_bytes, 0), evaluator_.count(), false,
@@ -314,7 +313,7 @@ class LowPolyPlanner {
           reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
     }
     if (!all_reached(plan_.bounds) && best_built.candidate.size < sizes_.back()) {
-      // A map other than the normal map exceeds its bound at this size, whatever the mesh.
+      // A map other than the normal map exceeds its bound at this size on any mesh, so smaller sizes are excluded.
       std::erase_if(sizes_, [&](std::uint32_t size) { return size <= best_built.candidate.size; });
       return false;
     }
@@ -380,7 +379,7 @@ void check_plan(const LowPolyPlanOptions& options) {
               "; it must be a share above 0 and below 1, or 0");
   require(options.density != TexelDensity::detail ||
               (options.unwrap == UnwrapMethod::charts && !options.height_field),
-          "density by detail is for large charts, not for pairs or height fields");
+          "density by detail requires large charts, not pairs or height fields");
   check_bounds(bake, options.bounds);
   require(options.screen == 0 || (options.screen >= 16 && options.screen <= 16384),
           "screen is " + std::to_string(options.screen) + " pixels; it must be 16 to 16384, or 0");
@@ -395,13 +394,13 @@ void check_plan(const LowPolyPlanOptions& options) {
       bake.match.cage_mesh == nullptr && bake.match.parts == nullptr && bake.match.saved == nullptr,
       "a cage mesh, parts and a saved match require a given low poly");
   require((!obeys(match, "match.uv") || options.height_field) && !needs_direction(match),
-          "matching by " + std::string(bake.match.method.name) + " is for a low poly of your own");
+          "matching by " + std::string(bake.match.method.name) + " requires a given low poly");
 }
 
 LowPolyPlan plan_levels(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
-                        LevelCache& cache, std::uint64_t most_faces) {
+                        LevelCache& cache, std::uint64_t max_faces) {
   return unless_cancelled<LowPolyPlan>(
-      [&] { return LowPolyPlanner(source, high, options, cache, most_faces).run(); },
+      [&] { return LowPolyPlanner(source, high, options, cache, max_faces).run(); },
       [](LowPolyPlan& none) { none.cancelled = true; });
 }
 

@@ -1,4 +1,4 @@
-// Plans of low polys that share their simplified meshes.
+// Plans one of several low polys that share their simplified meshes.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace kiln {
 
-/// \throws Error(usage) for options out of range, and for options that require a given low poly
+/// Checks the options of a plan. \throws Error(usage) for options out of range, and for options that require a given
+/// low poly
 void check_plan(const LowPolyPlanOptions& options);
 
-/// Implements plan_low_poly(); the options must have been checked.
-/// \param most_faces  maximum face count of the low poly; 0: unlimited
+/// Implements plan_low_poly() with checked options. \param max_faces  maximum face count of the low poly; 0: unlimited
 LowPolyPlan plan_levels(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
-                        LevelCache& cache, std::uint64_t most_faces = 0);
+                        LevelCache& cache, std::uint64_t max_faces = 0);
 
 }  // namespace kiln

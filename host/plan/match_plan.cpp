@@ -24,13 +24,13 @@ namespace {
 using plan_settings::kMaxErrorRatioOfBetterMatch;
 
 /// Side of the smallest map that is tried: smaller maps take as much time.
-constexpr std::uint32_t kFirstMapSize = 128;
+constexpr std::uint32_t kMinMapSize = 128;
 /// From this number of triangles on, building the BVH dominates the time, so depth views are tried first.
-constexpr std::size_t kViewsFirstTriangles = 2000000;
+constexpr std::size_t kMinTrianglesForViewsFirst = 2000000;
 /// Maximum share of misses of a match that counts as working.
 constexpr double kMaxMissedShare = 0.01;
-/// Tolerance of comparisons. A map is large enough if its error is at most this factor times that of an infinite map,
-/// and is worth a bake if its predicted error is at most this factor times the bound.
+/// Tolerance factor of comparisons. A map is large enough if its error is within this factor of an infinite map's
+/// error, and is worth a bake if its predicted error is within this factor of the bound.
 constexpr double kErrorTolerance = 1.05;
 /// Map size at which matches are compared. For comparisons, depth views have half the size, and there is an eighth of
 /// the visibility directions.
@@ -46,9 +46,10 @@ class TexelError {
  public:
   double at(std::uint32_t size) const { return 1 / (1 / range_ + rate_ * size * size); }
 
-  /// \param range  error without a map minus error with an infinite one
+  /// Sets the range of errors. \param range  error without a map minus error with an infinite one
   void set_range(double range) { range_ = std::max(range, kMinRange); }
-  /// \param excess_error  error of a map of this size minus error with an infinite one
+  /// Calibrates the model by a measured map. \param excess_error  error of a map of this size minus error with an
+  /// infinite one
   void add_measurement(std::uint32_t size, double excess_error) {
     excess_error = std::max(excess_error, kMinRange);
     const double texels = 1.0 * size * size;
@@ -114,7 +115,7 @@ class MatchPlanner {
     methods_ = searching_methods();
     if (by_uvs) methods_.insert(methods_.begin(), by_uv_);
     // The first bake comes before the reference pictures, because it throws LayoutMismatch.
-    UnmeasuredBake baked = bake_at(methods_.front(), std::min(kFirstMapSize, largest_size()));
+    UnmeasuredBake baked = bake_at(methods_.front(), std::min(kMinMapSize, largest_size()));
     make_probe(uses_views(methods_[by_uvs ? 1 : 0]) || (by_uvs && target_error_ > 0));
     infinite_map_error(methods_.front());
     if (measure(std::move(baked)) <= target_error_) return finish();
@@ -123,7 +124,8 @@ class MatchPlanner {
       const MatchMethod method = methods_[i];
       // Number of methods that search (not by UVs), up to and including this one
       const std::size_t search_count = by_uvs ? i : i + 1;
-      if (search_count > 1 && (target_error_ == 0 || (has_chosen_points_ && is_hopeless(nearest))))
+      if (search_count > 1 &&
+          (target_error_ == 0 || (has_chosen_points_ && is_unreachable(nearest))))
         break;
       if (search_count > 1 && uses_views(method) && !views_may_help()) continue;
       const double method_error = infinite_map_error(method),
@@ -133,13 +135,13 @@ class MatchPlanner {
       if (is_better_match(method, method_error, nearest, nearest_error)) nearest = method;
     }
     if (largest_tried_size(nearest) == 0 && target_error_ == 0)
-      bake_trial(nearest, std::min(kFirstMapSize, largest_size()));
-    grow_until_flat(nearest);
+      bake_trial(nearest, std::min(kMinMapSize, largest_size()));
+    grow_until_converged(nearest);
     for (std::size_t i = 0; i < methods_.size() && !has_chosen_points_; ++i) {
       if (largest_tried_size(methods_[i]) != 0) continue;
       infinite_map_error(methods_[i]);
-      if (std::isfinite(bake_trial(methods_[i], std::min(kFirstMapSize, largest_size()))))
-        grow_until_flat(methods_[i]);
+      if (std::isfinite(bake_trial(methods_[i], std::min(kMinMapSize, largest_size()))))
+        grow_until_converged(methods_[i]);
     }
     return finish();
   }
@@ -154,7 +156,7 @@ class MatchPlanner {
     if (options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr) {
       std::erase_if(
           methods, [](MatchMethod method) { return !obeys(match_row(method).info, "match.cage"); });
-    } else if (impl_of(source_).triangles.size() > kViewsFirstTriangles) {
+    } else if (impl_of(source_).triangles.size() > kMinTrianglesForViewsFirst) {
       std::stable_partition(methods.begin(), methods.end(), uses_views);
     }
     return methods;
@@ -209,9 +211,9 @@ class MatchPlanner {
   }
 
   /// True if no match can reach the error even at the largest size, so that the remaining methods need no comparison.
-  bool is_hopeless(MatchMethod nearest) {
+  bool is_unreachable(MatchMethod nearest) {
     if (plan_.least > 0 || uses_views(searching_methods().front()))
-      return false;  // The bound would need a BVH
+      return false;  // computing the lower bound would require a BVH
     const Stopwatch watch;
     const NormalProbe::InfiniteMap& infinite_map = infinite_maps_.at(nearest.name);
     plan_.least = infinite_map.error.mean_degrees * probe_->least_share(infinite_map);
@@ -238,14 +240,14 @@ class MatchPlanner {
       if (infinite_map_error(method) + texels_.at(size) > target_error_ * kErrorTolerance) continue;
       const double error = bake_trial(method, size);
       if (error <= target_error_) return true;
-      // A larger map cannot lower the error.
+      // A larger map cannot reduce the error below that of an infinite map.
       if (error <= infinite_map_error(method) || !std::isfinite(error)) return false;
     }
     return false;
   }
 
   /// Bakes growing maps until texels add less than 5% to the error of an infinite map.
-  void grow_until_flat(MatchMethod method) {
+  void grow_until_converged(MatchMethod method) {
     for (std::uint32_t size = largest_tried_size(method); size < largest_size();) {
       std::uint32_t sufficient_size = size;
       while (sufficient_size < largest_size() &&
@@ -261,7 +263,7 @@ class MatchPlanner {
 
   /// The next larger map size; the smallest if `size` is 0.
   std::uint32_t next_size(std::uint32_t size) const {
-    return std::min(size == 0 ? kFirstMapSize : 2 * size, largest_size());
+    return std::min(size == 0 ? kMinMapSize : 2 * size, largest_size());
   }
 
   /// The largest map size that was tried with a method; 0 if there was none.
@@ -296,7 +298,7 @@ class MatchPlanner {
     return bake;
   }
 
-  /// \throws LayoutMismatch
+  /// Bakes a map of one size. \throws LayoutMismatch
   UnmeasuredBake bake_at(MatchMethod method, std::uint32_t size) const {
     UnmeasuredBake baked;
     baked.options = bake_options(method, size, {});
@@ -416,11 +418,11 @@ PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOption
   const auto require = [](bool holds, const std::string& text) {
     if (!holds) throw Error(ErrorCode::usage, text);
   };
-  require(std::isfinite(options.max_error) && options.max_error >= 0,
-          "The error to reach is " + decimal(options.max_error) +
-              " degrees: it must be finite, and 0 or more.");
+  require(
+      std::isfinite(options.max_error) && options.max_error >= 0,
+      "max_error is " + decimal(options.max_error) + " degrees: it must be finite, and 0 or more.");
   require(options.bake.match.saved == nullptr,
-          "A plan chooses how to match, but a saved match was given.");
+          "A plan chooses the match, but a saved match was given: leave it out.");
   require(shading_map(options.bake).has_value(),
           "A plan measures normal maps: add a normal map to the maps.");
   check_bounds(options.bake, options.bounds);

@@ -241,7 +241,7 @@ std::optional<std::vector<std::byte>> try_encode(const Image& image,
     return encode_picture(image, encoding);
   } catch (const Error&) {
     if (encoding.format == PictureFormat::png) throw;
-    return std::nullopt;  // Builds without libjpeg only write PNG
+    return std::nullopt;  // builds without libjpeg can only write PNG
   }
 }
 

@@ -23,8 +23,8 @@ struct PictureError {
 /// One way to store a picture.
 struct PictureChoice {
   std::size_t level = 0;        ///< Number of halvings of the full size
-  std::uint32_t width = 0;      ///< Texels
-  std::uint32_t height = 0;     ///< Texels
+  std::uint32_t width = 0;      ///< Width in texels
+  std::uint32_t height = 0;     ///< Height in texels
   PictureEncoding encoding;     ///< Format, quality, dithering
   std::uint64_t bytes = 0;      ///< Bytes in the GLB, rounded up to a multiple of 4
   PictureError error;           ///< Error of the decoded picture
@@ -34,7 +34,7 @@ struct PictureChoice {
 /// Pareto-optimal ways to store a picture, in order of increasing bytes and decreasing error.
 struct PictureLadder {
   PictureSlot picture = PictureSlot::normal;
-  double weight = 1;                   ///< Share of the surface that has this picture
+  double weight = 1;                   ///< Share of the low poly's surface that shows this picture
   std::vector<PictureChoice> choices;  ///< The choices; at least one
   /// Errors of lossless 8-bit pictures, indexed by PictureChoice::level
   std::vector<PictureError> levels;
@@ -52,7 +52,7 @@ struct PictureFitOptions {
   bool all_qualities =
       false;  ///< True for the final file: every third quality is tried instead of a few
   std::uint64_t max_picture_bytes = 0;  ///< Maximum bytes of a picture; larger ones are skipped
-  /// Error of a decoded normal map; if empty, the mean angle to the texels of the full-size map
+  /// Measures a decoded normal map; if empty, the error is the mean angle to the texels of the full-size map
   NormalMapError normal_error = {};
 };
 
@@ -63,7 +63,7 @@ struct PictureFitOptions {
 /// per quality; a size is skipped if the bytes of the next smaller one show that it cannot fit.
 std::vector<PictureLadder> picture_ladders(const AssetMaps& maps, const PictureFitOptions& options);
 
-/// One choice from each ladder.
+/// A combination of encodings: one choice from each of several ladders.
 struct PictureFit {
   std::vector<std::size_t> choices;  ///< Index into PictureLadder::choices for each ladder
   std::uint64_t bytes = 0;           ///< Sum of the bytes of all pictures
