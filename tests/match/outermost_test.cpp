@@ -38,7 +38,7 @@ constexpr double kNextToNone = 0.01;
 
 /// True if a face that views show lies on a sample's perpendicular, by the oracle.
 bool had_a_choice(const Source::Impl& high, const test::HardBake& bake, std::size_t i,
-                  const test::Shown& shown, double reach) {
+                  const test::VisibleParts& shown, double reach) {
   const Vec3 p = bake.samples.position[i], n = bake.samples.normal[i];
   for (double end = reach; end > -reach;) {
     const reference::RayHit hit =
@@ -57,7 +57,7 @@ float default_reach(const Source& source) {
   return static_cast<float>(kSearchDistance * frame.diagonal * frame.scale);
 }
 
-Seen seen(const Source& source, const test::HardBake& bake, const test::Shown& shown) {
+Seen seen(const Source& source, const test::HardBake& bake, const test::VisibleParts& shown) {
   const auto& frame = impl_of(source).frame;
   const float reach = default_reach(source);
   Seen result;
@@ -99,7 +99,7 @@ TEST(Outermost, TakesWhatViewsShow) {
     const test::HardBake near(source, scene.low, sized(64, RayRule::nearest));
     // The views look at the places of the samples, which are those of both.
     ASSERT_EQ(outer.samples.element, near.samples.element);
-    const test::Shown shown(source, scene.high, scene.low, outer, default_reach(source));
+    const test::VisibleParts shown(source, scene.high, scene.low, outer, default_reach(source));
     const Seen outermost = seen(source, outer, shown);
     const Seen nearest = seen(source, near, shown);
     ::testing::Test::RecordProperty(std::string(name) + "_outermost_unseen",

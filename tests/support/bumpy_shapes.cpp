@@ -1,4 +1,4 @@
-// Shapes with exact normals: the bumpy sphere and the bumpy torus.
+// Generates shapes with exact normals: the bumpy sphere and the bumpy torus.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,10 +28,11 @@ struct OctahedralGrid {
   std::uint32_t first_vertex(std::uint32_t ring) const {
     if (ring == 0) return 0;
     if (ring <= n) return 1 + 2 * ring * (ring - 1);
-    const std::uint32_t left = 2 * n - ring + 1;  // rings from here to the pole
+    const std::uint32_t left = 2 * n - ring + 1;  // number of rings from here to the pole
     return vertices() - 1 - 2 * left * (left - 1);
   }
-  /// Triangles of the band between `ring` and the next: 4 (2i + 1), i the lesser ring's number.
+  /// Index of the first triangle in the band between `ring` and the next one. A band has 4 (2i + 1) triangles, where i
+  /// is the lesser of the two rings' numbers.
   std::uint32_t first_triangle(std::uint32_t ring) const {
     if (ring <= n) return 4 * ring * ring;
     return triangles() - 4 * (2 * n - ring) * (2 * n - ring);
@@ -41,12 +42,13 @@ struct OctahedralGrid {
     const std::uint32_t step = std::min(ring, 2 * n - ring);
     const double t = static_cast<double>(step) / n;
     const double height = ring <= n ? 1 - t * t : t * t - 1;
-    const double flat = t * std::sqrt(2 - t * t);  // sqrt(1 - height^2) without cancellation
+    // equals sqrt(1 - height^2), but without cancellation
+    const double flat = t * std::sqrt(2 - t * t);
     const double angle = step == 0 ? 0 : 2 * pi * k / (4.0 * step);
     return {flat * std::cos(angle), height, -flat * std::sin(angle)};
   }
 
-  /// Writes the band below `ring` to out[first_triangle(ring)...].
+  /// Writes the triangles of the band after `ring` to out[first_triangle(ring)...].
   void write_band(std::uint32_t ring, std::vector<Triangle>& out) const {
     std::uint32_t at = first_triangle(ring);
     const bool upper = ring < n;
@@ -56,7 +58,7 @@ struct OctahedralGrid {
     const std::uint32_t small_base = first_vertex(small_ring);
     const std::uint32_t large_base = first_vertex(large_ring);
     const std::uint32_t step =
-        large / 4;  // large ring's steps a quadrant; the small one has one less
+        large / 4;  // steps per quadrant of the larger ring; the smaller ring has one step less
     for (std::uint32_t quadrant = 0; quadrant < 4; ++quadrant) {
       for (std::uint32_t j = 0; j < step; ++j) {
         const std::uint32_t inner = small_base + (quadrant * (step - 1) + j) % small;
@@ -80,7 +82,7 @@ struct Wave {
 constexpr std::array<Wave, 3> sphere_waves = {
     Wave{0.020, {7, 3, -2}, 0.3}, Wave{0.012, {-4, 9, 5}, 1.1}, Wave{0.008, {6, -8, 11}, 2.0}};
 
-/// The torus's direction of growing angle around the axis.
+/// Unit vector of the torus in the direction of the growing angle around the axis.
 Vec3d torus_along(double u) { return {-std::sin(u), 0, -std::cos(u)}; }
 
 }  // namespace

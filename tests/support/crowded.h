@@ -1,4 +1,4 @@
-// Meshes whose boxes overlap much: what guards are for.
+// Generates meshes whose bounding boxes overlap heavily, which stress the limits of tree searches.
 #pragma once
 
 #include <cmath>
@@ -11,10 +11,10 @@
 
 namespace kiln::test {
 
-/// Numbers that are the same on every machine.
-class Even {
+/// A random number generator with equal results on every machine.
+class PortableRandom {
  public:
-  explicit Even(unsigned seed) : engine_(seed) {}
+  explicit PortableRandom(unsigned seed) : engine_(seed) {}
   float unit() { return static_cast<float>(engine_() >> 8) * 0x1p-24F; }
   float within(float a) { return (2 * unit() - 1) * a; }
   Vec3 point(float a) {
@@ -26,7 +26,7 @@ class Even {
   std::mt19937 engine_;
 };
 
-/// Triangles that share no corner.
+/// Triangles without common corners.
 struct Soup {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
@@ -37,11 +37,11 @@ struct Soup {
   }
 };
 
-/// n large triangles over each other, no two the same: shifted by a hair.
+/// Makes n large, almost coincident triangles, each shifted by a tiny amount.
 template <typename Scene>
 Scene shifted(std::uint32_t n) {
   Scene scene;
-  Even random(4);
+  PortableRandom random(4);
   for (std::uint32_t i = 0; i < n; ++i) {
     const float z = 1e-7F * static_cast<float>(i);
     const auto at = [&](float x, float y) {
@@ -54,11 +54,11 @@ Scene shifted(std::uint32_t n) {
   return scene;
 }
 
-/// n large triangles over each other, each turned a bit.
+/// Makes n large, almost coincident triangles, each rotated by a small angle.
 template <typename Scene>
 Scene turned(std::uint32_t n) {
   Scene scene;
-  Even random(5);
+  PortableRandom random(5);
   for (std::uint32_t i = 0; i < n; ++i) {
     const Vec3 turn = random.point(0.05F);
     const auto at = [&](float x, float y) {
@@ -69,11 +69,11 @@ Scene turned(std::uint32_t n) {
   return scene;
 }
 
-/// n slivers that all pass one point.
+/// Makes n slivers that all pass through one point.
 template <typename Scene>
 Scene slivers(std::uint32_t n) {
   Scene scene;
-  Even random(6);
+  PortableRandom random(6);
   for (std::uint32_t i = 0; i < n; ++i) {
     const Vec3 way = random.point(1), beside = random.point(3e-4F);
     const float size = 0.4F / std::sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
@@ -83,7 +83,7 @@ Scene slivers(std::uint32_t n) {
   return scene;
 }
 
-/// A disc of n needles around one corner.
+/// Makes a disc of n needles around one vertex.
 template <typename Scene>
 Scene fan(std::uint32_t n) {
   Scene scene;

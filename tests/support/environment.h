@@ -9,32 +9,31 @@
 
 namespace kiln::test {
 
-/// The device under test (KILN_DEVICE, else the first). Opened once, released before main returns: a
-/// static destructor that released it would run after the OpenCL library's own.
-/// Null where there is no device.
+/// The device under test: the one that KILN_DEVICE names, else the first. It is opened once and released before main()
+/// returns, since a static destructor would run after that of the OpenCL library. Null if there is no device.
 const Device* device();
 
-/// A file of the shared data folder, or nothing where it is absent.
+/// Path of a file in the shared data folder; nullopt if it does not exist.
 std::optional<std::filesystem::path> shared_data(const std::string& name);
 
-/// A file or folder of tests/data.
+/// Path of a file or folder in tests/data.
 std::filesystem::path test_data(const std::string& name);
 
-/// The kiln command that was built, or that the variable KILN_COMMAND names; empty where there is none.
+/// Path of the kiln command: of this build, or from the variable KILN_COMMAND; empty if there is none.
 std::string kiln_command();
 
-/// tests/faults/shim.cpp as a library to load before a program; empty where it was not built.
+/// The library made from tests/faults/shim.cpp, to be preloaded into a program; empty if it was not built.
 std::string fault_library();
 
-/// tests/stability/README.md, whose tables a test checks.
+/// Path of tests/stability/README.md, whose tables a test checks.
 std::filesystem::path stability_tables();
 
-/// A fresh empty folder, removed when the test program ends.
+/// Creates an empty folder, which is removed when the test program ends.
 std::filesystem::path scratch_folder();
 
 }  // namespace kiln::test
 
-/// Skips visibly without a device; fails in CI (where the environment says CI=true).
+/// Skips the test visibly if there is no device; fails in CI, where the environment has CI=true.
 #define KILN_REQUIRE_DEVICE()                                         \
   do {                                                                \
     if (kiln::test::device() == nullptr) {                            \
@@ -43,7 +42,7 @@ std::filesystem::path scratch_folder();
     }                                                                 \
   } while (false)
 
-/// Skips visibly without the shared data; fails in CI.
+/// Skips the test visibly if the shared data is missing; fails in CI.
 #define KILN_REQUIRE_DATA(name)                                                 \
   do {                                                                          \
     if (!kiln::test::shared_data(name)) {                                       \

@@ -14,10 +14,11 @@ namespace kiln::test {
 namespace {
 
 constexpr std::uint32_t kDirections = 512;
-constexpr float kFar = 4;      // beyond any scene of about unit size
-constexpr float kOwn = 1e-4F;  // the low poly's own face
+constexpr float kRayLength = 4;  // ray length beyond any scene of about unit size
+constexpr float kMinHitDistance =
+    1e-4F;  // minimum distance of hits, to exclude the low poly's own face
 
-/// Samples as rays towards one direction.
+/// Makes a ray from each sample in one direction.
 cl::Array<float> towards(cl::Context& context, const AssessedSamples& samples, const Vec3& w) {
   const std::size_t count = samples.size();
   std::vector<float> planes(7 * count, 0.0F);
@@ -56,8 +57,8 @@ HardBake::HardBake(const Source& source, const Mesh& low, BakeOptions options) {
   samples = assessed_samples(impl_of(source), low, *baked.match);
 }
 
-Shown::Shown(const Source& source, const Mesh& high, const Mesh& low, const HardBake& bake,
-             float reach)
+VisibleParts::VisibleParts(const Source& source, const Mesh& high, const Mesh& low,
+                           const HardBake& bake, float reach)
     : parts_(parts_of(high)), sum_(bake.samples.size()), by_part_(bake.samples.size()) {
   cl::Context& context = context_of(*device());
   const AssessedSamples& samples = bake.samples;
@@ -67,8 +68,10 @@ Shown::Shown(const Source& source, const Mesh& high, const Mesh& low, const Hard
   cl::Array<std::uint8_t> hidden(context, count);
   for (const Vec3& w : spread_views(kDirections)) {
     const cl::Array<float> points = towards(context, samples, w);
-    light.occluded(points, count, count, {.t_min = kOwn, .t_max = kFar, .two_sided = true}, hidden);
-    RayQuery from_outside{.t_min = 0, .t_max = kFar + reach, .offset = kFar, .inward = true};
+    light.occluded(points, count, count,
+                   {.t_min = kMinHitDistance, .t_max = kRayLength, .two_sided = true}, hidden);
+    RayQuery from_outside{
+        .t_min = 0, .t_max = kRayLength + reach, .offset = kRayLength, .inward = true};
     impl_of(source).rays().intersect(points, count, count, from_outside, shown);
     std::vector<std::uint8_t> blocked(count);
     std::vector<std::uint32_t> triangle(count);
@@ -87,7 +90,7 @@ Shown::Shown(const Source& source, const Mesh& high, const Mesh& low, const Hard
   }
 }
 
-double Shown::share(std::size_t i, std::uint32_t triangle) const {
+double VisibleParts::share(std::size_t i, std::uint32_t triangle) const {
   if (triangle == KILN_NO_TRIANGLE) return 0;
   const auto found = by_part_[i].find(parts_[triangle]);
   return found == by_part_[i].end() ? 0 : found->second / sum_[i];

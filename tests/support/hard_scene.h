@@ -1,4 +1,4 @@
-// Hard-surface scenes for tests: their connected parts, and what outside views show of them at each sample.
+// Helpers for tests with hard-surface scenes: connected parts, and what views from outside show of them at each sample.
 #pragma once
 
 #include <cstdint>
@@ -10,29 +10,31 @@
 
 namespace kiln::test {
 
-/// The connected part of each triangle, named by a vertex of it: triangles that share a place are of one.
+/// The connected part of each triangle, identified by one of its vertices. Triangles that share a position belong to
+/// one part.
 std::vector<std::uint32_t> parts_of(const Mesh& mesh);
 
-/// A bake whose correspondence is kept, and its samples on both surfaces.
+/// A bake with its correspondence, and its samples on both surfaces.
 struct HardBake {
   HardBake(const Source& source, const Mesh& low, BakeOptions options);
   BakeResult baked;
   AssessedSamples samples;
-  /// The sample's triangle on the high poly
+  /// The high poly's triangle that a sample matched
   std::uint32_t triangle(std::size_t i) const { return baked.match->triangle[samples.element[i]]; }
 };
 
-/// The surface that outside views show at each sample's place, by part of the high poly: over 512 directions spread
-/// evenly, those that see the place past the low poly, each by its cosine to the face of the low poly. A view shows
-/// the first face of the high poly along its line, where that lies within `reach` of the place.
-class Shown {
+/// Which part of the high poly views from outside show at each sample. Of 512 directions, evenly distributed, those
+/// count from which the low poly does not hide the sample, weighted by the cosine to the low poly's face. A view shows
+/// the first face of the high poly along its line, if that face lies within `reach` of the sample.
+class VisibleParts {
  public:
-  /// \param reach  frame units
-  Shown(const Source& source, const Mesh& high, const Mesh& low, const HardBake& bake, float reach);
+  /// Computes the shares of all samples. \param reach  search distance in frame units
+  VisibleParts(const Source& source, const Mesh& high, const Mesh& low, const HardBake& bake,
+               float reach);
 
-  /// True if any direction sees the place of sample `i`, and something there.
+  /// True if from any direction the sample is visible and the high poly has a face there.
   bool seen(std::size_t i) const { return sum_[i] > 0; }
-  /// The share of it that is of a triangle's part; 0 for no triangle.
+  /// The share of views that show the part of a triangle; 0 for no triangle.
   double share(std::size_t i, std::uint32_t triangle) const;
 
  private:

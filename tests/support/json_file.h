@@ -1,4 +1,4 @@
-// JSON files, as the command writes them.
+// Reads JSON files that the command wrote.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace kiln::test {
 
-/// The whole file, parsed.
+/// Reads and parses a whole file.
 inline nlohmann::json read_json(const std::filesystem::path& path) {
   std::ifstream stream(path);
   return nlohmann::json::parse(stream);

@@ -5,7 +5,7 @@
 
 namespace {
 
-/// Processor seconds of this process, and of all that it has waited for.
+/// Processor seconds of this process, and of all child processes that it has waited for.
 double processor_seconds() {
   double sum = 0;
   for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
@@ -18,8 +18,8 @@ double processor_seconds() {
   return sum;
 }
 
-/// Notes beside each case's seconds by the clock, in the program's report, its processor seconds: those are the
-/// same beside other work.
+/// Adds processor seconds to the report of each test case, besides wall-clock seconds. Unlike these, they do not depend
+/// on other load.
 class CountSeconds : public testing::EmptyTestEventListener {
   void OnTestStart(const testing::TestInfo& /*test*/) override { start_ = processor_seconds(); }
   void OnTestEnd(const testing::TestInfo& /*test*/) override {

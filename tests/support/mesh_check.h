@@ -1,4 +1,4 @@
-// Checks of every mesh that a reader returns.
+// Checks the invariants of meshes that readers return.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace kiln::test {
 
-/// Empty where the mesh keeps the promises of kiln/mesh.h, else the first broken one.
+/// The first invariant of kiln/mesh.h that the mesh violates; empty if it violates none.
 inline std::string broken_promise(const Mesh& mesh) {
   const auto in_range = [](const std::vector<Triangle>& list, std::size_t pool) {
     for (const Triangle& triangle : list) {

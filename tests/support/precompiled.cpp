@@ -1,1 +1,1 @@
-// Holds nothing: its target compiles the headers that every test includes.
+// An empty file: its target precompiles the headers that every test includes.

@@ -27,7 +27,7 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Processor time of all its threads, so far.
+/// Processor seconds of a process so far, over all of its threads.
 double processor_seconds(pid_t program) {
   clockid_t clock{};
   timespec time{};
@@ -62,7 +62,7 @@ bool is_time_to_interrupt(pid_t program, const ProcessOptions& options) {
 
 ProcessResult run_process(const std::vector<std::string>& command, const ProcessOptions& options) {
   std::array<int, 2> out{}, err{};
-  // Not for what another thread runs meanwhile: it would keep them open.
+  // O_CLOEXEC keeps the pipes out of programs that another thread starts meanwhile, which would keep them open.
   if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) {
     throw std::runtime_error("pipe");
   }
@@ -136,7 +136,8 @@ std::string path_without(const std::string& program) {
     std::error_code unreadable;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, unreadable)) {
       const fs::path name = entry.path().filename();
-      std::error_code taken;  // An earlier folder has one of that name, and goes first.
+      // the program was found in an earlier folder of PATH, which takes precedence
+      std::error_code taken;
       if (name != program) fs::create_symlink(fs::absolute(entry.path()), links / name, taken);
     }
   }

@@ -1,4 +1,4 @@
-// Running a program and looking at what it did.
+// Runs programs and captures what they did.
 #pragma once
 
 #include <functional>
@@ -9,49 +9,52 @@
 namespace kiln::test {
 
 struct ProcessOptions {
-  std::map<std::string, std::string> environment;  ///< Added to ours
-  /// `signal` is sent after so many processor seconds of the program: by the clock it has come less far on a
-  /// busy machine. Below 0: never.
+  /// Variables that are added to this process's environment
+  std::map<std::string, std::string> environment;
+  /// Sends `signal` after this many processor seconds of the program; wall-clock time would depend on the machine's
+  /// load. Below 0: never.
   double interrupt_after_processor_seconds = -1;
-  /// Or as soon as this says so.
+  /// Sends `signal` as soon as this function returns true
   std::function<bool()> interrupt_when;
   int signal = 2;
-  std::uint64_t file_size_limit = 0;  ///< Bytes (RLIMIT_FSIZE), 0: none
-  double timeout_seconds = 600;       ///< Killed then
+  /// Largest size in bytes of a written file (RLIMIT_FSIZE); 0: no limit
+  std::uint64_t file_size_limit = 0;
+  double timeout_seconds = 600;  ///< Time after which the program is killed
 };
 
 struct ProcessResult {
-  int exit_code = -1;  ///< 128 + signal where a signal ended it
-  std::string output;  ///< Standard output
-  std::string errors;  ///< Standard error
+  int exit_code = -1;  ///< Exit code; 128 + signal if a signal ended the program
+  std::string output;  ///< Contents of standard output
+  std::string errors;  ///< Contents of standard error
   double seconds = 0;
-  std::uint64_t peak_bytes = 0;      ///< The most that it held in memory at once
-  double seconds_after_signal = -1;  ///< Below 0 where it ended before
+  std::uint64_t peak_bytes = 0;  ///< Peak resident memory in bytes
+  /// Seconds from the signal to the end; below 0 if the program ended before
+  double seconds_after_signal = -1;
 };
 
 ProcessResult run_process(const std::vector<std::string>& command,
                           const ProcessOptions& options = {});
 
-/// The kiln command of this build. \param arguments after the command's name
+/// Runs the kiln command of this build. \param arguments  arguments after the command's name
 ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions& options = {});
 
-/// True if standard error has warnings alone, or nothing.
+/// True if standard error contains only warnings, or nothing.
 bool only_warnings(const std::string& errors);
 
-/// A folder to take as PATH: every program on ours but `program`. (An empty PATH would also take away
-/// the linker, which PoCL calls where a kernel isn't in its cache.)
+/// Creates a folder to be used as PATH, with all programs of this process's PATH except `program`. An empty PATH would
+/// also hide the linker, which PoCL calls for kernels that are not cached.
 std::string path_without(const std::string& program);
 
-/// No Python, so no pictures of data: drawing one takes it a second.
+/// Options for a run without Python, so that no plots are drawn, which takes a second each.
 ProcessOptions without_python();
 
-/// Path of the program that PATH finds first; empty if there is none.
+/// Path of the first program with this name in PATH; empty if there is none.
 std::string found_program(const std::string& name);
 
-/// A folder with one program, NAME: a script for /bin/sh.
+/// Creates a folder with one program, NAME, which is a script for /bin/sh.
 std::string folder_with(const std::string& name, const std::string& script);
 
-/// True if a python3 of PATH has matplotlib, so that pictures of data are drawn.
+/// True if a python3 in PATH has matplotlib, so that plots are drawn.
 bool has_matplotlib();
 
 }  // namespace kiln::test

@@ -1,4 +1,4 @@
-// Meshes and rays for tests of the ray family, and a way to cast them.
+// Generates meshes and rays for tests of ray kernels, and casts the rays.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ inline Vec3 random_unit(std::mt19937& random) {
   return unit({normal(random), normal(random), normal(random)});
 }
 
-/// Triangles of about `size` in the unit cube around the origin.
+/// Makes random triangles of about `size` in the unit cube around the origin.
 inline Scene random_soup(std::size_t count, unsigned seed, float size) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> place(-0.4f, 0.4f);
@@ -56,8 +56,8 @@ inline Scene random_soup(std::size_t count, unsigned seed, float size) {
   return scene;
 }
 
-/// A closed sphere of radius about 0.4 with `rows` x 2 `rows` quads, its vertices moved by up to
-/// `bumps`: shared vertices, outward winding.
+/// Makes a closed sphere of radius about 0.4 with `rows` x 2 `rows` quads. Its vertices are displaced by up to `bumps`,
+/// and faces wind outward.
 inline Scene bumpy_sphere(int rows, unsigned seed, float bumps) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> bump(-bumps, bumps);
@@ -90,7 +90,7 @@ inline Scene bumpy_sphere(int rows, unsigned seed, float bumps) {
   return scene;
 }
 
-/// Rays from a cube of half size `spread` in all directions.
+/// Makes rays in all directions from a cube of half size `spread`.
 inline std::vector<Ray> random_rays(std::size_t count, unsigned seed, float spread = 0.5f) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> place(-spread, spread);
@@ -101,7 +101,7 @@ inline std::vector<Ray> random_rays(std::size_t count, unsigned seed, float spre
   return rays;
 }
 
-/// Neighbouring rays in rows of 8, as the sampler orders them: normals of a sphere, with some noise.
+/// Makes neighbouring rays in rows of 8, as the sampler orders them: along the normals of a sphere, with some noise.
 inline std::vector<Ray> coherent_rays(std::size_t count, unsigned seed, float noise) {
   const float pi = 3.14159265f;
   std::mt19937 random(seed);
@@ -122,7 +122,7 @@ inline std::vector<Ray> coherent_rays(std::size_t count, unsigned seed, float no
   return rays;
 }
 
-/// A face at z = 0.25 looks up, one at z = -0.25 looks down, as a solid's skin does.
+/// Makes a face at z = 0.25 that points up, and one at z = -0.25 that points down, like the two sides of a solid.
 inline Scene slab() {
   Scene scene;
   scene.add({-1, -1, 0.25f}, {1, -1, 0.25f}, {0, 1, 0.25f});
@@ -156,7 +156,7 @@ inline RayCaster caster_of(const Scene& scene, Traversal traversal = Traversal::
   return RayCaster(context_of(*device()), scene.positions, scene.triangles, traversal);
 }
 
-/// Hits of a cast, on the host.
+/// The hits of a cast in host memory.
 struct Cast {
   std::vector<std::uint32_t> triangle;
   std::vector<float> u, v, distance;
@@ -165,7 +165,7 @@ struct Cast {
   friend bool operator==(const Cast&, const Cast&) = default;
 };
 
-/// Planes as TexelBand has them, with `padding` more elements a plane that are not samples.
+/// Converts rays to planes as in TexelBand, with `padding` further elements per plane that are not samples.
 inline std::vector<float> planes_of(const std::vector<Ray>& rays, std::size_t capacity) {
   std::vector<float> planes(7 * capacity, 7.0f);
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -178,7 +178,7 @@ inline std::vector<float> planes_of(const std::vector<Ray>& rays, std::size_t ca
   return planes;
 }
 
-/// Results that `match(points, count, capacity, result)` writes for the rays, with canaries around it.
+/// Runs match(points, count, capacity, result) on the rays, and checks canaries around the results.
 template <typename Run>
 Cast match_of(const std::vector<Ray>& rays, const Run& match) {
   cl::Context& context = context_of(*device());
@@ -187,7 +187,7 @@ Cast match_of(const std::vector<Ray>& rays, const Run& match) {
   const std::vector<float> planes = planes_of(rays, capacity);
   const cl::Array<float> points(context, std::span<const float>(planes));
   DeviceCorrespondence result(context, capacity + 3);
-  // Canaries: what lies beyond the samples must stay.
+  // Elements beyond the samples are canaries, which must stay unchanged.
   context.fill(result.triangle, std::uint32_t{0xABABABABu});
   context.fill(result.barycentric, -77.0f);
   context.fill(result.distance, -77.0f);

@@ -1,4 +1,4 @@
-// Building blocks of the shapes: vectors in double precision, grids, tori.
+// Building blocks of generated shapes: vectors in double precision, grids, tori.
 #pragma once
 
 #include <cmath>
@@ -26,12 +26,12 @@ inline Vec3 to_float(const Vec3d& a) {
 }
 inline Vec2 to_float(double u, double v) { return {static_cast<float>(u), static_cast<float>(v)}; }
 
-/// Row-major index in a grid that is `width` wide.
+/// Row-major index of a cell in a grid with `width` columns.
 inline std::uint32_t cell(std::uint32_t x, std::uint32_t y, std::uint32_t width) {
   return y * width + x;
 }
 
-/// The torus's frame at angle u around the axis: outward.
+/// Unit vector from the torus's axis outward, at the angle u around the axis.
 inline Vec3d torus_outward(double u) { return {std::cos(u), 0, -std::sin(u)}; }
 
 inline Vec3d torus_normal(double u, double v) {

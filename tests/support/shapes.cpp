@@ -14,12 +14,12 @@ namespace {
 
 using namespace shape_parts;
 
-/// SplitMix64 (Steele, Lea, Flood 2014): small, and the same everywhere, unlike the standard
-/// library's distributions.
+/// SplitMix64 (Steele, Lea, Flood 2014). Unlike the standard library's distributions, it gives equal results on all
+/// platforms.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
-  /// Uniform in [low, high).
+  /// A uniform number in [low, high).
   double between(double low, double high) {
     state_ += 0x9E3779B97F4A7C15u;
     std::uint64_t z = state_;
@@ -52,7 +52,7 @@ Mesh cube(double side, double border) {
     mesh.positions.push_back(
         to_float(Vec3d{(i & 1) != 0 ? h : -h, (i & 2) != 0 ? h : -h, (i & 4) != 0 ? h : -h}));
   }
-  // Lower left, lower right, upper right, upper left of each face seen from outside.
+  // Corners of each face in the order lower left, lower right, upper right, upper left, as seen from outside.
   constexpr std::array<std::array<std::uint32_t, 4>, 6> faces = {{{4, 5, 7, 6},    // +Z
                                                                   {5, 1, 3, 7},    // +X
                                                                   {1, 0, 2, 3},    // -Z
@@ -135,8 +135,8 @@ Mesh icosphere(std::uint32_t levels, double radius) {
 Mesh uv_sphere(std::uint32_t slices, std::uint32_t stacks, double radius) {
   Mesh mesh;
   mesh.name = "uv_sphere";
-  // Positions: south pole, stacks - 1 rings of `slices`, north pole. UVs: rings of slices + 1, then
-  // one a slice for either pole, in the middle of its triangle's base.
+  // Positions: the south pole, stacks - 1 rings of `slices` points, the north pole. UVs: rings of slices + 1 points;
+  // then, for each pole, one per slice, at the middle of the base of its triangle.
   mesh.normals.push_back({0, -1, 0});
   for (std::uint32_t j = 1; j < stacks; ++j) {
     const double latitude = pi * (static_cast<double>(j) / stacks - 0.5);
@@ -162,7 +162,7 @@ Mesh uv_sphere(std::uint32_t slices, std::uint32_t stacks, double radius) {
   }
   const auto north = static_cast<std::uint32_t>(mesh.positions.size() - 1);
   for (std::uint32_t j = 0; j < stacks;
-       ++j) {  // rings j and j + 1 in stacks; 0 and `stacks`: poles
+       ++j) {  // triangles between the rings j and j + 1; the rings 0 and `stacks` are the poles
     for (std::uint32_t i = 0; i < slices; ++i) {
       const std::uint32_t next = (i + 1) % slices;
       const std::uint32_t low = 1 + (j - 1) * slices, high = 1 + j * slices;

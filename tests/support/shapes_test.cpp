@@ -1,4 +1,4 @@
-// The shapes that other tests rely on: closed, oriented, and as exact as they say.
+// Tests of the generated shapes: they are closed, oriented, and as exact as documented.
 #include "support/shapes.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ double degrees_between(const Vec3d& a, const Vec3d& b) {
   return std::atan2(std::sqrt(inner(c, c)), inner(a, b)) * 180 / M_PI;
 }
 
-/// Every directed edge occurs once and its reverse once: closed, manifold along edges, oriented.
+/// Expects each directed edge once, and its reverse once: the mesh is closed, manifold along edges, and oriented.
 void expect_closed(const Mesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   for (const Triangle& t : mesh.triangles) {
@@ -48,7 +48,8 @@ double volume(const Mesh& mesh) {
   return sum;
 }
 
-/// Each UV triangle is counter-clockwise, so no chart is mirrored, and inside [0, 1]^2.
+/// The UV area of a mesh. Expects each UV triangle to be counter-clockwise, so that no chart is mirrored, and inside
+/// [0, 1]^2.
 double uv_area(const Mesh& mesh) {
   double sum = 0;
   for (const auto& [a, b, c] : mesh.uv_triangles) {
@@ -114,7 +115,7 @@ TEST(Shapes, NormalsFaceTheSameWayAsTriangles) {
   }
 }
 
-/// The exact normal against central differences of the surface itself.
+/// Compares the exact normal with central differences of the surface.
 TEST(Shapes, ExactNormalsAreThoseOfTheSurface) {
   const double e = 1e-5;
   double largest = 0;

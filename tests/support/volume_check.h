@@ -1,4 +1,4 @@
-// Checks of every volume that a reader returns.
+// Checks the invariants of volumes that readers return.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace kiln::test {
 
-/// Empty where the volume keeps the promises of kiln/volume.h, else the first broken one.
+/// The first invariant of kiln/volume.h that the volume violates; empty if it violates none.
 inline std::string broken_promise(const Volume& volume) {
   std::uint64_t bytes = size_of(volume.type);
   for (const std::uint32_t n : volume.size) {

@@ -1,4 +1,5 @@
-// Volume files written by hand, in any type, byte order and encoding, from the formats' descriptions.
+// Writes volume files in any type, byte order and encoding, by code that follows the formats' specifications and shares
+// none with the readers.
 #pragma once
 
 #include <zlib.h>
@@ -30,7 +31,7 @@ inline std::string packed(const std::string& bytes, bool gzip) {
   return out;
 }
 
-/// The bytes of a value in a byte order.
+/// The bytes of a value in the given byte order.
 template <typename T>
 std::string bytes_of(T value, ByteOrder order) {
   std::string raw(sizeof value, '\0');
@@ -41,7 +42,7 @@ std::string bytes_of(T value, ByteOrder order) {
   return raw;
 }
 
-/// The voxels of a volume in a byte order.
+/// The voxels of a volume as bytes in the given byte order.
 inline std::string voxel_bytes(const Volume& volume, ByteOrder order) {
   std::string raw(reinterpret_cast<const char*>(volume.voxels.data()), volume.voxels.size());
   if ((order == ByteOrder::little) == (std::endian::native == std::endian::little)) return raw;
@@ -53,19 +54,19 @@ inline std::string voxel_bytes(const Volume& volume, ByteOrder order) {
   return raw;
 }
 
-/// A NIfTI file, either version; all fields of the header that Kiln looks at.
+/// A NIfTI file of either version, with all fields of the header that Kiln reads.
 struct NiftiFile {
   bool second = false;
   ByteOrder order = ByteOrder::little;
   std::array<std::int64_t, 8> dim{3, 1, 1, 1, 1, 1, 1, 1};
   std::int16_t datatype = 2;
   std::array<double, 8> pixdim{1, 1, 1, 1, 0, 0, 0, 0};
-  double offset = -1;  ///< -1: right after the header
+  double offset = -1;  ///< Offset of the data; -1: directly after the header
   double slope = 0, intercept = 0;
   int qform = 0, sform = 0;
   std::array<double, 3> quaternion{}, quaternion_offset{};
   std::array<std::array<double, 4>, 3> rows{};
-  std::string magic;  ///< Empty: the right one
+  std::string magic;  ///< The magic text; empty: the correct one
 
   std::string text(const std::string& voxels) const {
     const std::size_t size = second ? 540 : 348;

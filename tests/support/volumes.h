@@ -1,4 +1,4 @@
-// Volumes by formula, and what holds for the surfaces in them.
+// Generates volumes by formula, and checks surfaces that were contoured in them.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace kiln::test {
 
-/// A number as a voxel: integers take the nearest that they have.
+/// Converts a number to a voxel; integer types are rounded to the nearest value.
 template <typename T>
 T as_voxel(double value) {
   if constexpr (std::is_integral_v<T>) {
@@ -29,7 +29,7 @@ T as_voxel(double value) {
   return static_cast<T>(value);
 }
 
-/// Every second voxel along each axis.
+/// Returns a volume with every second voxel along each axis.
 inline Volume halved(const Volume& volume) {
   Volume half = volume;
   half.voxels.clear();
@@ -48,7 +48,7 @@ inline Volume halved(const Volume& volume) {
   return half;
 }
 
-/// Samples f(x, y, z) at the voxels' own indices. T is the voxels' type.
+/// Samples f(x, y, z) at the indices of the voxels, which have the type T.
 template <typename T, typename Function>
 Volume make_volume(std::array<std::uint32_t, 3> size, VoxelType type, const Function& f) {
   Volume volume;
@@ -73,14 +73,14 @@ Volume make_float_volume(std::array<std::uint32_t, 3> size, const Function& f) {
   return make_volume<float>(size, VoxelType::f32, f);
 }
 
-/// Signed distances, positive inside: level 0 is the surface.
+/// Signed distance to a sphere, positive inside: level 0 is the surface.
 inline double sphere_field(double x, double y, double z, double radius) {
   return radius - std::sqrt(x * x + y * y + z * z);
 }
 inline double torus_field(double x, double y, double z, double major, double minor) {
   return minor - std::hypot(std::hypot(x, z) - major, y);
 }
-/// Not a distance; the period is in voxels.
+/// A gyroid, whose values are not distances; the period is in voxels.
 inline double gyroid_field(double x, double y, double z, double period) {
   const double k = 2 * std::numbers::pi / period;
   return std::sin(k * x) * std::cos(k * y) + std::sin(k * y) * std::cos(k * z) +
@@ -91,14 +91,15 @@ inline double box_field(double x, double y, double z, double hx, double hy, doub
 }
 
 struct Topology {
-  std::uint64_t border_edges = 0;        ///< With a triangle on one side only
-  std::uint64_t inconsistent_edges = 0;  ///< As many triangles must run each way
-  std::uint64_t crowded_edges = 0;       ///< With more than two triangles
-  std::uint64_t pinched_vertices = 0;    ///< Whose triangles are not one fan
-  std::uint64_t degenerate = 0;          ///< Triangles with a repeated vertex
-  std::int64_t euler = 0;                ///< V - E + F over the vertices that are used
-  std::uint64_t parts = 0;               ///< Connected by edges
-  std::uint64_t border_loops = 0;        ///< Border edges, connected at their ends
+  std::uint64_t border_edges = 0;  ///< Edges with a triangle on only one side
+  /// Edges that unequal numbers of triangles use in the two directions
+  std::uint64_t inconsistent_edges = 0;
+  std::uint64_t crowded_edges = 0;     ///< Edges with more than two triangles
+  std::uint64_t pinched_vertices = 0;  ///< Vertices whose triangles form more than one fan
+  std::uint64_t degenerate = 0;        ///< Triangles with a repeated vertex
+  std::int64_t euler = 0;              ///< Euler characteristic V - E + F of the used vertices
+  std::uint64_t parts = 0;             ///< Number of parts that edges connect
+  std::uint64_t border_loops = 0;      ///< Loops of border edges
 
   bool is_closed_manifold() const {
     return border_edges == 0 && inconsistent_edges == 0 && crowded_edges == 0 &&
@@ -130,11 +131,12 @@ inline Topology topology(const Mesh& mesh) {
     if (links[v].empty()) continue;
     ++vertices;
     if (find(v) == v) ++result.parts;
-    // Walk the fan from one triangle on; all must be met.
+    // Walks the fan of triangles from one of them; it must reach all.
     std::map<std::uint32_t, std::uint32_t> next;
     for (const auto& link : links[v]) next[link[0]] = link[1];
     std::uint32_t start = links[v][0][0];
-    for (std::size_t back = 0; back < links[v].size(); ++back) {  // to an open fan's beginning
+    // starts at the first triangle of an open fan
+    for (std::size_t back = 0; back < links[v].size(); ++back) {
       const auto before = std::find_if(links[v].begin(), links[v].end(),
                                        [&](const auto& link) { return link[1] == start; });
       if (before == links[v].end()) break;
@@ -168,8 +170,7 @@ inline Topology topology(const Mesh& mesh) {
   return result;
 }
 
-/// Enclosed volume, by the divergence theorem: positive where triangles are counter-clockwise seen from
-/// outside.
+/// The enclosed volume by the divergence theorem: positive if triangles wind counter-clockwise seen from outside.
 inline double enclosed_volume(const Mesh& mesh) {
   double sum = 0;
   for (const Triangle& t : mesh.triangles) {
