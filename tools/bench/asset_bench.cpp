@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Waves with some noise: neither flat nor white.
+/// Makes a picture of waves with some noise, which compresses neither perfectly nor badly.
 Image picture(std::uint32_t size, std::uint32_t channels, double phase) {
   Image image{size, size, channels, {}};
   image.pixels.reserve(std::size_t{size} * size * channels);
@@ -40,7 +40,7 @@ Image picture(std::uint32_t size, std::uint32_t channels, double phase) {
   return image;
 }
 
-/// Binary PLY with a face list, the form that scanners write.
+/// Writes a binary PLY with a face list, the form that scanners write.
 void save_ply(const Mesh& mesh, const fs::path& path) {
   std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " +
                      std::to_string(mesh.positions.size()) +

@@ -105,7 +105,7 @@ def with_blender(path, facts):
             expect("Blender", f"{name}: {slot} is linked", shader.inputs[slot].is_linked, True)
         pictures = [node.image for node in nodes if node.type == "TEX_IMAGE"]
         spaces = {image.colorspace_settings.name for image in pictures}
-        if path.endswith(".glb"):  # its OBJ importer takes normal maps for sRGB
+        if path.endswith(".glb"):  # Blender's OBJ importer treats normal maps as sRGB
             expect("Blender", f"{name}: colour spaces", spaces, {"sRGB", "Non-Color"})
         expect("Blender", f"{name}: pictures are there", all(image.has_data or image.size[0] for image in pictures), True)
 

@@ -101,10 +101,11 @@ def main():
         low.data.materials.clear()
         low.data.materials.append(material)
         image.generated_color = (0, 0, 0, 0)
-        cycles(extent, margin=0)  # padding is not compared
+        cycles(extent, margin=0)  # a margin of 0, since padding is not compared
         low.data.materials.clear()
         theirs, ours = pixels(image), pixels(bpy.data.images[f"{low.name}_normal"])
-        both = (theirs[:, 3] > 0) & (np.abs(theirs[:, :3] - [0.5, 0.5, 1]).max(1) > 1e-6)  # a miss
+        # Cycles writes (0.5, 0.5, 1) at misses
+        both = (theirs[:, 3] > 0) & (np.abs(theirs[:, :3] - [0.5, 0.5, 1]).max(1) > 1e-6)
         angles = np.degrees(
             2 * np.arcsin(np.clip(np.linalg.norm(unit(ours[both]) - unit(theirs[both]), axis=1) / 2, 0, 1))
         )

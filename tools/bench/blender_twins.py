@@ -14,7 +14,7 @@ import sys
 import bpy
 
 FOLDER = os.path.abspath(sys.argv[1])
-SIDE = 8  # of pictures
+SIDE = 8  # side of the pictures in texels
 
 
 def picture(name, low, high):
@@ -83,7 +83,7 @@ def scene(sides, rings, bumps, shared):
     clay = material("clay", picture("clay", (0.9, 0.2, 0.1), (0.2, 0.6, 0.3)))
     glaze = material("glaze", picture("glaze", (0.1, 0.2, 0.8), (0.8, 0.9, 0.4)))
     pot = dome("pot", sides, rings, bumps, 0, clay)
-    # Instances share UVs. In the low poly, each needs separate texels, so it is a copy.
+    # In the high poly, instances share UVs. In the low poly, each instance needs texels of its own, so it is a copy.
     twin = pot if shared else dome("twin", sides, rings, bumps, 1 / 3, clay)
     lid = dome("lid", sides, rings, bumps, 2 / 3, glaze)
     place("pot", pot, (0, 0, 1), (0.3, 0.2, 0.1), (1, 1, 1))

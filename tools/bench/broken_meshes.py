@@ -318,7 +318,7 @@ def chair(r):
     return mesh
 
 
-# Seeds depend on the position, so append new classes.
+# Seeds depend on the position in this list, so append new classes at the end.
 CLASSES = [plain, soup, flipped, doubled, torn, shells, robot, floaters, pinholes, pieces, plant, hair, room, figure, chair]
 
 

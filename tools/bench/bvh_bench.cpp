@@ -1,6 +1,5 @@
-// Building the hierarchy against Embree's build, on the same triangles and threads.
-//
-// bvh_bench [MESH]   default: procedural spheres of 69 thousand and 1.1 million triangles
+// Times the build of the bounding volume hierarchy against Embree's, on the same triangles and threads. bvh_bench
+// [MESH] (default: procedural spheres of 69 thousand and 1.1 million triangles)
 #include <cstdio>
 
 #include "accel/bvh.h"

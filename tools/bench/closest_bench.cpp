@@ -21,7 +21,7 @@
 namespace kiln::bench {
 namespace {
 
-/// A band of samples, on the device and on the host.
+/// A band of samples, on the device and in host memory.
 struct Band {
   TexelBand device;
   std::vector<float> host;
@@ -111,7 +111,7 @@ class ClosestBench {
     }
   }
 
-  /// Distances, sample by sample.
+  /// Compares the distances of both implementations, sample by sample.
   void compare(const ClosestQuery& query) {
     find(finder_, query);
     find_embree(query, true);

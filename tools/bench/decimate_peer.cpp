@@ -68,7 +68,7 @@ double by_meshoptimizer(const Mesh& high, std::size_t faces, Mesh& low) {
   return seconds;
 }
 
-/// Quadrics alone, as in the first example of its manual.
+/// Simplifies by quadrics alone, as in the first example of OpenMesh's manual.
 double by_openmesh(const Mesh& high, std::size_t faces, Mesh& low) {
   OmMesh mesh;
   for (const auto& p : high.positions) mesh.add_vertex({p[0], p[1], p[2]});

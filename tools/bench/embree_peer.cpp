@@ -104,7 +104,7 @@ void occlusion_packets(const Source& source, std::size_t begin, std::size_t end,
   }
 }
 
-/// Structure-of-arrays memory of a stream.
+/// Memory of a stream of rays in structure-of-arrays layout.
 struct Arrays {
   float values[13][kStream];
   unsigned ids[6][kStream];
@@ -247,7 +247,7 @@ void EmbreeScene::intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& 
           RTCRayHitNp np;
           std::memset(&np, 0, sizeof(np));
           np.ray = a.rays();
-          // The normal is required, though not wanted: a buffer that is written over.
+          // Embree writes a normal for each hit; a common buffer takes the values, which are not used.
           np.hit.Ng_x = np.hit.Ng_y = np.hit.Ng_z = a.values[9];
           np.hit.u = a.values[10], np.hit.v = a.values[11];
           np.hit.geomID = a.ids[3], np.hit.primID = a.ids[4], np.hit.instID[0] = a.ids[5];

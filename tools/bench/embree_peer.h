@@ -1,4 +1,4 @@
-// The peer Embree: casts the same rays with each of its interfaces.
+// The peer Embree, which casts the same rays through each of its interfaces.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -13,20 +13,21 @@
 
 namespace kiln::bench {
 
-/// Rays as planes of origins and directions, with a common range.
+/// Rays as planes of origins and directions, with a common range of distances.
 struct RayPlanes {
-  std::span<const float> planes;  ///< 7 planes of `capacity`, as TexelBand::points
+  /// 7 planes with `capacity` elements each, as in TexelBand::points
+  std::span<const float> planes;
   std::size_t count = 0;
   std::size_t capacity = 0;
-  float offset = 0;  ///< Origins are moved by this along the direction
-  float sign = 1;    ///< -1: against the direction
+  float offset = 0;  ///< Distance by which origins are moved along the direction
+  float sign = 1;    ///< 1, or -1 to cast against the direction
   float t_min = 0;
   float t_max = 1;
   bool coherent = true;
 };
 
 struct RayResults {
-  std::vector<std::uint32_t> triangle;  ///< KILN_NO_TRIANGLE for misses
+  std::vector<std::uint32_t> triangle;  ///< Index of the hit triangle; KILN_NO_TRIANGLE for misses
   std::vector<float> t, u, v;
 };
 
@@ -43,13 +44,14 @@ class EmbreeScene {
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
-  /// Nearest hits, on thread_count() threads over contiguous ranges.
+  /// Finds nearest hits, with thread_count() threads over contiguous ranges.
   void intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& results) const;
-  /// Any hit.
+  /// Finds out whether rays hit anything.
   void occluded(const RayPlanes& rays, EmbreeMode mode, std::vector<std::uint8_t>& hit) const;
 
-  /// Nearest points within `t_max` by rtcPointQuery with our callback (embree_point.cpp). If not two-sided, back faces
-  /// are skipped. `seeded`: the search radius starts at the bound from the previous answer, as in Kiln. Distances go to
+  /// Finds nearest points within `t_max` by rtcPointQuery with a callback (embree_point.cpp). If not two-sided, back
+  /// faces are skipped.
+  /// `seeded`: the search radius starts at the bound from the previous answer, as in Kiln. Distances are written to
   /// `t`.
   void closest(const RayPlanes& rays, bool two_sided, bool seeded, RayResults& results) const;
 
@@ -58,7 +60,7 @@ class EmbreeScene {
  private:
   RTCDevice device_ = nullptr;
   RTCScene scene_ = nullptr;
-  std::vector<std::array<Vec3, 3>> corners_;  ///< Per triangle, for point queries
+  std::vector<std::array<Vec3, 3>> corners_;  ///< Corners of each triangle, for point queries
   double build_seconds_ = 0;
 };
 

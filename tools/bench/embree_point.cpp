@@ -1,6 +1,6 @@
-// Nearest points by Embree's point queries. Embree walks its tree and hands over triangles; the distance to
-// a triangle is the caller's: here by the regions of Ericson, "Real-Time Collision Detection", 5.1.5, which
-// mostly needs one of the seven.
+// Finds nearest points by Embree's point queries. Embree walks its tree and passes triangles to a callback, which
+// computes the distance to a triangle by the regions of Ericson, "Real-Time Collision Detection", 5.1.5. Mostly one of
+// the seven regions is needed.
 #include <cmath>
 
 #include "embree_peer.h"
@@ -11,14 +11,14 @@ namespace kiln::bench {
 namespace {
 
 struct Weights {
-  float u, v;  // of corners 1 and 2
+  float u, v;  // barycentric weights of the corners 1 and 2
 };
 
 Vec3 minus(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 float inner(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 Weights nearest_weights(const Vec3& ab, const Vec3& ac, const Vec3& ap) {
-  // The products of the edges with the ways from each corner.
+  // Dot products of the edges with the vectors from each corner to the point.
   const float ab_a = inner(ab, ap);
   const float ac_a = inner(ac, ap);
   if (ab_a <= 0 && ac_a <= 0) return {0, 0};
@@ -100,14 +100,15 @@ void EmbreeScene::closest(const RayPlanes& rays, bool two_sided, bool seeded,
       Search search{corners_.data(), point, {plane(i, 3), plane(i, 4), plane(i, 5)},
                     two_sided,       ~0U,   {0, 0}};
       const Vec3 step = minus(point, last);
-      // With one-sided faces the previous answer may not count for this sample.
-      const bool use = seeded && found && two_sided;
-      const float known =
-          use ? (query.radius + std::sqrt(inner(step, step))) * 1.00001F + 1e-7F : rays.t_max;
+      // With one-sided faces, the previous answer may be invalid for this sample.
+      const bool use_previous = seeded && found && two_sided;
+      const float bound = use_previous
+                              ? (query.radius + std::sqrt(inner(step, step))) * 1.00001F + 1e-7F
+                              : rays.t_max;
       query.x = point.x;
       query.y = point.y;
       query.z = point.z;
-      query.radius = std::min(known, rays.t_max);
+      query.radius = std::min(bound, rays.t_max);
       rtcPointQuery(scene_, &query, &context, visit, &search);
       found = search.triangle != ~0U;
       last = point;

@@ -1,4 +1,4 @@
-// Runs Embree's calls on as many threads as Kiln's.
+// Runs Embree's calls with as many threads as Kiln uses.
 #pragma once
 
 #include <pmmintrin.h>
@@ -13,7 +13,7 @@
 
 namespace kiln::bench {
 
-/// Runs a body over contiguous ranges, one per thread, with denormals flushed as Embree requires.
+/// Runs a function over contiguous ranges, one per thread, with denormals flushed to zero as Embree requires.
 template <typename Body>
 void on_threads(std::size_t count, const Body& body) {
   const auto threads = static_cast<std::size_t>(thread_count());

@@ -88,7 +88,7 @@ def glue(vertices, faces, colors, target, size, path):
     reach = 0.02 * high.scale
     hit_face, hit_place = np.full(len(place), -1), np.zeros_like(place)
     distance = np.full(len(place), reach)
-    for way in (1, -1):  # the nearer of both ways
+    for way in (1, -1):  # the nearer hit of both directions counts
         face, ray, spot = high.ray.intersects_id(
             place - 1e-6 * way * toward, way * toward, multiple_hits=False, return_locations=True
         )
@@ -214,7 +214,7 @@ def main():
         made = make(random.Random(broken_meshes.CLASSES.index(make)))
         vertices, faces = np.array(made.points), np.array(made.faces)
         colors = np.clip(colors_of(vertices), 0, 1)
-        # The intended shape: welded and consistently oriented, including floaters and inner parts.
+        # The intended shape: welded and consistently oriented, but with floaters and inner parts.
         high = kiln.clean(
             kiln.Mesh(vertices, faces, colors=colors), fill_holes=False, drop_floaters=False, drop_hidden=False
         )

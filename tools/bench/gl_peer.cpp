@@ -23,13 +23,13 @@ void main() { id = uint(gl_PrimitiveID) + 1u; }
 )";
 
 GLuint shader(GLenum kind, const char* text) {
-  const GLuint made = glCreateShader(kind);
-  glShaderSource(made, 1, &text, nullptr);
-  glCompileShader(made);
-  GLint good = 0;
-  glGetShaderiv(made, GL_COMPILE_STATUS, &good);
-  if (good == 0) throw std::runtime_error("a shader did not compile");
-  return made;
+  const GLuint shader = glCreateShader(kind);
+  glShaderSource(shader, 1, &text, nullptr);
+  glCompileShader(shader);
+  GLint is_compiled = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &is_compiled);
+  if (is_compiled == 0) throw std::runtime_error("a shader did not compile");
+  return shader;
 }
 
 }  // namespace
@@ -130,7 +130,7 @@ std::string GlPeer::renderer() const {
 
 void GlPeer::draw(const std::vector<kiln_view>& views) {
   for (const kiln_view& view : views) {
-    // Pixels to clip space: x' = 2 x / size - 1; depth 1 - dot in [0.5, 1.5] to [-1, 1].
+    // Converts pixels to clip space: x' = 2 x / size - 1; depth 1 - dot in [0.5, 1.5] to [-1, 1].
     const float s = 2 * view.scale / static_cast<float>(view.width);
     const float x0 = 2 * view.left / static_cast<float>(view.width) - 1;
     const float y0 = 1 - 2 * view.top / static_cast<float>(view.height);

@@ -1,4 +1,4 @@
-// Depth and triangle-id pictures by OpenGL, off screen through EGL: the peer of our rasteriser.
+// Draws depth and triangle ids by OpenGL, off screen through EGL, as the peer of the rasteriser.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace kiln::bench {
 
-/// Surfaceless OpenGL 3.3 core, with the mesh in buffers and one picture of 32-bit depth and unsigned ids.
+/// A surfaceless OpenGL 3.3 core context, with the mesh in buffers, and a picture of 32-bit depth and unsigned ids.
 class GlPeer {
  public:
-  /// \throws std::runtime_error if no such context can be created
+  /// Creates the context. \throws std::runtime_error if that fails
   GlPeer(std::span<const Vec3> positions, std::span<const Triangle> triangles, std::uint32_t size);
   ~GlPeer();
   GlPeer(GlPeer&&) noexcept;
@@ -23,7 +23,7 @@ class GlPeer {
   std::string renderer() const;
   /// Clears and draws all views, one after the other, and waits.
   void draw(const std::vector<kiln_view>& views);
-  /// Ids of the last view, rows from the top; 0: nothing, else triangle + 1.
+  /// Triangle ids of the last view, rows from the top: 0 for the background, else triangle + 1.
   std::vector<std::uint32_t> ids() const;
 
  private:

@@ -16,7 +16,7 @@ import bpy
 import mathutils
 
 KILN, SAMPLE, PICTURE = (os.path.abspath(path) for path in sys.argv[1:4])
-WIDTH, HEIGHT, SAMPLES = 418, 640, 64  # pixels of each of three
+WIDTH, HEIGHT, SAMPLES = 418, 640, 64  # pixels of each of the three pictures, and samples per pixel
 
 
 def run(*command):

@@ -95,7 +95,7 @@ def main():
             if asked.only not in text:
                 continue
             words = words_of(asked.kiln, text, "warm")
-            run(words, folder)  # kernels to the cache
+            run(words, folder)  # fills the cache of kernels
             code, peak, whole, errors = run(words_of(asked.kiln, text, "alone"), folder)
             if code != 0:
                 print(errors, file=sys.stderr)

@@ -70,7 +70,7 @@ struct Asked {
   std::uint32_t screen = 0;
   int repeat = 2;
   bool times = false;
-  std::string cache;  ///< File of points that were measured before; empty: none
+  std::string cache;  ///< File with measurements of earlier runs; empty: none
 };
 
 LowPolyPlanOptions plan_options(const Asked& asked) {
@@ -85,7 +85,8 @@ BakeOptions bake_options(const Candidate& chosen, std::uint32_t size) {
   BakeOptions options;
   options.width = options.height = size;
   options.match.method = chosen.method;
-  options.samples = std::clamp(1024 / size, 1U, 4U);  // As plans do.
+  // The number of samples is chosen as in plans.
+  options.samples = std::clamp(1024 / size, 1U, 4U);
   return options;
 }
 
@@ -93,12 +94,12 @@ Mesh laid_out(const Mesh& mesh, std::uint32_t size) {
   return unwrap(mesh, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
 }
 
-/// One bake of a plan's result, including reading the file.
+/// Runs one bake of a plan's result, including reading the file.
 void bake_chosen(const Device& device, const std::string& path, const Candidate& chosen) {
   const Mesh high = load_mesh(path);
   SimplifyOptions options;
   options.faces = static_cast<std::uint32_t>(chosen.faces);
-  options.fit_normals = chosen.size == 0;  // Else once there are seams.
+  options.fit_normals = chosen.size == 0;  // else normals are fitted once there are seams
   SimplifyReport report;
   const Mesh low = simplify(high, options, &report);
   if (chosen.size == 0) return;
@@ -106,7 +107,7 @@ void bake_chosen(const Device& device, const std::string& path, const Candidate&
   bake(source, fit_normals(laid_out(low, chosen.size), high), bake_options(chosen, chosen.size));
 }
 
-/// Measures with pictures from directions that plans do not use.
+/// Measures errors in pictures from directions that plans do not use.
 class Pictures {
  public:
   Pictures(const Device& device, const Source& source, const Mesh& high, std::uint32_t screen)
@@ -185,7 +186,7 @@ class Grid {
     }
   }
 
-  /// Candidates of one size that reach `wanted`, lighter than `most` bytes.
+  /// Tries candidates of one map size that reach `wanted` with fewer than `most` bytes.
   void run(std::uint32_t size, double wanted, double most, std::vector<Point>& found) {
     int misses = 0;
     for (std::size_t level = 0; level < levels_.count() && misses < 2; ++level) {
@@ -247,7 +248,7 @@ class Grid {
   std::map<std::size_t, Mesh> meshes_;
 };
 
-/// Prints short lists of the maps that were baked and the low polys that were evaluated.
+/// Prints short lists of the maps that a plan baked, and of the low polys that it evaluated.
 void print_tries(const LowPolyPlan& plan) {
   const char* comma = "";
   std::printf(",\"tried\":[");

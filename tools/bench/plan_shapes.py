@@ -58,7 +58,7 @@ def pumpkin():
 
 
 def conch():
-    def at(u, v):  # u along the spiral, v around its tube
+    def at(u, v):  # u runs along the spiral, v around its tube
         growth = math.exp(0.16 * TURN * (3 * u - 3))
         ridge = 1 + 0.05 * abs(math.sin(90 * u)) + 0.012 * math.sin(24 * TURN * v) * smooth(u, 0.3, 0.9)
         tube = 0.42 * growth * ridge

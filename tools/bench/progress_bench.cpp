@@ -27,7 +27,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Processor time of all threads: more stable under other load.
+/// Processor seconds of all threads, which depend less on other load than wall-clock time.
 double cpu_seconds() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
@@ -37,7 +37,7 @@ double cpu_seconds() {
   return seconds(use.ru_utime) + seconds(use.ru_stime);
 }
 
-/// A grid over the unit square, a wave in z.
+/// Makes a grid over the unit square with a wave in z.
 Mesh wave(std::uint32_t cells, double height) {
   Mesh mesh;
   mesh.name = "wave";
@@ -61,9 +61,9 @@ Mesh wave(std::uint32_t cells, double height) {
   return mesh;
 }
 
-/// Records a run's progress callbacks with their times.
+/// Records the progress callbacks of a run with their times.
 struct Watch {
-  double cancel_after = 1e9;  ///< Seconds
+  double cancel_after = 1e9;  ///< seconds after which the callback cancels
   Clock::time_point begin = Clock::now(), last = begin;
   std::optional<Clock::time_point> cancelled;
   int calls = 0;
@@ -91,7 +91,7 @@ struct Watch {
   }
 };
 
-/// \returns false if it was cancelled
+/// Builds the source and bakes. \returns false if it was cancelled
 bool run(const Device& device, const Mesh& high, const Mesh& low, const MatchMethod& method,
          Watch& watch) {
   const auto source = Source::build(device, high, watch.progress());
@@ -120,18 +120,18 @@ int bench(double faces, int cancels, const char* match) {
   const Mesh low = wave(16, 0);
   const MatchMethod method = find_match(match).method;
   const Device device = Device::open();
-  double whole = 0;
+  double total = 0;
   for (const char* what : {"first", "second"}) {
     Watch watch;
     run(device, high, low, method, watch);
-    whole = seconds_since(watch.begin);
-    print(what, whole, watch, 0);
+    total = seconds_since(watch.begin);
+    print(what, total, watch, 0);
   }
   for (int i = 0; i < cancels; ++i) {
     Watch watch;
-    watch.cancel_after = whole * (i + 0.5) / cancels;
+    watch.cancel_after = total * (i + 0.5) / cancels;
     if (run(device, high, low, method, watch)) continue;
-    // Latency counts from the intended time, not from the callback that requested it.
+    // Latency counts from the intended time of cancelling, not from the callback that cancelled.
     print("cancelled", seconds_since(watch.begin), watch,
           seconds_since(watch.begin) - watch.cancel_after);
   }

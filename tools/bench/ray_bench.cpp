@@ -24,7 +24,7 @@
 namespace kiln::bench {
 namespace {
 
-/// A band of texel rays, on the device and on the host.
+/// A band of texel rays, on the device and in host memory.
 struct Band {
   TexelBand device;
   std::vector<float> host;
@@ -67,7 +67,7 @@ class RayBench {
   }
 
   void texel_rays() {
-    // Rays of 2.4887% of the diagonal from 1.2444% outside.
+    // Rays start 1.2444% of the diagonal outside and are 2.4887% long.
     const double diagonal = frame_.diagonal * frame_.scale;
     RayQuery query;
     query.offset = static_cast<float>(diagonal * 0.012444);
@@ -89,7 +89,7 @@ class RayBench {
                          }
                        }});
     }
-    // Not a peer for the ratio: slower by design.
+    // The robust mode does not count as a peer in the ratio, since it is slower by design.
     modes.push_back({"embree robust 8", false, [this, &query] {
                        for (Band& band : bands_) {
                          robust_.intersect(planes(band, query), EmbreeMode::packet8, band.peer);
@@ -108,7 +108,7 @@ class RayBench {
   }
 
   void occlusion_rays(std::size_t count) {
-    // From points of the high poly, triangle by triangle, in cosine-distributed directions.
+    // Occlusion rays start at points of the high poly, triangle by triangle, with cosine-distributed directions.
     std::mt19937 random(1);
     std::uniform_real_distribution<float> uniform(0, 1);
     std::vector<float> host(7 * count);
@@ -128,7 +128,7 @@ class RayBench {
       const float p[3] = {a.x + u * (b.x - a.x) + v * (c.x - a.x),
                           a.y + u * (b.y - a.y) + v * (c.y - a.y),
                           a.z + u * (b.z - a.z) + v * (c.z - a.z)};
-      // A point of the unit sphere added to the normal: the cosine distribution.
+      // A random point of the unit sphere, added to the normal, gives the cosine distribution.
       const float z = 2 * uniform(random) - 1;
       const float phi = 6.2831853F * uniform(random);
       const float r = std::sqrt(std::max(0.0F, 1 - z * z));
@@ -209,7 +209,7 @@ class RayBench {
     context_of(device_).finish();
   }
 
-  /// Ours against rtcIntersect1, hit by hit.
+  /// Compares Kiln's hits with those of rtcIntersect1, ray by ray.
   Agreement compare(const RayQuery& query) {
     cast(caster_, query);
     Agreement sum;

@@ -24,7 +24,7 @@
 namespace kiln {
 namespace {
 
-/// A grid over the unit square with waves of two lengths in z.
+/// Makes a grid over the unit square with waves of two lengths in z.
 Mesh wave(std::uint32_t cells, double phase, double fine) {
   Mesh mesh;
   mesh.name = "wave";
@@ -105,7 +105,7 @@ class Scene {
     const std::size_t count = to.size() / share, first = (to.size() - count) / 2;
     session.set_positions(static_cast<std::uint32_t>(first), std::span(to).subspan(first, count));
   }
-  /// Checks that a re-bake equals a fresh bake.
+  /// Checks that a re-bake equals a new bake.
   void check(BakeSession& session) const {
     const Source source(device, session.high(), RayTraversal::automatic, session.bounds());
     const BakeResult fresh = bake(source, wave(16, 0, 0), options);
@@ -136,7 +136,7 @@ void bench(const Device& device, std::uint32_t cells, std::uint32_t size, const 
   }
   scene.check(session);
   all.print(name + ", all vertices move");
-  // The first update of a session, again and again; then those that follow it.
+  // The first update of a session is timed in several sessions, then the updates that follow.
   for (int i = 0; i < std::max(3, frames / 10); ++i) {
     BakeSession fresh = scene.begin();
     first.add([&] {

@@ -11,7 +11,7 @@ namespace kiln::bench {
 
 namespace {
 
-/// Round by round the best peer's time by this mode's, the median of the rounds.
+/// Ratio of the best peer's time to this mode's in each round; the median over the rounds.
 double ratio_to_best_peer(const Mode& mode, const std::vector<Mode>& modes,
                           std::vector<double> Mode::*times) {
   std::vector<double> ratios;
@@ -33,7 +33,7 @@ Mesh procedural_sphere(std::size_t faces, float bumps, bool uvs) {
   const double pi = 3.14159265358979323846;
   Mesh mesh;
   mesh.name = "sphere";
-  // Columns + 1 vertices a row, so that each has one texture coordinate.
+  // Each row has columns + 1 vertices, so that each vertex has one UV.
   for (int row = 0; row <= rows; ++row) {
     for (int column = 0; column <= columns; ++column) {
       const double theta = pi * row / rows;

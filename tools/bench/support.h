@@ -1,4 +1,4 @@
-// Shared code of the benchmarks: scenes, timing, and one JSON line per result.
+// Common code of the benchmarks: scenes, timing, and one JSON line per result.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace kiln::bench {
 
-/// A bumpy sphere of about `faces` triangles, its poles on z. With `uvs`, the latitude-longitude
+/// Makes a bumpy sphere of about `faces` triangles with its poles on the Z axis. `uvs` adds the latitude-longitude
 /// layout.
 Mesh procedural_sphere(std::size_t faces, float bumps, bool uvs);
 
@@ -25,13 +25,13 @@ inline double seconds_of(const std::function<void()>& run) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// One of several compared implementations.
+/// One of the implementations that a benchmark compares.
 struct Mode {
   std::string name;
-  bool peer = false;  ///< Embree's
+  bool peer = false;  ///< True for an implementation by Embree or another library
   std::function<void()> run;
   std::vector<double> seconds{};
-  /// Processor time of all threads: more stable under other load
+  /// Processor seconds of all threads, which depend less on other load than wall-clock time
   std::vector<double> cpu_seconds{};
 
   static double median_of(std::vector<double> values) {
@@ -42,8 +42,8 @@ struct Mode {
   double least() const { return *std::min_element(seconds.begin(), seconds.end()); }
 };
 
-/// Warms each mode up, then alternates between all modes, since a machine's speed drifts: at least `rounds` rounds and
-/// half a second per mode.
+/// Warms up each mode, then alternates between all modes, since the speed of a machine drifts: at least `rounds` rounds
+/// and half a second per mode.
 void run_rounds(std::vector<Mode>& modes, int rounds);
 
 /// Builds a JSON object field by field.
@@ -57,10 +57,11 @@ class JsonLine {
   std::string text_;
 };
 
-/// Adds device, driver and threads.
+/// Adds device, driver and number of threads to a line.
 void describe(JsonLine& line, const DeviceInfo& info);
 
-/// Prints one line per mode: Mitems/s (median and best) and the ratio to the best peer, round by round.
+/// Prints one line per mode: millions of items per second (median and best), and the ratio to the best peer, compared
+/// round by round.
 void print_modes(const std::string& bench, const std::string& scene, const DeviceInfo& info,
                  double items, const std::vector<Mode>& modes,
                  const std::vector<std::pair<std::string, double>>& extra);

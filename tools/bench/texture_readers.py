@@ -19,8 +19,9 @@ import numpy as np
 import zstandard
 from PIL import Image
 
-DXGI = {139: 80, 141: 83, 37: 28, 43: 29}  # by VkFormat: BC4, BC5, RGBA, sRGB
-BLOCK = {139: (4, 8), 141: (4, 16), 37: (1, 4), 43: (1, 4)}  # side, bytes
+DXGI = {139: 80, 141: 83, 37: 28, 43: 29}  # DXGI formats by VkFormat: BC4, BC5, RGBA, sRGB
+# side of a block in texels, and its bytes
+BLOCK = {139: (4, 8), 141: (4, 16), 37: (1, 4), 43: (1, 4)}
 
 
 def dds(dxgi, width, height, texels):

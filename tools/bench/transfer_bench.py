@@ -26,9 +26,9 @@ import numpy
 from PIL import Image
 
 ANGLE = numpy.radians(30)
-SIDE = 0.98 / (numpy.cos(ANGLE) + numpy.sin(ANGLE))  # of the chart, in UVs
+SIDE = 0.98 / (numpy.cos(ANGLE) + numpy.sin(ANGLE))  # side of the chart in UVs
 AXES = numpy.array([[numpy.cos(ANGLE), numpy.sin(ANGLE)], [-numpy.sin(ANGLE), numpy.cos(ANGLE)]]) * SIDE
-# Waves over the texture: cycles in u and in v as shares of its pixels, strength, phase. Up to 0.45 cycles a pixel.
+# Waves over the texture: cycles per pixel in u and in v, amplitude, phase. At most 0.45 cycles per pixel.
 WAVES = [(0.001, 0.0007, 40, 0.1), (0.013, -0.021, 25, 1.0), (0.11, 0.07, 20, 2.0), (-0.19, 0.23, 15, 0.7),
          (0.31, 0.29, 10, 0.3), (0.45, -0.05, 8, 2.9)]
 
@@ -79,7 +79,7 @@ def write_scene(folder, size, grid):
 def compare(path, size):
     """Root mean square, most, unfilled."""
     back = numpy.linalg.inv(AXES)
-    area = back / size  # one step to the right, one up
+    area = back / size  # steps of one texel to the right and up, in UVs
     image = Image.open(path)
     squares, count, most, unfilled = 0.0, 0, 0.0, 0
     half = numpy.abs(back).sum(axis=0) / size / 2
@@ -139,7 +139,7 @@ def main():
     ways = {"kiln": lambda: by_kiln(arguments.kiln, folder, size), "MeshLab": lambda: by_meshlab(folder, size)}
     runs = {name: [] for name in ways}
     by_kiln(arguments.kiln, folder, size)  # compiles the kernels
-    for _ in range(arguments.repeat):  # in turns
+    for _ in range(arguments.repeat):  # alternates between both programs
         for name, way in ways.items():
             runs[name].append(way())
     for name, all_runs in runs.items():

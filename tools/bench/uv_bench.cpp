@@ -23,7 +23,7 @@
 namespace kiln::bench {
 namespace {
 
-/// A grid over the unit square, a wave in z.
+/// Makes a grid over the unit square with a wave in z.
 Mesh wave(std::uint32_t cells, double phase) {
   Mesh mesh;
   mesh.name = "wave";
@@ -66,7 +66,7 @@ BakeOptions options_of(std::uint32_t size, MatchMethod method) {
   return options;
 }
 
-/// Times the kernels of a bake.
+/// Times the kernels of a bake, without work on the host.
 void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) {
   cl::Context& context = context_of(device);
   const Source source(device, dense);
@@ -100,7 +100,7 @@ void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) 
   const auto read = [&](const TexelBand& band, DeviceCorrespondence& found) {
     detail.run(band, found, image, coverage);
   };
-  // Matches all samples before timing.
+  // Matches all samples before the timing.
   for_bands(match);
   for (std::size_t b = 0; b < bands.size(); ++b) {
     const std::vector<std::uint8_t> status = matches[b].status.download(context);
@@ -134,7 +134,7 @@ void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) 
   }
 }
 
-/// Times re-bakes of a mesh of which all or a twentieth moves.
+/// Times re-bakes of a mesh of which all vertices or a twentieth move.
 void bench_session(const Device& device, std::uint32_t cells, std::uint32_t size,
                    MatchMethod method, const char* name) {
   const BakeOptions options = options_of(size, method);

@@ -17,7 +17,7 @@
 namespace kiln::bench {
 namespace {
 
-/// Checks that both pictures agree, except in pixels where snapping or depth precision decide.
+/// Checks that both pictures agree, except in pixels that depend on vertex snapping or depth precision.
 void compare(cl::Context& context, GlPeer& peer, const DepthViews& views) {
   peer.draw({views.views().back()});
   const std::vector<std::uint32_t> theirs = peer.ids();

@@ -49,14 +49,14 @@ class VisibilityBench {
   }
 
  private:
-  /// Times a field, and compares it; returns it.
+  /// Times a visibility field, compares it with the reference, and returns it.
   std::vector<float> measure(const VisibilityOptions& options, const char* name, int rounds,
                              const std::vector<float>& exact) {
     cl::Context& context = context_of(device_);
     VisibilityReport report;
     std::vector<float> values;
     std::vector<double> seconds;
-    for (int round = rounds > 1 ? -1 : 0; round < rounds; ++round) {  // the first warms up
+    for (int round = rounds > 1 ? -1 : 0; round < rounds; ++round) {  // round -1 is a warm-up
       report = {};
       const double time = seconds_of([&] {
         const VisibilityField field(context, surface_, size_, size_, options, Traversal::automatic,

@@ -37,7 +37,7 @@ constexpr std::array<Stage, 9> kStages = {
 
 void measure(const Device& device, const Volume& volume, const ExtractOptions& options) {
   std::vector<ExtractReport> reports;
-  for (int round = -1; round < kRounds; ++round) {  // the first warms up
+  for (int round = -1; round < kRounds; ++round) {  // round -1 is a warm-up
     ExtractReport report = extract(device, volume, options).report;
     if (report.faces > options.faces || report.non_manifold_edges != 0) {
       throw Error(ErrorCode::internal, "The low poly is not what was asked for.");

@@ -1,4 +1,4 @@
-// The volume that benchmarks extract.
+// Makes the volume that benchmarks extract.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace kiln::bench {
 
-/// A ball with bumps, hollow within, scaled to the volume's sides; 8 bits a voxel, the surface at 128.
+/// Makes a hollow ball with bumps, scaled to the volume's sides; 8 bits per voxel, the surface at 128.
 inline Volume bumpy_volume(const std::array<std::uint32_t, 3>& size) {
   Volume volume;
   volume.name =
@@ -31,7 +31,7 @@ inline Volume bumpy_volume(const std::array<std::uint32_t, 3>& size) {
           const double radius = std::sqrt(p * p + q * q + r * r);
           const double bumps = 0.03 * std::sin(23 * p) * std::sin(19 * q) * std::sin(21 * r);
           const double shell = std::min(0.85 + bumps - radius, radius - 0.5);
-          // Over four voxels each way.
+          // The value rises over four voxels on each side of the surface.
           const double value = 128 + shell * least / 2 * 32;
           volume.voxels[(z * size[1] + y) * size[0] + x] =
               static_cast<std::byte>(std::clamp(std::lround(value), 0L, 255L));

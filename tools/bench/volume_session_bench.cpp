@@ -70,7 +70,7 @@ std::vector<std::byte> box_of(const Volume& volume, const VolumeRegion& region, 
 void time_it(const char* what, const Volume& volume, const Device& device,
              const std::function<void(int)>& run) {
   std::vector<double> wall, cpu;
-  for (int round = -1; round < kRounds; ++round) {  // the first warms up
+  for (int round = -1; round < kRounds; ++round) {  // round -1 is a warm-up
     const double before = cpu_seconds();
     const double seconds = seconds_of([&] { run(round); });
     if (round < 0) continue;
@@ -95,7 +95,7 @@ int run(int argc, char** argv) {
   contour.iso = argc > 2 ? std::atof(argv[2]) : 128;
   contour.outer_only = true;
   contour.outer_gap = argc > 3 ? static_cast<std::uint32_t>(std::atoi(argv[3])) : 2;
-  // Place of the surface: from the middle of a side of the volume inwards.
+  // A region at the surface, found from the middle of a side of the volume inwards.
   VolumeRegion region{{volume.size[0] / 2, volume.size[1] / 2, volume.size[2] - 45}, {24, 24, 24}};
   const std::vector<std::byte> whole = box_of(volume, region, false);
   const std::vector<std::byte> crater = box_of(volume, region, true);
@@ -114,7 +114,7 @@ int run(int argc, char** argv) {
             [&](int) { extract(device, volume, options); });
     time_it(("session to " + name).c_str(), volume, device, [&](int) { session.extract(options); });
   }
-  // In turn, so that each update changes something.
+  // The two updates alternate, so that each changes something.
   time_it("update of 24 x 24 x 24 voxels", volume, device,
           [&](int round) { session.update(region, round % 2 == 0 ? whole : crater); });
   session.update(region, crater);

@@ -25,7 +25,7 @@ import warnings
 import kiln
 import numpy as np
 
-#: Fields of MESH besides vertices and faces. Fields that a node does not set are missing in its result.
+#: Optional fields of MESH. Fields that a node does not set are missing in its result.
 OPTIONAL = (
     "uvs",
     "vertex_colors",
@@ -39,15 +39,15 @@ OPTIONAL = (
     "emissive",
 )
 FACES = ("INT", {"default": 10_000, "min": 4, "max": 50_000_000})
-#: Meshes of ComfyUI, and of packages that hand on trimesh's.
+#: Types of the mesh inputs: ComfyUI's meshes, and trimesh's from other packages.
 MESHES = ("MESH,TRIMESH",)
 SIZE = ("INT", {"default": 2048, "min": 64, "max": 8192, "step": 64})
-#: What lies nearer to 0 or 1 is rounded to them by pictures of 8 bits.
+#: Half a step of 8 bits: values nearer than this to 0 or 1 are rounded to them.
 HALF_STEP = 0.5 / 255
 
 
 def as_numpy(values):
-    """Converts a tensor on any device, or an array, to NumPy."""
+    """Converts a tensor on any device, or an array, to a NumPy array."""
     for step in ("detach", "cpu"):
         if hasattr(values, step):
             values = getattr(values, step)()
@@ -112,7 +112,7 @@ def srgb_to_linear(values):
 
 
 def factor_of(material, name, default):
-    """A number of a material's; below 0 it is not given."""
+    """Returns a factor of a material; the default if it is missing or below 0."""
     value = material.get(name)
     return default if value is None or value < 0 else float(value)
 
@@ -159,7 +159,7 @@ class Look:
         shine = np.array(self.material.get("emissive_factor") or (0, 0, 0), float).clip(0, 1)
         emissive = picture("emissive")
         if emissive is not None:
-            shine = shine if shine.any() else np.ones(3)  # as SaveGLB has it
+            shine = shine if shine.any() else np.ones(3)  # the same default as in SaveGLB
             self.pictures["emission"] = linear_to_srgb(srgb_to_linear(emissive[:, :, :3]) * shine)
         elif shine.any():
             self.numbers["emission"] = shine
@@ -173,7 +173,7 @@ class Look:
 
 
 def is_trimesh(mesh):
-    """A trimesh.Trimesh or Scene, TRIMESH of other packages."""
+    """True for a trimesh.Trimesh or Scene, which other packages pass as TRIMESH."""
     return hasattr(mesh, "visual") or hasattr(mesh, "geometry")
 
 
@@ -215,12 +215,12 @@ def items(mesh):
 
 
 def some(mesh):
-    """items() that have faces."""
+    """Returns the items() that have faces."""
     return [item for item in items(mesh) if item is not None]
 
 
 def new_mesh():
-    """ComfyUI's MESH; outside of it, an object with its fields."""
+    """Creates a MESH of ComfyUI; outside ComfyUI, an object with the same fields."""
     try:
         from comfy_api.latest import Types
     except ImportError:
@@ -230,7 +230,7 @@ def new_mesh():
 
 
 def batch_of(mesh, batch, **fields):
-    """A MESH like the one given, of what arrays_of() returns."""
+    """Makes a MESH with the type of the given one from results of arrays_of()."""
     made = new_mesh() if mesh is None or is_trimesh(mesh) else copy.copy(mesh)
     for name in OPTIONAL:
         if hasattr(made, name):
@@ -267,7 +267,7 @@ def arrays_of(low):
 
 
 def pictures(maps, name, size, background):
-    """IMAGE (B, H, W, 3) with each item's map, or the background colour for items without it."""
+    """Returns an IMAGE (B, H, W, 3) with the map of each item, or the background colour for items without it."""
     empty = np.full((size, size, 3), background, np.float32)
     return as_tensor(
         np.stack([np.broadcast_to(item.get(name, empty)[:, :, :3], empty.shape) for item in maps]).astype(np.float32)
@@ -293,7 +293,7 @@ def textured(mesh, baked, maps, looks, size, double_sided):
     texture = color
     if "color" in has and "opacity" in has:
         texture = as_tensor(np.concatenate([as_numpy(color), as_numpy(alpha)[..., None]], axis=3))
-    # The pictures have the factors in them.
+    # The pictures include the factors, so the factors become 1.
     material = dict(looks[0].material)
     for name in ("metallic_factor", "roughness_factor", "occlusion_strength", "normal_scale"):
         material.pop(name, None)
@@ -383,9 +383,9 @@ class KilnUnwrap:
 
 
 class KilnBake:
-    """The dense mesh's normals, occlusion and material as pictures for the light one's UVs.
+    """Bakes the dense mesh's normals, occlusion and material into pictures for the light mesh's UVs.
 
-    The mesh that comes out has them and its tangents: SaveGLB writes it as it is.
+    The resulting mesh contains them and its tangents: SaveGLB writes it unchanged.
     """
 
     @classmethod
@@ -463,9 +463,9 @@ class KilnBake:
         return textured(low_poly, baked, maps, looks, resolution, sides)
 
 
-#: Whether backs are shown.
+#: Values for whether back faces are shown.
 SIDES = ["auto", "yes", "no"]
-#: Names of the maps of a mesh's pictures, which must differ from those of its shape, and their kinds for kiln.bake().
+#: Names of the maps for a mesh's pictures, which must differ from those of its shape, and their kinds for kiln.bake().
 TRANSFERS = {
     "color": ("color", "srgb"),
     "emission": ("emission", "srgb"),
@@ -478,7 +478,7 @@ TRANSFERS = {
 
 
 def sides_of(choice, look):
-    """double_sided of kiln.pack_glb() and to_glb(): the node's choice, else the material's, else auto."""
+    """Returns double_sided for kiln.pack_glb() and to_glb(): the node's choice, else the material's, else auto."""
     if choice != "auto" or look.double_sided is None:
         return choice
     return bool(look.double_sided)
@@ -493,7 +493,7 @@ def material_of(data):
 
 
 def with_document(data, document):
-    """A GLB with another JSON."""
+    """Returns a GLB with its JSON replaced."""
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     rest = data[20 + int.from_bytes(data[12:16], "little") :]
@@ -502,7 +502,7 @@ def with_document(data, document):
 
 
 def as_asset(high, look):
-    """A dense mesh with its pictures and factors as a GLB, which kiln.to_glb() takes whole; the mesh where it has none."""
+    """Returns a dense mesh with its pictures and factors as a GLB for kiln.to_glb(); the mesh itself if it has none."""
     if high.uvs is None or not look.pictures:
         if look.pictures:
             text = f"The mesh has no UVs: its pictures are left out ({', '.join(look.pictures)})."
@@ -520,7 +520,7 @@ def as_asset(high, look):
 
 
 def set_number(material, name, value):
-    """A number of a glTF's material that no picture has."""
+    """Sets a factor of a glTF material that no picture contains."""
     surface = material.setdefault("pbrMetallicRoughness", {})
     if name in ("roughness", "metallic"):
         surface[name + "Factor"] = value
@@ -532,7 +532,7 @@ def set_number(material, name, value):
 
 
 class KilnToGLB:
-    """All steps in one: simplifies, unwraps and bakes a dense mesh, and returns the light mesh with maps, and its GLB."""
+    """Simplifies, unwraps and bakes a dense mesh in one step, and returns the light mesh with its maps, and its GLB."""
 
     @classmethod
     def INPUT_TYPES(cls):
@@ -584,7 +584,7 @@ class KilnToGLB:
         if max_bytes:
             packing["max_bytes"] = max_bytes
             if format == "png":
-                del packing["format"]  # PNG and JPEG, whichever is smaller
+                del packing["format"]  # PNG or JPEG is chosen, whichever is smaller
         for high, look in some(mesh):
             asset = as_asset(high, look)
             glb = kiln.to_glb(
@@ -612,7 +612,7 @@ class KilnToGLB:
 
 
 class KilnLoadMesh:
-    """A file as MESH: PLY, OBJ, STL, OFF, glTF, FBX, DAE, 3DS or X. Its materials reach Kiln to GLB."""
+    """Loads a file as MESH: PLY, OBJ, STL, OFF, glTF, FBX, DAE, 3DS or X. Its materials are kept for Kiln to GLB."""
 
     @classmethod
     def INPUT_TYPES(cls):
@@ -634,7 +634,7 @@ class KilnLoadMesh:
 
     @classmethod
     def IS_CHANGED(cls, path, up_axis="y"):
-        """Of a file that was written anew."""
+        """Tells ComfyUI to run the node again if the file was saved again."""
         try:
             with open(path.strip(), "rb") as file:
                 return hashlib.file_digest(file, "sha256").hexdigest()
@@ -643,7 +643,7 @@ class KilnLoadMesh:
 
 
 def mesh_of(loaded):
-    """A kiln.Mesh as MESH: one row a vertex, split where UVs or normals are."""
+    """Converts a kiln.Mesh to MESH: one row per vertex, which is split where UVs or normals differ."""
     corner = [loaded.faces, loaded.uv_faces, loaded.normal_faces]
     used = [part for part in corner if part is not None]
     keys = np.stack([part.ravel().astype(np.int64) for part in used], axis=1)
@@ -667,7 +667,7 @@ def mesh_of(loaded):
 
 
 def file_of(data):
-    """ComfyUI's File3D, or bytes outside of ComfyUI. Contains the first mesh of a batch; SaveGLB writes all."""
+    """Returns ComfyUI's File3D, or bytes outside ComfyUI. It contains the first mesh of a batch; SaveGLB writes all."""
     try:
         from comfy_api.latest import Types
     except ImportError:

@@ -1,4 +1,4 @@
-"""What a bake takes of the scene, the thread that it runs on, and what it leaves in the scene."""
+"""Bakes from the scene: its inputs, the thread of the bake, and the results in the scene."""
 
 import os
 import re
@@ -31,7 +31,7 @@ def sides(context, settings):
 
 
 def check_folder(folder):
-    """Makes the folder of the maps, and tries to write there, before anything is baked."""
+    """Creates the folder of the maps, and checks that it is writable, before the bake."""
     try:
         os.makedirs(folder, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -41,12 +41,12 @@ def check_folder(folder):
         raise kiln.Error(f"Folder '{folder}': maps cannot be written there ({reason}). Choose another.") from None
 
 
-#: Faces of an active object from which on it is asked whether it is the low poly.
+#: Number of faces above which an active object is probably the high poly, so that the user is asked.
 DENSE = 200_000
 
 
 def dense_low(context, settings):
-    """A question where the active object is likely the high poly; empty: none."""
+    """Returns a question if the active object is probably the high poly; empty otherwise."""
     lows, highs = sides(context, settings)
     if settings.mode != "SELECTED" or not lows or not highs or lows[0].type != "MESH":
         return ""
@@ -61,7 +61,8 @@ def dense_low(context, settings):
 
 
 class Bake:
-    """One bake: made and finished on Blender's thread; run() is for any, and touches nothing of Blender's."""
+    """One bake. It is created and finished on Blender's thread; run() may be called on any thread, since it does not use
+    Blender's data."""
 
     def __init__(self, context):
         settings = context.scene.kiln_bake
@@ -111,7 +112,7 @@ class Bake:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", kiln.KilnWarning)
             bakes = self._run(progress)
-        # Warnings in the bakes' reports belong to them; others come from earlier steps.
+        # Warnings in the reports of bakes belong to the maps; the others come from earlier steps.
         reported = {(told["code"], told["count"]) for bake in bakes.values() for told in bake.report.warnings}
         told = [warning.message for warning in caught if isinstance(warning.message, kiln.KilnWarning)]
         self.notes += [str(message) for message in told if (message.code, message.count) not in reported]
@@ -125,7 +126,7 @@ class Bake:
         high = kiln.clean(self.high)
         if self.max_error is not None:
             self.low, baked, _ = kiln.plan(high, size=self.size, progress=progress, **self.keywords)
-            if self.low.uvs is None:  # it needs no map
+            if self.low.uvs is None:  # the plan needs no map
                 self.low = kiln.unwrap(self.low, size=self.size)
             return {"": baked} if baked else {}
         low = kiln.simplify(high, target=self.faces, progress=progress)

@@ -22,14 +22,14 @@ def is_stretched(matrix):
 
 
 def check_scale(objects, name):
-    """An object of scale 0 has no inverse, by which normals turn, and nothing to bake."""
+    """Rejects objects with scale 0: they show nothing, and their matrix has no inverse, which normals need."""
     for item in objects:
         if item.type in SOLID and min(abs(size) for size in item.matrix_world.to_scale()) < 1e-12:
             raise kiln.Error(f"{name}: '{item.name}' has a scale of 0: give it another, or choose without it.")
 
 
 def holders(objects):
-    """The given objects, and those that they instance."""
+    """Returns the given objects, and those that they instantiate."""
     found, todo = [], list(objects)
     while todo:
         item = todo.pop()
@@ -70,12 +70,12 @@ class Gathered:
         self.count = 0
         self.names = {"materials": [], "objects": []}
         self.numbers = {"materials": [], "objects": []}
-        self.materials = {}  # bpy's, by name
+        self.materials = {}  # materials of bpy by name
 
     def add(self, item, matrix, name, tangents, colored):
         sizes = np.linalg.norm(np.array(matrix, np.float64)[:3, :3], axis=0)
         if sizes.max() < 1e-12:
-            return  # an instance of scale 0 shows nothing
+            return  # an instance with scale 0 shows nothing
         if sizes.min() < 1e-12:
             raise kiln.Error(f"'{name}' shows an instance with a scale of 0 along an axis: give it another.")
         mesh = item.to_mesh()
@@ -89,7 +89,8 @@ class Gathered:
         linear = matrix[:3, :3]
         mirrored = np.linalg.det(linear) < 0
         layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
-        uvs = None if layer is None else values(layer.uv, "vector", 2)  # read before the mesh is changed
+        # UVs are read before the mesh is changed
+        uvs = None if layer is None else values(layer.uv, "vector", 2)
         # MikkTSpace of quads differs from that of their triangles. Blender computes none for polygons with more corners.
         with_tangents = tangents and layer is not None and max(values(mesh.polygons, "loop_total", 1, np.int32)) <= 4
         if with_tangents:
@@ -105,7 +106,7 @@ class Gathered:
         colors = self._colors(mesh, vertex_of) if colored else None
         if colors is None:
             add["faces"](vertex_of[corners] + self.count)
-        else:  # corner colours: each corner gets its own vertex
+        else:  # with colours per corner, each corner gets a vertex of its own
             points = points[vertex_of]
             add["faces"](corners + self.count)
         add["colors"](np.full((len(points), 4), 255, np.uint8) if colors is None else colors)

@@ -6,7 +6,7 @@ import tempfile
 import bpy
 import numpy as np
 
-#: Maps of colours; all others are data.
+#: Maps that hold colours; all others hold data.
 COLORS = {"color", "vertex_color"}
 #: Inputs of Principled BSDF.
 INPUTS = {"color": "Base Color", "opacity": "Alpha"}
@@ -134,7 +134,8 @@ def show(objects, images, flipped):
             found = images.get(slot.material.name, images.get(item.name, images.get("")))
             if not found:
                 continue
-            if item.name in images and slot.material.users > 1:  # a texture set needs its own copy
+            # a material of a texture set must not be shared
+            if item.name in images and slot.material.users > 1:
                 slot.material = slot.material.copy()
             elif slot.material in others:
                 if slot.material not in copies:
