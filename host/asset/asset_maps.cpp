@@ -1,4 +1,4 @@
-// Conversion of baked maps to pictures of a material.
+// Converts baked maps to the pictures of a material.
 #include "asset/asset_maps.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// Scales emission into [0, 1]. \returns the value that 1 stands for; 0: no emission
+/// Scales emission into [0, 1]. \returns the emission that 1 represents; 0: no emission
 float scale_emission(Image& image) {
   float strength = 0;
   for (const float value : image.pixels) {
@@ -52,7 +52,8 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
     const std::string name = std::string(map.kind.name);
     if (name == "emission") {
       places.emission_strength = scale_emission(map.image);
-      if (places.emission_strength == 0) continue;  // this set does not emit
+      // skips the emission map of a texture set that does not emit
+      if (places.emission_strength == 0) continue;
     }
     if (before) before(map, name);
     to_stored(map, ImageFormat::png8);
@@ -62,7 +63,7 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
       continue;
     }
     if (name == "ao") ao = &map.image;
-    // Later maps replace earlier ones: HIGH's normal maps include more detail than its geometry's normals.
+    // Later maps replace earlier ones, since HIGH's normal maps include more detail than the normals of its geometry.
     if (const Image** const slot = slot_of(places, name); slot != nullptr) {
       *slot = &map.image;
     } else if (left != nullptr) {

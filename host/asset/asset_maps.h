@@ -1,4 +1,4 @@
-// Slots of a material for baked maps.
+// Assigns baked maps to the slots of a material.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,8 @@
 
 namespace kiln {
 
-/// asset_maps(). \param before  called with each map and its name, before it is converted by to_stored()
+/// Assigns maps to the slots of a material by their names.
+/// \param before  called with each map and its name, before to_stored() converts it
 AssetMaps asset_maps(std::span<BakedMap> maps,
                      const std::function<void(BakedMap&, const std::string&)>& before,
                      std::string* left);

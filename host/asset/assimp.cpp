@@ -4,7 +4,7 @@
 namespace kiln {
 
 Asset read_by_assimp(const MeshInput& input) {
-  input.fail("", "this build of Kiln was made without Assimp, which reads DAE, 3DS and X",
+  input.fail("", "this build of Kiln does not include Assimp, which reads DAE, 3DS and X",
              "Export the mesh as OBJ or PLY, or build Kiln with KILN_ASSIMP=ON where Assimp is "
              "installed.");
 }
@@ -74,7 +74,8 @@ class SceneReader {
     AffineMap to_world = world.map.value_or(kIdentityMap);
     remove_unit(to_world);
     if (is_3ds() && options.override_up && options.up != UpAxis::as_given) {
-      to_world = product(to_world, turn_of(UpAxis::minus_z));  // undoes Assimp's rotation of Z up
+      // undoes the rotation by which Assimp converts Z up to Y up
+      to_world = product(to_world, rotation_to_y_up(UpAxis::minus_z));
     }
     nodes(to_world);
     if (is_3ds()) find_smooth_pieces();
@@ -115,7 +116,7 @@ class SceneReader {
     input_.fail(place, problem, "Export the mesh again, or as OBJ or glTF.");
   }
 
-  /// Parents before children, in the file's order.
+  /// Adds the nodes in the file's order, parents before children.
   void nodes(const AffineMap& to_world) {
     struct Visit {
       const aiNode* node;
@@ -135,7 +136,7 @@ class SceneReader {
       const AffineMap world = product(visit.of_parent, node.transform);
       if (visit.node->mNumMeshes != 0) {
         for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
-          if (visit.node->mMeshes[i] >= scene_.mNumMeshes) fail(node.name, "it names no mesh");
+          if (visit.node->mMeshes[i] >= scene_.mNumMeshes) fail(node.name, "it refers to no mesh");
         }
         placed_.push_back(
             {visit.node, objects_.add(node.name.empty() ? "object" : node.name), world});
@@ -149,9 +150,9 @@ class SceneReader {
     }
   }
 
-  /// Linear blend skinning: each vertex is transformed by its weighted joints, regardless of its mesh's node. A
-  /// joint's offset is its inverse bind times the bind shape. Empty without bones, or without joints for them.
-  /// Vertices without weights use the node's transform.
+  /// Linear blend skinning: each vertex is transformed by its weighted joints, regardless of its mesh's node. A joint's
+  /// offset is its inverse bind times the bind shape. Vertices without weights use the node's transform. Returns
+  /// nothing if the mesh has no bones, or if no joint exists for them.
   std::vector<AffineMap> poses(const aiMesh& mesh, const AffineMap& world) {
     if (mesh.mNumBones == 0) return {};
     std::vector<AffineMap> maps(mesh.mNumVertices, AffineMap{});
@@ -166,7 +167,7 @@ class SceneReader {
       const AffineMap map = product(*joint->second, transform_of(bone.mOffsetMatrix));
       for (unsigned i = 0; i < bone.mNumWeights; ++i) {
         const aiVertexWeight& weight = bone.mWeights[i];
-        if (weight.mVertexId >= mesh.mNumVertices) fail(bone.mName.C_Str(), "it moves no vertex");
+        if (weight.mVertexId >= mesh.mNumVertices) fail(bone.mName.C_Str(), "it affects no vertex");
         if (!(weight.mWeight > 0)) continue;
         totals[weight.mVertexId] += weight.mWeight;
         for (std::size_t k = 0; k < 16; ++k) maps[weight.mVertexId][k] += weight.mWeight * map[k];
@@ -179,13 +180,13 @@ class SceneReader {
     return maps;
   }
 
-  /// Merges corners with equal position and colour into one vertex, since Assimp duplicates each.
+  /// Merges corners with equal position and colour into one vertex, since Assimp gives each corner a vertex of its own.
   /// \param poses  a map per vertex; empty: the node's map for all
   std::vector<std::uint32_t> vertices(const aiMesh& mesh, const AffineMap& of_node,
                                       const std::vector<AffineMap>& poses) {
     using Key = std::array<std::uint64_t, 4>;
-    std::map<Key, std::uint32_t> known;
-    std::vector<std::uint32_t> of(mesh.mNumVertices);
+    std::map<Key, std::uint32_t> vertex_of_key;
+    std::vector<std::uint32_t> merged_vertex(mesh.mNumVertices);
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       const aiVector3D& p = mesh.mVertices[v];
       const AffineMap& world = poses.empty() ? of_node : poses[v];
@@ -193,7 +194,7 @@ class SceneReader {
       Key key{};
       for (std::size_t i = 0; i < 3; ++i) {
         place[i] = world[i] * p.x + world[4 + i] * p.y + world[8 + i] * p.z + world[12 + i];
-        key[i] = std::bit_cast<std::uint64_t>(place[i] + 0.0);  // -0 becomes 0
+        key[i] = std::bit_cast<std::uint64_t>(place[i] + 0.0);  // adding 0 turns -0 into 0
       }
       std::array<std::uint8_t, 4> color{};
       if (mesh.HasVertexColors(0)) {
@@ -205,13 +206,13 @@ class SceneReader {
         key[3] = std::bit_cast<std::uint32_t>(color);
       }
       const auto [entry, added] =
-          known.emplace(key, static_cast<std::uint32_t>(builder_.positions.size()));
-      of[v] = entry->second;
+          vertex_of_key.emplace(key, static_cast<std::uint32_t>(builder_.positions.size()));
+      merged_vertex[v] = entry->second;
       if (!added) continue;
       builder_.positions.push_back(place);
       if (mesh.HasVertexColors(0)) builder_.set_color_bytes(builder_.positions.size() - 1, color);
     }
-    return of;
+    return merged_vertex;
   }
 
   /// Finds the smooth pieces of a 3DS by the file's smoothing groups. Assimp converts them to area-weighted normals,
@@ -220,10 +221,10 @@ class SceneReader {
   void find_smooth_pieces() {
     pieces_.resize(scene_.mNumMeshes);
     const std::vector<Smoothing3ds> meshes = read_smoothing_3ds(input_.bytes);
-    std::vector<std::vector<unsigned> > parts(meshes.size());  // per mesh: Assimp's meshes, one per
-                                                               // material
+    // Assimp's meshes, one per material, for each mesh of the file
+    std::vector<std::vector<unsigned> > parts(meshes.size());
     for (unsigned m = 0; m < scene_.mNumMeshes; ++m) {
-      // Assimp names meshes by their index in the file.
+      // Assimp's name of a 3DS mesh is its index in the file.
       const auto number = to_integer(scene_.mMeshes[m]->mName.C_Str());
       if (!number || *number < 0 || static_cast<std::uint64_t>(*number) >= meshes.size()) continue;
       pieces_[m].mesh = static_cast<std::uint32_t>(*number);
@@ -247,12 +248,14 @@ class SceneReader {
     }
   }
 
-  /// \param parts  of one mesh  \param masks  per part, of its faces
+  /// Joins the corners of one mesh to smooth pieces.
+  /// \param parts  Assimp's meshes that form the mesh
+  /// \param masks  smoothing mask of each face, per part
   void join_smooth_pieces(const std::vector<unsigned>& parts,
                           const std::vector<std::vector<std::uint32_t> >& masks) {
     using Place = std::array<std::uint64_t, 3>;
     std::map<Place, std::uint32_t> places;
-    std::vector<std::array<std::uint32_t, 2> > corners;  // position, corner
+    std::vector<std::array<std::uint32_t, 2> > corners;  // vertex and corner
     std::vector<std::uint32_t> mask_of;                  // smoothing mask per corner
     std::vector<std::uint32_t> first;                    // first corner of each part
     for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -263,11 +266,11 @@ class SceneReader {
         const aiFace& face = part.mFaces[f];
         for (unsigned k = 0; k < face.mNumIndices; ++k) {
           const unsigned v = face.mIndices[k];
-          if (v >= part.mNumVertices) continue;  // mesh() refuses it
+          if (v >= part.mNumVertices) continue;  // mesh() rejects the invalid index
           const aiVector3D& at = part.mVertices[v];
           Place place{};
           for (unsigned i = 0; i < 3; ++i) {
-            place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // -0 becomes 0
+            place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // adding 0 turns -0 into 0
           }
           const std::uint32_t corner = first[p] + v;
           mask_of[corner] = masks[p][f];
@@ -280,23 +283,23 @@ class SceneReader {
     DisjointSets pieces(mask_of.size());
     join_by_groups(std::move(corners), mask_of, pieces);
     for (std::size_t p = 0; p < parts.size(); ++p) {
-      std::vector<std::uint32_t>& of = pieces_[parts[p]].of_vertex;
+      std::vector<std::uint32_t>& pieces_of_vertex = pieces_[parts[p]].of_vertex;
       for (unsigned v = 0; v < scene_.mMeshes[parts[p]]->mNumVertices; ++v) {
-        of.push_back(pieces.find(first[p] + v));
+        pieces_of_vertex.push_back(pieces.find(first[p] + v));
       }
     }
   }
 
-  /// The builder's normal of each vertex of a mesh by smoothing groups; empty if it has none.
+  /// Index of the builder's normal at each corner of a mesh, from smoothing groups; empty if it has none.
   std::vector<std::uint32_t> smooth_normals(unsigned index) {
     if (pieces_.empty() || pieces_[index].of_vertex.empty()) return {};
     SmoothPieces& pieces = pieces_[index];
-    // Parts of a mesh have the same transform, and share normals where they meet.
-    std::map<std::uint32_t, std::uint32_t>& known =
+    // Parts of a mesh have the same transform, and share normals where they touch.
+    std::map<std::uint32_t, std::uint32_t>& normal_of_piece =
         piece_normals_[{pieces.mesh, pieces.times_placed++}];
     std::vector<std::uint32_t> normals;
     for (const std::uint32_t piece : pieces.of_vertex) {
-      const auto [entry, added] = known.emplace(piece, 0U);
+      const auto [entry, added] = normal_of_piece.emplace(piece, 0U);
       if (added) entry->second = builder_.add_computed_normal();
       normals.push_back(entry->second);
     }
@@ -312,9 +315,9 @@ class SceneReader {
     const std::vector<std::uint32_t> vertex_of = vertices(mesh, world, posed);
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
-    const NormalTurn of_node(world);
-    std::vector<NormalTurn> turns(posed.begin(), posed.end());
-    const auto normal_turn_of = [&](unsigned v) -> const NormalTurn& {
+    const NormalTransform of_node(world);
+    std::vector<NormalTransform> turns(posed.begin(), posed.end());
+    const auto normal_turn_of = [&](unsigned v) -> const NormalTransform& {
       return turns.empty() ? of_node : turns[v];
     };
     const auto has_channel = [&mesh](const UvSet& set) { return mesh.HasTextureCoords(set.set); };
@@ -365,22 +368,23 @@ class SceneReader {
   static std::vector<std::string> uv_set_names(const aiMesh& mesh) {
     std::vector<std::string> names;
     for (unsigned set = 0; set < mesh.GetNumUVChannels(); ++set) {
-      const aiString* const given = mesh.GetTextureCoordsName(set);
-      names.emplace_back(given == nullptr ? "" : given->C_Str());
+      const aiString* const set_name = mesh.GetTextureCoordsName(set);
+      names.emplace_back(set_name == nullptr ? "" : set_name->C_Str());
     }
     return names;
   }
 
-  /// Numbers the UV sets of pictures other than the one that is read.
+  /// Assigns numbers to the UV sets of pictures, except the set that is read.
   void number_uv_sets() {
-    std::set<unsigned> others;
+    std::set<unsigned> other_sets;
     std::optional<unsigned> read;
     for (const Placed& placed : placed_) {
       for (unsigned i = 0; i < placed.node->mNumMeshes; ++i) {
         const aiMesh& mesh = *scene_.mMeshes[placed.node->mMeshes[i]];
-        const std::optional<unsigned> own = uv_sets_.find(uv_set_names(mesh));
-        if (!read) read = own;
-        if (mesh.mMaterialIndex >= scene_.mNumMaterials) continue;  // mesh() refuses it
+        const std::optional<unsigned> chosen_set = uv_sets_.find(uv_set_names(mesh));
+        if (!read) read = chosen_set;
+        // mesh() rejects the invalid index
+        if (mesh.mMaterialIndex >= scene_.mNumMaterials) continue;
         const aiMaterial& material = *scene_.mMaterials[mesh.mMaterialIndex];
         for (int kind = aiTextureType_DIFFUSE; kind <= AI_TEXTURE_TYPE_MAX; ++kind) {
           aiString path;
@@ -389,12 +393,12 @@ class SceneReader {
               AI_SUCCESS) {
             continue;
           }
-          if (own != set && mesh.HasTextureCoords(set)) others.insert(set);
+          if (chosen_set != set && mesh.HasTextureCoords(set)) other_sets.insert(set);
         }
       }
     }
-    others.erase(read.value_or(0));
-    for (const unsigned set : others) builder_.other_uvs.push_back({set, {}});
+    other_sets.erase(read.value_or(0));
+    for (const unsigned set : other_sets) builder_.other_uvs.push_back({set, {}});
   }
 
   /// The channel of the requested UV set, if a mesh has it.
@@ -406,8 +410,8 @@ class SceneReader {
     if (index >= scene_.mNumMaterials) fail("material " + std::to_string(index), "it is missing");
     std::string& name = material_names_[index];
     if (name.empty()) {
-      const std::string given = scene_.mMaterials[index]->GetName().C_Str();
-      name = unique_materials_.add(given.empty() ? "material" : given);
+      const std::string material_name = scene_.mMaterials[index]->GetName().C_Str();
+      name = unique_materials_.add(material_name.empty() ? "material" : material_name);
       material_of_[name] = index;
     }
     return name;
@@ -419,34 +423,39 @@ class SceneReader {
       material.name = name;
       const auto found = material_of_.find(name);
       if (found == material_of_.end()) continue;
-      const aiMaterial& from = *scene_.mMaterials[found->second];
+      const aiMaterial& source_material = *scene_.mMaterials[found->second];
       material.place = input_.file + ": material " + std::to_string(found->second);
-      color(from, material);
-      if (from.Get(AI_MATKEY_OPACITY, material.opacity) != AI_SUCCESS) material.opacity = 1;
-      if (from.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness) == AI_SUCCESS) {
+      color(source_material, material);
+      if (source_material.Get(AI_MATKEY_OPACITY, material.opacity) != AI_SUCCESS)
+        material.opacity = 1;
+      if (source_material.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness) == AI_SUCCESS) {
         // Assimp converts a Phong shininess to roughness: 1 - sqrt(shininess) / 10, as Blender does, but without
         // limits.
         float shininess = 0;
-        const bool made = from.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS;
+        const bool has_shininess =
+            source_material.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS;
         material.roughness = std::clamp(material.roughness, 0.0F, 1.0F);
-        material.roughness_from = made ? MaterialNumber::converted : MaterialNumber::given;
+        material.roughness_from = has_shininess ? MaterialNumber::converted : MaterialNumber::given;
       }
-      if (from.Get(AI_MATKEY_METALLIC_FACTOR, material.metallic) == AI_SUCCESS) {
+      if (source_material.Get(AI_MATKEY_METALLIC_FACTOR, material.metallic) == AI_SUCCESS) {
         material.metallic_from = MaterialNumber::given;
       }
       aiColor3D emission;
-      if (from.Get(AI_MATKEY_COLOR_EMISSIVE, emission) == AI_SUCCESS) {
+      if (source_material.Get(AI_MATKEY_COLOR_EMISSIVE, emission) == AI_SUCCESS) {
         material.emission = {emission.r, emission.g, emission.b};
         material.emission_from = MaterialNumber::given;
       }
-      material.color_map = picture(from, {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE});
-      material.opacity_map = picture(from, {aiTextureType_OPACITY});
+      material.color_map =
+          picture(source_material, {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE});
+      material.opacity_map = picture(source_material, {aiTextureType_OPACITY});
       material.normal_map =
-          picture(from, {aiTextureType_NORMALS, aiTextureType_NORMAL_CAMERA, aiTextureType_HEIGHT});
-      material.roughness_map = picture(from, {aiTextureType_DIFFUSE_ROUGHNESS});
-      material.metallic_map = picture(from, {aiTextureType_METALNESS});
-      material.emission_map = picture(from, {aiTextureType_EMISSION_COLOR, aiTextureType_EMISSIVE});
-      material.occlusion_map = picture(from, {aiTextureType_AMBIENT_OCCLUSION});
+          picture(source_material,
+                  {aiTextureType_NORMALS, aiTextureType_NORMAL_CAMERA, aiTextureType_HEIGHT});
+      material.roughness_map = picture(source_material, {aiTextureType_DIFFUSE_ROUGHNESS});
+      material.metallic_map = picture(source_material, {aiTextureType_METALNESS});
+      material.emission_map =
+          picture(source_material, {aiTextureType_EMISSION_COLOR, aiTextureType_EMISSIVE});
+      material.occlusion_map = picture(source_material, {aiTextureType_AMBIENT_OCCLUSION});
     }
   }
 
@@ -472,7 +481,7 @@ class SceneReader {
                                                                             : TextureWrap::repeat;
   }
 
-  /// The first of these kinds of pictures that a material has.
+  /// The picture of the first of these texture types that the material has.
   MaterialPicture picture(const aiMaterial& from, std::initializer_list<aiTextureType> kinds) {
     MaterialPicture picture;
     for (const aiTextureType kind : kinds) {
@@ -484,7 +493,7 @@ class SceneReader {
       std::string name = path.C_Str();
       std::replace(name.begin(), name.end(), '\\', '/');
       const aiTexture* const embedded = scene_.GetEmbeddedTexture(path.C_Str());
-      // Height 0: the bytes of an encoded file, whose size is the width; otherwise raw texels.
+      // If the height is 0, the bytes are an encoded file, and the width is its size; otherwise they are raw texels.
       if (embedded != nullptr && embedded->mHeight == 0) {
         const auto* const bytes = reinterpret_cast<const std::byte*>(embedded->pcData);
         std::shared_ptr<const std::vector<std::byte> >& shared = embedded_[embedded];
@@ -517,12 +526,12 @@ class SceneReader {
   bool is_3ds() const { return lower_extension(input_.file) == ".3ds"; }
   bool is_x() const { return lower_extension(input_.file) == ".x"; }
 
-  /// X is left-handed: Assimp mirrors it along Z, so that the file's Z is -Z of the resulting positions.
+  /// X files are left-handed. Assimp mirrors them along Z, so the file's Z is -Z of the resulting positions.
   static UpAxis up_of_x(UpAxis up) {
     return up == UpAxis::z ? UpAxis::minus_z : up == UpAxis::minus_z ? UpAxis::z : up;
   }
 
-  /// Removes Collada's own unit from the root, if another one overrides it.
+  /// Removes Collada's unit from the root transform, if an option overrides it.
   void remove_unit(AffineMap& map) const {
     if (!is_collada() || !input_.options.override_unit || !(input_.options.metres > 0)) return;
     const aiMatrix4x4& root = scene_.mRootNode->mTransformation;
@@ -544,14 +553,15 @@ class SceneReader {
     std::string object;
     AffineMap world;
   };
-  std::vector<Placed> placed_;                               // nodes with meshes, in order
-  std::map<std::string, std::optional<AffineMap> > joints_;  // by name; none: the name is ambiguous
+  std::vector<Placed> placed_;  // nodes with meshes, in the file's order
+  // transforms of nodes by name; nullopt if the name is ambiguous
+  std::map<std::string, std::optional<AffineMap> > joints_;
   struct SmoothPieces {
-    std::uint32_t mesh = 0;  // index in the file
+    std::uint32_t mesh = 0;  // index of the mesh in the file
     std::uint32_t times_placed = 0;
-    std::vector<std::uint32_t> of_vertex;  // per vertex; empty: no groups
+    std::vector<std::uint32_t> of_vertex;  // normal index per vertex; empty: the mesh has no groups
   };
-  std::vector<SmoothPieces> pieces_;  // per mesh of Assimp; empty: not a 3DS
+  std::vector<SmoothPieces> pieces_;  // smooth pieces per mesh of Assimp; empty: the file is no 3DS
   std::map<std::array<std::uint32_t, 2>, std::map<std::uint32_t, std::uint32_t> > piece_normals_;
   std::uint64_t unresolved_skins_ = 0, lost_groups_ = 0;
   UniqueNames objects_, unique_materials_;
@@ -560,60 +570,57 @@ class SceneReader {
   std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
 };
 
-/// Reads Assimp's scene, which the importer owns; nullptr on failure. \param said  out: the reason
-const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& said) {
+/// Reads Assimp's scene, which the importer owns; null on failure. \param said  receives the reason
+const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& reason) {
   std::string hint = fs::path(input.file).extension().string();
   if (!hint.empty()) hint.erase(0, 1);
-  importer.SetIOHandler(new RejectFileAccess);                                 // owned by the
-                                                                               // importer
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // names instead of
-                                                                               // ids
+  importer.SetIOHandler(new RejectFileAccess);  // the importer owns the handler
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
   if (input.options.override_up && input.options.up != UpAxis::as_given) {
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   }
   const aiScene* scene = nullptr;
   try {
     scene = importer.ReadFileFromMemory(input.bytes.data(), input.bytes.size(), 0, hint.c_str());
-    if (scene == nullptr) said = importer.GetErrorString();
+    if (scene == nullptr) reason = importer.GetErrorString();
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
-    said = error.what();
+    reason = error.what();
   }
-  while (!said.empty() && (said.back() == '.' || said.back() == '\n')) said.pop_back();
-  // The message quotes the file.
+  while (!reason.empty() && (reason.back() == '.' || reason.back() == '\n')) reason.pop_back();
+  // The message quotes the file, which may contain control characters.
   std::replace_if(
-      said.begin(), said.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
-  said.resize(std::min<std::size_t>(said.size(), 300));
-  if (scene == nullptr && said.empty()) said = "it does not say why";
+      reason.begin(), reason.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
+  reason.resize(std::min<std::size_t>(reason.size(), 300));
+  if (scene == nullptr && reason.empty()) reason = "no reason is given";
   return scene;
 }
 
-/// Reads the file in a child process first, since Assimp may crash on damaged files or exhaust memory: a child
-/// that fails becomes an error. This doubles the time of reading. If no child can be created, the check is
-/// skipped.
+/// Reads the file in a child process first, since Assimp may crash on damaged files or exhaust memory. If the child
+/// fails, an error is thrown. This doubles the time of reading. If no child can be created, the check is skipped.
 void check_in_child(const MeshInput& input, const Message& remedy) {
   const std::uint64_t bytes = input.bytes.size();
-  // Ten times the need of real files.
+  // Limits are ten times what real files need.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),
                               .bytes = (std::uint64_t{1} << 30U) + 200 * bytes};
-  std::string said;
+  std::string reason;
   const auto read = [&input] {
     Assimp::Importer importer;
     std::string problem;
     read_scene(input, importer, problem);
     return problem;
   };
-  const ChildEnd end = run_in_child(limits, read, said);
+  const ChildEnd end = run_in_child(limits, read, reason);
   if (end == ChildEnd::slow || end == ChildEnd::crashed) {
     input.fail(
         "",
         std::string("Assimp ") +
-            (end == ChildEnd::slow ? "takes too long to read it" : "crashes where it reads it") +
-            ": the file is damaged, or of a kind that Assimp does not know",
+            (end == ChildEnd::slow ? "takes too long to read it" : "crashes while reading it") +
+            ": the file is damaged, or Assimp does not support it",
         remedy);
   }
-  if (!said.empty()) input.fail("", "Assimp could not read it: " + said, remedy);
+  if (!reason.empty()) input.fail("", "Assimp could not read it: " + reason, remedy);
 }
 
 }  // namespace
@@ -622,13 +629,13 @@ Asset read_by_assimp(const MeshInput& input) {
   const std::string remedy = "Export the mesh again, or as OBJ or glTF.";
   check_in_child(input, remedy);
   Assimp::Importer importer;
-  std::string said;
-  const aiScene* const scene = read_scene(input, importer, said);
-  if (scene == nullptr) input.fail("", "Assimp could not read it: " + said, remedy);
+  std::string reason;
+  const aiScene* const scene = read_scene(input, importer, reason);
+  if (scene == nullptr) input.fail("", "Assimp could not read it: " + reason, remedy);
   if (scene->mRootNode == nullptr) input.fail("", "it has no scene", remedy);
   Asset asset = SceneReader(input, *scene).read();
-  asset.mesh.material_files = {fs::path(input.file).filename().string()};  // the file describes its
-                                                                           // own materials
+  // has_own_materials() applies: the materials are in the file itself
+  asset.mesh.material_files = {fs::path(input.file).filename().string()};
   return asset;
 }
 

@@ -2,8 +2,8 @@
 
 namespace kiln {
 
-AffineMap turn_of(UpAxis up) {
-  // Columns: images of X, Y and Z. All are rotations; Z up is rotated as in Blender.
+AffineMap rotation_to_y_up(UpAxis up) {
+  // The columns of each matrix are the images of X, Y and Z. All matrices are rotations; Z up is rotated as in Blender.
   switch (up) {
     case UpAxis::as_given:
     case UpAxis::y:
@@ -27,7 +27,7 @@ WorldFrame world_frame(const LoadMeshOptions& options,
   AffineMap map = axis_rotation.value_or(kIdentityMap);
   double metres = metres_per_unit;
   if (options.up != UpAxis::as_given && (options.override_up || !axis_rotation))
-    map = turn_of(options.up);
+    map = rotation_to_y_up(options.up);
   if (options.metres > 0 && (options.override_unit || metres_per_unit == 0))
     metres = options.metres;
   if (metres > 0) {

@@ -1,4 +1,4 @@
-// Axes and units of files: files that state theirs are converted to metres with Y up.
+// Converts axes and units: files that state theirs are converted to metres with Y up.
 #pragma once
 
 #include <optional>
@@ -8,17 +8,18 @@
 
 namespace kiln {
 
-/// Rotates `up` to Y; identity for UpAxis::as_given.
-AffineMap turn_of(UpAxis up);
+/// Returns the rotation from the given up axis to Y; the identity for UpAxis::as_given.
+AffineMap rotation_to_y_up(UpAxis up);
 
-/// Transform from a file's coordinates to those of Mesh.
+/// The transform from a file's coordinates to those of Mesh.
 struct WorldFrame {
-  std::optional<AffineMap> map;  ///< None: coordinates are unchanged
+  std::optional<AffineMap> map;  ///< nullopt: coordinates are unchanged
   double metres = 0;             ///< Metres per unit of the Mesh; 0: unknown
 };
 
-/// \param axis_rotation    rotation from the axes that the file declares; none if it declares none
-/// \param metres_per_unit  declared by the file; 0 if it declares none
+/// Derives the transform from the options and from what the file states.
+/// \param axis_rotation    rotation from the axes that the file states; nullopt if it states none
+/// \param metres_per_unit  unit that the file states; 0 if it states none
 WorldFrame world_frame(const LoadMeshOptions& options,
                        const std::optional<AffineMap>& axis_rotation, double metres_per_unit);
 

@@ -4,7 +4,7 @@
 namespace kiln {
 
 Asset read_fbx(const MeshInput& input) {
-  input.fail("", "this build of Kiln was made without ufbx, which reads FBX",
+  input.fail("", "this build of Kiln does not include ufbx, which reads FBX",
              "Export the mesh as glTF or OBJ, or run tools/install-packages and build again.");
 }
 
@@ -65,15 +65,15 @@ using LoadedScene = std::unique_ptr<ufbx_scene, FreeScene>;
 void* allocate(void* /*user*/, std::size_t size) { return ::operator new(size, std::nothrow); }
 void release(void* /*user*/, void* block, std::size_t /*size*/) { ::operator delete(block); }
 
-/// \throws Error(input), std::bad_alloc
+/// Loads the scene by ufbx. \throws Error(input), std::bad_alloc
 LoadedScene load(const MeshInput& input) {
-  // Compressed arrays expand at most a thousandfold; real files stay below a hundred.
-  const std::uint64_t most = std::min<std::uint64_t>(
+  // A limit on memory: deflate expands by at most a factor of a thousand, and real files stay below a hundred.
+  const std::uint64_t max_bytes = std::min<std::uint64_t>(
       memory_left(), (std::uint64_t{1} << 30U) + 200 * std::uint64_t{input.bytes.size()});
   ufbx_load_opts options = {};
   options.temp_allocator.allocator.alloc_fn = allocate;
   options.temp_allocator.allocator.free_fn = release;
-  options.temp_allocator.memory_limit = std::max<std::uint64_t>(most, 1);
+  options.temp_allocator.memory_limit = std::max<std::uint64_t>(max_bytes, 1);
   options.result_allocator = options.temp_allocator;
   options.ignore_animation = true;
   options.load_external_files = false;
@@ -82,23 +82,25 @@ LoadedScene load(const MeshInput& input) {
   options.use_blender_pbr_material = true;
   options.file_format = UFBX_FILE_FORMAT_FBX;
   options.index_error_handling = UFBX_INDEX_ERROR_HANDLING_NO_INDEX;
-  options.allow_empty_faces =
-      true;  // reported as short faces; and smoothing groups are indexed by face
+  // such faces are kept, so that they are reported as short faces, and because smoothing groups are indexed by face
+  options.allow_empty_faces = true;
   ufbx_error error = {};
   LoadedScene scene(fbx_load_memory(input.bytes.data(), input.bytes.size(), options, error));
   if (scene != nullptr) return scene;
   if (error.type == UFBX_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   if (error.type == UFBX_ERROR_MEMORY_LIMIT) {
-    input.fail("", "it takes more than " + mebibytes(most) + " of memory to read it",
+    input.fail("", "reading it needs more than " + mebibytes(max_bytes) + " of memory",
                "Free some memory, raise the " + option("memory_limit") + ", or split the file.");
   }
   if (error.type == UFBX_ERROR_UNKNOWN) {
     input.fail("", "it is truncated or damaged, or a face refers to a vertex that does not exist",
                kRemedy);
   }
-  std::string why = printable_text(error.description);
-  if (error.info_length != 0) why += " (" + printable_text({error.info, error.info_length}) + ")";
-  input.fail("", "it cannot be read as FBX: " + (why.empty() ? "it is damaged" : why), kRemedy);
+  std::string reason = printable_text(error.description);
+  if (error.info_length != 0)
+    reason += " (" + printable_text({error.info, error.info_length}) + ")";
+  input.fail("", "it cannot be read as FBX: " + (reason.empty() ? "it is damaged" : reason),
+             kRemedy);
 }
 
 class FbxReader {
@@ -108,7 +110,7 @@ class FbxReader {
 
   Asset read() {
     warn_of_repairs();
-    const WorldFrame world = world_frame(input_.options, own_turn(), metres());
+    const WorldFrame world = world_frame(input_.options, axis_rotation(), metres());
     to_world_ = world.map.value_or(kIdentityMap);
     nodes();
     check_memory();
@@ -132,17 +134,17 @@ class FbxReader {
     std::string object;
   };
 
-  /// The rotation of the file's axes to X, Y and Z; "front" points at the viewer.
-  AffineMap own_turn() const {
-    constexpr const char* kNames[] = {"CoordAxis", "UpAxis", "FrontAxis"};
+  /// The rotation from the file's axes to X, Y and Z; the file's "front" points at the viewer.
+  AffineMap axis_rotation() const {
+    constexpr const char* kAxisProperties[] = {"CoordAxis", "UpAxis", "FrontAxis"};
     const ufbx_props& settings = scene_.settings.props;
     AffineMap map{};
     std::array<std::int64_t, 3> axes{};
     bool is_odd = false;
     for (std::size_t k = 0; k < 3; ++k) {
-      axes[k] = fbx_find_int(settings, kNames[k], static_cast<std::int64_t>(k));
+      axes[k] = fbx_find_int(settings, kAxisProperties[k], static_cast<std::int64_t>(k));
       const std::int64_t sign =
-          fbx_find_int(settings, (std::string(kNames[k]) + "Sign").c_str(), 1);
+          fbx_find_int(settings, (std::string(kAxisProperties[k]) + "Sign").c_str(), 1);
       is_odd = is_odd || axes[k] < 0 || axes[k] > 2 || (sign != 1 && sign != -1);
       if (!is_odd) map[4 * static_cast<std::size_t>(axes[k]) + k] = static_cast<double>(sign);
     }
@@ -164,7 +166,7 @@ class FbxReader {
     return centimetres > 0 && std::isfinite(centimetres) ? centimetres / 100 : 0;
   }
 
-  /// Parents before children, in the file's order.
+  /// Adds the nodes in the file's order, parents before children.
   void nodes() {
     struct Visit {
       const ufbx_node* node;
@@ -186,8 +188,8 @@ class FbxReader {
     }
   }
 
-  /// A transform whose products along the hierarchy give the node's place in the world, for each mode of scale
-  /// inheritance.
+  /// The transform of a node to its parent, such that products along the hierarchy give the node's world transform in
+  /// each mode of scale inheritance.
   AffineMap to_parent(const ufbx_node& node) const {
     if (node.parent == nullptr) return product(to_world_, fbx_map(node.node_to_world));
     if (node.inherit_mode == UFBX_INHERIT_MODE_NORMAL) return fbx_map(node.node_to_parent);
@@ -229,7 +231,7 @@ class FbxReader {
     asset_.object_nodes.push_back(index);
   }
 
-  /// Checks the memory of all instances, since any number of nodes may refer to a mesh.
+  /// Checks the memory for all instances, since any number of nodes may refer to one mesh.
   void check_memory() const {
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 64;
     std::uint64_t vertices = 0, corners = 0;
@@ -240,7 +242,7 @@ class FbxReader {
     const FailWith fail = [this](const std::string& place, const std::string& problem,
                                  const Message& remedy) { input_.fail(place, problem, remedy); };
     require_memory(
-        "its meshes, as often as nodes place them,",
+        "its meshes, counted once per instance,",
         std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
         memory_failure(fail, ""));
   }
@@ -252,7 +254,8 @@ class FbxReader {
     const MeshUvs& uvs = uvs_of(mesh, uv_sets_.choose(names));
     const FbxPose pose(*placed.node, mesh, to_world_);
     const std::vector<std::uint32_t> normal_of = normals(mesh, pose);
-    std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;  // by vertex and colour
+    // index of the builder's vertex for each pair of vertex and colour
+    std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;
     std::vector<std::uint32_t> corners, corner_uvs, corner_normals;
     for (std::size_t f = 0; f < mesh.faces.count; ++f) {
       const ufbx_face face = mesh.faces.data[f];
@@ -285,12 +288,12 @@ class FbxReader {
     }
   }
 
-  /// Indices of the builder's UVs for a mesh's corners, shared by its instances.
+  /// Indices of the builder's UVs for the corners of a mesh; instances of the mesh share them.
   struct MeshUvs {
     bool is_there = false;
-    std::uint32_t first = 0;                // first index of the set's UVs
-    const ufbx_vertex_vec2* own = nullptr;  // if all pictures use the chosen set
-    std::vector<std::uint32_t> of_corner;   // if some picture uses another set
+    std::uint32_t first = 0;                // index of the set's first UV in the builder
+    const ufbx_vertex_vec2* own = nullptr;  // used if all pictures refer to the chosen set
+    std::vector<std::uint32_t> of_corner;   // used if a picture refers to another set
 
     std::uint32_t at(std::size_t corner) const {
       if (!of_corner.empty()) return of_corner[corner];
@@ -305,7 +308,7 @@ class FbxReader {
     return names;
   }
 
-  /// The set of a mesh that a picture names: the first one if the mesh has none with the name.
+  /// Index of the set that a picture names in a mesh; the first set if the mesh has none with the name.
   static std::uint32_t uv_set_named(const ufbx_mesh& mesh, const std::string& name) {
     const std::vector<std::string> names = uv_set_names(mesh);
     const auto found = std::find(names.begin(), names.end(), name);
@@ -317,29 +320,30 @@ class FbxReader {
     return texture->file_textures.data[0];
   }
 
-  /// Numbers the UV sets of pictures other than the one that is read. FBX names sets, and a name may have different
-  /// indices in each mesh: its number is its index in the first mesh, or else an unused one.
+  /// Assigns numbers to the UV sets of pictures, except the set that is read. FBX names its sets, and one name may have
+  /// different indices in different meshes. A set's number is its index in the first mesh that has it, or an unused
+  /// number if that is taken.
   void number_uv_sets() {
     std::uint32_t unused = 0;
     std::optional<std::uint32_t> read;
     for (const Placed& placed : placed_) {
-      const std::optional<std::uint32_t> own = uv_sets_.find(uv_set_names(*placed.mesh));
-      if (!read) read = own;
+      const std::optional<std::uint32_t> chosen_set = uv_sets_.find(uv_set_names(*placed.mesh));
+      if (!read) read = chosen_set;
       unused = std::max(unused, static_cast<std::uint32_t>(placed.mesh->uv_sets.count));
       add_material_users(placed);
     }
     read_set_ = read.value_or(0);
-    std::set<std::uint32_t> taken = {read_set_};
+    std::set<std::uint32_t> used_numbers = {read_set_};
     for (const Placed& placed : placed_) {
       for (const ufbx_material* material : materials_of(placed)) {
         if (material == nullptr) continue;
-        for (const ufbx_material_texture& use : material->textures) {
-          const ufbx_texture* const texture = file_of(use.texture);
+        for (const ufbx_material_texture& texture_use : material->textures) {
+          const ufbx_texture* const texture = file_of(texture_use.texture);
           if (texture == nullptr) continue;
           const std::string name = text_of(texture->uv_set);
           if (set_numbers_.contains(name) || !uses_other_set(*material, name)) continue;
           std::uint32_t number = uv_set_of(*material, name);
-          if (!taken.insert(number).second) taken.insert(number = unused++);
+          if (!used_numbers.insert(number).second) used_numbers.insert(number = unused++);
           set_numbers_[name] = number;
           other_sets_.push_back(name);
           builder_.other_uvs.push_back({number, {}});
@@ -355,20 +359,19 @@ class FbxReader {
   void add_material_users(const Placed& placed) {
     const ufbx_mesh& mesh = *placed.mesh;
     const ufbx_material_list& list = materials_of(placed);
-    std::vector<bool> used(list.count);
+    std::vector<bool> is_used(list.count);
     for (std::size_t f = 0; f < mesh.faces.count; ++f) {
       const std::uint32_t index = f < mesh.face_material.count ? mesh.face_material.data[f] : 0;
-      if (index < used.size()) used[index] = true;
+      if (index < is_used.size()) is_used[index] = true;
     }
-    for (std::size_t i = 0; i < used.size(); ++i) {
-      if (!used[i]) continue;
+    for (std::size_t i = 0; i < is_used.size(); ++i) {
+      if (!is_used[i]) continue;
       std::vector<const ufbx_mesh*>& meshes = meshes_of_[list.data[i]];
       if (std::find(meshes.begin(), meshes.end(), &mesh) == meshes.end()) meshes.push_back(&mesh);
     }
   }
 
-  /// True if, in any mesh of a material, pictures on the named set use another set than the one that is
-  /// read.
+  /// True if pictures of the material, on the named set, use another set than the one that is read, in any mesh.
   bool uses_other_set(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
     return meshes != meshes_of_.end() &&
@@ -392,13 +395,13 @@ class FbxReader {
       }
       return uvs;
     }
-    // One entry per combination of UVs.
+    // The UV sets of a mesh; each combination of their values at a corner is one UV of the builder.
     std::vector<const ufbx_vertex_vec2*> sets;
     sets.push_back(set ? &mesh.uv_sets.data[*set].vertex_uv : nullptr);
     for (const std::string& name : other_sets_) {
       sets.push_back(&mesh.uv_sets.data[uv_set_named(mesh, name)].vertex_uv);
     }
-    std::map<std::vector<std::uint32_t>, std::uint32_t> known;
+    std::map<std::vector<std::uint32_t>, std::uint32_t> uv_of_key;
     std::vector<std::uint32_t> key(sets.size());
     for (std::size_t corner = 0; corner < mesh.num_indices; ++corner) {
       for (std::size_t k = 0; k < sets.size(); ++k) {
@@ -409,7 +412,7 @@ class FbxReader {
         continue;
       }
       const auto [place, is_new] =
-          known.emplace(key, static_cast<std::uint32_t>(builder_.uvs.size()));
+          uv_of_key.emplace(key, static_cast<std::uint32_t>(builder_.uvs.size()));
       uvs.of_corner.push_back(place->second);
       for (std::size_t k = 0; is_new && k < sets.size(); ++k) {
         constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
@@ -424,7 +427,7 @@ class FbxReader {
     return uvs;
   }
 
-  /// The builder's vertex of a corner: one per vertex and colour.
+  /// Index of the builder's vertex of a corner. There is one for each pair of vertex and colour.
   std::uint32_t place(const ufbx_mesh& mesh, const FbxPose& pose, std::uint32_t corner,
                       std::uint32_t vertex,
                       std::unordered_map<std::uint64_t, std::uint32_t>& vertex_of) {
@@ -452,15 +455,15 @@ class FbxReader {
     return entry->second;
   }
 
-  /// The builder's normal of each corner: the file's, after the pose, or those of smoothing groups.
+  /// Index of the builder's normal at each corner: from the file, transformed by the pose, or from smoothing groups.
   /// Empty if the mesh has neither.
   std::vector<std::uint32_t> normals(const ufbx_mesh& mesh, const FbxPose& pose) {
     std::vector<std::uint32_t> result;
     if (mesh.vertex_normal.exists) {
       result.resize(mesh.num_indices, MeshBuilder::kNone);
       const std::vector<ufbx_vec3> morphed = morphed_normals(mesh, pose);
-      // Also keyed by vertex if vertices have separate transforms.
-      std::unordered_map<std::uint64_t, std::uint32_t> known;
+      // The key contains the vertex if each vertex has a transform of its own.
+      std::unordered_map<std::uint64_t, std::uint32_t> normal_of_key;
       for (std::size_t corner = 0; corner < mesh.num_indices; ++corner) {
         const std::uint32_t vertex = mesh.vertex_indices.data[corner];
         const std::uint32_t index = mesh.vertex_normal.indices.data[corner];
@@ -471,7 +474,7 @@ class FbxReader {
           continue;
         }
         const std::uint64_t of_vertex = pose.is_skinned() ? vertex + std::uint64_t{1} : 0;
-        const auto [entry, added] = known.emplace(
+        const auto [entry, added] = normal_of_key.emplace(
             (of_vertex << 32U) | index, static_cast<std::uint32_t>(builder_.normals.size()));
         if (added) {
           builder_.normals.push_back(pose.normal(vertex, mesh.vertex_normal.values.data[index]));
@@ -482,24 +485,24 @@ class FbxReader {
     }
     const std::vector<std::uint32_t> pieces = smooth_pieces(mesh, groups_of(mesh));
     if (pieces.empty()) return {};
-    std::unordered_map<std::uint32_t, std::uint32_t> known;
+    std::unordered_map<std::uint32_t, std::uint32_t> normal_of_piece;
     result.resize(mesh.num_indices);
     for (std::size_t corner = 0; corner < pieces.size(); ++corner) {
-      const auto [entry, added] = known.emplace(pieces[corner], 0U);
+      const auto [entry, added] = normal_of_piece.emplace(pieces[corner], 0U);
       if (added) entry->second = builder_.add_computed_normal();
       result[corner] = entry->second;
     }
     return result;
   }
 
-  /// Smoothing groups of a mesh's faces, as masks; empty if it has none. ufbx only keeps whether a face has any
-  /// group.
+  /// Smoothing groups of the faces of a mesh, as masks; empty if it has none. They are read from the file itself, since
+  /// ufbx only keeps whether a face has any group.
   std::vector<std::uint32_t> groups_of(const ufbx_mesh& mesh) {
     if (mesh.face_smoothing.count < mesh.num_faces) return {};
     if (!groups_) groups_ = fbx_smoothing_groups(input_.bytes);
     std::vector<std::uint32_t> masks(mesh.num_faces);
     for (std::size_t f = 0; f < masks.size(); ++f) masks[f] = mesh.face_smoothing.data[f] ? 1 : 0;
-    // Geometries are in the file's order in both lists.
+    // Both lists have the geometries in the file's order.
     if (groups_->size() == scene_.meshes.count) {
       const std::vector<std::uint32_t>& found = (*groups_)[mesh.typed_id];
       if (found.size() == masks.size()) return found;
@@ -515,8 +518,9 @@ class FbxReader {
     const ufbx_material* const material = index < list.count ? list.data[index] : nullptr;
     std::string& name = material_names_[material];
     if (name.empty()) {
-      const std::string given = material == nullptr ? "DefaultMaterial" : text_of(material->name);
-      name = unique_materials_.add(given.empty() ? "material" : given);
+      const std::string material_name =
+          material == nullptr ? "DefaultMaterial" : text_of(material->name);
+      name = unique_materials_.add(material_name.empty() ? "material" : material_name);
       material_of_[name] = material;
     }
     return name;
@@ -528,11 +532,11 @@ class FbxReader {
       material.name = name;
       const auto found = material_of_.find(name);
       if (found == material_of_.end() || found->second == nullptr) continue;
-      const ufbx_material& from = *found->second;
-      material.place = input_.file + ": material " + std::to_string(from.typed_id);
-      numbers(from, material);
-      const ufbx_material_fbx_maps& fbx = from.fbx;
-      const ufbx_material_pbr_maps& pbr = from.pbr;
+      const ufbx_material& source_material = *found->second;
+      material.place = input_.file + ": material " + std::to_string(source_material.typed_id);
+      numbers(source_material, material);
+      const ufbx_material_fbx_maps& fbx = source_material.fbx;
+      const ufbx_material_pbr_maps& pbr = source_material.pbr;
       material.color_map = picture({&pbr.base_color, &fbx.diffuse_color});
       material.opacity_map =
           picture({&pbr.opacity, &fbx.transparency_color, &fbx.transparency_factor});
@@ -555,12 +559,13 @@ class FbxReader {
 
   static void numbers(const ufbx_material& from, Material& material) {
     const auto color = [](const ufbx_material_map& map, const ufbx_material_map& factor) {
-      const double by = factor.has_value ? factor.value_real : 1;
-      return std::array<float, 3>{narrow(map.value_vec3.x * by), narrow(map.value_vec3.y * by),
-                                  narrow(map.value_vec3.z * by)};
+      const double factor_value = factor.has_value ? factor.value_real : 1;
+      return std::array<float, 3>{narrow(map.value_vec3.x * factor_value),
+                                  narrow(map.value_vec3.y * factor_value),
+                                  narrow(map.value_vec3.z * factor_value)};
     };
     const ufbx_material_pbr_maps& pbr = from.pbr;
-    // Exporters write the old properties beside those of a renderer.
+    // Exporters write the properties of the old material model beside those of a renderer, which take precedence.
     if (pbr.base_color.has_value || from.fbx.diffuse_color.has_value) {
       material.color = pbr.base_color.has_value
                            ? color(pbr.base_color, pbr.base_factor)
@@ -585,26 +590,26 @@ class FbxReader {
     material.opacity = std::clamp(narrow(opacity(from)), 0.0F, 1.0F);
   }
 
-  /// "Opacity" is interpreted alike by all programs; the factor of the transparent colour is 1 in all of Maya's
-  /// files.
+  /// "Opacity" has the same meaning in all programs. The factor of the transparent colour is not used: it is 1 in all
+  /// of Maya's files.
   static double opacity(const ufbx_material& from) {
-    double given = 1;
+    double opacity_value = 1;
     if (from.pbr.opacity.has_value) return from.pbr.opacity.value_real;
-    if (fbx_own_real(from.props, "Opacity", given)) return given;
+    if (fbx_own_real(from.props, "Opacity", opacity_value)) return opacity_value;
     const ufbx_material_map &transparent = from.fbx.transparency_color,
                             &factor = from.fbx.transparency_factor;
     if (!transparent.has_value) return 1;
     const ufbx_vec3& rgb = transparent.value_vec3;
-    const double left =
+    const double remaining_opacity =
         1 - (rgb.x + rgb.y + rgb.z) / 3 * (factor.has_value ? factor.value_real : 1);
-    return left != 0 ? left : 1;  // Cinema 4D writes 0 for visible objects
+    return remaining_opacity != 0 ? remaining_opacity : 1;  // Cinema 4D writes 0 for opaque objects
   }
 
   static TextureWrap wrap_of(ufbx_wrap_mode mode) {
     return mode == UFBX_WRAP_CLAMP ? TextureWrap::clamp : TextureWrap::repeat;
   }
 
-  /// The first of these maps with a picture.
+  /// The first of these maps that has a picture.
   MaterialPicture picture(std::initializer_list<const ufbx_material_map*> maps) {
     for (const ufbx_material_map* map : maps) {
       if (map->texture == nullptr || !map->texture_enabled || map->feature_disabled) continue;
@@ -650,16 +655,18 @@ class FbxReader {
     picture.uv_set = other == set_numbers_.end() ? read_set_ : other->second;
     picture.wrap = {wrap_of(texture.wrap_u), wrap_of(texture.wrap_v)};
     if (texture.has_uv_transform) {
-      const ufbx_transform& by = texture.uv_transform;
-      const bool turned = by.rotation.x != 0 || by.rotation.y != 0 || by.rotation.z != 0;
-      // Use the transform's own scale, which multiplies UVs.
-      pictures_.place(picture, by.scale.x, by.scale.y,
-                      turned || by.translation.x != 0 || by.translation.y != 0, true);
+      const ufbx_transform& uv_transform = texture.uv_transform;
+      const bool is_rotated = uv_transform.rotation.x != 0 || uv_transform.rotation.y != 0 ||
+                              uv_transform.rotation.z != 0;
+      // The transform's own scale is used, which multiplies UVs in all programs.
+      pictures_.place(
+          picture, uv_transform.scale.x, uv_transform.scale.y,
+          is_rotated || uv_transform.translation.x != 0 || uv_transform.translation.y != 0, true);
     }
     return picture;
   }
 
-  /// The number of the named set in the first mesh of the material that has it after its first set; else 0.
+  /// Number of the named UV set: its index in the first mesh of the material that has it after its first set; else 0.
   std::uint32_t uv_set_of(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
     if (meshes == meshes_of_.end()) return 0;
@@ -669,7 +676,7 @@ class FbxReader {
     return 0;
   }
 
-  /// Reports faults of the file that ufbx repaired.
+  /// Warns of faults in the file that ufbx repaired.
   void warn_of_repairs() const {
     for (const ufbx_warning& warning : scene_.metadata.warnings) {
       if (warning.type == UFBX_WARNING_BAD_UNICODE) continue;
@@ -689,29 +696,35 @@ class FbxReader {
   };
 
   void warn() const {
-    const auto say = [this](const Named& named, const char* code, const std::string& what) {
+    const auto add_warning = [this](const Named& named, const char* code, const std::string& what) {
       if (named.count == 0) return;
       input_.warn(
           code, std::to_string(named.count) + what + " ('" + printable(named.first) + "' for one).",
           named.count);
     };
-    say(ignored_, "ignored-primitives",
-        " of its nodes have curves or NURBS, which are left out: convert them to meshes");
-    say(hidden_, "hidden-meshes",
+    add_warning(ignored_, "ignored-primitives",
+                " of its nodes have curves or NURBS, which are left out: convert these to meshes");
+    add_warning(
+        hidden_, "hidden-meshes",
         " of its meshes are hidden in the file, and are read all the same: delete what is not "
         "wanted");
-    say(lods_, "levels-of-detail",
+    add_warning(
+        lods_, "levels-of-detail",
         " of its nodes hold levels of detail, and all levels are read, one within the other: "
         "delete all but one");
-    say(subdivided_, "subdivision",
-        " of its meshes are shown subdivided: their cages are read. Subdivide them before the "
-        "export");
-    say(layered_, "layered-textures", " of its textures have layers: the lowest alone is read");
-    say(merged_groups_, "smoothing-groups",
+    add_warning(
+        subdivided_, "subdivision",
+        " of its meshes have subdivision, but their control cages are read. Subdivide them before "
+        "the export");
+    add_warning(layered_, "layered-textures",
+                " of its textures have layers: only the lowest one is read");
+    add_warning(
+        merged_groups_, "smoothing-groups",
         " of its meshes have ambiguous smoothing groups, which are read as one: export normals");
-    say(deformed_, "skinned",
-        " of its meshes have several skins, of which the first is applied, or a vertex cache, "
-        "which is not");
+    add_warning(
+        deformed_, "skinned",
+        " of its meshes have several skins, of which only the first is applied, or a vertex cache, "
+        "which is ignored");
     if (holes_ != 0) {
       input_.warn("hole-faces", counted(holes_, "face") + " marked as holes are left out.", holes_);
     }
@@ -728,13 +741,14 @@ class FbxReader {
   UniqueNames objects_, unique_materials_;
   std::map<const ufbx_mesh*, MeshUvs> uvs_;
   std::uint32_t read_set_ = 0;
-  std::vector<std::string> other_sets_;               // names, parallel to builder_.other_uvs
-  std::map<std::string, std::uint32_t> set_numbers_;  // numbers of these sets
+  std::vector<std::string> other_sets_;               // names of the sets in builder_.other_uvs
+  std::map<std::string, std::uint32_t> set_numbers_;  // numbers of these sets, by name
   std::map<const ufbx_material*, std::string> material_names_;
   std::map<std::string, const ufbx_material*> material_of_;
   std::map<const ufbx_material*, std::vector<const ufbx_mesh*> > meshes_of_;
   std::map<const void*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
-  std::optional<std::vector<std::vector<std::uint32_t> > > groups_;  // per geometry, per face
+  // smoothing masks of faces, per geometry
+  std::optional<std::vector<std::vector<std::uint32_t> > > groups_;
   Named ignored_, hidden_, lods_, subdivided_, layered_, merged_groups_, deformed_;
   std::uint64_t holes_ = 0;
 };
@@ -744,8 +758,8 @@ class FbxReader {
 Asset read_fbx(const MeshInput& input) {
   const LoadedScene scene = load(input);
   Asset asset = FbxReader(input, *scene).read();
-  asset.mesh.material_files = {fs::path(input.file).filename().string()};  // the file describes its
-                                                                           // own materials
+  // has_own_materials() applies: the materials are in the file itself
+  asset.mesh.material_files = {fs::path(input.file).filename().string()};
   return asset;
 }
 

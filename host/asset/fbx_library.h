@@ -1,4 +1,4 @@
-// ufbx under private names, since a program that links Kiln may have another version of it.
+// Wraps ufbx under private names, since a program that links Kiln may have another version of it.
 #pragma once
 
 #ifdef KILN_HAS_UFBX
@@ -8,13 +8,13 @@
 
 namespace kiln {
 
-// Wrappers of the functions of ufbx.h with the same suffix. The structs are those of ufbx.h.
+// Functions of ufbx.h under private names; the structs are those of ufbx.h.
 ufbx_scene* fbx_load_memory(const void* data, std::size_t size, const ufbx_load_opts& options,
                             ufbx_error& error);
 void fbx_free_scene(ufbx_scene* scene);
 std::int64_t fbx_find_int(const ufbx_props& properties, const char* name, std::int64_t missing);
 double fbx_find_real(const ufbx_props& properties, const char* name, double missing);
-/// Sets `value` and returns true if the object itself has the property; templates are ignored.
+/// Reads a property that the object itself has; templates are ignored. \returns false if it has none
 bool fbx_own_real(const ufbx_props& properties, const char* name, double& value);
 ufbx_matrix fbx_skin_vertex_matrix(const ufbx_skin_deformer& skin, std::size_t vertex,
                                    const ufbx_matrix& fallback);

@@ -12,7 +12,7 @@ namespace {
 
 Vec3d vector_of(const ufbx_vec3& v) { return {v.x, v.y, v.z}; }
 
-/// Applies to a vector the shortest rotation from one unit vector to another.
+/// Rotates a vector by the shortest rotation from one unit vector to another.
 Vec3d rotate_by(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
   const Vec3d axis = cross(from, to);
   const double cosine = dot(from, to);
@@ -66,19 +66,22 @@ MeshBuilder::Position FbxPose::place(std::size_t index) const {
 }
 
 Vec3 FbxPose::normal(std::size_t vertex, const ufbx_vec3& n) const {
-  return poses_.empty() ? turn_of_node_(n.x, n.y, n.z) : NormalTurn(map(vertex))(n.x, n.y, n.z);
+  return poses_.empty() ? turn_of_node_(n.x, n.y, n.z)
+                        : NormalTransform(map(vertex))(n.x, n.y, n.z);
 }
 
 bool FbxPose::mirrors(std::size_t vertex) const {
-  return poses_.empty() ? turn_of_node_.mirrors() : NormalTurn(map(vertex)).mirrors();
+  return poses_.empty() ? turn_of_node_.mirrors() : NormalTransform(map(vertex)).mirrors();
 }
 
 std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pose) {
   if (!pose.is_morphed() || !mesh.vertex_normal.exists) return {};
   struct FaceNormals {
-    Vec3d before{0, 0, 0}, after{0, 0, 0};  // sums of area vectors before and after morphing
+    // sums of the faces' area vectors, before and after morphing
+    Vec3d before{0, 0, 0}, after{0, 0, 0};
   };
-  std::unordered_map<std::uint64_t, FaceNormals> face_normals;  // by vertex and normal
+  // faces that share a pair of vertex and normal
+  std::unordered_map<std::uint64_t, FaceNormals> face_normals;
   const auto key_of = [&mesh](std::size_t corner) {
     return std::uint64_t{mesh.vertex_indices.data[corner]} << 32U |
            mesh.vertex_normal.indices.data[corner];
@@ -89,11 +92,11 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
   };
   for (const ufbx_face& face : mesh.faces) {
     FaceNormals sums;
-    bool whole = true;
+    bool has_all_faces = true;
     for (std::uint32_t i = 0; i < face.num_indices; ++i) {
-      whole = whole && is_complete(face.index_begin + i);
+      has_all_faces = has_all_faces && is_complete(face.index_begin + i);
     }
-    if (!whole) continue;
+    if (!has_all_faces) continue;
     const auto corner = [&](std::uint32_t i) {
       return mesh.vertex_indices.data[face.index_begin + i % face.num_indices];
     };
@@ -107,22 +110,22 @@ std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pos
       sums.after = sums.after + area([&](std::uint32_t v) { return vector_of(pose.vertex(v)); });
     }
     for (std::uint32_t i = 0; i < face.num_indices; ++i) {
-      FaceNormals& around = face_normals[key_of(face.index_begin + i)];
-      around.before = around.before + sums.before;
-      around.after = around.after + sums.after;
+      FaceNormals& corner_normals = face_normals[key_of(face.index_begin + i)];
+      corner_normals.before = corner_normals.before + sums.before;
+      corner_normals.after = corner_normals.after + sums.after;
     }
   }
   std::vector<ufbx_vec3> result(mesh.num_indices);
   for (std::size_t corner = 0; corner < mesh.num_indices; ++corner) {
     if (!is_complete(corner)) continue;
-    const ufbx_vec3& given =
+    const ufbx_vec3& file_normal =
         mesh.vertex_normal.values.data[mesh.vertex_normal.indices.data[corner]];
-    result[corner] = given;
+    result[corner] = file_normal;
     const auto found = face_normals.find(key_of(corner));
     if (found == face_normals.end()) continue;
     const double before = length(found->second.before), after = length(found->second.after);
     if (!std::isnormal(before) || !std::isnormal(after)) continue;
-    const Vec3d n = rotate_by(vector_of(given), found->second.before * (1 / before),
+    const Vec3d n = rotate_by(vector_of(file_normal), found->second.before * (1 / before),
                               found->second.after * (1 / after));
     result[corner].x = n.x;
     result[corner].y = n.y;

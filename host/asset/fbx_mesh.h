@@ -1,4 +1,4 @@
-// A mesh of an FBX in world space: transforms of its node, bones, blend shapes.
+// Transforms a mesh of an FBX to world space: by its node, bones, and blend shapes.
 #pragma once
 
 #ifdef KILN_HAS_UFBX
@@ -13,23 +13,23 @@ namespace kiln {
 
 AffineMap fbx_map(const ufbx_matrix& matrix);
 
-/// Transforms vertices and normals of a mesh: blend shapes are added first, then the skin or else the node
-/// applies.
+/// Transforms vertices and normals of a mesh. Blend shapes are added first; then the skin applies, or the node if there
+/// is no skin.
 class FbxPose {
  public:
-  /// \param to_world  from the file's axes and unit
+  /// Prepares the pose of a node's mesh. \param to_world  transform from the file's axes and unit
   FbxPose(const ufbx_node& node, const ufbx_mesh& mesh, const AffineMap& to_world);
 
   bool is_skinned() const { return !poses_.empty(); }
   bool is_morphed() const { return !morphed_.empty(); }
-  /// The mesh's own vertices, with blend shapes added.
+  /// A vertex of the mesh in its own space, with blend shapes added.
   const ufbx_vec3& vertex(std::size_t index) const {
     return morphed_.empty() ? mesh_.vertices.data[index] : morphed_[index];
   }
   MeshBuilder::Position place(std::size_t vertex) const;
-  /// Unit, or zero.
+  /// A normal of unit length in world space, or zero if that is impossible.
   Vec3 normal(std::size_t vertex, const ufbx_vec3& normal) const;
-  /// True if the transform of a vertex mirrors.
+  /// True if the transform of the vertex mirrors.
   bool mirrors(std::size_t vertex) const;
 
  private:
@@ -38,13 +38,14 @@ class FbxPose {
   const ufbx_mesh& mesh_;
   AffineMap to_world_;
   AffineMap of_node_;
-  NormalTurn turn_of_node_;
-  std::vector<ufbx_matrix> poses_;  // per vertex, to the file's world; empty: no skin
-  std::vector<ufbx_vec3> morphed_;  // vertices with blend shapes; empty: no shape is active
+  NormalTransform turn_of_node_;
+  // transform to the file's world, per vertex; empty: the mesh has no skin
+  std::vector<ufbx_matrix> poses_;
+  std::vector<ufbx_vec3> morphed_;  // vertices with blend shapes added; empty: no shape is active
 };
 
-/// The file's normals under blend shapes: each is rotated by the mean rotation of the faces that share it, as in
-/// Blender. Per corner; empty if no blend shape is active. Time: linear.
+/// The file's normals under blend shapes, per corner. Each normal is rotated by the mean rotation of the faces that
+/// share it, as in Blender. Empty if no blend shape is active. Time: linear.
 std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pose);
 
 }  // namespace kiln

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-/// An edge of a face: its vertices in ascending order, and the corners at them.
+/// A side of a face: its vertices in ascending order, and the corners at them.
 struct Side {
   std::array<std::uint32_t, 2> vertices, corners;
 };
@@ -28,12 +28,12 @@ void join_along_edges(const ufbx_mesh& mesh, DisjointSets& pieces) {
   const auto key_of = [](std::uint32_t a, std::uint32_t b) {
     return Key{std::min(a, b), std::max(a, b)};
   };
-  std::vector<Key> hard;
+  std::vector<Key> hard_edges;
   for (std::size_t e = 0; e < mesh.edges.count; ++e) {
     if (mesh.edge_smoothing.data[e]) continue;
-    hard.push_back(key_of(vertex(mesh.edges.data[e].a), vertex(mesh.edges.data[e].b)));
+    hard_edges.push_back(key_of(vertex(mesh.edges.data[e].a), vertex(mesh.edges.data[e].b)));
   }
-  std::sort(hard.begin(), hard.end());
+  std::sort(hard_edges.begin(), hard_edges.end());
   std::vector<Side> sides;
   sides.reserve(mesh.num_indices);
   for (const ufbx_face& face : mesh.faces) {
@@ -49,14 +49,14 @@ void join_along_edges(const ufbx_mesh& mesh, DisjointSets& pieces) {
   for (std::size_t i = 1; i < sides.size(); ++i) {
     const Side &last = sides[i - 1], &side = sides[i];
     if (last.vertices != side.vertices) continue;
-    if (std::binary_search(hard.begin(), hard.end(), side.vertices)) continue;
+    if (std::binary_search(hard_edges.begin(), hard_edges.end(), side.vertices)) continue;
     for (const std::size_t k : {0U, 1U}) pieces.join(last.corners[k], side.corners[k]);
   }
 }
 
 void join_faces_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t>& groups,
                           DisjointSets& pieces) {
-  std::vector<std::array<std::uint32_t, 2>> corners;  // vertex, corner
+  std::vector<std::array<std::uint32_t, 2>> corners;  // vertex and corner
   corners.reserve(mesh.num_indices);
   std::vector<std::uint32_t> mask_of(mesh.num_indices);
   for (std::size_t f = 0; f < mesh.faces.count; ++f) {
@@ -72,13 +72,13 @@ void join_faces_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t
 
 const std::string_view kGroups = "LayerElementSmoothing";
 
-/// Data collected from a geometry, or from a model of old files.
+/// Edge flags and smoothing groups of a geometry, or of a model in old files.
 struct Geometry {
   bool is_mesh = false, by_polygon = false, has_groups = false;
   std::vector<std::uint32_t> groups;
 };
 
-/// Binary FBX: records with their end offset, properties and nested records.
+/// Parses binary FBX: records with their end offset, properties and nested records.
 class BinaryGroups {
  public:
   BinaryGroups(std::string_view bytes, std::vector<std::vector<std::uint32_t>>& result)
@@ -153,30 +153,31 @@ class BinaryGroups {
     if (found.is_mesh) result_.push_back(std::move(found.groups));
   }
 
-  /// The numbers of a record: an array, possibly compressed, or in old files one property each.
+  /// The numbers of a record: one array, possibly compressed; or, in old files, one property for each number.
   std::vector<std::uint32_t> numbers(const Record& record) const {
     std::vector<std::uint32_t> values;
-    std::uint64_t at = record.properties;
-    for (std::uint64_t i = 0; i < record.count && at < record.children; ++i) {
-      const char type = bytes_[at++];
+    std::uint64_t offset = record.properties;
+    for (std::uint64_t i = 0; i < record.count && offset < record.children; ++i) {
+      const char type = bytes_[offset++];
       if (type == 'I') {
-        values.push_back(static_cast<std::uint32_t>(number(at, 4)));
-        at += 4;
+        values.push_back(static_cast<std::uint32_t>(number(offset, 4)));
+        offset += 4;
       } else if (type == 'i') {
-        const std::uint64_t count = number(at, 4), encoding = number(at + 4, 4),
-                            stored = number(at + 8, 4);
-        at += 12;
-        if (at > record.children || stored > record.children - at) return {};
+        const std::uint64_t count = number(offset, 4), encoding = number(offset + 4, 4),
+                            stored = number(offset + 8, 4);
+        offset += 12;
+        if (offset > record.children || stored > record.children - offset) return {};
         const std::uint64_t size = 4 * count;
         if (size > (encoding == 0 ? stored : most_unpacked(Packing::deflate, stored))) return {};
         values.resize(count);
         if (count == 0) return values;
-        auto* const to = reinterpret_cast<Bytef*>(values.data());
-        const auto* const from = reinterpret_cast<const Bytef*>(bytes_.data() + at);
+        auto* const destination = reinterpret_cast<Bytef*>(values.data());
+        const auto* const compressed = reinterpret_cast<const Bytef*>(bytes_.data() + offset);
         uLongf unpacked = size;
         if (encoding == 0) {
-          std::memcpy(to, from, size);
-        } else if (uncompress(to, &unpacked, from, stored) != Z_OK || unpacked != size) {
+          std::memcpy(destination, compressed, size);
+        } else if (uncompress(destination, &unpacked, compressed, stored) != Z_OK ||
+                   unpacked != size) {
           return {};
         }
         return values;
@@ -192,7 +193,7 @@ class BinaryGroups {
   bool wide_ = false;
 };
 
-/// Text FBX: `Key: value, value { Key: ... }`. Strings and comments may contain anything.
+/// Parses text FBX, `Key: value, value { Key: ... }`. Strings and comments may contain any characters.
 class TextGroups {
  public:
   TextGroups(std::string_view text, std::vector<std::vector<std::uint32_t>>& result)
@@ -245,7 +246,7 @@ class TextGroups {
       if (keys_.size() == 2 && key_ == "PolygonVertexIndex") current_geometry_.is_mesh = true;
       return;
     }
-    // The count after '*' is not a value.
+    // The count after '*' is no value of the list.
     if (!in_groups() || (begin != 0 && text_[begin - 1] == '*')) return;
     const bool is_value = (keys_.size() == 3 && key_ == "Smoothing") ||
                           (keys_.size() == 4 && keys_[3] == "Smoothing" && key_ == "a");
@@ -293,7 +294,7 @@ std::vector<std::uint32_t> smooth_pieces(const ufbx_mesh& mesh,
   const bool has_edges = mesh.edge_smoothing.count != 0 && mesh.edges.count != 0 &&
                          mesh.edge_smoothing.count >= mesh.edges.count;
   if (!has_edges && groups.empty()) return {};
-  DisjointSets pieces(mesh.num_indices);  // corners, joined into smooth pieces
+  DisjointSets pieces(mesh.num_indices);  // corners, joined to smooth pieces
   if (has_edges) {
     join_along_edges(mesh, pieces);
   } else {

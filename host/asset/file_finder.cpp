@@ -23,7 +23,7 @@ std::vector<std::string> parts_of(const fs::path& path) {
   return parts;
 }
 
-/// Number of equal folders and names at the ends of two paths.
+/// Number of names that two paths have in common at their ends.
 std::size_t count_shared_parts(const std::vector<std::string>& a,
                                const std::vector<std::string>& b) {
   const auto [end, other] = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend());
@@ -34,23 +34,23 @@ std::size_t count_shared_parts(const std::vector<std::string>& a,
 
 bool lies_within(const fs::path& folder, const fs::path& file) {
   std::error_code error;
-  // weakly_canonical() leaves a relative path relative where its first folder is not there.
+  // weakly_canonical() returns a relative path if the first folder of a relative path does not exist.
   const auto resolved = [&](const fs::path& path) {
     const fs::path absolute = fs::absolute(path.empty() ? fs::path(".") : path, error);
     if (error) return fs::path();
     const fs::path found = fs::weakly_canonical(absolute, error);
-    // "folder/" that is not there keeps an empty last part.
+    // For a missing "folder/", the last part of the result is empty.
     return found.has_filename() ? found : found.parent_path();
   };
-  const fs::path whole = resolved(folder);
+  const fs::path resolved_folder = resolved(folder);
   if (error) return false;
   const fs::path target = resolved(file);
   if (error) return false;
-  return std::mismatch(whole.begin(), whole.end(), target.begin(), target.end()).first ==
-         whole.end();
+  return std::mismatch(resolved_folder.begin(), resolved_folder.end(), target.begin(), target.end())
+             .first == resolved_folder.end();
 }
 
-/// Folders with more entries than the limit are not searched, since the order of entries is arbitrary.
+/// A folder with more entries than the limit is not searched at all, since the order of entries is arbitrary.
 void FileFinder::list() {
   listed_ = true;
   std::error_code error;
@@ -93,7 +93,7 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   if (note_whether_file(path) || fs::exists(path, ignored)) return path;
   if (const auto tiles = TileName::by_token(path)) {
     if (!tiles->files().empty()) return path;
-    // A set is located by its first picture.
+    // A UDIM set is located by its first picture.
     constexpr std::uint32_t kFirstTileNumber = 1001, kLastTileNumber = 1100;
     for (std::uint32_t tile = kFirstTileNumber; tile <= kLastTileNumber; ++tile) {
       const fs::path file = tiles->file_of(tile), found = find(file, named_by);
@@ -104,26 +104,27 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   const auto [entry, added] = found_.emplace(path, path);
   if (!added) return entry->second;
   if (!listed_) list();
-  note_answer(folder_.empty() ? "." : folder_, kNamedQuestion + path.filename().string(),
+  note_answer(folder_.empty() ? "." : folder_, kNamedAnswerPrefix + path.filename().string(),
               named(path.filename().string()));
   const auto candidates = files_.find(lower_case(path.filename().string()));
   if (candidates == files_.end()) return path;
-  const std::vector<std::string> wanted = parts_of(path);
+  const std::vector<std::string> wanted_parts = parts_of(path);
   const auto rank = [&](const fs::path& candidate) {
     const std::vector<std::string> parts = parts_of(candidate);
-    return std::tuple(-static_cast<std::ptrdiff_t>(count_shared_parts(wanted, parts)),
+    return std::tuple(-static_cast<std::ptrdiff_t>(count_shared_parts(wanted_parts, parts)),
                       candidate.filename() != path.filename(), parts.size(), candidate.string());
   };
-  const std::vector<fs::path>& all = candidates->second;
+  const std::vector<fs::path>& same_name_files = candidates->second;
   entry->second =
-      *std::min_element(all.begin(), all.end(),
+      *std::min_element(same_name_files.begin(), same_name_files.end(),
                         [&](const fs::path& a, const fs::path& b) { return rank(a) < rank(b); });
   if (warnings_ != nullptr) {
-    std::string others;
-    if (all.size() > 1) others = ", one of " + std::to_string(all.size()) + " files of that name";
+    std::string others_text;
+    if (same_name_files.size() > 1)
+      others_text = ", one of " + std::to_string(same_name_files.size()) + " files of that name";
     warnings_->push_back({"found-elsewhere",
                           named_by + ": \"" + path.string() + "\" does not exist; '" +
-                              entry->second.string() + "' is used instead" + others + ".",
+                              entry->second.string() + "' is used instead" + others_text + ".",
                           1});
   }
   return entry->second;

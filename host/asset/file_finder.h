@@ -1,4 +1,4 @@
-// Search for files whose paths are invalid on this machine.
+// Finds files whose stored paths are invalid on this machine.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,17 @@ namespace kiln {
 bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
 
 /// Prefix of the key that note_answer() records for a search by name: see FileFinder::named().
-inline constexpr const char* kNamedQuestion = "named ";
+inline constexpr const char* kNamedAnswerPrefix = "named ";
 
 /// Finds pictures and materials with paths of another machine, in a folder and its subfolders. It never
 /// searches above the folder, follows no links to folders, and ignores links to files elsewhere.
 class FileFinder {
  public:
-  /// \param warnings  receives "found-elsewhere"; may be null
+  /// Creates a finder for a folder. \param warnings  receives "found-elsewhere"; may be null
   explicit FileFinder(std::filesystem::path folder, std::vector<Warning>* warnings = nullptr)
       : folder_(std::move(folder)), warnings_(warnings) {}
 
-  /// The path itself if the file exists, or if no file with its name is found; else the found file.
+  /// Returns the path itself if the file exists, or if no file with its name is found; else the found file.
   /// \param named_by  file and line that name it, for the warning
   std::filesystem::path find(const std::filesystem::path& path, const std::string& named_by);
 
@@ -39,7 +39,7 @@ class FileFinder {
   std::filesystem::path folder_;
   std::vector<Warning>* warnings_;
   bool listed_ = false;
-  /// By lower-case name.
+  /// paths by lower-case file name
   std::map<std::string, std::vector<std::filesystem::path>> files_;
   std::map<std::filesystem::path, std::filesystem::path> found_;
 };

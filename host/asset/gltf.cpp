@@ -1,4 +1,4 @@
-// Meshes and hierarchy of glTF.
+// Reads meshes and hierarchy of glTF.
 #include "asset/gltf.h"
 
 #include <algorithm>
@@ -24,10 +24,10 @@
 namespace kiln {
 namespace {
 
-// Primitive modes of glTF: 0 to 3 are points and lines, 5 is TRIANGLE_STRIP.
+// Values of `mode` of primitives: 0 to 3 are points and lines, 5 is TRIANGLE_STRIP.
 constexpr std::uint64_t kTriangles = 4, kTriangleFan = 6;
 
-/// Applies a matrix to positions, normals and tangents.
+/// Transforms positions, normals and tangents by a matrix.
 class Placing {
  public:
   explicit Placing(const AffineMap& m) : m_(m) {
@@ -35,8 +35,8 @@ class Placing {
     const Vec3d yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
     const double determinant = dot(x, yz);
     mirrors_ = determinant < 0;
-    // The inverse transposed, up to a positive factor. Divided by the largest entry, so that no float
-    // overflows.
+    // The normal matrix is the transposed inverse up to a positive factor; a division by its largest entry keeps floats
+    // in range.
     double largest = 0;
     for (const Vec3d& v : {yz, zx, xy}) {
       largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -54,14 +54,15 @@ class Placing {
     return result;
   }
   Vec3 normal(const Vec3d& n) const { return unit(n_[0] * n.x + n_[1] * n.y + n_[2] * n.z); }
-  /// Tangent in the world with its length from the file, so that non-unit ones are reported.
+  /// A tangent in world space with its length from the file, so that non-unit tangents are reported.
   Vec3 tangent(const double* t) const {
-    const Vec3d given(t[0], t[1], t[2]);
-    const Vec3d moved(m_[0] * t[0] + m_[4] * t[1] + m_[8] * t[2],
-                      m_[1] * t[0] + m_[5] * t[1] + m_[9] * t[2],
-                      m_[2] * t[0] + m_[6] * t[1] + m_[10] * t[2]);
-    const double size = length(moved);
-    return to_float(size > 0 && std::isfinite(size) ? moved * (length(given) / size) : moved);
+    const Vec3d file_tangent(t[0], t[1], t[2]);
+    const Vec3d world_tangent(m_[0] * t[0] + m_[4] * t[1] + m_[8] * t[2],
+                              m_[1] * t[0] + m_[5] * t[1] + m_[9] * t[2],
+                              m_[2] * t[0] + m_[6] * t[1] + m_[10] * t[2]);
+    const double size = length(world_tangent);
+    return to_float(size > 0 && std::isfinite(size) ? world_tangent * (length(file_tangent) / size)
+                                                    : world_tangent);
   }
 
  private:
@@ -74,11 +75,12 @@ class Placing {
   std::array<Vec3d, 3> n_{};
 };
 
-/// A primitive's triangles, in file coordinates, with its morph targets added.
+/// Vertices and triangles of a primitive in the file's coordinates, with morph targets added.
 struct Primitive {
   GltfNumbers positions, normals, uvs, tangents, colors;
-  std::vector<GltfNumbers> other_uvs;        // parallel to GltfReader::other_sets_; empty: none
-  std::vector<GltfNumbers> joints, weights;  // one per set
+  // other UV sets, parallel to GltfReader::other_sets_; empty: none
+  std::vector<GltfNumbers> other_uvs;
+  std::vector<GltfNumbers> joints, weights;  // one element per set of joints and weights
   std::string place;
   std::vector<Triangle> triangles;
   std::size_t material = 0;
@@ -110,8 +112,8 @@ class GltfReader {
     for (const Placed& placed : placed_) add(placed, asset);
     warn();
     if (builder_.faces() == 0) fail_empty();
-    // check_tangents() treats pools of equal size as parallel: an unused normal avoids a coincidence.
-    if (flat_ != 0 && builder_.normals.size() == builder_.positions.size()) {
+    // check_tangents() takes pools of equal size as parallel, so an unused normal is added to make the sizes differ.
+    if (flat_triangles_ != 0 && builder_.normals.size() == builder_.positions.size()) {
       builder_.normals.push_back({});
     }
     if (file_.list("materials").size() != 0 && input_.folder) {
@@ -133,14 +135,14 @@ class GltfReader {
   }
 
  private:
-  /// A mesh as instantiated by a node.
+  /// An instance of a mesh by a node.
   struct Placed {
     std::size_t mesh;
-    std::uint32_t node;  // index of the node in the asset
+    std::uint32_t node;  // index of the node in Asset::nodes
     AffineMap matrix;
     std::string name;
     std::optional<std::size_t> skin;
-    std::vector<double> weights;  // weights of its morph targets
+    std::vector<double> weights;  // weights of the mesh's morph targets
   };
 
   /// Checks that nodes have at most one parent, and no cycles.
@@ -158,58 +160,57 @@ class GltfReader {
         parent[child] = i;
       }
     }
-    // Topological order from the roots; nodes that are never reached are part of a cycle, or below
-    // one.
-    std::vector<std::size_t> done;
+    // The nodes in topological order from the roots; nodes that are never reached belong to a cycle, or lie below one.
+    std::vector<std::size_t> ordered;
     for (std::size_t i = 0; i < parent.size(); ++i) {
-      if (!parent[i]) done.push_back(i);
+      if (!parent[i]) ordered.push_back(i);
     }
     std::vector<bool> is_done(parent.size());
-    for (std::size_t next = 0; next < done.size(); ++next) {
-      is_done[done[next]] = true;
-      const GltfValue children = nodes.at(done[next])["children"];
-      for (std::size_t k = 0; k < children.size(); ++k) done.push_back(children.at(k).count(0));
+    for (std::size_t next = 0; next < ordered.size(); ++next) {
+      is_done[ordered[next]] = true;
+      const GltfValue children = nodes.at(ordered[next])["children"];
+      for (std::size_t k = 0; k < children.size(); ++k) ordered.push_back(children.at(k).count(0));
     }
-    const auto left = std::find(is_done.begin(), is_done.end(), false);
-    if (left != is_done.end()) {
-      nodes.at(static_cast<std::size_t>(left - is_done.begin()))
-          .fail("it is among its own ancestors");
+    const auto unreached = std::find(is_done.begin(), is_done.end(), false);
+    if (unreached != is_done.end()) {
+      nodes.at(static_cast<std::size_t>(unreached - is_done.begin()))
+          .fail("it is its own ancestor");
     }
     return parent;
   }
 
-  /// Nodes of the default scene; without one, of all scenes; without any, all nodes. A scene that
-  /// lists a child beside its root has the child once, with its parent's transform.
+  /// Roots of the default scene; without one, of all scenes; without any scene, all nodes without parents. If a scene
+  /// lists both a node and its ancestor, the node is used once, below its ancestor.
   std::vector<std::size_t> roots(const std::vector<std::optional<std::size_t>>& parent) {
     const GltfValue nodes = file_.list("nodes"), scenes = file_.list("scenes");
     std::vector<std::size_t> result;
-    std::vector<bool> taken(nodes.size());
-    const auto take = [&](const GltfValue& scene) {
+    std::vector<bool> is_root_taken(nodes.size());
+    const auto add_roots_of = [&](const GltfValue& scene) {
       const GltfValue list = scene["nodes"];
       std::vector<bool> listed(nodes.size());
       for (std::size_t k = 0; k < list.size(); ++k) listed[*list.at(k).index_into(nodes)] = true;
       for (std::size_t k = 0; k < list.size(); ++k) {
         const std::size_t node = list.at(k).count(0);
         if (parent[node]) {
-          std::optional<std::size_t> above = parent[node];
-          while (above && !listed[*above]) above = parent[*above];
-          if (!above) {
+          std::optional<std::size_t> ancestor = parent[node];
+          while (ancestor && !listed[*ancestor]) ancestor = parent[*ancestor];
+          if (!ancestor) {
             list.at(k).fail("nodes[" + std::to_string(node) +
-                            "] is no root: it is a child of nodes[" +
+                            "] is not a root: it is a child of nodes[" +
                             std::to_string(*parent[node]) + "]");
           }
-          if (children_++ == 0) first_child_ = list.at(k).place();
+          if (nested_scene_nodes_++ == 0) first_nested_node_ = list.at(k).place();
           continue;
         }
-        if (!taken[node]) result.push_back(node);
-        taken[node] = true;
+        if (!is_root_taken[node]) result.push_back(node);
+        is_root_taken[node] = true;
       }
     };
     const GltfValue scene = file_.root()["scene"];
     if (scene.exists() && scenes.exists()) {
-      take(scenes.at(*scene.index_into(scenes)));
+      add_roots_of(scenes.at(*scene.index_into(scenes)));
     } else if (scenes.size() != 0) {
-      for (std::size_t i = 0; i < scenes.size(); ++i) take(scenes.at(i));
+      for (std::size_t i = 0; i < scenes.size(); ++i) add_roots_of(scenes.at(i));
     } else {
       for (std::size_t i = 0; i < nodes.size(); ++i) {
         if (!parent[i]) result.push_back(i);
@@ -218,7 +219,7 @@ class GltfReader {
     return result;
   }
 
-  /// The default scene, or the only one.
+  /// Name of the default scene, or of the only one.
   std::string scene_of_file() const {
     const GltfValue scenes = file_.list("scenes"), scene = file_.root()["scene"];
     if (scene.exists() && scenes.exists()) return scenes.at(*scene.index_into(scenes)).dump();
@@ -243,26 +244,27 @@ class GltfReader {
       steps.pop_back();
       const GltfValue node = nodes.at(step.node);
       const auto index = static_cast<std::uint32_t>(asset.nodes.size());
-      AssetNode& made = asset.nodes.emplace_back();
-      made.name = node["name"].text();
-      made.parent = step.parent;
-      made.transform = map_of_node(node);
+      AssetNode& asset_node = asset.nodes.emplace_back();
+      asset_node.name = node["name"].text();
+      asset_node.parent = step.parent;
+      asset_node.transform = map_of_node(node);
       if (step.parent == AssetNode::kNone && world_.map) {
-        made.transform = product(*world_.map, made.transform);
+        asset_node.transform = product(*world_.map, asset_node.transform);
       }
-      made.extras = node["extras"].dump();
+      asset_node.extras = node["extras"].dump();
       worlds.push_back(step.parent == AssetNode::kNone
-                           ? made.transform
-                           : product(worlds[step.parent], made.transform));
+                           ? asset_node.transform
+                           : product(worlds[step.parent], asset_node.transform));
       if (const auto mesh = node["mesh"].index_into(meshes)) {
-        made.mesh_extras = meshes.at(*mesh)["extras"].dump();
-        std::string name = made.name.empty() ? meshes.at(*mesh)["name"].text() : made.name;
+        asset_node.mesh_extras = meshes.at(*mesh)["extras"].dump();
+        std::string name =
+            asset_node.name.empty() ? meshes.at(*mesh)["name"].text() : asset_node.name;
         if (name.empty()) name = "node " + std::to_string(step.node);
         const auto skin = node["skin"].index_into(file_.list("skins"));
-        const GltfValue own = node["weights"];
+        const GltfValue node_weights = node["weights"];
         const std::vector<double> weights =
-            numbers_of(own.exists() ? own : meshes.at(*mesh)["weights"]);
-        // A skinned mesh is placed by its joints, so instances would coincide.
+            numbers_of(node_weights.exists() ? node_weights : meshes.at(*mesh)["weights"]);
+        // Joints place a skinned mesh, so instances would coincide.
         const std::vector<AffineMap> instances =
             skin ? std::vector<AffineMap>{kIdentityMap} : instances_of(file_, node);
         require_memory("its instances", capped_product(instances.size(), sizeof(Placed)),
@@ -287,12 +289,13 @@ class GltfReader {
     return result;
   }
 
-  /// Numbers of vertices and of triangles' corners.
+  /// Numbers of vertices and of triangle corners.
   struct Counts {
     std::uint64_t vertices = 0, corners = 0;
   };
 
-  /// Counts a mesh's elements from headers of compressed data, before anything is decompressed.
+  /// Counts the vertices and corners of a mesh. For compressed data, the counts come from headers, before anything is
+  /// decompressed.
   Counts count_mesh(const GltfValue& primitives) {
     Counts counts;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
@@ -303,11 +306,12 @@ class GltfReader {
       const auto index = primitive["indices"].index_into(file_.list("accessors"));
       const GltfValue packed = primitive["extensions"][kDraco];
       if (is_packed(packed, *position)) {
-        // Its accessors are not reliable.
-        const DracoCounts held = count_draco(file_, packed);
+        // The accessors of compressed data are not reliable.
+        const DracoCounts draco_counts = count_draco(file_, packed);
         counts.vertices += std::clamp(file_.list("accessors").at(*position)["count"].count(0),
-                                      held.vertices, std::max(held.vertices, 3 * held.triangles));
-        counts.corners += 3 * held.triangles;
+                                      draco_counts.vertices,
+                                      std::max(draco_counts.vertices, 3 * draco_counts.triangles));
+        counts.corners += 3 * draco_counts.triangles;
         if (const auto view = packed["bufferView"].index_into(file_.list("bufferViews"))) {
           ++packed_uses_[*view];
         }
@@ -327,12 +331,12 @@ class GltfReader {
            (kReadsDraco || !file_.list("accessors").at(position)["bufferView"].exists());
   }
 
-  /// Finds common properties of all primitives, and checks the memory for all instances.
+  /// Finds properties that all primitives have in common, and checks the memory for all instances.
   void prescan() {
-    std::map<std::size_t, Counts> known;
+    std::map<std::size_t, Counts> counts_of_mesh;
     std::uint64_t vertices = 0, corners = 0;
     for (const Placed& placed : placed_) {
-      const auto [entry, added] = known.try_emplace(placed.mesh);
+      const auto [entry, added] = counts_of_mesh.try_emplace(placed.mesh);
       if (added) {
         entry->second = count_mesh(file_.list("meshes").at(placed.mesh)["primitives"]);
       }
@@ -367,12 +371,12 @@ class GltfReader {
 
   GltfNumbers attribute(const GltfValue& attributes, const std::string& name, std::size_t width,
                         std::size_t count) const {
-    const GltfValue given = attributes[name];
-    const auto accessor = given.index_into(file_.list("accessors"));
+    const GltfValue attribute = attributes[name];
+    const auto accessor = attribute.index_into(file_.list("accessors"));
     if (!accessor) return {};
     if (file_.count(*accessor) != count) {
-      given.fail("it has " + counted(file_.count(*accessor), "element") + ", but there are " +
-                 std::to_string(count) + " positions");
+      attribute.fail("it has " + counted(file_.count(*accessor), "element") + ", but there are " +
+                     std::to_string(count) + " positions");
     }
     return file_.numbers(*accessor, width);
   }
@@ -382,7 +386,7 @@ class GltfReader {
     if (mode > kTriangleFan)
       from["mode"].fail("it is " + std::to_string(mode) + ", which is invalid in glTF");
     if (mode < kTriangles) {
-      if (lines_++ == 0) first_lines_ = from.place();
+      if (non_triangle_primitives_++ == 0) first_non_triangle_ = from.place();
       return std::nullopt;
     }
     const GltfValue attributes = from["attributes"], accessors = file_.list("accessors");
@@ -408,14 +412,14 @@ class GltfReader {
     return result;
   }
 
-  /// An attribute and its destination.
+  /// An attribute to read, and the list that receives it.
   struct RequestedAttribute {
     std::string name;
     std::size_t width;
     GltfNumbers* to;
   };
 
-  /// All attributes that are read, except positions.
+  /// All attributes to read except positions.
   std::vector<RequestedAttribute> requested_attributes(const GltfValue& attributes,
                                                        const Placed& placed,
                                                        Primitive& result) const {
@@ -445,7 +449,7 @@ class GltfReader {
   }
 
   void finish_primitive(const GltfValue& from, const Placed& placed, Primitive& result) {
-    // By the specification, tangents without normals are ignored.
+    // By the specification, tangents of a primitive without normals are ignored.
     if (result.normals.values.empty()) result.tangents = {};
     result.place = from.place();
     add_targets(from["targets"], placed.weights, result);
@@ -453,14 +457,15 @@ class GltfReader {
     result.material = material.value_or(material_names_.size() - 1);
   }
 
-  /// Adds morph targets by their weights.
+  /// Adds morph targets, multiplied by their weights.
   void add_targets(const GltfValue& targets, const std::vector<double>& weights,
                    Primitive& result) {
     if (targets.size() == 0) return;
-    ++morphs_;
+    ++morphed_primitives_;
     const RequestedAttribute changed[] = {{"POSITION", 3, &result.positions},
                                           {"NORMAL", 3, &result.normals},
-                                          {"TANGENT", 3, &result.tangents},  // without its sign
+                                          // morph targets have no sign of the bitangent
+                                          {"TANGENT", 3, &result.tangents},
                                           {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
                                           {"COLOR_0", GltfFile::kColor, &result.colors}};
     const std::size_t count = result.positions.count();
@@ -490,27 +495,28 @@ class GltfReader {
 
   Primitive read_packed(const GltfValue& from, const GltfValue& packed, const Placed& placed) {
     Primitive result;
-    const GltfValue given = from["attributes"], ids = packed["attributes"];
-    std::vector<RequestedAttribute> wanted = requested_attributes(given, placed, result);
+    const GltfValue plain_attributes = from["attributes"], ids = packed["attributes"];
+    std::vector<RequestedAttribute> wanted = requested_attributes(plain_attributes, placed, result);
     wanted.insert(wanted.begin(), {"POSITION", 3, &result.positions});
     std::vector<DracoAttribute> attributes;
-    std::vector<GltfNumbers*> to;
+    std::vector<GltfNumbers*> destinations;
     for (const RequestedAttribute& attribute : wanted) {
-      const auto accessor = given[attribute.name].index_into(file_.list("accessors"));
+      const auto accessor = plain_attributes[attribute.name].index_into(file_.list("accessors"));
       if (!accessor || !ids[attribute.name].exists()) continue;
       attributes.push_back({ids[attribute.name].count(0), file_.list("accessors").at(*accessor),
                             attribute.width, attribute.name});
-      to.push_back(attribute.to);
+      destinations.push_back(attribute.to);
     }
     if (attributes.empty() || attributes[0].name != "POSITION") {
-      packed.fail("it packs no positions");
+      packed.fail("its compressed data has no positions");
     }
     const std::shared_ptr<const DracoMesh> mesh = unpack(packed, attributes);
-    for (std::size_t i = 0; i < to.size(); ++i) *to[i] = mesh->attributes[i];
-    // Uncompressed attributes are stored beside it.
+    for (std::size_t i = 0; i < destinations.size(); ++i) *destinations[i] = mesh->attributes[i];
+    // Attributes that are not compressed are stored in accessors.
     for (const RequestedAttribute& attribute : wanted) {
       if (!ids[attribute.name].exists()) {
-        *attribute.to = this->attribute(given, attribute.name, attribute.width, mesh->points);
+        *attribute.to =
+            this->attribute(plain_attributes, attribute.name, attribute.width, mesh->points);
       }
     }
     finish_primitive(from, placed, result);
@@ -518,7 +524,7 @@ class GltfReader {
     return result;
   }
 
-  /// Decompresses a primitive; results that several primitives use are cached.
+  /// Decompresses a primitive. Results that several primitives use are cached.
   std::shared_ptr<const DracoMesh> unpack(const GltfValue& packed,
                                           const std::vector<DracoAttribute>& attributes) {
     std::string key = packed["bufferView"].dump();
@@ -536,7 +542,7 @@ class GltfReader {
            std::vector<Triangle>& triangles) {
     const std::size_t n = order.size();
     if (mode == kTriangles) {
-      if (n % 3 != 0 && odd_++ == 0) first_odd_ = from.place();
+      if (n % 3 != 0 && incomplete_primitives_++ == 0) first_incomplete_ = from.place();
       for (std::size_t i = 0; i + 2 < n; i += 3)
         triangles.push_back({order[i], order[i + 1], order[i + 2]});
       return;
@@ -545,12 +551,13 @@ class GltfReader {
       const Triangle t = mode == kTriangleFan ? Triangle{order[i + 1], order[i + 2], order[0]}
                          : i % 2 == 0         ? Triangle{order[i], order[i + 1], order[i + 2]}
                                               : Triangle{order[i], order[i + 2], order[i + 1]};
-      // Degenerate triangles only change the strip's direction.
+      // Degenerate triangles of a strip only serve to change its direction.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }
   }
 
-  /// Primitives of a mesh as a node instantiates it; cached for consecutive equal nodes.
+  /// Primitives of a mesh as a node instantiates it. Those of the last mesh are cached, for consecutive nodes with the
+  /// same mesh.
   const std::vector<Primitive>& primitives_of(const Placed& placed) {
     const bool skinned = placed.skin.has_value();
     if (last_ && last_->mesh == placed.mesh && last_->skinned == skinned &&
@@ -581,13 +588,13 @@ class GltfReader {
     }
   }
 
-  /// Transforms of a primitive's vertices to the world: one for all, or one per vertex.
+  /// Transforms of a primitive's vertices to world space: one for all vertices, or one per vertex.
   struct Placings {
     Placing node;
-    std::vector<Placing> own;  // one per vertex if skinned
+    std::vector<Placing> own;  // one per vertex if the mesh is skinned
 
     const Placing& of(std::size_t vertex) const { return own.empty() ? node : own[vertex]; }
-    /// True if a triangle is mirrored, by the majority of its corners.
+    /// True if a triangle is mirrored, as decided by the majority of its corners.
     bool mirror(const Triangle& t) const {
       return int{of(t[0]).mirrors()} + int{of(t[1]).mirrors()} + int{of(t[2]).mirrors()} >= 2;
     }
@@ -596,14 +603,14 @@ class GltfReader {
   Placings placings_of(const Primitive& p, const Placed& placed) {
     Placings placings{Placing(placed.matrix), {}};
     if (!placed.skin || p.joints.empty()) return placings;
-    ++skins_;
+    ++skinned_primitives_;
     const GltfJoints& joints = worlds_->joints(*placed.skin);
     const GltfValue attributes(input_, nullptr, p.place + ".attributes");
     const GltfInfluences influences = influences_of(attributes, p.joints, p.weights, joints.size());
     placings.own.reserve(p.positions.count());
     for (std::size_t v = 0; v < p.positions.count(); ++v) {
       const std::optional<AffineMap> map = influences.map_of(joints, v);
-      if (!map && free_++ == 0) first_free_ = p.place;
+      if (!map && unweighted_vertices_++ == 0) first_unweighted_ = p.place;
       placings.own.push_back(map ? Placing(*map) : placings.node);
     }
     return placings;
@@ -620,7 +627,7 @@ class GltfReader {
   void add(const Primitive& p, const Placed& placed) {
     const std::size_t count = p.positions.count();
     if (builder_.positions.size() + count > 0x7FFFFFFFU) {
-      input_.fail("", "its nodes place more than 2147483647 vertices",
+      input_.fail("", "its instances have more than 2147483647 vertices",
                   "Split or simplify the mesh.");
     }
     const Placings placings = placings_of(p, placed);
@@ -654,7 +661,7 @@ class GltfReader {
       if (has_colors_) add_color(p.colors, i);
       if (has_tangents_) add_tangent(p.tangents, i, placing);
     }
-    constexpr std::span<const std::uint32_t> none;
+    constexpr std::span<const std::uint32_t> no_indices;
     for (Triangle t : p.triangles) {
       if (placings.mirror(t)) std::swap(t[1], t[2]);
       Triangle corners{}, uv{}, normal{};
@@ -664,11 +671,11 @@ class GltfReader {
         normal[k] = first_normal + t[k];
       }
       if (!has_normals) normal.fill(add_flat_normal(corners));
-      builder_.add_face(corners, has_uvs ? std::span<const std::uint32_t>(uv) : none, normal);
+      builder_.add_face(corners, has_uvs ? std::span<const std::uint32_t>(uv) : no_indices, normal);
     }
   }
 
-  /// By the specification, triangles without normals are flat.
+  /// By the specification, triangles without normals are flat-shaded.
   std::uint32_t add_flat_normal(const Triangle& corners) {
     const auto at = [&](std::size_t k) {
       const MeshBuilder::Position& p = builder_.positions[corners[k]];
@@ -677,11 +684,11 @@ class GltfReader {
     const Vec3d n = cross(at(1) - at(0), at(2) - at(0));
     const double size = length(n);
     builder_.normals.push_back(size > 0 && std::isfinite(size) ? to_float(n * (1 / size)) : Vec3{});
-    ++flat_;
+    ++flat_triangles_;
     return static_cast<std::uint32_t>(builder_.normals.size() - 1);
   }
 
-  /// glTF's colours are linear, Kiln's bytes are sRGB.
+  /// Colours are linear in glTF, but sRGB bytes in Mesh.
   void add_color(const GltfNumbers& colors, std::size_t vertex) {
     std::array<std::uint8_t, 4> bytes{255, 255, 255, 255};
     if (!colors.values.empty()) {
@@ -690,7 +697,7 @@ class GltfReader {
         const float value =
             k < 3 ? to_srgb(narrow(c[k])) : static_cast<float>(std::clamp(c[k], 0.0, 1.0));
         bytes[k] = static_cast<std::uint8_t>(std::lround(std::isfinite(value) ? value * 255 : 0));
-        if (c[k] > 1) ++bright_;
+        if (c[k] > 1) ++clamped_channels_;
       }
     }
     builder_.colors.push_back(bytes);
@@ -710,40 +717,42 @@ class GltfReader {
     const auto warn_count = [this](std::uint64_t count, const char* code, const std::string& text) {
       if (count != 0) input_.warn(code, text, count);
     };
-    warn_count(lines_, "ignored-primitives",
-               counted(lines_, "primitive") + " of points or lines (" + first_lines_ +
-                   " for one) were left out: they are no surface.");
-    warn_count(odd_, "short-faces",
-               counted(odd_, "primitive") + " (" + first_odd_ +
-                   " for one) with an incomplete triangle at the end, which was ignored.");
-    warn_count(flat_, "flat-normals",
-               counted(flat_, "triangle") + " without normals: flat, as glTF has it.");
-    warn_count(skins_, "rest-pose",
-               counted(skins_, "skinned primitive") +
+    warn_count(non_triangle_primitives_, "ignored-primitives",
+               counted(non_triangle_primitives_, "primitive") + " of points or lines (" +
+                   first_non_triangle_ + " for example) were left out, since they are no surface.");
+    warn_count(incomplete_primitives_, "short-faces",
+               counted(incomplete_primitives_, "primitive") + " (" + first_incomplete_ +
+                   " for example) with an incomplete triangle at the end, which was ignored.");
+    warn_count(flat_triangles_, "flat-normals",
+               counted(flat_triangles_, "triangle") +
+                   " without normals: they are flat-shaded, as glTF requires.");
+    warn_count(skinned_primitives_, "rest-pose",
+               counted(skinned_primitives_, "skinned primitive") +
                    ": read in the rest pose, from the nodes of the joints. Maps are valid in every "
                    "pose, but "
                    "files that Kiln writes have no skin.");
     warn_count(
-        free_, "unweighted-vertices",
-        counted(free_, "vertex of a skin", "vertices of skins") + " (in " + first_free_ +
+        unweighted_vertices_, "unweighted-vertices",
+        counted(unweighted_vertices_, "vertex of a skin", "vertices of skins") + " (in " +
+            first_unweighted_ +
             " for one) without weights: transformed by the mesh's node instead of the skin.");
-    warn_count(morphs_, "rest-pose",
-               counted(morphs_, "primitive") +
+    warn_count(morphed_primitives_, "rest-pose",
+               counted(morphed_primitives_, "primitive") +
                    " with morph targets: read with the targets' default weights.");
-    warn_count(children_, "scene-child",
-               counted(children_, "node", "nodes") + " of its scene (" + first_child_ +
-                   " for one) " +
-                   (children_ == 1 ? "is a child of another" : "are children of others") +
+    warn_count(nested_scene_nodes_, "scene-child",
+               counted(nested_scene_nodes_, "node", "nodes") + " of its scene (" +
+                   first_nested_node_ + " for one) " +
+                   (nested_scene_nodes_ == 1 ? "is a child of another" : "are children of others") +
                    " that the scene lists as well: each is read once, below its parent.");
-    warn_count(bright_, "bright-colors",
-               counted(bright_, "channel") + " of vertex colours above 1: clamped to 1.");
+    warn_count(clamped_channels_, "bright-colors",
+               counted(clamped_channels_, "channel") + " of vertex colours above 1: clamped to 1.");
   }
 
   [[noreturn]] void fail_empty() const {
     const std::size_t meshes = file_.list("meshes").size();
     if (placed_.empty() && meshes != 0) {
       input_.fail("scenes",
-                  "no node of its scene has one of its " + counted(meshes, "mesh", "meshes"),
+                  "no node of its scene uses any of its " + counted(meshes, "mesh", "meshes"),
                   "Put the mesh into the scene, and export it again.");
     }
     input_.fail("", meshes == 0 ? "it has no meshes" : "its meshes have no triangles",
@@ -758,13 +767,12 @@ class GltfReader {
   const FailWith fail_ = [this](const std::string& place, const std::string& problem,
                                 const Message& remedy) { input_.fail(place, problem, remedy); };
   std::optional<GltfWorlds> worlds_;
-  std::vector<std::optional<UvMap>> uv_maps_;  // UV transform per material
-  std::vector<std::uint32_t> other_sets_;      // UV sets that materials use beside the chosen one
-  std::map<std::size_t, std::uint64_t> packed_uses_;                  // number of uses per buffer
-                                                                      // view
-  std::map<std::string, std::shared_ptr<const DracoMesh>> unpacked_;  // results that several
-                                                                      // primitives use
-  /// Primitives that were read last.
+  std::vector<std::optional<UvMap>> uv_maps_;  // UV transform of each material
+  std::vector<std::uint32_t> other_sets_;      // UV sets that materials use besides the chosen one
+  // number of primitives that use each compressed buffer view
+  std::map<std::size_t, std::uint64_t> packed_uses_;
+  std::map<std::string, std::shared_ptr<const DracoMesh>> unpacked_;
+  // Primitives of the instance that was read last.
   struct CachedPrimitives {
     std::size_t mesh = 0;
     bool skinned = false;
@@ -773,11 +781,12 @@ class GltfReader {
   };
   std::optional<CachedPrimitives> last_;
   std::vector<Placed> placed_;
-  std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // number of sets; chosen set
+  std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // number of UV sets, and the chosen one
   bool has_colors_ = false, has_tangents_ = false;
-  std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, free_ = 0, morphs_ = 0, children_ = 0,
-                bright_ = 0;
-  std::string first_lines_, first_odd_, first_free_, first_child_;
+  std::uint64_t flat_triangles_ = 0, non_triangle_primitives_ = 0, incomplete_primitives_ = 0,
+                skinned_primitives_ = 0, unweighted_vertices_ = 0, morphed_primitives_ = 0,
+                nested_scene_nodes_ = 0, clamped_channels_ = 0;
+  std::string first_non_triangle_, first_incomplete_, first_unweighted_, first_nested_node_;
 };
 
 }  // namespace

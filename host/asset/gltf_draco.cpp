@@ -7,9 +7,9 @@ DracoCounts count_draco(const GltfFile& /*file*/, const GltfValue& /*extension*/
 
 DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
                        const std::vector<DracoAttribute>& /*attributes*/) {
-  extension.fail("this build of Kiln was made without Draco, by which it is packed",
-                 "Export it without compression, unpack it (gltf-transform copy), or build Kiln "
-                 "with KILN_DRACO=ON where Draco is installed.");
+  extension.fail("it is compressed by Draco, which this build of Kiln does not include",
+                 "Export it without compression, decompress it (gltf-transform copy), or build "
+                 "Kiln with KILN_DRACO=ON and Draco installed.");
 }
 
 }  // namespace kiln
@@ -33,13 +33,13 @@ DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
 namespace kiln {
 namespace {
 
-/// Limits of a decoder's allocations, since Draco trusts the numbers of a file.
+/// Limits the allocations of a decoder, since Draco trusts the numbers in a file.
 class Limits {
  public:
   Limits(const GltfValue& place, std::size_t bytes) : place_(place), bytes_(bytes) {}
 
-  /// Checks the numbers of triangles and vertices before Draco allocates them.
-  /// \returns them in the order of the method: triangles first (sequential), or vertices (edgebreaker)
+  /// Checks the numbers of triangles and vertices before Draco allocates memory for them.
+  /// \returns the numbers in the order of the method: triangles first (sequential), or vertices first (edgebreaker)
   std::array<std::uint32_t, 2> check_connectivity(draco::DecoderBuffer ahead) const {
     std::array<std::uint32_t, 2> counts{};
     for (std::uint32_t& count : counts) {
@@ -47,23 +47,24 @@ class Limits {
     }
     constexpr std::uint64_t kMaxTrianglesPerByte = 512, kUncheckedTriangles = 65536,
                             kBytesPerTriangle = 160;
-    const std::uint64_t most = std::max(counts[0], counts[1]);
-    if (most > kMaxTrianglesPerByte * bytes_ + kUncheckedTriangles) {
+    const std::uint64_t max_count = std::max(counts[0], counts[1]);
+    if (max_count > kMaxTrianglesPerByte * bytes_ + kUncheckedTriangles) {
       place_.fail("its " + std::to_string(bytes_) + " bytes cannot contain the " +
-                  std::to_string(most) + " triangles or vertices that it declares");
+                  std::to_string(max_count) + " triangles or vertices that it declares");
     }
-    require(capped_product(most, kBytesPerTriangle));
+    require(capped_product(max_count, kBytesPerTriangle));
     return counts;
   }
 
   void check_attributes(const draco::PointCloud& points) const {
     std::uint64_t bytes = 0;
     for (std::int32_t i = 0; i < points.num_attributes(); ++i) {
-      // Each is also stored as integers, with an index.
+      // Each value is also stored as an integer, with an index.
       bytes +=
           std::uint64_t{8} * static_cast<std::uint64_t>(points.attribute(i)->num_components()) + 8;
     }
-    constexpr std::uint64_t kMaxBytesPerPoint = 1024;  // bytes per point; real files need less
+    // an upper bound; real files need fewer bytes per point
+    constexpr std::uint64_t kMaxBytesPerPoint = 1024;
     if (bytes > kMaxBytesPerPoint) {
       place_.fail("it has more attributes than a mesh can use");
     }
@@ -122,7 +123,8 @@ class HeadReader : public Decoder {
   const Limits& limits_;
 };
 
-/// \throws Error(input) if it is not a Draco header of glTF. \returns the method
+/// Reads the header. \returns the compression method
+/// \throws Error(input) if it is not a Draco header as glTF requires
 int method_of(draco::DecoderBuffer ahead, const Limits& limits) {
   draco::DracoHeader header;
   if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok() ||
@@ -137,8 +139,8 @@ template <typename Decoder>
 std::array<std::uint32_t, 2> read_head(draco::DecoderBuffer buffer, const Limits& limits) {
   HeadReader<Decoder> decoder(limits);
   const draco::DecoderOptions options;
-  draco::Mesh none;
-  static_cast<void>(decoder.Decode(options, &buffer, &none));
+  draco::Mesh discarded_mesh;
+  static_cast<void>(decoder.Decode(options, &buffer, &discarded_mesh));
   if (!decoder.counts) limits.fail();
   return *decoder.counts;
 }
@@ -161,20 +163,22 @@ void decode(std::string_view bytes, const Limits& limits, draco::Mesh& mesh) {
 
 GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
   const auto fail = [&](const std::string& problem) { asked.accessor.fail(problem); };
-  if (asked.id > 0xFFFFFFFFU) fail("its packed data has no attribute of that number");
+  if (asked.id > 0xFFFFFFFFU) fail("its compressed data has no attribute with that number");
   const draco::PointAttribute* const attribute =
       mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(asked.id));
   if (attribute == nullptr) {
-    fail("its packed data has no attribute " + std::to_string(asked.id) + " (" + asked.name + ")");
+    fail("its compressed data has no attribute " + std::to_string(asked.id) + " (" + asked.name +
+         ")");
   }
   GltfNumbers result;
   result.width = static_cast<std::size_t>(attribute->num_components());
   const bool fits = asked.width == GltfFile::kColor ? result.width == 3 || result.width == 4
                                                     : result.width == asked.width;
   if (!fits) {
-    fail("its packed " + asked.name + " has " + std::to_string(result.width) + " numbers a vertex");
+    fail("its packed " + asked.name + " has " + std::to_string(result.width) +
+         " numbers per vertex");
   }
-  double largest = 1;  // integer that stands for 1
+  double largest = 1;  // the integer that represents 1 in normalised accessors
   if (asked.accessor["normalized"].flag() && !attribute->normalized()) {
     largest = GltfFile::largest_of(asked.accessor);
   }
@@ -197,7 +201,7 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
 
 std::string_view bytes_of(const GltfFile& file, const GltfValue& extension) {
   const auto view = extension["bufferView"].index_into(file.list("bufferViews"));
-  if (!view) extension.fail("it names no bufferView");
+  if (!view) extension.fail("it refers to no bufferView");
   return file.view(*view);
 }
 
@@ -229,13 +233,14 @@ DracoMesh unpack_draco(const GltfFile& file, const GltfValue& extension,
   for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
     for (const draco::PointIndex& corner : mesh.face(draco::FaceIndex(f))) {
       if (corner.value() >= mesh.num_points()) {
-        extension.fail("its triangle " + std::to_string(f) + " has a vertex that is not there");
+        extension.fail("its triangle " + std::to_string(f) +
+                       " refers to a vertex that does not exist");
       }
       result.indices.push_back(corner.value());
     }
   }
-  for (const DracoAttribute& asked : attributes) {
-    result.attributes.push_back(numbers_of(mesh, asked));
+  for (const DracoAttribute& requested : attributes) {
+    result.attributes.push_back(numbers_of(mesh, requested));
   }
   return result;
 }

@@ -1,4 +1,4 @@
-// KHR_draco_mesh_compression.
+// Reads KHR_draco_mesh_compression.
 #pragma once
 
 #include <cstdint>
@@ -19,27 +19,26 @@ inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
 /// Decompressed data of a primitive.
 struct DracoMesh {
-  std::vector<std::uint32_t> indices;  ///< Three per triangle, each below `points`
+  std::vector<std::uint32_t> indices;  ///< Three indices per triangle, each below `points`
   std::size_t points = 0;
-  std::vector<GltfNumbers> attributes;  ///< As requested; one element per point
+  std::vector<GltfNumbers> attributes;  ///< The requested attributes, with one element per point
 };
 
 /// An attribute of compressed data.
 struct DracoAttribute {
-  std::uint64_t id = 0;   ///< Id in the extension
-  GltfValue accessor;     ///< JSON that describes its numbers
-  std::size_t width = 0;  ///< As for GltfFile::numbers()
+  std::uint64_t id = 0;   ///< Id of the attribute in the extension
+  GltfValue accessor;     ///< The accessor that describes its numbers
+  std::size_t width = 0;  ///< Numbers per element, as for GltfFile::numbers()
   std::string name;       ///< Name for messages
 };
 
-/// Counts from the header of compressed data.
+/// Counts in the header of compressed data.
 struct DracoCounts {
   std::uint64_t triangles = 0;
-  std::uint64_t vertices = 0;  ///< Before seams split any
+  std::uint64_t vertices = 0;  ///< Number of vertices before any are split at seams
 };
 
-/// Reads the header of a primitive's compressed data, and decompresses nothing. All are 0 in builds without
-/// Draco.
+/// Reads the header of a primitive's compressed data, without decompression. All counts are 0 in builds without Draco.
 /// \throws Error(input) if the counts exceed the data's size
 DracoCounts count_draco(const GltfFile& file, const GltfValue& extension);
 

@@ -10,8 +10,8 @@ bool can_pack_draco() { return false; }
 DracoPrimitive pack_draco(std::span<const std::uint32_t> /*indices*/, std::size_t /*vertices*/,
                           std::span<const DracoStream> /*streams*/) {
   throw Error(ErrorCode::usage,
-              "Draco cannot be written: this build of Kiln was made without it. Choose meshopt, or "
-              "build with KILN_DRACO=ON where Draco is installed.");
+              "This build of Kiln does not include Draco. Choose meshopt, or build Kiln with "
+              "KILN_DRACO=ON and Draco installed.");
 }
 
 }  // namespace kiln
@@ -60,29 +60,31 @@ DracoPrimitive pack_draco(std::span<const std::uint32_t> indices, std::size_t ve
   DracoPrimitive result;
   std::vector<std::int32_t> attributes;
   for (const DracoStream& stream : streams) {
-    const bool whole = !stream.shares.empty();
-    const std::size_t step = stream.width * (whole ? sizeof(std::uint16_t) : sizeof(float));
+    const bool is_integer = !stream.shares.empty();
+    const std::size_t step = stream.width * (is_integer ? sizeof(std::uint16_t) : sizeof(float));
     draco::GeometryAttribute attribute;
     attribute.Init(type_of(stream.use), nullptr, static_cast<std::uint8_t>(stream.width),
-                   whole ? draco::DT_UINT16 : draco::DT_FLOAT32, whole,
+                   is_integer ? draco::DT_UINT16 : draco::DT_FLOAT32, is_integer,
                    static_cast<std::int64_t>(step), 0);
     const std::int32_t id =
         mesh.AddAttribute(attribute, true, static_cast<std::uint32_t>(vertices));
-    const auto* const from = whole ? reinterpret_cast<const char*>(stream.shares.data())
-                                   : reinterpret_cast<const char*>(stream.values.data());
+    const auto* const source_values = is_integer
+                                          ? reinterpret_cast<const char*>(stream.shares.data())
+                                          : reinterpret_cast<const char*>(stream.values.data());
     for (std::size_t i = 0; i < vertices; ++i) {
       mesh.attribute(id)->SetAttributeValue(
-          draco::AttributeValueIndex(static_cast<std::uint32_t>(i)), from + i * step);
+          draco::AttributeValueIndex(static_cast<std::uint32_t>(i)), source_values + i * step);
     }
     attributes.push_back(id);
     result.ids.push_back(mesh.attribute(id)->unique_id());
   }
-  // Merge positions of vertices split at seams, so that Draco sees the triangles on both sides as
-  // neighbours.
+  // Vertices that are split at seams have equal positions; merging these makes the triangles on both sides neighbours
+  // for Draco.
   mesh.DeduplicateAttributeValues();
   draco::ExpertEncoder encoder(mesh);
-  constexpr int kSpeed = 3;  // of 10, the fastest; 0 gains under 1%
-  encoder.SetSpeedOptions(kSpeed, kSpeed);
+  // speed from 0 to 10, the fastest; a speed of 0 would save less than 1%
+  constexpr int kEncoderSpeed = 3;
+  encoder.SetSpeedOptions(kEncoderSpeed, kEncoderSpeed);
   encoder.SetTrackEncodedProperties(true);
   for (std::size_t i = 0; i < streams.size(); ++i) {
     if (streams[i].shares.empty()) {
@@ -93,7 +95,7 @@ DracoPrimitive pack_draco(std::span<const std::uint32_t> indices, std::size_t ve
   const draco::Status status = encoder.EncodeToBuffer(&buffer);
   if (!status.ok()) {
     throw Error(ErrorCode::internal,
-                "Draco could not pack a mesh: " + status.error_msg_string() + ".");
+                "Draco could not compress a mesh: " + status.error_msg_string() + ".");
   }
   result.bytes.assign(buffer.data(), buffer.size());
   result.vertices = encoder.num_encoded_points();

@@ -1,4 +1,4 @@
-// Writing of KHR_draco_mesh_compression.
+// Writes KHR_draco_mesh_compression.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace kiln {
 
-/// An attribute of all vertices of a primitive.
+/// An attribute of all vertices of a primitive, as one stream of numbers.
 struct DracoStream {
   enum class Use { position, normal, uv, other };
 
   Use use = Use::other;
   std::size_t width = 0;              ///< Numbers per vertex
-  std::vector<float> values;          ///< Empty if `shares` is used
-  std::vector<std::uint16_t> shares;  ///< In 1/65535; stored exactly
+  std::vector<float> values;          ///< The numbers; empty if `shares` is used
+  std::vector<std::uint16_t> shares;  ///< Numbers in [0, 1] as multiples of 1/65535, stored exactly
 };
 
 /// True if Draco was built in.
@@ -24,9 +24,9 @@ bool can_pack_draco();
 /// A primitive compressed by Draco.
 struct DracoPrimitive {
   std::string bytes;
-  std::size_t vertices = 0;        ///< After decompression
-  std::size_t indices = 0;         ///< After decompression
-  std::vector<std::uint32_t> ids;  ///< Ids of the streams, in order
+  std::size_t vertices = 0;        ///< Number of vertices after decompression
+  std::size_t indices = 0;         ///< Number of indices after decompression
+  std::vector<std::uint32_t> ids;  ///< Ids of the streams in Draco, in the order of the streams
 };
 
 /// Compresses triangles: positions and UVs in 16 bits of their range, other attributes in 12. \throws Error(usage)

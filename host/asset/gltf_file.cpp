@@ -34,10 +34,10 @@ T read_as(const char* from) {
   return value;
 }
 
-/// A component type by its number in glTF.
+/// A component type of accessors, by its number in glTF.
 struct ComponentType {
   std::size_t bytes;
-  double largest;  ///< Value that stands for 1 if integers are normalised
+  double largest;  ///< The integer that represents 1 in normalised accessors
   double (*read)(const char* from);
 };
 
@@ -49,7 +49,8 @@ constexpr ComponentType component_type() {
 
 constexpr std::uint64_t kFloat = 5126;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
-// Limits of meshopt's ratio: vertices take at least 1/64 of their size, 2 bits for 16 bytes.
+// Upper bounds of meshopt's compression ratio: vertices keep at least 1/64 of their size, since each 16 bytes take at
+// least 2 bits.
 constexpr std::uint64_t kMaxUnpackedRatio = 64, kUncheckedBytes = 65536;
 
 ComponentType component_of(const GltfValue& place, std::uint64_t type) {
@@ -68,7 +69,7 @@ ComponentType component_of(const GltfValue& place, std::uint64_t type) {
       return component_type<float>();
     default:
       place.fail("it has components of type " + std::to_string(type) +
-                 ", which glTF does not know");
+                 ", which does not exist in glTF");
   }
 }
 
@@ -81,7 +82,7 @@ std::size_t width_of(const std::string& type) {
   return 0;
 }
 
-/// Decodes percent escapes. Invalid escapes are kept.
+/// Decodes percent escapes of a URI. Invalid escapes are kept.
 std::string decode_percent(std::string_view text) {
   const auto digit = [](char c) {
     return c >= '0' && c <= '9'   ? c - '0'
@@ -102,7 +103,7 @@ std::string decode_percent(std::string_view text) {
   return result;
 }
 
-/// Returns false for characters outside of base64.
+/// Decodes base64. \returns false for invalid characters
 bool decode_base64(std::string_view text, std::string& bytes) {
   while (text.ends_with('=')) text.remove_suffix(1);
   bytes.clear();
@@ -135,9 +136,9 @@ bool decode_base64(std::string_view text, std::string& bytes) {
 }
 
 bool is_supported(const std::string& extension) {
-  // By the specification, a reader refuses extensionsRequired that it does not know. But each KHR_materials_* keeps the
-  // core material beside its own effects (clearcoat, sheen...), for which there is no map: geometry, UVs and maps are
-  // valid, and a warning names the ignored extension. Lights and metadata do not affect surfaces.
+  // By the specification, a reader must reject files with unknown extensionsRequired. But each KHR_materials_* keeps
+  // the core material beside its own effects (clearcoat, sheen...), for which there is no map: geometry, UVs and maps
+  // are valid, and a warning names the ignored extension. Lights and metadata do not affect surfaces.
   for (const char* start : {"KHR_materials_", "KHR_lights_", "KHR_xmp", "KHR_animation_"}) {
     if (extension.starts_with(start)) return true;
   }
@@ -156,8 +157,7 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   if (text.starts_with("glTF")) {
     const auto word = [&](std::size_t at) { return read_as<std::uint32_t>(text.data() + at); };
     constexpr const char* kExportAgain = "Export or copy the file again.";
-    if (text.size() < 20)
-      input.fail("", "the file is truncated: it ends in its header", kExportAgain);
+    if (text.size() < 20) input.fail("", "the file is truncated within its header", kExportAgain);
     if (word(4) != 2) {
       input.fail("byte 4", "it is binary glTF of version " + std::to_string(word(4)),
                  "Export it as glTF 2.0.");
@@ -189,19 +189,19 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
     };
     const std::string_view json = chunk(12);
     if (word(16) != kJsonChunk) input.fail("byte 16", "its first chunk is not JSON", kExportAgain);
-    for (std::size_t at = 20 + json.size(); at + 8 <= length;) {
-      const std::string_view content = chunk(at);
-      if (word(at + 4) == kBinaryChunk && !has_binary_) {
+    for (std::size_t chunk_offset = 20 + json.size(); chunk_offset + 8 <= length;) {
+      const std::string_view content = chunk(chunk_offset);
+      if (word(chunk_offset + 4) == kBinaryChunk && !has_binary_) {
         binary_ = content;
         has_binary_ = true;
       }
-      at += 8 + content.size();
+      chunk_offset += 8 + content.size();
     }
     text = json;
   }
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const Message& remedy) { input.fail(place, problem, remedy); };
-  // Worst case: a list of empty lists takes 16 bytes and a vector for two characters.
+  // The worst case is a list of empty lists: each takes two characters of text, but 16 bytes and a vector in memory.
   require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
   if (is_nested_too_deep(text)) {
     input.fail("", "its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " levels deep",
@@ -225,13 +225,13 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   for (std::size_t i = 0; i < required.size(); ++i) {
     const std::string name = required.at(i).text();
     if (is_supported(name)) continue;
-    required.at(i).fail(
-        "it needs the extension " + printable(name.substr(0, 100)) +
-            (name == kDraco ? ", but this build of Kiln was made without Draco"
-                            : ", which Kiln does not read"),
-        name == kDraco ? "Export it without compression, unpack it (gltf-transform copy), or build "
-                         "Kiln with KILN_DRACO=ON where Draco is installed."
-                       : "Export it without this extension.");
+    required.at(i).fail("it needs the extension " + printable(name.substr(0, 100)) +
+                            (name == kDraco ? ", but this build of Kiln does not include Draco"
+                                            : ", which Kiln does not read"),
+                        name == kDraco
+                            ? "Export it without compression, decompress it (gltf-transform copy), "
+                              "or build Kiln with KILN_DRACO=ON and Draco installed."
+                            : "Export it without this extension.");
   }
 }
 
@@ -241,11 +241,11 @@ bool GltfFile::decode_data_uri(const GltfValue& uri, std::string& bytes) {
   const std::string text = uri.text();
   if (!text.starts_with("data:")) return false;
   const std::size_t comma = text.find(',');
-  if (comma == std::string::npos) uri.fail("its data has no start");
+  if (comma == std::string::npos) uri.fail("its data URI has no data");
   if (!std::string_view(text).substr(0, comma).ends_with(";base64")) {
     bytes = decode_percent(std::string_view(text).substr(comma + 1));
   } else if (!decode_base64(std::string_view(text).substr(comma + 1), bytes)) {
-    uri.fail("its data is no base64");
+    uri.fail("its data is not valid base64");
   }
   return true;
 }
@@ -255,20 +255,20 @@ std::filesystem::path GltfFile::path_of(const GltfValue& uri) const {
   std::replace(text.begin(), text.end(), '\\', '/');
   const std::filesystem::path path = text;
   const bool has_scheme = text.find(':') < text.find('/');
-  const std::string shown = "\"" + printable(text.substr(0, 200)) + "\"";
+  const std::string quoted_uri = "\"" + printable(text.substr(0, 200)) + "\"";
   const auto fail_outside = [&](const std::string& why) {
-    uri.fail(shown + why + ", and was not read",
-             "Put it beside the glTF file, and name it without folders above; or allow it "
-             "(" +
+    uri.fail(quoted_uri + why + ", and was not read",
+             "Move it into the folder of the glTF file, and refer to it by a relative path; or "
+             "allow it (" +
                  option("allow_outside") + ").");
   };
   if (text.empty() || has_scheme || text.find('\0') != text.npos) {
-    uri.fail(shown + " is no file in the folder of the glTF file, and was not read",
-             "Put it beside the glTF file, and name it without folders above.");
+    uri.fail(quoted_uri + " is not a file in the folder of the glTF file, and was not read",
+             "Move it into the folder of the glTF file, and refer to it by a relative path.");
   }
   if (!input_.folder) {
-    uri.fail(shown + " is a file of its own, but the glTF was read from memory",
-             "Give the path of the file, or a GLB that holds everything.");
+    uri.fail(quoted_uri + " is a separate file, but the glTF was read from memory",
+             "Give the path of the glTF file, or a GLB that contains all data.");
   }
   std::filesystem::path file = *input_.folder / path;
   if (input_.options.outside) return file;
@@ -292,13 +292,14 @@ std::string_view GltfFile::buffer(std::size_t index) const {
     }
     bytes = binary_;
   } else {
-    auto& known = buffers_[index];
-    if (known == nullptr) {
-      std::string own;
-      known = decode_data_uri(uri, own) ? std::make_shared<const std::string>(std::move(own))
-                                        : read_buffer(uri);
+    auto& cached_buffer = buffers_[index];
+    if (cached_buffer == nullptr) {
+      std::string buffer_bytes;
+      cached_buffer = decode_data_uri(uri, buffer_bytes)
+                          ? std::make_shared<const std::string>(std::move(buffer_bytes))
+                          : read_buffer(uri);
     }
-    bytes = *known;
+    bytes = *cached_buffer;
   }
   if (length > bytes.size()) {
     buffer.fail(
@@ -308,21 +309,21 @@ std::string_view GltfFile::buffer(std::size_t index) const {
   return bytes.substr(0, length);
 }
 
-/// A buffer's file, which is read once for all buffers that refer to it.
+/// The contents of a buffer's file, which is read once for all buffers that refer to it.
 std::shared_ptr<const std::string> GltfFile::read_buffer(const GltfValue& uri) const {
   const std::filesystem::path path = path_of(uri);
-  std::shared_ptr<const std::string>& known = files_[path.lexically_normal()];
-  if (known != nullptr) return known;
+  std::shared_ptr<const std::string>& cached_file = files_[path.lexically_normal()];
+  if (cached_file != nullptr) return cached_file;
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const Message& remedy) {
     uri.fail("'" + printable(uri.text()) + "': " + problem, remedy);
   };
-  known = std::make_shared<const std::string>(read_whole(*open_file(path, fail), fail));
+  cached_file = std::make_shared<const std::string>(read_whole(*open_file(path, fail), fail));
   OutputSet::protect(path);
-  return known;
+  return cached_file;
 }
 
-/// Bytes of a buffer that a view, or its compressed form, occupies.
+/// The bytes of a buffer that a view refers to, compressed or not.
 std::string_view GltfFile::part_of_buffer(const GltfValue& view) const {
   const auto buffer_index = view["buffer"].index_into(list("buffers"));
   if (!buffer_index) view.fail("it names no buffer");
@@ -348,8 +349,8 @@ GltfFile::Packed GltfFile::packed_of(const GltfValue& packed) const {
           packed["filter"].text()};
 }
 
-/// Refuses views whose total decompressed size exceeds what their bytes can hold, before any is decompressed: each
-/// may be valid alone while thousands of them overlap.
+/// Rejects compressed views whose total size exceeds what their bytes can hold, before any is decompressed. Each may be
+/// valid by itself while thousands of them overlap.
 void GltfFile::check_packed() const {
   if (packed_fit_) return;
   const GltfValue views = list("bufferViews");
@@ -378,7 +379,7 @@ void GltfFile::check_packed() const {
   }
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const Message& remedy) { views.fail(problem, remedy); };
-  require_memory("what is packed in it", unpacked, memory_failure(fail, ""));
+  require_memory("its decompressed data", unpacked, memory_failure(fail, ""));
   packed_fit_ = true;
 }
 
@@ -388,20 +389,22 @@ std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
   const std::uint64_t count = part.count, step = part.step;
   const std::string &mode = part.mode, &filter = part.filter;
   const bool vertices = mode == "ATTRIBUTES", triangles = mode == "TRIANGLES";
-  if (!vertices && !triangles && mode != "INDICES") packed["mode"].fail("meshopt has no such mode");
+  if (!vertices && !triangles && mode != "INDICES")
+    packed["mode"].fail("it is not a mode of meshopt");
   const bool fits = vertices ? step >= 4 && step <= 256 && step % 4 == 0
                              : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
   if (!fits) packed.fail("its byteStride or count is invalid for its mode");
   if (count * step != view["byteLength"].count(0)) {
     packed.fail("it holds other than the byteLength of its bufferView");
   }
-  const auto* const from = reinterpret_cast<const unsigned char*>(bytes.data());
+  const auto* const compressed = reinterpret_cast<const unsigned char*>(bytes.data());
   std::string result(count * step, '\0');
   const int error =
-      vertices    ? meshopt_decodeVertexBuffer(result.data(), count, step, from, bytes.size())
-      : triangles ? meshopt_decodeIndexBuffer(result.data(), count, step, from, bytes.size())
-                  : meshopt_decodeIndexSequence(result.data(), count, step, from, bytes.size());
-  if (error != 0) packed.fail("its data is damaged, or of a newer meshopt");
+      vertices ? meshopt_decodeVertexBuffer(result.data(), count, step, compressed, bytes.size())
+      : triangles
+          ? meshopt_decodeIndexBuffer(result.data(), count, step, compressed, bytes.size())
+          : meshopt_decodeIndexSequence(result.data(), count, step, compressed, bytes.size());
+  if (error != 0) packed.fail("its data is damaged, or was written by a newer meshopt");
   if (filter.empty() || filter == "NONE") return result;
   if (filter == "OCTAHEDRAL" && vertices && (step == 4 || step == 8)) {
     meshopt_decodeFilterOct(result.data(), count, step);
@@ -435,7 +438,7 @@ double GltfFile::largest_of(const GltfValue& accessor) {
   return type == kFloat ? 1 : component_of(accessor, type).largest;
 }
 
-/// Location of an accessor's elements.
+/// The position of an accessor's elements in a buffer view.
 struct GltfFile::Elements {
   const char* first = nullptr;
   std::size_t step = 0;
@@ -450,7 +453,7 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   const std::size_t size = component_of(accessor, component_type).bytes * width;
   const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
   const std::string_view bytes = view(*view_index);
-  // No overflow: counts in JSON are at most 2^53, and the division comes first.
+  // This cannot overflow, since counts in JSON are at most 2^53 and the division comes first.
   const bool fits = count == 0 || (offset <= bytes.size() && bytes.size() - offset >= size &&
                                    (count - 1) <= (bytes.size() - offset - size) / step);
   if (!fits) {
@@ -461,7 +464,7 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   return {count == 0 ? nullptr : bytes.data() + offset, step};
 }
 
-/// Locates an accessor's elements, except sparse ones; nothing if all are zeros.
+/// Finds the position of an accessor's elements, without sparse ones; nothing if all elements are zero.
 GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
   const std::uint64_t count = accessor["count"].count(0);
   const GltfValue view = accessor["bufferView"];
@@ -488,8 +491,8 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   const GltfValue accessor = list("accessors").at(index);
   const std::uint64_t type = accessor["componentType"].count(0);
   const ComponentType component = component_of(accessor, type);
-  const std::size_t given = width_of(accessor["type"].text());
-  if (given != width && !(width == kColor && (given == 3 || given == 4))) {
+  const std::size_t file_width = width_of(accessor["type"].text());
+  if (file_width != width && !(width == kColor && (file_width == 3 || file_width == 4))) {
     accessor.fail("it is of type \"" + printable(accessor["type"].text().substr(0, 20)) +
                   "\", where " +
                   (width == kColor    ? "VEC3 or VEC4"
@@ -498,8 +501,8 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
                                       : "VEC" + std::to_string(width)) +
                   " belongs");
   }
-  if (given == kMatrix && type != kFloat) {
-    accessor.fail("it has matrices of integers, whose columns glTF pads");
+  if (file_width == kMatrix && type != kFloat) {
+    accessor.fail("it has matrices of integers, which Kiln does not read");
   }
   if (indices && (type == kFloat || type == 5120 || type == 5122)) {
     accessor.fail("it has indices that are no unsigned integers");
@@ -507,21 +510,22 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   const bool normalized = accessor["normalized"].flag() && type != kFloat;
   const std::size_t count = this->count(index);
   const GltfValue sparse = accessor["sparse"];
-  const Elements from = locate(accessor);
+  const Elements source_elements = locate(accessor);
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const Message& remedy) { accessor.fail(problem, remedy); };
-  require_memory("its numbers", capped_product(count, given * sizeof(double)),
+  require_memory("its numbers", capped_product(count, file_width * sizeof(double)),
                  memory_failure(fail, ""));
-  GltfNumbers result{given, std::vector<double>(count * given)};
+  GltfNumbers result{file_width, std::vector<double>(count * file_width)};
   const auto copy = [&](const char* element, std::size_t to) {
-    for (std::size_t k = 0; k < given; ++k) {
+    for (std::size_t k = 0; k < file_width; ++k) {
       const double value = component.read(element + k * component.bytes);
-      result.values[to * given + k] =
+      result.values[to * file_width + k] =
           normalized ? std::max(value / component.largest, -1.0) : value;
     }
   };
-  if (from.first != nullptr) {
-    for (std::size_t i = 0; i < count; ++i) copy(from.first + i * from.step, i);
+  if (source_elements.first != nullptr) {
+    for (std::size_t i = 0; i < count; ++i)
+      copy(source_elements.first + i * source_elements.step, i);
   }
   if (!sparse.exists()) return result;
   const std::size_t changed = sparse["count"].count(0);
@@ -533,14 +537,16 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   const Elements at = elements(places, places["bufferView"], changed, places["byteOffset"].count(0),
                                place_type, 1, 0);
   const Elements value = elements(values, values["bufferView"], changed,
-                                  values["byteOffset"].count(0), type, given, 0);
+                                  values["byteOffset"].count(0), type, file_width, 0);
   const ComponentType place_component = component_of(places, place_type);
   for (std::size_t i = 0; i < changed; ++i) {
-    const auto to = static_cast<std::size_t>(place_component.read(at.first + i * at.step));
-    if (to >= count) {
-      places.fail("it names element " + std::to_string(to) + ", but " + there_are_only(count));
+    const auto target_element =
+        static_cast<std::size_t>(place_component.read(at.first + i * at.step));
+    if (target_element >= count) {
+      places.fail("it refers to element " + std::to_string(target_element) + ", but " +
+                  there_are_only(count));
     }
-    copy(value.first + i * value.step, to);
+    copy(value.first + i * value.step, target_element);
   }
   return result;
 }

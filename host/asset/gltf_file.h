@@ -1,4 +1,4 @@
-// A glTF 2.0 file: its JSON, buffers and accessors, with every size checked before it is used.
+// Reads the container of glTF 2.0: JSON, buffers and accessors. Every size is checked before it is used.
 #pragma once
 
 #include <compare>
@@ -16,10 +16,10 @@
 
 namespace kiln {
 
-/// Values of an accessor.
+/// The values of an accessor.
 struct GltfNumbers {
   std::size_t width = 0;       ///< Numbers per element
-  std::vector<double> values;  ///< Normalised integers as fractions
+  std::vector<double> values;  ///< The values; normalised integers are converted to fractions
 
   std::size_t count() const { return width == 0 ? 0 : values.size() / width; }
   const double* at(std::size_t element) const { return &values[element * width]; }
@@ -36,32 +36,33 @@ class GltfFile {
 
   const MeshInput& input() const { return input_; }
   GltfValue root() const;
-  /// A top-level list, such as "meshes".
+  /// A top-level list of the JSON, such as "meshes".
   GltfValue list(std::string_view name) const { return root()[name]; }
 
+  /// Reads the values of an accessor.
   /// \param width  numbers per element; kColor: 3 or 4; kMatrix: a MAT4, column-major
   GltfNumbers numbers(std::size_t accessor, std::size_t width) const;
   static constexpr std::size_t kColor = 34, kMatrix = 16;
   /// True if an accessor's numbers are integers, normalised or not.
   bool holds_integers(std::size_t accessor) const;
-  /// The integer that stands for 1 in a normalised accessor.
+  /// The integer that represents 1 in a normalised accessor.
   static double largest_of(const GltfValue& accessor);
-  /// Indices, each below `below`, so that primitive-restart indices are refused, too.
+  /// Reads indices. Each must be less than `below`, so that primitive-restart indices are rejected as well.
   std::vector<std::uint32_t> indices(std::size_t accessor, std::size_t below) const;
-  /// Number of an accessor's elements, checked against the file's size before it is read.
+  /// Number of an accessor's elements, checked against the file's size before they are read.
   std::size_t count(std::size_t accessor) const;
 
   /// The bytes of a buffer view.
   std::string_view view(std::size_t index) const;
-  /// True for a data URI, whose decoded bytes are stored in `bytes`.
+  /// Decodes a data URI into `bytes`. \returns false if the URI is no data URI
   static bool decode_data_uri(const GltfValue& uri, std::string& bytes);
-  /// The file of a URI. Absolute paths, and paths out of the folder, also by symbolic links, are refused without
-  /// LoadMeshOptions::outside.
+  /// Path of the file that a URI names. Absolute paths, and paths that leave the folder, also by symbolic links, are
+  /// rejected unless LoadMeshOptions::outside is set.
   std::filesystem::path path_of(const GltfValue& uri) const;
 
  private:
   struct Elements;
-  /// Fields of EXT_meshopt_compression. Views with equal fields have the same bytes.
+  /// The fields of EXT_meshopt_compression. Views with equal fields have the same bytes.
   struct Packed {
     std::size_t buffer = 0;
     std::uint64_t offset = 0, length = 0, count = 0, step = 0;
@@ -85,11 +86,11 @@ class GltfFile {
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_;
   bool has_binary_ = false;
-  // Caches: buffers except binary_, and files that several buffers may share.
+  // Caches: buffers except binary_, and files that several buffers may share
   mutable std::map<std::size_t, std::shared_ptr<const std::string>> buffers_;
   mutable std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_;
-  mutable std::map<Packed, std::string> unpacked_;  // cached decompressed views
-  mutable bool packed_fit_ = false;                 // result of check_packed()
+  mutable std::map<Packed, std::string> unpacked_;  // cached bytes of decompressed views
+  mutable bool packed_fit_ = false;                 // true once check_packed() has succeeded
 };
 
 }  // namespace kiln

@@ -14,7 +14,7 @@ void GltfValue::fail(const std::string& problem, const Message& remedy) const {
 GltfValue GltfValue::operator[](std::string_view key) const {
   std::string place = place_.empty() ? std::string(key) : place_ + "." + std::string(key);
   if (!exists()) return {*input_, nullptr, std::move(place)};
-  if (!value_->is_object()) fail("it is no object");
+  if (!value_->is_object()) fail("it is not an object");
   const auto found = value_->find(key);
   return {*input_, found == value_->end() ? nullptr : &*found, std::move(place)};
 }
@@ -25,13 +25,13 @@ GltfValue GltfValue::at(std::size_t index) const {
 
 std::size_t GltfValue::size() const {
   if (!exists()) return 0;
-  if (!value_->is_array()) fail("it is no list");
+  if (!value_->is_array()) fail("it is not a list");
   return value_->size();
 }
 
 std::vector<std::string> GltfValue::names() const {
   if (!exists()) return {};
-  if (!value_->is_object()) fail("it is no object");
+  if (!value_->is_object()) fail("it is not an object");
   std::vector<std::string> names;
   for (const auto& [name, value] : value_->items()) names.push_back(name);
   return names;
@@ -39,7 +39,7 @@ std::vector<std::string> GltfValue::names() const {
 
 std::string GltfValue::text() const {
   if (!exists()) return {};
-  if (!value_->is_string()) fail("it is no text");
+  if (!value_->is_string()) fail("it is not a text");
   return value_->get<std::string>();
 }
 
@@ -51,16 +51,17 @@ bool GltfValue::flag() const {
 
 double GltfValue::number(double otherwise) const {
   if (!exists()) return otherwise;
-  if (!value_->is_number()) fail("it is no number");
+  if (!value_->is_number()) fail("it is not a number");
   const auto number = value_->get<double>();
-  if (!std::isfinite(number)) fail("it is no finite number");
+  if (!std::isfinite(number)) fail("it is not a finite number");
   return number;
 }
 
 std::uint64_t GltfValue::count(std::uint64_t otherwise) const {
   if (!exists()) return otherwise;
-  constexpr double kMaxExactInteger = 9007199254740992;  // above, not every integer is a double
-  const double value = number(0);                        // some exporters write 3.0
+  // above this, doubles cannot represent every integer
+  constexpr double kMaxExactInteger = 9007199254740992;
+  const double value = number(0);  // some exporters write integers as 3.0
   if (!(value >= 0 && value <= kMaxExactInteger) || value != std::floor(value)) {
     fail("it is not a non-negative integer");
   }
@@ -78,7 +79,7 @@ std::optional<std::size_t> GltfValue::index_into(const GltfValue& list) const {
 }
 
 std::string GltfValue::dump() const {
-  // Invalid UTF-8 would otherwise throw.
+  // The error handler replaces invalid UTF-8, which would throw otherwise.
   return exists() ? value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
                   : std::string();
 }

@@ -1,4 +1,4 @@
-// JSON of a glTF file with checked access, whose errors name the element.
+// Gives checked access to the JSON of a glTF file, with errors that name the element.
 #pragma once
 
 #include <array>
@@ -22,9 +22,9 @@ class GltfValue {
 
   bool exists() const { return value_ != nullptr; }
   const std::string& place() const { return place_; }
-  /// A member of this object; missing if the object is.
+  /// The member of this object with a key; missing if the object or the member is.
   GltfValue operator[](std::string_view key) const;
-  /// An entry of this list; the index is below size().
+  /// The entry of this list at an index, which must be less than size().
   GltfValue at(std::size_t index) const;
   /// Number of elements of this list; 0 if it is missing.
   std::size_t size() const;
@@ -32,13 +32,13 @@ class GltfValue {
   /// Names of this object's members; none if it is missing.
   std::vector<std::string> names() const;
 
-  std::string text() const;  ///< Empty if missing
-  bool flag() const;         ///< False if missing
+  std::string text() const;  ///< The string; empty if missing
+  bool flag() const;         ///< The boolean; false if missing
   double number(double otherwise) const;
   std::uint64_t count(std::uint64_t otherwise) const;
-  /// An index into a list of the file; nothing if missing.
+  /// An index into a list of the file; nullopt if missing.
   std::optional<std::size_t> index_into(const GltfValue& list) const;
-  /// N numbers, or `otherwise` if missing.
+  /// A list of N numbers; `otherwise` if missing.
   template <std::size_t N>
   std::array<double, N> numbers(const std::array<double, N>& otherwise) const {
     if (!exists()) return otherwise;
@@ -48,7 +48,7 @@ class GltfValue {
     for (std::size_t k = 0; k < N; ++k) result[k] = at(k).number(0);
     return result;
   }
-  /// As JSON; empty if missing.
+  /// Serialises the value as JSON; empty if missing.
   std::string dump() const;
 
   [[noreturn]] void fail(const std::string& problem,

@@ -1,4 +1,4 @@
-// Materials of glTF.
+// Reads materials of glTF.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -38,18 +38,18 @@ constexpr bool kReadsWebp = true;
 constexpr bool kReadsWebp = false;
 #endif
 
-/// The KHR_texture_transform of a picture.
+/// The UV map of a picture's KHR_texture_transform.
 UvMap uv_map_of(const GltfValue& texture_info) {
   const GltfValue transform = texture_info["extensions"]["KHR_texture_transform"];
   const std::array<double, 2> offset = transform["offset"].numbers<2>({0, 0});
   const std::array<double, 2> scale = transform["scale"].numbers<2>({1, 1});
   const double angle = transform["rotation"].number(0);
-  // Counter-clockwise as the picture is seen, with v pointing down.
+  // The rotation is counter-clockwise as the picture is seen, with v pointing down.
   return {{std::cos(angle) * scale[0], std::sin(angle) * scale[1], offset[0],
            -std::sin(angle) * scale[0], std::cos(angle) * scale[1], offset[1]}};
 }
 
-/// From glTF's UVs, with the origin at the upper left, to Kiln's: v = 1 - v', before and after.
+/// Converts a map of glTF's UVs, whose origin is at the upper left, to one of Kiln's UVs: v = 1 - v' before and after.
 std::array<float, 6> uv_transform_of(const UvMap& map) {
   const auto& [a, b, x, c, d, y] = map.m;
   return {static_cast<float>(a),  static_cast<float>(-b), static_cast<float>(b + x),
@@ -58,7 +58,7 @@ std::array<float, 6> uv_transform_of(const UvMap& map) {
 
 double determinant(const UvMap& map) { return map.m[0] * map.m[4] - map.m[1] * map.m[3]; }
 
-/// Undoes `first`, then applies `map`. \param first  with a non-zero determinant
+/// Composes the inverse of `first` with `map`. \param first  must have a non-zero determinant
 UvMap compose_after(const UvMap& map, const UvMap& first) {
   if (map == first) return {};
   const auto& [a, b, x, c, d, y] = first.m;
@@ -80,7 +80,7 @@ std::uint32_t uv_set_of(const GltfValue& texture_info) {
 
 const char* const kGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
-/// JSON of all pictures in a material's slots.
+/// The texture references of all slots of a material.
 std::vector<GltfValue> texture_infos(const GltfValue& material) {
   const GltfValue surface = material["pbrMetallicRoughness"];
   const GltfValue glossy = material["extensions"][kGlossiness];
@@ -94,31 +94,30 @@ std::vector<GltfValue> texture_infos(const GltfValue& material) {
   return infos;
 }
 
-/// UVs of one set that primitives of a material use.
+/// The UVs of one set that the primitives of a material use.
 struct UsedUvs {
   bool are_integers = false;
   std::vector<std::size_t> accessors;
 };
 
-/// Chooses, among the transforms of a material's pictures, the one that makes its quantised UVs a
-/// layout.
+/// Chooses the transform that turns quantised UVs into a layout, among those of a material's pictures.
 UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const UsedUvs& used) {
-  double least[2] = {HUGE_VAL, HUGE_VAL}, most[2] = {-HUGE_VAL, -HUGE_VAL};
+  double min_uv[2] = {HUGE_VAL, HUGE_VAL}, max_uv[2] = {-HUGE_VAL, -HUGE_VAL};
   for (const std::size_t accessor : used.accessors) {
     const GltfNumbers uvs = file.numbers(accessor, 2);
     for (std::size_t i = 0; i < uvs.values.size(); ++i) {
-      least[i % 2] = std::min(least[i % 2], uvs.values[i]);
-      most[i % 2] = std::max(most[i % 2], uvs.values[i]);
+      min_uv[i % 2] = std::min(min_uv[i % 2], uvs.values[i]);
+      max_uv[i % 2] = std::max(max_uv[i % 2], uvs.values[i]);
     }
   }
-  // The largest one inside the unit square, else the smallest.
+  // The largest result inside the unit square ranks first; if there is none, the smallest.
   const auto rank = [&](const UvMap& map) {
     constexpr double kRounding = 1e-3;
     bool inside = true;
-    for (const double u : {least[0], most[0]}) {
-      for (const double v : {least[1], most[1]}) {
-        for (const double at : map.at(u, v)) {
-          inside = inside && at >= -kRounding && at <= 1 + kRounding;
+    for (const double u : {min_uv[0], max_uv[0]}) {
+      for (const double v : {min_uv[1], max_uv[1]}) {
+        for (const double coordinate : map.at(u, v)) {
+          inside = inside && coordinate >= -kRounding && coordinate <= 1 + kRounding;
         }
       }
     }
@@ -134,7 +133,8 @@ TextureWrap wrap_of(const GltfValue& sampler, const char* axis) {
   const std::uint64_t wrap = sampler[axis].count(kRepeat);
   if (wrap == kClamp) return TextureWrap::clamp;
   if (wrap == kMirror) return TextureWrap::mirror;
-  if (wrap != kRepeat) sampler[axis].fail("it is " + std::to_string(wrap) + ", which is no wrap");
+  if (wrap != kRepeat)
+    sampler[axis].fail("it is " + std::to_string(wrap) + ", which is not a wrap mode of glTF");
   return TextureWrap::repeat;
 }
 
@@ -142,14 +142,14 @@ class MaterialReader {
  public:
   MaterialReader(const GltfFile& file, std::uint32_t uv_set) : file_(file), uv_set_(uv_set) {}
 
-  /// \param uv_map  transform applied to the mesh's UVs, if any
+  /// Reads a material. \param uv_map  transform applied to the mesh's UVs, if any
   Material read(const GltfValue& from, const std::optional<UvMap>& uv_map) {
     Material material;
     uv_map_ = uv_map;
     material.multiplies = true;
     material.alpha_mode = AlphaMode::opaque;
-    // A mesh without a material has no colour. glTF's default material is metallic, which exporters of plain meshes do
-    // not intend.
+    // A mesh without a material has no colour. glTF's default material would be metallic, which exporters of plain
+    // meshes do not intend.
     if (!from.exists()) return material;
     material.color_from = material.roughness_from = material.metallic_from = MaterialNumber::given;
     material.place = file_.input().file + ": " + from.place();
@@ -173,8 +173,8 @@ class MaterialReader {
     } else {
       material.metallic = static_cast<float>(surface["metallicFactor"].number(1));
       material.roughness = static_cast<float>(surface["roughnessFactor"].number(1));
-      const MaterialPicture both = picture(surface["metallicRoughnessTexture"]);
-      material.roughness_map = material.metallic_map = both;
+      const MaterialPicture metallic_roughness = picture(surface["metallicRoughnessTexture"]);
+      material.roughness_map = material.metallic_map = metallic_roughness;
       material.roughness_map.channel = 1;
       material.metallic_map.channel = 2;
     }
@@ -188,7 +188,8 @@ class MaterialReader {
     read_emission(from, material);
     for (const std::string& name : from["extensions"].names()) {
       if (name == kGlossiness || name == "KHR_materials_emissive_strength") continue;
-      if (++left_[name] == 1 && first_left_.empty()) first_left_ = from.place();
+      if (++ignored_extensions_[name] == 1 && first_ignored_extension_.empty())
+        first_ignored_extension_ = from.place();
     }
     material.double_sided = from["doubleSided"].flag();
     return material;
@@ -203,15 +204,15 @@ class MaterialReader {
               "colour is ignored, so metals look too dark.",
           glossy_);
     }
-    if (!left_.empty()) {
+    if (!ignored_extensions_.empty()) {
       std::uint64_t count = 0;
       std::string names;
-      for (const auto& [name, times] : left_) {
+      for (const auto& [name, times] : ignored_extensions_) {
         count += times;
         names += (names.empty() ? "" : ", ") + printable(name) + " (" + std::to_string(times) + ")";
       }
       file_.input().warn("material-extensions",
-                         "its materials (" + first_left_ +
+                         "its materials (" + first_ignored_extension_ +
                              " for one) use extensions that no map of Kiln represents, and which "
                              "were ignored: " +
                              names + ".",
@@ -230,7 +231,7 @@ class MaterialReader {
                          counted(undecoded_, "picture") + " of its materials cannot be read (" +
                              first_undecoded_ +
                              "); only the material's factor is used. Export the file with "
-                             "PNG or JPEG, or turn its pictures into BC7 (`ktx transcode`).",
+                             "PNG or JPEG, or convert its pictures to BC7 (`ktx transcode`).",
                          undecoded_);
     }
     if (missing_ != 0) {
@@ -241,13 +242,12 @@ class MaterialReader {
                          missing_);
     }
     if (unread_ != 0) {
-      file_.input().warn(
-          "picture-missing",
-          counted(unread_, "picture") + " of its materials (" + first_unread_ +
-              (unread_ == 1 ? ") is" : " for one) are") +
-              " of an extension that Kiln does not read; only the material's factor is used. "
-              "Export the file with PNG or JPEG.",
-          unread_);
+      file_.input().warn("picture-missing",
+                         counted(unread_, "picture") + " of its materials (" + first_unread_ +
+                             (unread_ == 1 ? ") is" : " for one) are") +
+                             " in a format of an extension that Kiln does not read; only the "
+                             "material's factor is used. Export the file with PNG or JPEG.",
+                         unread_);
     }
   }
 
@@ -255,9 +255,9 @@ class MaterialReader {
   static void read_opacity(const GltfValue& from, double factor, Material& material) {
     const std::string mode = from["alphaMode"].text();
     material.alpha_cutoff = static_cast<float>(from["alphaCutoff"].number(0.5));
-    if (mode.empty() || mode == "OPAQUE") return;  // alpha is ignored
+    if (mode.empty() || mode == "OPAQUE") return;  // alpha of an opaque material is ignored
     if (mode != "MASK" && mode != "BLEND")
-      from["alphaMode"].fail("it is none of OPAQUE, MASK, BLEND");
+      from["alphaMode"].fail("it is not OPAQUE, MASK or BLEND");
     material.alpha_mode = mode == "MASK" ? AlphaMode::mask : AlphaMode::blend;
     material.opacity = static_cast<float>(factor);
     material.opacity_map = material.color_map;
@@ -273,7 +273,7 @@ class MaterialReader {
       material.emission[k] = static_cast<float>(emission[k] * strength);
     }
     if (factor.exists()) material.emission_from = MaterialNumber::given;
-    // The default factor, 0, disables the picture.
+    // A factor of 0, the default, disables the emission picture.
     if (emission != std::array<double, 3>{})
       material.emission_map = picture(from["emissiveTexture"]);
   }
@@ -282,7 +282,7 @@ class MaterialReader {
     MaterialPicture result;
     if (!texture_info.exists()) return result;
     const auto texture_index = texture_info["index"].index_into(file_.list("textures"));
-    if (!texture_index) texture_info.fail("it names no texture");
+    if (!texture_index) texture_info.fail("it refers to no texture");
     result.uv_set = uv_set_of(texture_info);
     const UvMap map = uv_map_of(texture_info);
     result.uv_transform =
@@ -298,7 +298,7 @@ class MaterialReader {
     }
     const GltfValue webp = texture["extensions"]["EXT_texture_webp"]["source"];
     const bool takes_webp = webp.exists() && (kReadsWebp || !texture["source"].exists());
-    // GPU-compressed pictures have lower quality than the plain ones.
+    // GPU-compressed pictures have a lower quality than plain ones, so plain ones are preferred.
     const GltfValue basis = texture["extensions"]["KHR_texture_basisu"]["source"];
     const GltfValue dds = texture["extensions"]["MSFT_texture_dds"]["source"];
     const GltfValue source = takes_webp                   ? webp
@@ -332,13 +332,13 @@ class MaterialReader {
     } else {
       const auto view = image["bufferView"].index_into(file_.list("bufferViews"));
       if (!uri.exists() && !view) image.fail("it has neither a URI nor a bufferView");
-      // Images with the same view share its bytes, which are read once.
-      Bytes own;
-      Bytes& shared = uri.exists() ? own : views_[*view];
+      // Images with the same view share its bytes, so that they are read once.
+      Bytes image_bytes;
+      Bytes& shared = uri.exists() ? image_bytes : views_[*view];
       if (shared == nullptr) {
-        const std::string_view from = uri.exists() ? std::string_view(bytes) : file_.view(*view);
-        const auto* const first = reinterpret_cast<const std::byte*>(from.data());
-        shared = std::make_shared<const std::vector<std::byte>>(first, first + from.size());
+        const std::string_view encoded = uri.exists() ? std::string_view(bytes) : file_.view(*view);
+        const auto* const first = reinterpret_cast<const std::byte*>(encoded.data());
+        shared = std::make_shared<const std::vector<std::byte>>(first, first + encoded.size());
       }
       result.bytes = shared;
       result.file = file_.input().file + ": " + image.place();
@@ -348,26 +348,28 @@ class MaterialReader {
     return result;
   }
 
-  /// False for a KTX 2 file that cannot be read, such as Basis Universal, which is then counted.
+  /// False for a KTX 2 file that cannot be decoded, such as Basis Universal. Such files are counted.
   bool can_decode(const MaterialPicture& picture, const GltfValue& texture) {
     std::string bytes;
-    std::span<const std::byte> from;
+    std::span<const std::byte> encoded;
     if (picture.bytes != nullptr) {
-      from = *picture.bytes;
+      encoded = *picture.bytes;
     } else {
-      constexpr std::size_t kKtxHeaderBytes = 1024;  // bytes of the header and format description
+      // number of bytes that contain the header and the format description
+      constexpr std::size_t kKtxHeaderBytes = 1024;
       bytes.resize(kKtxHeaderBytes);
       note_whether_file(picture.file);
       std::ifstream file(picture.file, std::ios::binary);
       file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
       bytes.resize(static_cast<std::size_t>(file.gcount()));
-      from = std::as_bytes(std::span(bytes));
+      encoded = std::as_bytes(std::span(bytes));
     }
-    const std::string why = is_ktx2({reinterpret_cast<const char*>(from.data()), from.size()})
-                                ? why_not_ktx2(from)
-                                : "";
-    if (why.empty()) return true;
-    if (undecoded_++ == 0) first_undecoded_ = texture.place() + ": " + why;
+    const std::string reason =
+        is_ktx2({reinterpret_cast<const char*>(encoded.data()), encoded.size()})
+            ? why_not_ktx2(encoded)
+            : "";
+    if (reason.empty()) return true;
+    if (undecoded_++ == 0) first_undecoded_ = texture.place() + ": " + reason;
     return false;
   }
 
@@ -379,13 +381,15 @@ class MaterialReader {
 
   const GltfFile& file_;
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
-  std::map<std::size_t, MaterialPicture> pictures_;  // cached pictures, by image
-  std::map<std::size_t, Bytes> views_;               // cached bytes, by image
+  std::map<std::size_t, MaterialPicture> pictures_;  // cached pictures by the index of their image
+  std::map<std::size_t, Bytes> views_;               // cached bytes by the index of their image
   std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0, undecoded_ = 0;
   std::uint32_t uv_set_;
-  std::optional<UvMap> uv_map_;  // of the current material
-  std::string first_missing_, first_unread_, first_left_, first_nearest_, first_undecoded_;
-  std::map<std::string, std::uint64_t> left_;  // ignored extensions, and their numbers of materials
+  std::optional<UvMap> uv_map_;  // UV map of the current material
+  std::string first_missing_, first_unread_, first_ignored_extension_, first_nearest_,
+      first_undecoded_;
+  // ignored extensions, with the number of materials that use them
+  std::map<std::string, std::uint64_t> ignored_extensions_;
 };
 
 }  // namespace
@@ -402,7 +406,7 @@ std::set<std::uint32_t> gltf_uv_sets(const GltfFile& file) {
 std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32_t uv_set,
                                                bool warns) {
   const GltfValue materials = file.list("materials"), meshes = file.list("meshes");
-  std::vector<UsedUvs> used(materials.size());
+  std::vector<UsedUvs> uvs_of_material(materials.size());
   const std::string name = "TEXCOORD_" + std::to_string(uv_set);
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     const GltfValue primitives = meshes.at(i)["primitives"];
@@ -411,26 +415,26 @@ std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32
       const auto material = primitive["material"].index_into(materials);
       const auto accessor = primitive["attributes"][name].index_into(file.list("accessors"));
       if (!material || !accessor) continue;
-      UsedUvs& of = used[*material];
-      of.are_integers = of.are_integers || file.holds_integers(*accessor);
+      UsedUvs& material_uvs = uvs_of_material[*material];
+      material_uvs.are_integers = material_uvs.are_integers || file.holds_integers(*accessor);
       if (!primitive["extensions"][kDraco].exists()) {
-        of.accessors.push_back(*accessor);
+        material_uvs.accessors.push_back(*accessor);
       }
     }
   }
   std::vector<std::optional<UvMap>> result(materials.size());
   std::uint64_t several = 0;
   std::string first;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (!used[i].are_integers) continue;
-    std::vector<UvMap> maps;  // without duplicates
+  for (std::size_t i = 0; i < uvs_of_material.size(); ++i) {
+    if (!uvs_of_material[i].are_integers) continue;
+    std::vector<UvMap> maps;  // distinct UV maps
     for (const GltfValue& info : texture_infos(materials.at(i))) {
       const UvMap map = uv_map_of(info);
       if (uv_set_of(info) != uv_set || determinant(map) == 0) continue;
       if (std::find(maps.begin(), maps.end(), map) == maps.end()) maps.push_back(map);
     }
     if (maps.empty()) continue;
-    const UvMap chosen = maps.size() == 1 ? maps[0] : choose_map(file, maps, used[i]);
+    const UvMap chosen = maps.size() == 1 ? maps[0] : choose_map(file, maps, uvs_of_material[i]);
     if (maps.size() > 1 && several++ == 0) first = materials.at(i).place();
     if (chosen != UvMap()) result[i] = chosen;
   }
@@ -452,10 +456,10 @@ std::vector<Material> read_gltf_materials(const GltfFile& file, std::uint32_t uv
   const std::vector<std::optional<UvMap>> uv_maps = gltf_uv_maps(file, uv_set, false);
   const GltfValue list = file.list("materials");
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const GltfValue none(file.input(), nullptr, "");
+    const GltfValue missing_value(file.input(), nullptr, "");
     const bool is_there = i < list.size();
     materials.push_back(
-        reader.read(is_there ? list.at(i) : none, is_there ? uv_maps[i] : std::nullopt));
+        reader.read(is_there ? list.at(i) : missing_value, is_there ? uv_maps[i] : std::nullopt));
     materials.back().name = names[i];
   }
   reader.warn();

@@ -1,4 +1,4 @@
-// Pictures of a glTF's material, before they are encoded.
+// Combines the pictures of a glTF material from maps, before they are encoded.
 #pragma once
 
 #include <cstddef>
@@ -9,19 +9,20 @@
 
 namespace kiln {
 
-/// Textures of a written material.
+/// The textures of a written material.
 enum class PictureSlot { normal, color, surface, emission };
 
-/// Its name in reports: normal, color, surface (occlusion, roughness and metalness), emission.
+/// The slot's name in reports: normal, color, surface (occlusion, roughness and metalness), emission.
 std::string_view name_of(PictureSlot picture);
 /// The encoded file of a slot.
 std::vector<std::byte>& file_of(AssetPictures& pictures, PictureSlot picture);
 
-/// Base colour, with opacity as alpha; empty if both are missing. \throws Error(usage) if their sizes differ
+/// Combines the base colour with opacity as alpha; empty if both are missing. \throws Error(usage) if their sizes
+/// differ
 Image color_picture(const AssetMaps& maps);
-/// Occlusion, roughness and metalness; empty if all are missing. \throws Error(usage) if their sizes differ
+/// Combines occlusion, roughness and metalness; empty if all are missing. \throws Error(usage) if their sizes differ
 Image surface_picture(const AssetMaps& maps);
-/// AssetPictures without files: only the properties that describe its pictures.
+/// Returns AssetPictures without files, which only describe what the pictures hold.
 AssetPictures described_pictures(const AssetMaps& maps);
 
 }  // namespace kiln

@@ -33,15 +33,16 @@ AffineMap map_of_parts(const std::array<double, 3>& t, std::array<double, 4> q,
 AffineMap map_of_node(const GltfValue& node) {
   const GltfValue matrix = node["matrix"];
   if (matrix.exists()) {
-    const AffineMap given = matrix.numbers<16>(kIdentityMap);
-    if (given[3] != 0 || given[7] != 0 || given[11] != 0 || given[15] != 1) {
-      matrix.fail("its last row is not 0 0 0 1, and so it is no affine map");
+    const AffineMap file_matrix = matrix.numbers<16>(kIdentityMap);
+    if (file_matrix[3] != 0 || file_matrix[7] != 0 || file_matrix[11] != 0 ||
+        file_matrix[15] != 1) {
+      matrix.fail("its last row is not 0 0 0 1, so it is not an affine map");
     }
-    return given;
+    return file_matrix;
   }
   const std::array<double, 4> q = node["rotation"].numbers<4>({0, 0, 0, 1});
   if (!(std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) > 0)) {
-    node["rotation"].fail("its quaternion is zero, which is no rotation");
+    node["rotation"].fail("its quaternion is zero, which does not define a rotation");
   }
   return map_of_parts(node["translation"].numbers<3>({0, 0, 0}), q,
                       node["scale"].numbers<3>({1, 1, 1}));
@@ -52,18 +53,19 @@ GltfWorlds::GltfWorlds(const GltfFile& file, std::vector<std::optional<std::size
     : file_(file), parents_(std::move(parents)), frame_(frame) {}
 
 const AffineMap& GltfWorlds::of(std::size_t node) {
-  std::vector<std::size_t> above;  // unknown nodes, from this node upwards
+  // this node and its ancestors whose transforms are not computed yet
+  std::vector<std::size_t> pending_nodes;
   for (std::optional<std::size_t> at = node; at && !world_transforms_.contains(*at);
        at = parents_[*at]) {
-    above.push_back(*at);
+    pending_nodes.push_back(*at);
   }
-  for (; !above.empty(); above.pop_back()) {
-    const std::size_t next = above.back();
-    const AffineMap own = map_of_node(file_.list("nodes").at(next));
+  for (; !pending_nodes.empty(); pending_nodes.pop_back()) {
+    const std::size_t next = pending_nodes.back();
+    const AffineMap local_transform = map_of_node(file_.list("nodes").at(next));
     const std::optional<std::size_t> parent = parents_[next];
-    world_transforms_[next] = parent   ? product(world_transforms_.at(*parent), own)
-                              : frame_ ? product(*frame_, own)
-                                       : own;
+    world_transforms_[next] = parent   ? product(world_transforms_.at(*parent), local_transform)
+                              : frame_ ? product(*frame_, local_transform)
+                                       : local_transform;
   }
   return world_transforms_.at(node);
 }
@@ -71,11 +73,11 @@ const AffineMap& GltfWorlds::of(std::size_t node) {
 const GltfJoints& GltfWorlds::joints(std::size_t skin) {
   const auto [entry, added] = joints_.try_emplace(skin);
   if (!added) return entry->second;
-  const GltfValue nodes = file_.list("nodes"), from = file_.list("skins").at(skin);
-  const GltfValue list = from["joints"];
-  if (list.size() == 0) from.fail("it has no joints");
-  const GltfValue inverse = from["inverseBindMatrices"];
-  GltfNumbers binds;  // inverse bind matrices; empty: identities
+  const GltfValue nodes = file_.list("nodes"), skin_value = file_.list("skins").at(skin);
+  const GltfValue list = skin_value["joints"];
+  if (list.size() == 0) skin_value.fail("it has no joints");
+  const GltfValue inverse = skin_value["inverseBindMatrices"];
+  GltfNumbers binds;  // inverse bind matrices; empty: all are the identity
   if (const auto accessor = inverse.index_into(file_.list("accessors"))) {
     binds = file_.numbers(*accessor, GltfFile::kMatrix);
     if (binds.count() < list.size()) {
@@ -87,12 +89,12 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
     AffineMap bind = kIdentityMap;
     if (!binds.values.empty()) {
       std::copy_n(binds.at(k), bind.size(), bind.begin());
-      // Tolerance for programs that invert in single precision.
+      // Tolerance for exporters that invert matrices in single precision.
       constexpr double kBindRounding = 1e-4;
       if (std::abs(bind[3]) > kBindRounding || std::abs(bind[7]) > kBindRounding ||
           std::abs(bind[11]) > kBindRounding || !(std::abs(bind[15] - 1) <= kBindRounding)) {
         inverse.fail("the last row of its matrix " + std::to_string(k) +
-                     " is not 0 0 0 1, and so it is no affine map");
+                     " is not 0 0 0 1, so it is not an affine map");
       }
       bind[3] = bind[7] = bind[11] = 0;
       bind[15] = 1;
@@ -129,7 +131,7 @@ std::vector<AffineMap> instances_of(const GltfFile& file, const GltfValue& node)
     if (!rotations.values.empty()) std::copy_n(rotations.at(i), 4, q.begin());
     if (!(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] > 0)) {
       attributes["ROTATION"].fail("instance " + std::to_string(i) +
-                                  " has a zero quaternion, which is no rotation");
+                                  " has a zero quaternion, which does not define a rotation");
     }
     maps.push_back(map_of_parts(t, q, s));
   }
@@ -161,7 +163,7 @@ GltfInfluences influences_of(const GltfValue& attributes, const std::vector<Gltf
       result.weights[v * result.width + i] = weight;
       sum += weight;
     }
-    // Quantised weights sum only approximately to 1.
+    // The sum of quantised weights is only approximately 1.
     for (std::size_t i = 0; i < result.width && sum > 0; ++i) {
       result.weights[v * result.width + i] /= sum;
     }
@@ -171,15 +173,15 @@ GltfInfluences influences_of(const GltfValue& attributes, const std::vector<Gltf
 
 std::optional<AffineMap> GltfInfluences::map_of(const GltfJoints& of, std::size_t vertex) const {
   AffineMap map{};
-  bool moved = false;
+  bool is_affected = false;
   for (std::size_t i = vertex * width; i < (vertex + 1) * width; ++i) {
     const double weight = weights[i];
     if (weight == 0) continue;
-    moved = true;
+    is_affected = true;
     const AffineMap& joint = of[joints[i]];
     for (std::size_t k = 0; k < map.size(); ++k) map[k] += weight * joint[k];
   }
-  if (!moved) return std::nullopt;
+  if (!is_affected) return std::nullopt;
   map[3] = map[7] = map[11] = 0;
   map[15] = 1;
   return map;

@@ -1,9 +1,7 @@
-// The rest pose of a glTF mesh: morph targets with their default weights, then the skin with the joints' node
-// transforms (glTF 2.0, 3.7.2.2 and 3.7.3).
-//
-// A vertex v of a skinned mesh lies at the sum over its joints of w * J * B * v: w its weight, J the joint's transform
-// to the world, B the skin's inverse bind matrix of it. The transform of the mesh's own node is ignored. A morph
-// target adds its weight times its offset first.
+// Computes the rest pose of a glTF mesh: morph targets with their default weights, then the skin with the joints' node
+// transforms (glTF 2.0, 3.7.2.2 and 3.7.3). A vertex v of a skinned mesh lies at the sum over its joints of w * J * B *
+// v, where w is its weight, J the joint's transform to the world, and B the inverse bind matrix of the joint. The
+// transform of the mesh's own node is ignored. A morph target first adds its weight times its offset.
 #pragma once
 
 #include <cstdint>
@@ -17,37 +15,38 @@
 
 namespace kiln {
 
-/// Transforms of a skin's joints: from the space of the mesh's vertices to the world.
+/// Transforms of a skin's joints, from the space of the mesh's vertices to the world.
 using GltfJoints = std::vector<AffineMap>;
 
-/// Joints and weights of a primitive's vertices, from all its sets.
+/// Joints and weights of a primitive's vertices, merged from all its sets.
 struct GltfInfluences {
-  std::size_t width = 0;              ///< Joints per vertex; 0: not skinned
-  std::vector<std::uint32_t> joints;  ///< Below the skin's number of joints if the weight is not 0
-  std::vector<double> weights;        ///< Sum 1 per vertex, or all 0
+  std::size_t width = 0;              ///< Number of joints per vertex; 0: not skinned
+  std::vector<std::uint32_t> joints;  ///< Indices of joints; valid if the weight is not 0
+  std::vector<double> weights;        ///< Weights with a sum of 1 per vertex, or all 0
 
-  /// The transform of a vertex; nothing if no joint affects it.
+  /// The transform of a vertex; nullopt if no joint affects it.
   std::optional<AffineMap> map_of(const GltfJoints& of, std::size_t vertex) const;
 };
 
-/// Transform of a translation, rotation (quaternion x, y, z, w of any length above 0) and scale.
+/// The transform that consists of a translation, a rotation (quaternion x, y, z, w of any length above 0) and a scale.
 AffineMap map_of_parts(const std::array<double, 3>& translation, std::array<double, 4> rotation,
                        const std::array<double, 3>& scale);
 
 /// A node's transform to its parent. \throws Error(input)
 AffineMap map_of_node(const GltfValue& node);
 
-/// World transforms of nodes, computed on demand.
+/// The world transforms of nodes, computed on demand.
 class GltfWorlds {
  public:
-  /// \param parents  of all nodes, without cycles
+  /// Creates the cache.
+  /// \param parents  parents of all nodes, without cycles
   /// \param frame    applied after the roots' transforms, if given
   GltfWorlds(const GltfFile& file, std::vector<std::optional<std::size_t>> parents,
              std::optional<AffineMap> frame);
 
-  /// From a node's space to the world.
+  /// The transform from a node's space to the world.
   const AffineMap& of(std::size_t node);
-  /// The joints of a skin.
+  /// The transforms of a skin's joints.
   const GltfJoints& joints(std::size_t skin);
 
  private:
@@ -58,8 +57,8 @@ class GltfWorlds {
   std::map<std::size_t, GltfJoints> joints_;
 };
 
-/// Transforms of EXT_mesh_gpu_instancing for a node's mesh, in the node's space; the identity without the
-/// extension.
+/// The transforms of EXT_mesh_gpu_instancing for a node's mesh, in the node's space. Without the extension, only the
+/// identity.
 std::vector<AffineMap> instances_of(const GltfFile& file, const GltfValue& node);
 
 /// Merges the sets JOINTS_0, WEIGHTS_0 and so on of a primitive.

@@ -1,4 +1,4 @@
-// Writing of glTF 2.0: one binary file, or JSON with external buffer and pictures.
+// Writes glTF 2.0: one binary file, or JSON with an external buffer and pictures.
 #include <meshoptimizer.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// Constants of the glTF specification.
+// Numeric constants of the glTF specification.
 constexpr int kShort = 5122, kUshort = 5123, kUint = 5125, kFloat = 5126, kVertices = 34962,
               kIndices = 34963;
 constexpr int kLinear = 9729, kLinearMips = 9987, kRepeat = 10497;
@@ -57,14 +57,14 @@ Json parse_extras(const std::string& text, const char* of) {
                std::to_string(kMaxJsonDepth) + " levels deep.");
   }
   Json json = Json::parse(text, nullptr, false);
-  if (json.is_discarded()) fail_usage(std::string("the extras of ") + of + " are no JSON.");
+  if (json.is_discarded()) fail_usage(std::string("the extras of ") + of + " are not valid JSON.");
   return json;
 }
 
-/// A vertex of the file; vertices with equal bits are merged.
+/// A vertex of the output file. Vertices with equal bits are merged.
 struct Vertex {
-  std::array<float, 12> values;       // position, normal, tangent with its sign, UV
-  std::array<std::uint8_t, 4> color;  // sRGB-encoded
+  std::array<float, 12> values;       // position, normal, tangent with its sign, and UV
+  std::array<std::uint8_t, 4> color;  // sRGB, as in Mesh
 
   bool operator==(const Vertex& other) const {
     return std::memcmp(values.data(), other.values.data(), sizeof values) == 0 &&
@@ -80,7 +80,7 @@ struct VertexHash {
   }
 };
 
-/// One primitive.
+/// The vertices and indices of a primitive.
 struct Part {
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;
@@ -93,27 +93,28 @@ struct Part {
   }
 };
 
-/// Transform from the world to an object's space, which is not mirrored.
-struct ToLocal {
-  std::array<double, 3> origin{};  // of the mesh's positions in the world
-  std::array<Vec3d, 3> rows{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};  // of the inverse
-                                                                              // transform
-  Vec3d moved{};                                                              // translation of the
-                                                                              // transform
-  std::array<Vec3d, 3> columns = rows;                                        // of the transform
+/// The transform from the world to the space of an object, which is not mirrored.
+struct WorldToObject {
+  std::array<double, 3> origin{};  // origin of the mesh's positions in the world
+  // rows of the inverse transform
+  std::array<Vec3d, 3> rows{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
+  Vec3d moved{};                        // translation of the transform
+  std::array<Vec3d, 3> columns = rows;  // columns of the transform
 
   Vec3 place(const Vec3& p) const {
-    const Vec3d at = to_double(p) + Vec3d(origin[0], origin[1], origin[2]) - moved;
-    return to_float({dot(rows[0], at), dot(rows[1], at), dot(rows[2], at)});
+    const Vec3d relative = to_double(p) + Vec3d(origin[0], origin[1], origin[2]) - moved;
+    return to_float({dot(rows[0], relative), dot(rows[1], relative), dot(rows[2], relative)});
   }
-  /// Transforms a normal, by the transposed transform.
+  /// Transforms a normal by the transposed transform.
   Vec3 normal(const Vec3& n) const {
-    const Vec3d of = to_double(n);
-    return unit({dot(columns[0], of), dot(columns[1], of), dot(columns[2], of)});
+    const Vec3d world_normal = to_double(n);
+    return unit({dot(columns[0], world_normal), dot(columns[1], world_normal),
+                 dot(columns[2], world_normal)});
   }
   Vec3 tangent(const Vec3& t) const {
-    const Vec3d of = to_double(t);
-    return unit({dot(rows[0], of), dot(rows[1], of), dot(rows[2], of)});
+    const Vec3d world_tangent = to_double(t);
+    return unit(
+        {dot(rows[0], world_tangent), dot(rows[1], world_tangent), dot(rows[2], world_tangent)});
   }
   static Vec3 unit(const Vec3d& v) { return to_float(v * (1 / length(v))); }
 };
@@ -122,9 +123,8 @@ double determinant(const AffineMap& m) {
   return dot(Vec3d(m[0], m[1], m[2]), cross(Vec3d(m[4], m[5], m[6]), Vec3d(m[8], m[9], m[10])));
 }
 
-/// Inverts a transform that does not mirror. \returns false if it is singular, or exceeds the range
-/// of floats
-bool invert(const AffineMap& m, double reach, ToLocal& local) {
+/// Inverts a transform without mirroring. \returns false if it is singular, or exceeds the range of floats
+bool invert(const AffineMap& m, double reach, WorldToObject& local) {
   constexpr double kMinVolumeRatio = 1e-9;
   const Vec3d x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
   const double size = determinant(m);
@@ -138,8 +138,8 @@ bool invert(const AffineMap& m, double reach, ToLocal& local) {
   });
 }
 
-/// Largest distance of a mesh from the world's origin, along an axis.
-double reach_of(const Mesh& mesh) {
+/// The largest coordinate of the mesh, by magnitude.
+double max_coordinate_of(const Mesh& mesh) {
   double reach = 0;
   for (const Vec3& p : mesh.positions) {
     if (!is_finite(p)) continue;
@@ -149,7 +149,7 @@ double reach_of(const Mesh& mesh) {
   return reach;
 }
 
-/// The quantisation grid of an object's positions: a cube, so that normals need no extra scale.
+/// The grid on which an object's positions are quantised. It is a cube, so that normals need no other scale.
 struct Grid {
   static constexpr double kMaxQuantized = 65535;
   std::array<double, 3> origin{};
@@ -178,7 +178,8 @@ struct Grid {
   }
 };
 
-/// Key by object and material. In a mesh with UVs, triangles without UVs form separate primitives.
+/// Identifies a primitive by object and material. Triangles without UVs in a mesh with UVs form primitives of their
+/// own.
 struct PrimitiveKey {
   std::size_t object = 0, material = 0;
   bool lacks_uvs = false;
@@ -186,10 +187,11 @@ struct PrimitiveKey {
 };
 using Primitives = std::map<PrimitiveKey, Part>;
 
-/// Splits a mesh into primitives. \param locals  transform to local coordinates, one per object
-Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bool one_material) {
+/// Splits a mesh into primitives. \param locals  transform to local coordinates, per object
+Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& locals,
+                         bool one_material) {
   const bool has_layout = !low.uvs.empty();
-  Mesh flat;  // placeholder for triangles without UVs, whose UVs and tangents are not written
+  Mesh flat;  // a substitute mesh for triangles without UVs, whose UVs and tangents are not written
   if (!has_layout) {
     flat = low;
     flat.uvs = {{0, 0}, {1, 0}, {0, 1}};
@@ -200,7 +202,7 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
   for (const std::size_t t : surface.usable_triangles()) {
     const std::size_t object = low.objects.empty() ? 0 : low.objects[t];
     const std::size_t material = one_material ? 0 : low.materials[t];
-    const ToLocal& local = locals[object];
+    const WorldToObject& local = locals[object];
     std::array<Vertex, 3> corners{};
     bool has_uvs = true;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -208,7 +210,7 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
       const std::uint32_t vertex = low.triangles[t][k];
       const Vec3 p = local.place(low.positions[vertex]), normal = local.normal(corner.normal),
                  tangent = local.tangent(corner.tangent);
-      // glTF's v starts at the top; bitangents still point up, to +Y of the normal map.
+      // In glTF, v = 0 is at the top of the picture. Bitangents still point up, to +Y of the normal map.
       corners[k].values = {p.x + 0.0F, p.y + 0.0F,  p.z + 0.0F,         normal.x,
                            normal.y,   normal.z,    tangent.x,          tangent.y,
                            tangent.z,  corner.sign, corner.uv.x + 0.0F, 1 - corner.uv.y};
@@ -224,14 +226,14 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
   return primitives;
 }
 
-/// Encodes a name as a URI.
+/// Encodes a file name as a URI.
 std::string encode_uri(const std::string& name) {
   std::string uri;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                       std::strchr("-._~", c) != nullptr;
-    if (plain && c != 0) {
+    const bool is_unreserved = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
+                               (c >= 'A' && c <= 'Z') || std::strchr("-._~", c) != nullptr;
+    if (is_unreserved && c != 0) {
       uri += c;
     } else {
       constexpr const char* kDigits = "0123456789ABCDEF";
@@ -241,7 +243,7 @@ std::string encode_uri(const std::string& name) {
   return uri;
 }
 
-/// The file under construction: its JSON and buffer, and its pictures if these are separate files.
+/// An output file that is being built: its JSON and buffer, and pictures if these are separate files.
 class GltfOutput {
  public:
   explicit GltfOutput(const fs::path& path)
@@ -263,7 +265,7 @@ class GltfOutput {
   }
   static constexpr std::size_t kRoot = std::numeric_limits<std::size_t>::max();
 
-  /// \param material  kRoot: none
+  /// Adds an uncompressed primitive. \param material  kRoot: none
   Json add_primitive(const Part& part, std::size_t material, bool has_uvs, const char* color_name) {
     Json attributes = {{"POSITION", add_values(part.vertices, 0, 3, "VEC3", true)},
                        {"NORMAL", add_values(part.vertices, 3, 3, "VEC3", false)}};
@@ -278,7 +280,7 @@ class GltfOutput {
     return primitive;
   }
 
-  /// Adds a primitive compressed by meshopt. \param grid  of the positions
+  /// Adds a primitive compressed by meshopt. \param grid  quantisation of its positions
   Json add_meshopt_primitive(const Part& part, const Grid& grid, std::size_t material, bool has_uvs,
                              const char* color_name) {
     use_extension(kMeshopt, true);
@@ -291,7 +293,7 @@ class GltfOutput {
     for (std::size_t i = 0; i < count; ++i) vertices[remap[i]] = &part.vertices[i];
     for (std::uint32_t& index : indices) index = remap[index];
 
-    constexpr std::size_t kPaddedValues = 4;  // strides are multiples of 4 bytes
+    constexpr std::size_t kPaddedValues = 4;  // strides must be multiples of 4 bytes
     std::vector<std::uint16_t> places(kPaddedValues * count, 0);
     std::array<std::uint16_t, 3> low{0xFFFF, 0xFFFF, 0xFFFF}, high{};
     for (std::size_t i = 0; i < count; ++i) {
@@ -348,20 +350,21 @@ class GltfOutput {
       std::size_t first, width;
       DracoStream::Use use;
     };
-    std::vector<Attribute> wanted = {{"POSITION", "VEC3", 0, 3, DracoStream::Use::position},
-                                     {"NORMAL", "VEC3", 3, 3, DracoStream::Use::normal}};
+    std::vector<Attribute> written_attributes = {
+        {"POSITION", "VEC3", 0, 3, DracoStream::Use::position},
+        {"NORMAL", "VEC3", 3, 3, DracoStream::Use::normal}};
     if (has_uvs) {
-      wanted.push_back({"TANGENT", "VEC4", 6, 4, DracoStream::Use::other});
-      wanted.push_back({"TEXCOORD_0", "VEC2", 10, 2, DracoStream::Use::uv});
+      written_attributes.push_back({"TANGENT", "VEC4", 6, 4, DracoStream::Use::other});
+      written_attributes.push_back({"TEXCOORD_0", "VEC2", 10, 2, DracoStream::Use::uv});
     }
     std::vector<DracoStream> streams;
-    for (const Attribute& attribute : wanted) {
+    for (const Attribute& attribute : written_attributes) {
       DracoStream& stream = streams.emplace_back();
       stream.use = attribute.use;
       stream.width = attribute.width;
       for (const Vertex& vertex : part.vertices) {
-        const float* const from = &vertex.values[attribute.first];
-        stream.values.insert(stream.values.end(), from, from + attribute.width);
+        const float* const source_values = &vertex.values[attribute.first];
+        stream.values.insert(stream.values.end(), source_values, source_values + attribute.width);
       }
     }
     if (color_name != nullptr) {
@@ -377,8 +380,8 @@ class GltfOutput {
       attributes[name] = add_accessor(std::move(accessor));
       extension["attributes"][name] = packed.ids[stream];
     };
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      Json accessor = {{"componentType", kFloat}, {"type", wanted[i].type}};
+    for (std::size_t i = 0; i < written_attributes.size(); ++i) {
+      Json accessor = {{"componentType", kFloat}, {"type", written_attributes[i].type}};
       if (i == 0) {
         std::array<float, 3> low, high;
         low.fill(std::numeric_limits<float>::infinity());
@@ -392,10 +395,10 @@ class GltfOutput {
         accessor["min"] = low;
         accessor["max"] = high;
       }
-      add(wanted[i].name, i, std::move(accessor));
+      add(written_attributes[i].name, i, std::move(accessor));
     }
     if (color_name != nullptr) {
-      add(color_name, wanted.size(),
+      add(color_name, written_attributes.size(),
           {{"componentType", kUshort}, {"normalized", true}, {"type", "VEC4"}});
     }
     Json primitive = {
@@ -407,7 +410,7 @@ class GltfOutput {
     return primitive;
   }
 
-  /// Adds a picture once. \returns a reference to its texture
+  /// Adds a picture, or finds it if it was added before. \returns a reference to its texture
   /// \param fallback  version for programs without WebP; empty: none
   Json add_picture(const std::vector<std::byte>& bytes, const std::vector<std::byte>* fallback,
                    const std::string& name) {
@@ -438,8 +441,7 @@ class GltfOutput {
     }
   }
 
-  /// \returns the written files, `path` last
-  /// The file of a path that does not end in .gltf.
+  /// Assembles the contents of a GLB in memory.
   std::string encode() {
     finish_buffer();
     return binary();
@@ -499,7 +501,7 @@ class GltfOutput {
     return json_["images"].size() - 1;
   }
 
-  /// \returns the index of the new view
+  /// Adds a buffer view with a copy of the data. \returns its index
   std::size_t add_view(const void* data, std::size_t size, int target) {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
     Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}};
@@ -509,7 +511,8 @@ class GltfOutput {
     return json_["bufferViews"].size() - 1;
   }
 
-  /// Adds an attribute of all vertices, from value `first` on. \returns the index of its accessor
+  /// Adds an attribute of all vertices. \param first  index of its first number in Vertex::values
+  /// \returns the index of its accessor
   std::size_t add_values(const std::vector<Vertex>& vertices, std::size_t first, std::size_t count,
                          const char* type, bool bounded) {
     std::vector<float> values;
@@ -535,8 +538,7 @@ class GltfOutput {
     return add_accessor(std::move(accessor));
   }
 
-  /// Adds a view of meshopt-compressed bytes. The decompressed view refers to a placeholder buffer
-  /// that is in no file.
+  /// Adds a view with bytes compressed by meshopt. Its decompressed view refers to a placeholder buffer without data.
   std::size_t add_packed_view(const std::string& packed, std::size_t count, std::size_t step,
                               const char* mode, const char* filter, int target) {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
@@ -559,7 +561,7 @@ class GltfOutput {
     return json_["bufferViews"].size() - 1;
   }
 
-  /// Compresses an attribute. \param step  bytes per vertex, a multiple of 4
+  /// Compresses an attribute by meshopt. \param step  bytes per vertex, a multiple of 4
   template <typename T>
   std::size_t add_packed(const std::vector<T>& values, std::size_t step, const char* filter) {
     const std::size_t count = values.size() * sizeof(T) / step;
@@ -569,8 +571,7 @@ class GltfOutput {
     return add_packed_view(packed, count, step, "ATTRIBUTES", filter, kVertices);
   }
 
-  /// Unit vectors in octahedral encoding; a fourth number is a sign. \returns the index of their
-  /// accessor
+  /// Adds unit vectors in octahedral encoding; the fourth number is a sign. \returns the index of their accessor
   std::size_t add_directions(const std::vector<const Vertex*>& vertices, std::size_t first,
                              std::size_t width) {
     constexpr int kOctahedralBits = 13;
@@ -589,7 +590,7 @@ class GltfOutput {
                          {"type", width == 4 ? "VEC4" : "VEC3"}});
   }
 
-  /// In 1/65535 if all lie in [0, 1], else as floats.
+  /// Adds UVs, in steps of 1/65535 if all lie in [0, 1], else as floats.
   std::size_t add_packed_uvs(const std::vector<const Vertex*>& vertices) {
     std::vector<float> values;
     std::vector<std::uint16_t> shares;
@@ -612,7 +613,7 @@ class GltfOutput {
     return add_accessor(std::move(accessor));
   }
 
-  /// 16 bits of linear light preserve 8 bits of sRGB.
+  /// 16 bits of linear light suffice to preserve 8 bits of sRGB.
   static std::vector<std::uint16_t> colors_of(const std::vector<const Vertex*>& vertices) {
     std::vector<std::uint16_t> values;
     values.reserve(4 * vertices.size());
@@ -652,16 +653,17 @@ class GltfOutput {
     return json_["accessors"].size() - 1;
   }
 
-  /// A GLB's bytes.
+  /// The bytes of the GLB.
   std::string binary() const {
     std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
     text.resize((text.size() + 3) / 4 * 4, ' ');
     constexpr std::uint64_t kGlbHeaderBytes = 12 + 8 + 8;
     const std::uint64_t size = kGlbHeaderBytes + text.size() + bytes_.size();
     if (size > std::numeric_limits<std::uint32_t>::max()) {
-      throw Error(ErrorCode::output, "'" + path_.string() +
-                                         "' would be larger than the 4 GiB that a GLB may have: "
-                                         "name it .gltf, or bake smaller maps.");
+      throw Error(
+          ErrorCode::output,
+          "'" + path_.string() +
+              "' would exceed 4 GiB, the limit of a GLB: write a .gltf, or bake smaller maps.");
     }
     std::string file;
     file.reserve(static_cast<std::size_t>(size));
@@ -683,7 +685,7 @@ class GltfOutput {
   bool is_text_;
   Json json_;
   std::string bytes_;
-  std::size_t unpacked_bytes_ = 0;  ///< Decompressed size of views compressed by meshopt
+  std::size_t unpacked_bytes_ = 0;  ///< size after decompression of all views compressed by meshopt
   std::map<const std::vector<std::byte>*, std::size_t> textures_;
   UniqueNames unique_;
   std::vector<std::pair<std::string, const std::vector<std::byte>*>> files_;
@@ -695,7 +697,8 @@ void check_map(const Image* map, std::uint32_t least_channels, const char* name)
                                     std::to_string(map->channels) + " channels.");
 }
 
-/// Combines the first channels of single maps, one per channel; `plain` replaces missing maps.
+/// Combines single maps to one picture: the first channel of each becomes one of its channels; `plain` replaces missing
+/// maps.
 Image combine_channels(const std::vector<std::pair<const Image*, float>>& channels,
                        const Image* first) {
   Image image;
@@ -706,8 +709,9 @@ Image combine_channels(const std::vector<std::pair<const Image*, float>>& channe
       image.height = map->height;
     }
     if (map->width != image.width || map->height != image.height) {
-      throw Error(ErrorCode::usage,
-                  "encode_maps(): maps that share a picture are not of one size.");
+      throw Error(
+          ErrorCode::usage,
+          "encode_maps(): maps that share a picture differ in size: give them the same size.");
     }
   }
   image.channels = static_cast<std::uint32_t>(channels.size());
@@ -716,24 +720,25 @@ Image combine_channels(const std::vector<std::pair<const Image*, float>>& channe
   for (std::size_t i = 0; i < texels; ++i) {
     for (std::size_t c = 0; c < channels.size(); ++c) {
       const Image* const map = channels[c].first;
-      const std::size_t of = map != nullptr && map == first ? c : 0;
+      const std::size_t source_channel = map != nullptr && map == first ? c : 0;
       image.pixels.push_back(map == nullptr ? channels[c].second
-                                            : map->pixels[i * map->channels + of]);
+                                            : map->pixels[i * map->channels + source_channel]);
     }
   }
   return image;
 }
 
 Json material_of(GltfOutput& file, const AssetMaterial& from) {
-  const AssetPictures none;
-  const AssetPictures& pictures = from.pictures ? *from.pictures : none;
+  const AssetPictures no_fallback;
+  const AssetPictures& pictures = from.pictures ? *from.pictures : no_fallback;
   const auto picture = [&](const std::vector<std::byte>& bytes, const char* name) {
-    const AssetPictures* const beside = pictures.fallback.get();
-    const std::vector<std::byte>* const fallback = beside == nullptr             ? nullptr
-                                                   : &bytes == &pictures.color   ? &beside->color
-                                                   : &bytes == &pictures.surface ? &beside->surface
-                                                   : &bytes == &pictures.normal  ? &beside->normal
-                                                                                : &beside->emission;
+    const AssetPictures* const fallback_pictures = pictures.fallback.get();
+    const std::vector<std::byte>* const fallback =
+        fallback_pictures == nullptr  ? nullptr
+        : &bytes == &pictures.color   ? &fallback_pictures->color
+        : &bytes == &pictures.surface ? &fallback_pictures->surface
+        : &bytes == &pictures.normal  ? &fallback_pictures->normal
+                                      : &fallback_pictures->emission;
     return file.add_picture(bytes, fallback, from.set.empty() ? name : from.set + "_" + name);
   };
   Json material = {{"name", from.name}};
@@ -769,39 +774,40 @@ Json material_of(GltfOutput& file, const AssetMaterial& from) {
 void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
   const std::size_t objects = low.objects.empty() ? 1 : low.object_names.size();
   if (!options.nodes.empty() && options.object_nodes.size() != objects) {
-    fail_usage("SaveAssetOptions::object_nodes has not one node for each object.");
+    fail_usage("SaveAssetOptions::object_nodes must have one node for each object.");
   }
   for (std::size_t i = 0; i < options.nodes.size(); ++i) {
     const AssetNode& node = options.nodes[i];
     const AffineMap& m = node.transform;
     if (node.parent != AssetNode::kNone && node.parent >= i) {
-      fail_usage("node " + std::to_string(i) + " stands before its parent.");
+      fail_usage("node " + std::to_string(i) +
+                 " comes before its parent: parents must come first.");
     }
     if (!std::all_of(m.begin(), m.end(), [](double value) { return std::isfinite(value); }) ||
         m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) {
-      fail_usage("the transform of node " + std::to_string(i) + " is no affine map.");
+      fail_usage("the transform of node " + std::to_string(i) + " is not an affine map.");
     }
   }
   if (options.hulls != nullptr && !options.nodes.empty() &&
       options.hull_nodes.size() != options.hulls->object_names.size()) {
-    fail_usage("SaveAssetOptions::hull_nodes has not one node for each hull.");
+    fail_usage("SaveAssetOptions::hull_nodes must have one node for each hull.");
   }
   for (const auto* nodes : {&options.object_nodes, &options.hull_nodes}) {
     for (const std::uint32_t node : *nodes) {
       if (node != AssetNode::kNone && node >= options.nodes.size()) {
-        fail_usage("SaveAssetOptions::object_nodes names a node that is not there.");
+        fail_usage("SaveAssetOptions::object_nodes refers to a node that does not exist.");
       }
     }
   }
 }
 
-/// Nodes of objects, and transforms to their spaces.
+/// The nodes of all objects, and the transforms to their spaces.
 struct Places {
   std::vector<std::size_t> nodes;
-  std::vector<ToLocal> locals;
+  std::vector<WorldToObject> locals;
 };
 
-/// The file's hierarchy, and its nodes for objects.
+/// The hierarchy of nodes from the input file, which may get further nodes for objects.
 class Hierarchy {
  public:
   Hierarchy(GltfOutput& file, const Mesh& low, const SaveAssetOptions& options)
@@ -830,7 +836,7 @@ class Hierarchy {
     taken_.resize(nodes_.size());
   }
 
-  /// \param of_objects  the node of each object; empty for a flat hierarchy
+  /// Assigns nodes to objects. \param of_objects  the node of each object; empty for a flat hierarchy
   Places place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
     Places places;
     if (is_flat_) {
@@ -841,28 +847,30 @@ class Hierarchy {
       }
       return places;
     }
-    const double reach = reach_of(mesh);
+    const double reach = max_coordinate_of(mesh);
     for (std::size_t i = 0; i < of_objects.size(); ++i) {
       const std::string& object = mesh.objects.empty() ? name_ : mesh.object_names[i];
-      const std::uint32_t of = of_objects[i];
-      ToLocal& local = places.locals.emplace_back();
+      const std::uint32_t node_index = of_objects[i];
+      WorldToObject& local = places.locals.emplace_back();
       local.origin = mesh.origin;
-      const bool mirrors = of != AssetNode::kNone && determinant(world_transforms_[of]) < 0;
+      const bool mirrors =
+          node_index != AssetNode::kNone && determinant(world_transforms_[node_index]) < 0;
       constexpr AffineMap kMirror{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-      if (of == AssetNode::kNone ||
-          !invert(mirrors ? product(world_transforms_[of], kMirror) : world_transforms_[of], reach,
-                  local)) {
+      if (node_index == AssetNode::kNone ||
+          !invert(mirrors ? product(world_transforms_[node_index], kMirror)
+                          : world_transforms_[node_index],
+                  reach, local)) {
         local = {};
-        Json own = {{"name", object}};
-        if (mesh.origin != std::array<double, 3>{}) own["translation"] = mesh.origin;
-        places.nodes.push_back(file_.add_node(std::move(own), root_));
-      } else if (mirrors || taken_[of]) {
-        Json own = {{"name", object}};
-        if (mirrors) own["scale"] = Json::array({-1, 1, 1});
-        places.nodes.push_back(file_.add_node(std::move(own), nodes_[of]));
+        Json new_node = {{"name", object}};
+        if (mesh.origin != std::array<double, 3>{}) new_node["translation"] = mesh.origin;
+        places.nodes.push_back(file_.add_node(std::move(new_node), root_));
+      } else if (mirrors || taken_[node_index]) {
+        Json new_node = {{"name", object}};
+        if (mirrors) new_node["scale"] = Json::array({-1, 1, 1});
+        places.nodes.push_back(file_.add_node(std::move(new_node), nodes_[node_index]));
       } else {
-        taken_[of] = true;
-        places.nodes.push_back(nodes_[of]);
+        taken_[node_index] = true;
+        places.nodes.push_back(nodes_[node_index]);
       }
     }
     return places;
@@ -875,10 +883,10 @@ class Hierarchy {
   std::size_t root_ = GltfOutput::kRoot;
   std::vector<std::size_t> nodes_;
   std::vector<AffineMap> world_transforms_;
-  std::vector<bool> taken_;  ///< Nodes that have a mesh
+  std::vector<bool> taken_;  ///< true for nodes that have a mesh already
 };
 
-/// Compression of an object's primitives, and the node of its mesh.
+/// Compresses the primitives of one object, and completes its node.
 class PackedObject {
  public:
   PackedObject() = default;
@@ -911,7 +919,7 @@ class PackedObject {
   Grid grid_;
 };
 
-/// Writes collision hulls, one mesh each.
+/// Writes collision hulls, one mesh for each.
 void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& options) {
   Mesh hulls = *options.hulls;
   hulls.uvs = {};
@@ -938,9 +946,9 @@ void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& o
 
 const Image** slot_of(AssetMaps& maps, std::string_view name) {
   return name == "normal"      ? &maps.normal
-         : name == "normals"   ? &maps.normal  // name in materials
+         : name == "normals"   ? &maps.normal  // the map's name for the materials' own normal map
          : name == "ao"        ? &maps.occlusion
-         : name == "occlusion" ? &maps.occlusion  // name in materials
+         : name == "occlusion" ? &maps.occlusion  // the map's name for the materials' own occlusion
          : name == "roughness" ? &maps.roughness
          : name == "metallic"  ? &maps.metallic
          : name == "opacity"   ? &maps.opacity
@@ -951,7 +959,7 @@ const Image** slot_of(AssetMaps& maps, std::string_view name) {
 
 namespace {
 
-/// The lowest quality of a lossy picture whose mean error of normals is within a bound; 0: none.
+/// The lowest quality of lossy compression that keeps the mean error of normals within a bound; 0 if none does.
 std::uint32_t normal_quality(const Image& normal, PictureEncoding encoding, double most,
                              std::span<const std::uint8_t> coverage) {
   constexpr std::uint32_t kMinQuality = 30, kMaxQuality = 100;
@@ -960,13 +968,14 @@ std::uint32_t normal_quality(const Image& normal, PictureEncoding encoding, doub
     return picture_error(normal, encoding, coverage).mean <= most;
   };
   if (!is_within(kMaxQuality)) return 0;
-  std::uint32_t low = kMinQuality, high = kMaxQuality;  // `high` is within the bound
+  // invariant: the quality `high` keeps the bound
+  std::uint32_t low = kMinQuality, high = kMaxQuality;
   while (low < high) {
-    const std::uint32_t middle = (low + high) / 2;
-    if (is_within(middle)) {
-      high = middle;
+    const std::uint32_t middle_quality = (low + high) / 2;
+    if (is_within(middle_quality)) {
+      high = middle_quality;
     } else {
-      low = middle + 1;
+      low = middle_quality + 1;
     }
   }
   return high;
@@ -1077,7 +1086,7 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
   note("color", maps.color, 3, of_color);
   note("emission", maps.emission, 3, of_emission);
 
-  // Pictures are encoded one after the other, since most formats use all threads.
+  // Pictures are encoded sequentially, since most encoders use all threads.
   if (const Image color = color_picture(maps); !color.pixels.empty()) {
     pictures.color = encode_picture(color, of_color);
   }
@@ -1087,17 +1096,17 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
   if (maps.normal != nullptr) pictures.normal = encode_picture(*maps.normal, of_normals);
   if (maps.emission != nullptr) pictures.emission = encode_picture(*maps.emission, of_emission);
   if (options.fallback && format == PictureFormat::webp) {
-    EncodeMapsOptions plain = options;
-    plain.format = PictureFormat::png;
-    plain.fallback = false;
-    pictures.fallback = std::make_shared<const AssetPictures>(encode_maps(maps, plain));
+    EncodeMapsOptions fallback_options = options;
+    fallback_options.format = PictureFormat::png;
+    fallback_options.fallback = false;
+    pictures.fallback = std::make_shared<const AssetPictures>(encode_maps(maps, fallback_options));
   }
   return pictures;
 }
 
 AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
   if (format != ImageFormat::png8 && format != ImageFormat::webp) {
-    throw Error(ErrorCode::usage, "encode_maps(): glTF has pictures of png8, webp, or jpeg.");
+    throw Error(ErrorCode::usage, "encode_maps(): pictures in a glTF must be png8, webp or jpeg.");
   }
   EncodeMapsOptions options;
   if (format == ImageFormat::webp) options.format = PictureFormat::webp;
@@ -1126,7 +1135,8 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
   Json& json = file.json();
   if (!options.extras.empty()) {
     json["asset"]["extras"] = parse_extras(options.extras, "the asset");
-    if (!json["asset"]["extras"].is_object()) fail_usage("the asset's extras are no object.");
+    if (!json["asset"]["extras"].is_object())
+      fail_usage("the asset's extras are not a JSON object.");
   }
   if (!options.kiln_extras.empty()) {
     json["asset"]["extras"]["kiln"] = parse_extras(options.kiln_extras, "Kiln");
@@ -1143,20 +1153,22 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
   const Primitives primitives = primitives_of(low, places.locals, one_material);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,
-                "Mesh '" + low.name + "' has no triangle to write: none has both an area and UVs.");
+                "Mesh '" + low.name +
+                    "' has no triangle with both an area and UVs, so there is nothing to write.");
   }
-  // Indices in the file, per material with UVs and without.
+  // index of each material in the file, for primitives with UVs and without
   std::vector<std::array<std::size_t, 2>> numbers(materials.size(),
                                                   {GltfOutput::kRoot, GltfOutput::kRoot});
   std::size_t object = GltfOutput::kRoot;
   PackedObject packed;
   for (const auto& [of, part] : primitives) {
     AssetMaterial material = materials[of.material];
-    if (of.lacks_uvs) material.pictures = nullptr;  // Pictures would show a single texel.
+    // without UVs, a picture would show a single texel
+    if (of.lacks_uvs) material.pictures = nullptr;
     std::size_t& number = numbers[of.material][of.lacks_uvs ? 1 : 0];
     if (number == GltfOutput::kRoot) {
-      Json made = material_of(file, material);
-      json["materials"].push_back(std::move(made));
+      Json material_json = material_of(file, material);
+      json["materials"].push_back(std::move(material_json));
       number = json["materials"].size() - 1;
     }
     if (of.object != object) {
@@ -1177,7 +1189,7 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
       }
     }
     const bool painted = material.pictures && material.pictures->has_color;
-    // Created first, since adding keys to the file moves its members.
+    // The primitive is created first, since adding keys to the file's JSON moves its members.
     Json primitive = packed.add(part, number, !low.uvs.empty() && !of.lacks_uvs,
                                 low.colors.empty() ? nullptr
                                 : painted          ? "_COLOR_0"

@@ -1,4 +1,4 @@
-// Shared by readers of formats with a hierarchy of nodes.
+// Helpers for readers of formats with a hierarchy of nodes.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 
 namespace kiln {
 
-/// An affine map, column-major.
+/// An affine map as a 4 x 4 matrix in column-major order.
 using AffineMap = std::array<double, 16>;
 inline constexpr AffineMap kIdentityMap{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
-/// Applies `b`, then `a`.
+/// The product of two maps, which applies `b` first.
 inline AffineMap product(const AffineMap& a, const AffineMap& b) {
   AffineMap result{};
   for (std::size_t column = 0; column < 4; ++column) {
@@ -27,7 +27,7 @@ inline AffineMap product(const AffineMap& a, const AffineMap& b) {
   return result;
 }
 
-/// Makes names unique, as Blender does: "arm", "arm.001".
+/// Makes names unique by numbers, as Blender does: "arm", "arm.001".
 class UniqueNames {
  public:
   std::string add(const std::string& name) {
@@ -41,7 +41,7 @@ class UniqueNames {
   }
 
  private:
-  std::map<std::string, std::uint32_t> taken_;  // and number of requests
+  std::map<std::string, std::uint32_t> taken_;  // used names, with the number of requests for each
 };
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Materials, and their pictures as textures.
+// Reads materials of all formats, and their pictures as textures.
 #include "asset/materials.h"
 
 #include <algorithm>
@@ -30,14 +30,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Members of a material that describe a slot, and the slot's names.
+/// The members of Material that describe a slot, and the slot's names.
 struct SlotRow {
   MaterialPicture Material::*picture;
-  MaterialNumber Material::*number;  ///< Null: `fixed` applies
-  MaterialNumber fixed;  ///< Normals have no number; opacity and occlusion default to 1 by the
-                         ///< format
+  MaterialNumber Material::*number;  ///< null: `fixed` applies
+  /// Used without a number: normals have none; opacity and occlusion default to 1 in all formats
+  MaterialNumber fixed;
   const char* name;
-  const char* statements;  ///< MTL's statements
+  const char* statements;  ///< names of the MTL statements
 };
 const SlotRow& row_of(MaterialSlot slot) {
   constexpr MaterialNumber kUnstated = MaterialNumber::none, kGiven = MaterialNumber::given;
@@ -58,25 +58,27 @@ const MaterialPicture& picture_of(const Material& material, MaterialSlot slot) {
   return material.*row_of(slot).picture;
 }
 
-/// Value used without a picture.
-std::array<float, 4> plain_of(const Material& material, MaterialSlot slot) {
-  const auto all = [](float value) { return std::array<float, 4>{value, value, value, value}; };
+/// The value of a slot without a picture.
+std::array<float, 4> default_value_of(const Material& material, MaterialSlot slot) {
+  const auto equal_channels = [](float value) {
+    return std::array<float, 4>{value, value, value, value};
+  };
   const auto& [red, green, blue] = material.color;
   switch (slot) {
     case MaterialSlot::color:
       return {red, green, blue, material.opacity};
     case MaterialSlot::opacity:
-      return all(material.opacity);
+      return equal_channels(material.opacity);
     case MaterialSlot::normal:
       return {0, 0, 1, 1};
     case MaterialSlot::roughness:
-      return all(material.roughness);
+      return equal_channels(material.roughness);
     case MaterialSlot::metallic:
-      return all(material.metallic);
+      return equal_channels(material.metallic);
     case MaterialSlot::emission:
       return {material.emission[0], material.emission[1], material.emission[2], 1};
     case MaterialSlot::occlusion:
-      return all(1);
+      return equal_channels(1);
   }
   return {};
 }
@@ -86,13 +88,13 @@ MaterialNumber number_of(const Material& material, MaterialSlot slot) {
   return row.number == nullptr ? row.fixed : material.*row.number;
 }
 
-/// Description of a material for messages: its name, and the file and line that define it.
-std::string in_words(const Material& material) {
+/// Describes a material for messages: its name, and the file and line that define it.
+std::string describe_material(const Material& material) {
   return "\"" + printable(material.name) + "\" (" +
          (material.place.empty() ? "defined in no file" : material.place) + ")";
 }
 
-/// Collects materials for one warning.
+/// Collects materials with the same problem for one warning.
 class MaterialFinding {
  public:
   void add(const Material& material) {
@@ -100,11 +102,12 @@ class MaterialFinding {
   }
   std::uint64_t count() const { return count_; }
   const Material& first() const { return *first_; }
-  /// \param text  after "3 materials, "M" (a.mtl: line 1) first, "
+  /// Gives the warning, if there are any such materials.
+  /// \param text  follows the list of materials, such as "3 materials, "M" (a.mtl: line 1) first, "
   void warn(std::vector<Warning>* warnings, const char* code, const std::string& text) const {
     if (count_ == 0 || warnings == nullptr) return;
     warnings->push_back({code,
-                         counted(count_, "material") + ", " + in_words(*first_) +
+                         counted(count_, "material") + ", " + describe_material(*first_) +
                              (count_ > 1 ? " first, " : ", ") + text,
                          count_});
   }
@@ -114,7 +117,7 @@ class MaterialFinding {
   std::uint64_t count_ = 0;
 };
 
-/// Refuses materials described only by defaults, and warns of converted numbers.
+/// Rejects slots that no material describes, and warns of numbers that were converted between conventions.
 void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                   std::vector<Warning>* warnings) {
   MaterialFinding without, converted;
@@ -125,28 +128,29 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
     if (number == MaterialNumber::converted) converted.add(material);
   }
   const SlotRow& words = row_of(slot);
-  const std::string what = std::string(words.name) + " (" + words.statements + ")";
+  const std::string slot_text = std::string(words.name) + " (" + words.statements + ")";
   if (without.count() == materials.size()) {
-    Message ignored;  // may name the missing picture
+    Message ignored;  // receives the name of the missing picture
     if (warnings != nullptr) {
       for (const Warning& warning : *warnings) {
         if (warning.code == "ignored-pictures") ignored += " (" + warning.message + ")";
       }
     }
     throw Error(ErrorCode::input,
-                "No material of the high poly has " + what + ": " + in_words(without.first()) +
+                "No material of the high poly has " + slot_text + ": " +
+                    describe_material(without.first()) +
                     (without.count() > 1 ? " is the first without one" : " has none") +
-                    ". Add it to the material, or give the picture itself." + ignored);
+                    ". Add it to the material, or give a texture file." + ignored);
   }
-  // A material without a normal map is flat, which is correct.
+  // A material without a normal map is smooth, which is correct, so that no warning is given.
   if (slot != MaterialSlot::normal) {
-    const float stand_in = plain_of({}, slot)[0];
+    const float stand_in = default_value_of({}, slot)[0];
     without.warn(warnings, "material-value",
-                 "without " + what + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
+                 "without " + slot_text + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
   }
   if (converted.count() == 0) return;
   const std::string value =
-      formatted(" (here %.4g).", double{plain_of(converted.first(), slot)[0]});
+      formatted(" (here %.4g).", double{default_value_of(converted.first(), slot)[0]});
   if (slot == MaterialSlot::roughness) {
     converted.warn(warnings, "roughness-from-ns",
                    "without map_Pr and Pr: the roughness is 1 - sqrt(Ns / 1000), as Blender writes "
@@ -161,15 +165,15 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   }
 }
 
-/// True if a slot holds one number per point, which a transfer bakes.
+/// True if a slot holds one number per point, so that a transfer bakes one channel.
 bool holds_number(MaterialSlot slot) {
   return slot == MaterialSlot::roughness || slot == MaterialSlot::metallic ||
          slot == MaterialSlot::occlusion;
 }
 
-/// The channel of a picture that counts; -1: all.
-/// \param in_alpha     true: the texture's channel is the alpha already
-/// \param among_gltf   true: other materials are glTF's, where each map is one channel of a picture
+/// Index of the picture's channel to use; -1: all channels.
+/// \param in_alpha     true: the texture already consists of the alpha channel
+/// \param among_gltf   true: other materials are from glTF, in which each map is one channel of a picture
 int channel_of(const Material& material, MaterialSlot slot, const MaterialPicture& picture,
                bool in_alpha, bool among_gltf) {
   if (slot == MaterialSlot::color || slot == MaterialSlot::normal ||
@@ -181,13 +185,13 @@ int channel_of(const Material& material, MaterialSlot slot, const MaterialPictur
   return alpha ? 3 : picture.channel;
 }
 
-/// The factor of a picture: of colours in linear light, of a normal's x and y.
+/// The factor of a picture: for colours in linear light, for normals of x and y.
 Texture::Factor factor_of(const Material& material, MaterialSlot slot,
                           const MaterialPicture& picture) {
   Texture::Factor factor;
   if (!material.multiplies) return factor;
-  factor.times = plain_of(material, slot);
-  factor.times[3] = 1;  // opacity is a separate slot
+  factor.times = default_value_of(material, slot);
+  factor.times[3] = 1;  // opacity is a slot of its own, so alpha is not multiplied here
   if (slot == MaterialSlot::normal) {
     factor.times = {material.normal_scale, material.normal_scale, 1, 1};
   }
@@ -196,14 +200,14 @@ Texture::Factor factor_of(const Material& material, MaterialSlot slot,
     factor.times = {strength, strength, strength, 1};
     factor.plus = 1 - strength;
   }
-  if (picture.inverted) {  // (1 - glossiness) times its factor
+  if (picture.inverted) {  // roughness is 1 minus the product of glossiness and its factor
     for (std::size_t k = 0; k < 3; ++k) factor.times[k] -= 1;
     factor.plus = 1;
   }
   return factor;
 }
 
-/// Extracts one channel of a picture. Grey is in the first three.
+/// Extracts one channel of a picture. A grey picture has equal values in the first three channels.
 std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t channel) {
   auto result = std::make_shared<Image>();
   result->width = image.width;
@@ -220,7 +224,7 @@ std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t c
   return result;
 }
 
-/// UV sets of a mesh: the one it was read with, and others.
+/// The UV sets of a mesh: the one with which it was read, and the others.
 struct KnownSets {
   std::uint32_t own = 0;
   std::span<const UvSet> others;
@@ -233,30 +237,30 @@ struct KnownSets {
 
 [[noreturn]] void fail_of_uv_set(const Material& material, MaterialSlot slot, std::uint32_t needed,
                                  std::uint32_t given) {
-  throw Error(ErrorCode::input, in_words(material) + ": its picture of " + row_of(slot).name +
-                                    " lies on the set of UVs " + std::to_string(needed) +
-                                    ", but the mesh was read with set " + std::to_string(given) +
-                                    " and has no such set beside it. Read it with that set "
-                                    "(`uv-set`), export the file with one set of UVs, or give the "
-                                    "picture itself.");
+  throw Error(ErrorCode::input,
+              describe_material(material) + ": its picture of " + row_of(slot).name +
+                  " uses UV set " + std::to_string(needed) + ", but the mesh was read with set " +
+                  std::to_string(given) +
+                  " and does not have that set. Read the mesh with that set (`uv-set`), export the "
+                  "file with a single UV set, or give a texture file.");
 }
 
-/// Above a million, floats cannot resolve a picture's texels, and colours would be noise.
+/// With factors above a million, floats could not resolve the picture's texels, and colours would be noise.
 void check_transform(const Material& material, const std::array<float, 6>& transform) {
   constexpr float kMaxUvOffset = 1e6F;
   if (std::all_of(transform.begin(), transform.end(),
                   [](float value) { return std::abs(value) <= kMaxUvOffset; })) {
     return;
   }
-  throw Error(ErrorCode::input, in_words(material) +
+  throw Error(ErrorCode::input, describe_material(material) +
                                     ": its picture is moved or scaled by more than a million in "
                                     "UV space. Export the file again.");
 }
 
-/// Pairs of compared files, and whether their bytes are equal.
+/// Cached comparisons of files: pairs, and whether their bytes are equal.
 using ComparedFiles = std::map<std::pair<fs::path, fs::path>, bool>;
 
-/// True if two pictures are the same, or copies of each other.
+/// True if two pictures are the same file, or copies of each other.
 bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b, ComparedFiles& compared) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
   if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform ||
@@ -276,7 +280,7 @@ bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b, Compared
   return known->second = one && other && std::equal(Byte(one), Byte(), Byte(other), Byte());
 }
 
-/// True if two descriptions give the same appearance.
+/// True if two materials have the same appearance.
 bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compared) {
   for (const MaterialSlot slot :
        {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
@@ -288,7 +292,7 @@ bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compare
          a.occlusion_strength == b.occlusion_strength;
 }
 
-/// The first bytes of a PLY, which contain its header. Scans can be gigabytes.
+/// Reads the first bytes of a PLY, which contain its header. The rest of a scan may be gigabytes.
 std::string ply_head(const ByteSource& source) {
   constexpr std::size_t kFirstReadBytes = std::size_t{1} << 16, kLineEnd = 2;
   constexpr std::string_view kEnd = "end_header";
@@ -304,25 +308,25 @@ std::string ply_head(const ByteSource& source) {
 
 namespace {
 
-/// Drops missing material files with a warning if another one exists: programs that read OBJ use that one.
+/// Drops missing material files with a warning if another one exists, as programs that read OBJ do.
 void drop_missing_libraries(std::vector<fs::path>& paths, const fs::path& mesh_file,
                             std::vector<Warning>* warnings) {
-  std::vector<fs::path> there, missing;
+  std::vector<fs::path> existing, missing;
   for (const fs::path& path : paths) {
     std::error_code error;
-    (fs::exists(path, error) ? there : missing).push_back(path);
+    (fs::exists(path, error) ? existing : missing).push_back(path);
   }
-  if (there.empty() || missing.empty()) return;
-  paths = there;
+  if (existing.empty() || missing.empty()) return;
+  paths = existing;
   if (warnings == nullptr) return;
   const auto name_of = [&](const fs::path& path) {
     return path.lexically_proximate(mesh_file.parent_path()).string();
   };
-  const std::string more =
+  const std::string more_text =
       missing.size() == 1 ? "" : " and " + std::to_string(missing.size() - 1) + " more";
   warnings->push_back({"mtl-missing",
                        mesh_file.string() + " refers to the material file '" + name_of(missing[0]) +
-                           "'" + more + ", which does not exist: '" + name_of(there[0]) +
+                           "'" + more_text + ", which does not exist: '" + name_of(existing[0]) +
                            "' is used instead. Add the missing file, or remove its line.",
                        missing.size()});
 }
@@ -356,8 +360,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     input.options.outside = outside;
     input.options.uv_set = mesh.uv_set;
     if (is_fbx_name(path) || is_assimp_name(path))
-      input.warnings = nullptr;  // load_mesh()
-                                 // reported it
+      input.warnings = nullptr;  // load_mesh() has reported the warnings already
     for (Material& material :
          is_gltf_name(path)     ? read_gltf_materials(input)
          : is_ply_name(path)    ? read_ply_materials(input, path.parent_path(), &finder)
@@ -367,15 +370,15 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       read.push_back(std::move(material));
     }
   }
-  std::map<std::string_view, const Material*> by_name;  // the first with each name
+  std::map<std::string_view, const Material*> by_name;  // first material with each name
   MaterialFinding unlike;
   std::string other;
   ComparedFiles compared;
-  const std::unordered_set<std::string_view> used(mesh.material_names.begin(),
-                                                  mesh.material_names.end());
+  const std::unordered_set<std::string_view> used_names(mesh.material_names.begin(),
+                                                        mesh.material_names.end());
   for (const Material& material : read) {
     const auto [entry, added] = by_name.emplace(material.name, &material);
-    if (added || !used.contains(material.name)) continue;
+    if (added || !used_names.contains(material.name)) continue;
     if (are_equivalent(*entry->second, material, compared)) continue;
     if (unlike.count() == 0) other = material.place;
     unlike.add(*entry->second);
@@ -407,16 +410,17 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
 
 namespace {
 
-/// True if the alpha of a material's colour picture is its opacity, so that colours are weighted by it.
+/// True if the alpha of a material's colour picture is its opacity, which weights the colours.
 bool is_alpha_opacity(const Material& material) {
   const MaterialPicture &color = material.color_map, &opacity = material.opacity_map;
-  if (material.alpha_mode == AlphaMode::opaque) return false;  // alpha is ignored
+  // alpha of an opaque material is ignored
+  if (material.alpha_mode == AlphaMode::opaque) return false;
   if (opacity.empty()) return !material.multiplies;
   return opacity.file == color.file && opacity.bytes == color.bytes &&
          opacity.uv_transform == color.uv_transform;
 }
 
-/// Pictures of a texture, each read once for all materials and paths that refer to it.
+/// The pictures of a texture. Each is read once for all materials and paths that refer to it.
 class Pictures {
  public:
   std::shared_ptr<const Image> read(const MaterialPicture& picture, const fs::path& file) {
@@ -431,8 +435,8 @@ class Pictures {
     return entry->second;
   }
 
-  /// Index of a picture, or one of its channels (-1: all), in the texture. \param weighted  colours
-  /// are weighted by its alpha
+  /// Adds a picture, or one of its channels (-1: all). \returns its index in the texture
+  /// \param weighted  true: its alpha weights the colours
   std::uint32_t add(const std::shared_ptr<const Image>& image, int channel, bool weighted,
                     Texture& texture) {
     const auto [place, is_new] = known_.try_emplace(
@@ -451,7 +455,7 @@ class Pictures {
   std::map<std::tuple<const Image*, int, bool>, std::uint32_t> known_;
 };
 
-/// Drops lists that hold only defaults.
+/// Drops per-material lists that only hold defaults.
 void drop_default_lists(Texture& texture, std::uint32_t own_set) {
   const auto clear_if_all = [](auto& list, const auto& usual) {
     if (std::all_of(list.begin(), list.end(), [&](const auto& value) { return value == usual; })) {
@@ -468,18 +472,19 @@ void drop_default_lists(Texture& texture, std::uint32_t own_set) {
 
 void warn_of_tiles(const std::string& note, std::vector<Warning>* warnings) {
   if (note.empty() || warnings == nullptr) return;
-  const bool said = std::any_of(warnings->begin(), warnings->end(),
-                                [&](const Warning& warning) { return warning.message == note; });
-  if (!said) warnings->push_back({"udim-siblings", note, 1});
+  const bool is_reported =
+      std::any_of(warnings->begin(), warnings->end(),
+                  [&](const Warning& warning) { return warning.message == note; });
+  if (!is_reported) warnings->push_back({"udim-siblings", note, 1});
 }
 
-/// \param mesh  null: unknown
+/// Makes the texture of a slot from all materials. \param mesh  null: unknown
 Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
                      std::vector<Warning>* warnings, const KnownSets& known_sets, const Mesh* mesh,
                      NormalTextureFormat normals) {
   if (materials.empty()) {
     throw Error(ErrorCode::input,
-                "The high poly has no materials: give the picture itself, or an OBJ with its MTL.");
+                "The high poly has no materials: give a texture file, or an OBJ with its MTL.");
   }
   check_values(materials, slot, warnings);
   Texture texture;
@@ -488,7 +493,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   texture.kind = slot == MaterialSlot::normal ? TextureKind::normal
                  : color                      ? TextureKind::srgb
                                               : TextureKind::linear;
-  // Opacity may be the colour's alpha.
+  // The opacity may be the alpha channel of the colour picture.
   const bool in_alpha =
       slot == MaterialSlot::opacity &&
       std::all_of(materials.begin(), materials.end(), [](const Material& m) {
@@ -496,23 +501,24 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
       });
   const bool among_gltf = std::any_of(materials.begin(), materials.end(),
                                       [](const Material& m) { return m.multiplies; });
-  const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
+  const MaterialSlot source_slot = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
   Pictures pictures;
   MaterialFinding heights, missing;
   std::string first_missing;
-  std::vector<TileCounts> counts;  // computed if a name may be a set
+  // counts of triangles by tile; computed only if a file name may belong to a UDIM set
+  std::vector<TileCounts> counts;
   std::map<std::tuple<fs::path, int, bool, TileCounts>, std::uint32_t> sets;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const Material& material = materials[m];
-    const MaterialPicture& picture = picture_of(material, from);
-    texture.plain.push_back(plain_of(material, slot));
+    const MaterialPicture& picture = picture_of(material, source_slot);
+    texture.plain.push_back(default_value_of(material, slot));
     texture.image_of.push_back(Texture::kNone);
     texture.uv_transforms.push_back(picture.uv_transform);
     texture.wraps.push_back(picture.wrap);
     texture.uv_sets.push_back(picture.empty() ? known_sets.own : picture.uv_set);
     texture.factors.push_back(factor_of(material, slot, picture));
-    // glTF multiplies its base colour, alpha included, by the vertices'.
+    // glTF multiplies the base colour, including alpha, by the vertex colours.
     texture.times_vertex_colors.push_back(
         (material.vertex_color && slot == MaterialSlot::color) ||
         (material.multiplies &&
@@ -531,28 +537,27 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
       continue;
     }
     TileFiles tiles;
-    const TileCounts* used = nullptr;
+    const TileCounts* used_tiles = nullptr;
     if (picture.bytes == nullptr && names_tile(picture.file)) {
       if (mesh != nullptr && counts.empty()) {
         std::vector<PicturePlace> places;
         for (const Material& other : materials) {
-          const MaterialPicture& named = picture_of(other, from);
+          const MaterialPicture& named = picture_of(other, source_slot);
           places.push_back({named.uv_set, named.uv_transform});
         }
         counts = count_tiles(*mesh, places);
       }
-      if (mesh != nullptr) used = &counts[m];
-      tiles = find_tiles(picture.file, used, [&](const fs::path& file) {
+      if (mesh != nullptr) used_tiles = &counts[m];
+      tiles = find_tiles(picture.file, used_tiles, [&](const fs::path& file) {
         return std::any_of(materials.begin(), materials.end(), [&](const Material& other) {
-          const MaterialPicture& named = picture_of(other, from);
+          const MaterialPicture& named = picture_of(other, source_slot);
           return named.file == file && named.file != picture.file;
         });
       });
       warn_of_tiles(tiles.note, warnings);
     }
     const int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
-    // A grey picture may have slightly different channels after JPEG compression, and is read as
-    // one channel.
+    // JPEG compression may make the channels of a grey picture slightly different, so only one channel is read.
     const auto channel_in = [&](const Image& image) {
       return channel < 0 && holds_number(slot) && image.channels >= 3 &&
                      is_grey(image, kLossyRounding)
@@ -570,17 +575,18 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
       continue;
     }
     const auto [set, is_new] = sets.try_emplace(
-        {picture.file, channel, weighted, used != nullptr ? *used : TileCounts()}, Texture::kNone);
+        {picture.file, channel, weighted, used_tiles != nullptr ? *used_tiles : TileCounts()},
+        Texture::kNone);
     for (const auto& [tile, file] : is_new ? tiles.tiles : decltype(tiles.tiles)()) {
       const std::shared_ptr<const Image> image = pictures.read(picture, file);
       if (slot == MaterialSlot::normal && holds_heights(*image, normals)) continue;
-      // A set is stored under its first picture, which another material may use as a single
-      // picture.
+      // A UDIM set is stored under its first picture, which another material may use as a single picture.
       if (set->second == Texture::kNone) {
         set->second = static_cast<std::uint32_t>(texture.images.size());
-        const int own = channel_in(*image);
+        const int image_channel = channel_in(*image);
         texture.images.push_back(
-            own < 0 ? image : extract_channel(*image, static_cast<std::uint32_t>(own)));
+            image_channel < 0 ? image
+                              : extract_channel(*image, static_cast<std::uint32_t>(image_channel)));
         texture.weighted_by_alpha.push_back(weighted);
         texture.tiles.push_back({set->second, tile, set->second});
         continue;
@@ -593,9 +599,9 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   }
   drop_default_lists(texture, known_sets.own);
   if (missing.count() != 0) {
-    missing.warn(
-        warnings, "picture-missing",
-        "with a missing picture ('" + first_missing + "'): only the material's number is used.");
+    missing.warn(warnings, "picture-missing",
+                 "with a missing picture ('" + first_missing +
+                     "'): only the material's constant value is used.");
   }
   if (heights.count() != 0) {
     heights.warn(warnings, "bump-is-height",

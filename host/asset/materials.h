@@ -1,4 +1,4 @@
-// Parsing of materials in memory: Wavefront MTL, and pictures named by a PLY.
+// Parses materials in memory: Wavefront MTL, and pictures that a PLY names.
 #pragma once
 
 #include <filesystem>
@@ -10,24 +10,24 @@
 
 namespace kiln {
 
-/// Never reads outside the bytes; memory and time are linear in their number.
-/// \param folder  pictures' names are relative to it
+/// Parses an MTL. It never reads outside the bytes; memory and time are linear in their number.
+/// \param folder  base of relative paths of pictures
 /// \param finder  finds missing pictures; may be null
 /// \throws Error(input)
 std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder,
                                      FileFinder* finder = nullptr);
 
-/// The pictures that a PLY's header names, "comment TextureFile NAME": one material each, with a colour picture.
+/// Reads the pictures that the header of a PLY names by "comment TextureFile NAME", and returns one material for each,
+/// with a colour picture.
 /// \param input   the file; its header suffices
-/// \param folder  pictures' names are relative to it
+/// \param folder  base of relative paths of pictures
 /// \param finder  finds missing pictures; may be null
 /// \throws Error(input)
 std::vector<Material> read_ply_materials(const MeshInput& input,
                                          const std::filesystem::path& folder,
                                          FileFinder* finder = nullptr);
 
-/// Sets Material::vertex_opacity.
-/// \param materials  one for each of the mesh's names
+/// Sets Material::vertex_opacity from the mesh's colours. \param materials  one for each of the mesh's material names
 void set_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials);
 
 }  // namespace kiln

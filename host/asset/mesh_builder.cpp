@@ -20,7 +20,7 @@
 namespace kiln {
 namespace {
 
-/// Indices have 32 bits, with room for `none` and for OpenCL's signed sizes.
+/// Largest number of elements: indices have 32 bits, and must leave room for `none` and for OpenCL's signed sizes.
 constexpr std::uint64_t kMaxCount = 0x7FFFFFFFu;
 
 Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
@@ -31,7 +31,8 @@ Vec3 unit_or_zero(const Vec3& n) {
   const double x = n.x, y = n.y, z = n.z;
   const double length = std::sqrt(x * x + y * y + z * z);
   if (!(length > 0) || !std::isfinite(length)) return {};
-  // Unit within float precision: kept, so that reading and writing does not accumulate changes.
+  // A vector of unit length within float precision is kept, so that repeated reading and writing does not accumulate
+  // changes.
   if (std::abs(length - 1) < 1.5e-7) return n;
   return {static_cast<float>(x / length), static_cast<float>(y / length),
           static_cast<float>(z / length)};
@@ -39,26 +40,27 @@ Vec3 unit_or_zero(const Vec3& n) {
 
 constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
 
-// Number of faces up to which memory is not checked.
+// number of faces up to which memory is not checked
 constexpr std::uint64_t kUncheckedFaces = std::uint64_t{1} << 17;
 
-constexpr std::size_t kItemsPerPiece = std::size_t{1} << 16;  // elements of a thread's piece
+// number of elements in the piece of one thread
+constexpr std::size_t kItemsPerPiece = std::size_t{1} << 16;
 
 }  // namespace
 
-/// Checks memory before the lists double, since a text file may hold more faces than it declares.
+/// Checks memory before the lists grow, since a text file may hold more faces than it declares.
 void MeshBuilder::check_growth() const {
   const auto bytes = [](const auto& list) {
     return std::uint64_t{list.capacity()} * sizeof(list[0]);
   };
-  const std::uint64_t held = bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) +
-                             bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
-                             bytes(polygon_normal_) + groups_.bytes() + objects_.bytes() +
-                             materials_.bytes() + smoothing_.bytes() + bytes(positions) +
-                             triangle_colors_.memory();
+  const std::uint64_t used_bytes =
+      bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) + bytes(polygons_) +
+      bytes(polygon_vertex_) + bytes(polygon_uv_) + bytes(polygon_normal_) + groups_.bytes() +
+      objects_.bytes() + materials_.bytes() + smoothing_.bytes() + bytes(positions) +
+      triangle_colors_.memory();
   const FailWith fail = [this](const std::string& place, const std::string& problem,
                                const Message& remedy) { input_.fail(place, problem, remedy); };
-  require_memory("its faces", 2 * held, memory_failure(fail, ""));
+  require_memory("its faces", 2 * used_bytes, memory_failure(fail, ""));
 }
 
 void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv,
@@ -79,7 +81,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   if (n > 3) {
     polygons_.push_back({static_cast<std::uint32_t>(triangles_.size()),
                          static_cast<std::uint32_t>(n), polygon_vertex_.size(), mirrored});
-    // The three pools are parallel, so one offset serves all.
+    // The three pools are parallel, so that one offset serves all of them.
     const auto append = [n](std::vector<std::uint32_t>& pool,
                             std::span<const std::uint32_t> values) {
       if (values.empty()) {
@@ -97,7 +99,8 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
                     : Triangle{values[0], values[i], values[i + 1]};
   };
   const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
-    if (values.empty() && list.empty()) return;  // the attribute has not occurred yet
+    // nothing to fill: the attribute has not occurred yet
+    if (values.empty() && list.empty()) return;
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     for (std::size_t i = 1; i + 1 < n; ++i) {
       list.push_back(values.empty() ? Triangle{kNone, kNone, kNone} : fan_triangle(values, i));
@@ -133,7 +136,7 @@ bool MeshBuilder::add_triangles(std::uint64_t count, bool has_uvs, bool has_norm
 void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
   if (name.empty()) name = "default";
   if (names_.empty() && triangles != 0) {
-    // Faces before the first name belong to "default".
+    // Faces before the first name belong to the name "default".
     ids_.emplace("default", 0);
     names_.emplace_back("default");
     name_of_triangle_.resize(triangles, 0);
@@ -168,11 +171,11 @@ void MeshBuilder::Colors::set_bytes(std::size_t i, const std::array<std::uint8_t
   ++count_;
 }
 
-/// Decides whether colours are fractions or bytes, for formats that allow both.
+/// Decides whether colours are fractions or bytes, for formats that allow both. Returns them as bytes.
 std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t size,
                                                                      const MeshInput& input) {
   for (auto* list : {&bytes_, &fractions_}) list->resize(size, kWhite);
-  // Converted fractions may exceed 1, such as 1.0000001.
+  // Converted fractions may slightly exceed 1, such as 1.0000001.
   constexpr double kMaxFraction = 1.001, kMaxDarkByte = 16;
   if (largest_ <= kMaxFraction) return std::move(fractions_);
   if (largest_ < kMaxDarkByte) {
@@ -190,14 +193,15 @@ std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t
 void MeshBuilder::finish_colors() {
   if (vertex_colors_.empty()) return;
   if (vertex_colors_.count() < positions.size()) {
-    const std::uint64_t bare = positions.size() - vertex_colors_.count();
+    const std::uint64_t missing_count = positions.size() - vertex_colors_.count();
     input_.warn("missing-colors",
-                std::to_string(bare) + " vertices have no colour; they are white.", bare);
+                std::to_string(missing_count) + " vertices have no colour; they are white.",
+                missing_count);
   }
   colors = vertex_colors_.finish(positions.size(), input_);
 }
 
-/// Assigns the colour of a face to its triangles.
+/// Assigns the colour of a face to all of its triangles.
 void MeshBuilder::add_face_color(std::size_t triangles) {
   if (!next_color_ && !next_color_bytes_) return;
   ++colored_faces_;
@@ -212,9 +216,10 @@ void MeshBuilder::add_face_color(std::size_t triangles) {
   next_color_bytes_.reset();
 }
 
-/// Converts colours of faces to colours of vertices. The first colour at a vertex keeps it; each further colour
-/// appends a copy of the vertex, so that indices in messages stay valid. Vertices' own colours take precedence, unless
-/// they are uniform while the faces' vary, or all white: programs such as MeshLab always write them.
+/// Converts colours of faces to colours of vertices. The first colour at a vertex stays with it; for each further
+/// colour, a copy of the vertex is appended, so that indices in messages stay valid. Colours of vertices take
+/// precedence, unless they are uniform while those of faces vary, or all are white, since programs such as MeshLab
+/// always write vertex colours.
 void MeshBuilder::convert_face_colors(Mesh& mesh) {
   if (triangle_colors_.empty()) return;
   const std::uint64_t colored = triangle_colors_.count();
@@ -225,30 +230,31 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
   const bool white = mesh.colors.empty() || mesh.colors[0] == kWhite;
   if (vary(mesh.colors) || (!white && !vary(of_triangles))) {
     if (vary(of_triangles)) {
-      input_.warn(
-          "face-colors-left-out",
-          counted(colored_faces_, "face") + (colored_faces_ == 1 ? " has" : " have") +
-              " a colour, and so have its vertices: those of the vertices were taken. Export "
-              "it without them for the colours of the faces.",
-          colored_faces_);
+      input_.warn("face-colors-left-out",
+                  counted(colored_faces_, "face") + (colored_faces_ == 1 ? " has" : " have") +
+                      " a colour, and so do vertices: the colours of the vertices are used. To use "
+                      "the colours of the faces, export the mesh without vertex colours.",
+                  colored_faces_);
     }
     return;
   }
   if (colored < mesh.triangles.size()) {
-    const std::uint64_t bare = faces_ - short_faces_ - colored_faces_;
+    const std::uint64_t missing_count = faces_ - short_faces_ - colored_faces_;
     input_.warn("missing-colors",
-                counted(bare, "face") +
-                    (bare == 1 ? " has no colour; it is" : " have no colour; they are") + " white.",
-                bare);
+                counted(missing_count, "face") +
+                    (missing_count == 1 ? " has no colour; it is" : " have no colour; they are") +
+                    " white.",
+                missing_count);
   }
   mesh.colors.assign(mesh.positions.size(), kWhite);
-  std::vector<bool> known(mesh.positions.size());
-  std::unordered_map<std::uint64_t, std::uint32_t> copies;  // by vertex and colour
+  std::vector<bool> has_color(mesh.positions.size());
+  // index of the copy for each pair of vertex and colour
+  std::unordered_map<std::uint64_t, std::uint32_t> copies;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::array<std::uint8_t, 4>& color = of_triangles[t];
     for (std::uint32_t& corner : mesh.triangles[t]) {
-      if (!known[corner]) {
-        known[corner] = true;
+      if (!has_color[corner]) {
+        has_color[corner] = true;
         mesh.colors[corner] = color;
       }
       if (mesh.colors[corner] == color) continue;
@@ -259,8 +265,7 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
         if (mesh.positions.size() == kMaxCount) {
           input_.fail("",
                       "it needs more than " + std::to_string(kMaxCount) +
-                          " vertices, since each colour of a "
-                          "vertex needs one",
+                          " vertices, since each colour at a vertex needs a copy of the vertex",
                       "Split or simplify the mesh.");
         }
         mesh.positions.push_back(Vec3(mesh.positions[corner]));
@@ -298,7 +303,8 @@ void MeshBuilder::split_polygons() {
     input_.warn("fan-split-polygons",
                 std::to_string(fans) +
                     " polygons cross themselves, have no area or are too complex (" +
-                    describe_face(first_fan) + " for one) and were split as if convex.",
+                    describe_face(first_fan) +
+                    " for example) and were triangulated as if they were convex.",
                 fans);
   }
 }
@@ -316,35 +322,35 @@ void MeshBuilder::number_polygons(Mesh& mesh) const {
   }
 }
 
-/// Counts non-finite vertices.
+/// Counts vertices that are not finite.
 void MeshBuilder::check_finite() const {
   const auto is_bad = [](const Position& p) {
     return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]);
   };
-  const auto bad =
+  const auto bad_count =
       static_cast<std::uint64_t>(std::count_if(positions.begin(), positions.end(), is_bad));
-  if (bad == positions.size()) {
+  if (bad_count == positions.size()) {
     input_.fail("vertex 0", "all coordinates are NaN or infinite",
-                "Export the mesh again; the program that wrote it failed.");
+                "The program that wrote the file failed: export the mesh again.");
   }
-  if (bad == 0) return;
+  if (bad_count == 0) return;
   const auto first = std::find_if(positions.begin(), positions.end(), is_bad);
   input_.warn("non-finite-vertices",
-              std::to_string(bad) + " vertices have a NaN or infinite coordinate (vertex " +
+              std::to_string(bad_count) + " vertices have a NaN or infinite coordinate (vertex " +
                   std::to_string(first - positions.begin()) + ": " + coordinates(*first) +
-                  "); they were kept, and triangles at them are skipped.",
-              bad);
+                  "); triangles with these vertices are skipped.",
+              bad_count);
 }
 
-/// True if a triangle has an area in double precision.
+/// True if a triangle has an area in double precision, as stored in the file.
 bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
   const auto [a, b, c] = triangles_[triangle];
   return has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]));
 }
 
-/// Box of the triangles with area; without any, of all finite vertices.
+/// Bounding box of the triangles with an area; if there are none, of all finite vertices.
 MeshBuilder::Box MeshBuilder::box() const {
-  Box whole;
+  Box total_box;
   std::mutex mutex;
   parallel_for(triangles_.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
     Box part;
@@ -353,22 +359,22 @@ MeshBuilder::Box MeshBuilder::box() const {
       for (const std::uint32_t corner : triangles_[t]) part.add(positions[corner]);
     }
     const std::lock_guard lock(mutex);
-    for (std::size_t k = 0; k < 3; ++k) {  // an empty part has no box
-      whole.low[k] = std::min(whole.low[k], part.low[k]);
-      whole.high[k] = std::max(whole.high[k], part.high[k]);
+    for (std::size_t k = 0; k < 3; ++k) {  // a thread without triangles has no box
+      total_box.low[k] = std::min(total_box.low[k], part.low[k]);
+      total_box.high[k] = std::max(total_box.high[k], part.high[k]);
     }
   });
-  if (whole.low[0] <= whole.high[0]) return whole;
+  if (total_box.low[0] <= total_box.high[0]) return total_box;
   for (const Position& p : positions) {
-    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) whole.add(p);
+    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) total_box.add(p);
   }
-  return whole;
+  return total_box;
 }
 
 void MeshBuilder::place(Mesh& mesh) {
   check_finite();
-  const Box used = box();
-  const auto& [low, high] = used;
+  const Box used_box = box();
+  const auto& [low, high] = used_box;
   Position centre{}, size{};
   double extent = 0;
   for (int k = 0; k < 3; ++k) {
@@ -380,7 +386,7 @@ void MeshBuilder::place(Mesh& mesh) {
       extent > 0 ? extent * std::hypot(size[0] / extent, size[1] / extent, size[2] / extent) : 0;
   mesh.origin = local_origin(centre, diagonal);
   constexpr double kMaxFloat = std::numeric_limits<float>::max();
-  // Diagonal below which floats are denormal and resolve less than 24 bits of it.
+  // Below this diagonal, floats are denormal and resolve less than 24 bits of it.
   constexpr double kMinDiagonal = 0x1p-125;
   double reach = 0;
   for (int k = 0; k < 3; ++k) {
@@ -407,10 +413,10 @@ void MeshBuilder::place(Mesh& mesh) {
     }
   });
   check_steps(mesh);
-  collapse_flat_triangles(mesh, used);
+  collapse_flat_triangles(mesh, used_box);
 }
 
-/// Warns if the file's numbers, or single precision, are too coarse for the edges.
+/// Warns if the edges are so short that the file's decimals, or single precision, do not resolve them.
 void MeshBuilder::check_steps(const Mesh& mesh) {
   const auto position = [&](std::uint32_t v) { return vector_of(positions[v]); };
   const FloatGrid grid(triangles_, position);
@@ -419,9 +425,9 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   const auto rounded = [&](std::uint32_t v) {
     Step coarsest;
     const Vec3& p = mesh.positions[v];
-    const std::array<double, 3> kept = {p.x, p.y, p.z};
+    const std::array<double, 3> stored = {p.x, p.y, p.z};
     for (std::size_t k = 0; k < 3; ++k) {
-      const double size = 2 * std::abs(kept[k] - (positions[v][k] - mesh.origin[k]));
+      const double size = 2 * std::abs(stored[k] - (positions[v][k] - mesh.origin[k]));
       if (size > coarsest.size) coarsest = {size, k};
     }
     return coarsest;
@@ -429,7 +435,7 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   coarse_coordinates_ = coarse_steps({triangles_, counts, position, stored}, "stored");
   if (coarse_coordinates_.empty())
     coarse_coordinates_ = coarse_steps({triangles_, counts, position, rounded}, "rounded");
-  // A single distant corner would reduce all others to a point.
+  // A single distant corner would otherwise enlarge the box so much that all other corners coincide.
   const auto has_corners = [&](std::size_t t) {
     const Vec3d a = position(triangles_[t][0]), b = position(triangles_[t][1]),
                 c = position(triangles_[t][2]);
@@ -440,20 +446,21 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   if (!coarse_coordinates_.empty()) input_.warn("coarse-coordinates", coarse_coordinates_, 1);
 }
 
-/// Collapses the corners of a distant triangle without area: rounding could give it a large area.
+/// Moves the corners of a distant triangle without area to one point, since rounding could give it a large area.
 void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
   if (std::all_of(positions.begin(), positions.end(),
                   [&](const Position& p) { return used.contains(p); })) {
     return;
   }
-  // Relative error of floats written with nine digits.
+  // relative error of floats that were written with nine digits
   constexpr double kNineDigitError = 1e-8;
   const auto is_rounded = [&](std::uint32_t v) {
     const Vec3& p = mesh.positions[v];
-    const std::array<double, 3> kept = {p.x, p.y, p.z};
+    const std::array<double, 3> stored = {p.x, p.y, p.z};
     for (std::size_t k = 0; k < 3; ++k) {
-      const double given = positions[v][k];
-      if (std::abs(kept[k] + mesh.origin[k] - given) > kNineDigitError * std::abs(given))
+      const double file_coordinate = positions[v][k];
+      if (std::abs(stored[k] + mesh.origin[k] - file_coordinate) >
+          kNineDigitError * std::abs(file_coordinate))
         return true;
     }
     return false;
@@ -483,24 +490,25 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     return incomplete;
   };
   std::uint64_t missing = 0;  // the placeholder is not one of the file's UVs
-  if (const std::uint64_t bare = fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
-    // NaN, since a finite UV could lie within a chart and be baked there.
+  if (const std::uint64_t missing_count =
+          fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
+    // The placeholder is NaN, since a finite UV could lie within a chart and be baked there.
     constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
     uvs.push_back({kMissingUv, kMissingUv});
     for (UvSet& set : other_uvs) set.uvs.push_back({kMissingUv, kMissingUv});
     missing = 1;
     input_.warn("missing-uvs",
-                counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
-                    " corners without a UV: no map is baked, and no texture is read, there.",
-                bare);
+                counted(missing_count, "triangle") + (missing_count == 1 ? " has" : " have") +
+                    " corners without a UV: no map is baked and no texture is read there.",
+                missing_count);
   }
-  if (const std::uint64_t bare =
+  if (const std::uint64_t missing_count =
           fill(normal_triangles_, static_cast<std::uint32_t>(normals.size()))) {
     normals.push_back({});
     input_.warn("missing-normals",
-                counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
-                    " corners without a normal; theirs will be computed.",
-                bare);
+                counted(missing_count, "triangle") + (missing_count == 1 ? " has" : " have") +
+                    " corners without a normal: these normals are computed.",
+                missing_count);
   }
   if (uv_triangles_.empty()) {
     uvs.clear();
@@ -508,16 +516,16 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   }
   if (normal_triangles_.empty()) normals.clear();
   for (Vec3& normal : normals) normal = unit_or_zero(normal);
-  const auto bad =
+  const auto bad_count =
       static_cast<std::uint64_t>(std::count_if(
           uvs.begin(), uvs.end(),
           [](const Vec2& uv) { return !std::isfinite(uv.x) || !std::isfinite(uv.y); })) -
       missing;
-  if (bad != 0) {
+  if (bad_count != 0) {
     input_.warn("non-finite-uvs",
-                counted(bad, "UV") + (bad == 1 ? " is" : " are") +
-                    " NaN or infinite, and kept; a bake skips triangles with them.",
-                bad);
+                counted(bad_count, "UV") + (bad_count == 1 ? " is" : " are") +
+                    " NaN or infinite: a bake skips triangles with these UVs.",
+                bad_count);
   }
   mesh.uvs = std::move(uvs);
   if (!mesh.uvs.empty()) mesh.other_uvs = std::move(other_uvs);
@@ -541,7 +549,7 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
     }
   };
   Found degenerate, rounded;
-  // Those without an area, which are few, are found on all threads, and told apart in order.
+  // All threads search for triangles without area, which are few; their causes are determined afterwards, in order.
   std::vector<std::vector<std::uint32_t>> flat(mesh.triangles.size() / kItemsPerPiece + 1);
   parallel_for(mesh.triangles.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -589,20 +597,20 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
     input_.warn("degenerate-triangles",
                 counted(degenerate.count, "triangle") + (degenerate.count == 1 ? " has" : " have") +
                     " no area in the file (" + describe_face(degenerate.first) +
-                    " for one); whatever uses the mesh leaves such triangles out.",
+                    " for example); these triangles are ignored.",
                 degenerate.count);
   }
   if (rounded.count != 0) {
     input_.warn("rounded-triangles",
                 counted(rounded.count, "triangle") + (rounded.count == 1 ? " has" : " have") +
                     " an area in the file, but none in single precision (" +
-                    describe_face(rounded.first) +
-                    " for one); whatever uses the mesh leaves such triangles out.",
+                    describe_face(rounded.first) + " for example); these triangles are ignored.",
                 rounded.count);
   }
 }
 
-/// Ignores groups that are equal everywhere, since some exporters write "s off" into every file.
+/// Computes normals from smoothing groups. Groups that are the same everywhere are ignored, since some exporters write
+/// "s off" into every file.
 void MeshBuilder::compute_group_normals(Mesh& mesh) {
   std::vector<std::uint32_t> groups;
   std::vector<std::string> names;
@@ -616,12 +624,13 @@ void MeshBuilder::compute_group_normals(Mesh& mesh) {
   for (std::uint32_t& group : groups) group = numbers[group];
   if (std::all_of(groups.begin(), groups.end(), [&](auto group) { return group == groups[0]; }))
     return;
-  CornerNormals made = group_normals(mesh, groups);
-  mesh.normals = std::move(made.normals);
-  mesh.normal_triangles = std::move(made.triangles);
+  CornerNormals computed = group_normals(mesh, groups);
+  mesh.normals = std::move(computed.normals);
+  mesh.normal_triangles = std::move(computed.triangles);
 }
 
-/// All corners with one computed normal share a vertex. Normals are therefore used in place of vertices here.
+/// Computes the normals that readers requested. All corners with the same computed normal share one vertex, so normals
+/// take the place of vertices here.
 void MeshBuilder::compute_normals(Mesh& mesh) const {
   if (computed_normals_.empty()) return;
   std::vector<Vec3> places(mesh.normals.size());
@@ -630,29 +639,32 @@ void MeshBuilder::compute_normals(Mesh& mesh) const {
       places[mesh.normal_triangles[t][k]] = mesh.positions[mesh.triangles[t][k]];
     }
   }
-  const std::vector<Vec3> made = vertex_normals(places, mesh.normal_triangles, mesh.polygons);
-  for (const std::uint32_t normal : computed_normals_) mesh.normals[normal] = made[normal];
+  const std::vector<Vec3> computed_normals =
+      vertex_normals(places, mesh.normal_triangles, mesh.polygons);
+  for (const std::uint32_t normal : computed_normals_)
+    mesh.normals[normal] = computed_normals[normal];
 }
 
-/// \returns Mesh::metres
+/// Converts positions to metres with Y up, if the file states its axes and unit. \returns Mesh::metres
 double MeshBuilder::move_to_world() {
   const WorldFrame world = world_frame(input_.options, {}, 0);
   if (!world.map) return world.metres;
-  const auto moved = [](const AffineMap& m, double x, double y, double z) {
+  const auto transformed = [](const AffineMap& m, double x, double y, double z) {
     Position result{};
     for (std::size_t k = 0; k < 3; ++k) result[k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
     return result;
   };
-  AffineMap turn = *world.map;  // transform without the unit's scale
+  AffineMap turn = *world.map;  // the transform without the scale of the unit
   const double unit = std::abs(turn[0]) + std::abs(turn[1]) + std::abs(turn[2]);
   for (double& value : turn) value /= unit;
-  const auto turned = [&](const Vec3& v) {
-    const Position to = moved(turn, v.x, v.y, v.z);
-    return Vec3{narrow(to[0]), narrow(to[1]), narrow(to[2])};
+  const auto rotated = [&](const Vec3& v) {
+    const Position rotated_position = transformed(turn, v.x, v.y, v.z);
+    return Vec3{narrow(rotated_position[0]), narrow(rotated_position[1]),
+                narrow(rotated_position[2])};
   };
-  for (Position& p : positions) p = moved(*world.map, p[0], p[1], p[2]);
-  for (Vec3& normal : normals) normal = turned(normal);
-  for (Tangent& tangent : tangents) tangent.direction = turned(tangent.direction);
+  for (Position& p : positions) p = transformed(*world.map, p[0], p[1], p[2]);
+  for (Vec3& normal : normals) normal = rotated(normal);
+  for (Tangent& tangent : tangents) tangent.direction = rotated(tangent.direction);
   return world.metres;
 }
 

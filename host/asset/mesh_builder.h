@@ -1,4 +1,4 @@
-// Builder used by every mesh reader, with the rules common to all formats.
+// Builds meshes for all readers, by rules that all formats share.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace kiln {
 
-/// Converts to single precision; beyond its range to infinity, where a plain conversion is
+/// Converts to single precision. Beyond its range the result is infinite, whereas a plain conversion would be
 /// undefined.
 inline float narrow(double value) {
   constexpr double kMaxFloat = std::numeric_limits<float>::max();
@@ -42,75 +42,79 @@ class MeshBuilder {
 
   std::vector<Position> positions;
   std::vector<Vec2> uvs;
-  std::vector<UvSet> other_uvs;  ///< Parallel to `uvs`
-  std::vector<Vec3> normals;  ///< Any length; normalised by finish(), zero if that is impossible.
-  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position, in order.
-  std::vector<Tangent> tangents;                    ///< Empty or one per position; any length.
-  bool tangent_signs = false;  ///< True if the file has their signs; else they follow from the UVs.
+  std::vector<UvSet> other_uvs;  ///< Further UV sets, parallel to `uvs`
+  /// Normals of any length; finish() normalises them, or sets them to zero if that is impossible
+  std::vector<Vec3> normals;
+  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty, or one per position in order
+  std::vector<Tangent> tangents;                    ///< Empty, or one per position, of any length
+  /// True if the file states the signs of bitangents; otherwise they follow from the UVs
+  bool tangent_signs = false;
 
-  /// Sets the colour of a vertex in a format that allows fractions and bytes; finish() decides by the largest
-  /// value of the file. Vertices in ascending order; omitted ones are white. kFullAlpha: full in either unit.
+  /// Sets the colour of a vertex in a format that allows fractions and bytes; finish() decides by the largest value in
+  /// the file. Vertices must be in ascending order; omitted ones are white. kFullAlpha means opaque in either unit.
   void set_color(std::size_t vertex, const std::array<double, 4>& rgba) {
     vertex_colors_.set(vertex, rgba);
   }
-  /// Sets the colour in bytes, regardless of other colours.
+  /// Sets the colour of a vertex in bytes, whatever the other colours are.
   void set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba) {
     vertex_colors_.set_bytes(vertex, rgba);
   }
   static constexpr double kFullAlpha = std::numeric_limits<double>::infinity();
 
-  /// Sets the colour of the next face only, in the same two forms. finish() converts them to colours of
+  /// Sets the colour of the next face only, in the same two forms. finish() converts such colours to colours of
   /// vertices: a vertex between faces of several colours is duplicated.
   void set_face_color(const std::array<double, 4>& rgba) { next_color_ = rgba; }
   void set_face_color_bytes(const std::array<std::uint8_t, 4>& rgba) { next_color_bytes_ = rgba; }
 
-  /// One polygon in the file's order. `uv` and `normal` are empty or as long as `vertex`. Fewer than three corners:
-  /// counted, and reported as a warning.
-  /// \param mirrored  true if its transform mirrors: it is cut in the file's order, then its triangles are reversed, so
-  ///                  that they face outwards
+  /// Adds a polygon with the file's order of corners. `uv` and `normal` are empty or as long as `vertex`. Polygons with
+  /// fewer than three corners are counted, and reported as a warning.
+  /// \param mirrored  true if its transform mirrors: the polygon is triangulated in the file's order, then its
+  /// triangles are reversed, so that they face outwards
   void add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv = {},
                 std::span<const std::uint32_t> normal = {}, bool mirrored = false);
 
-  /// The same for a file's first faces, all of them triangles without a colour.
-  /// \param has_uvs, has_normals  each corner uses the UV and the normal with its vertex's index
-  /// \param fill  writes the triangles; returns false if one is invalid: none is added then
+  /// Adds the first faces of a file, all of which are triangles without a colour.
+  /// \param has_uvs, has_normals  true: each corner uses the UV or the normal with its vertex's index
+  /// \param fill  writes the triangles; returns false if one is invalid: then none is added
   /// \returns the result of `fill`; false also if faces were added before
   bool add_triangles(std::uint64_t count, bool has_uvs, bool has_normals,
                      const std::function<bool(std::span<Triangle>)>& fill);
 
-  /// Sets the group, object or material of the following faces. If never called, the mesh has none.
+  /// Sets the group, object or material of the faces that follow. If it is never called, the mesh has none.
   void set_group(std::string_view name) { groups_.set(name, triangles_.size()); }
   void set_object(std::string_view name) { objects_.set(name, triangles_.size()); }
   void set_material(std::string_view name) { materials_.set(name, triangles_.size()); }
-  /// Sets the smoothing group of the following faces; "off" and "0": none. If groups differ and the file has no
-  /// normals, finish() computes normals from them.
+  /// Sets the smoothing group of the faces that follow; "off" and "0": none. If groups differ and the file has no
+  /// normals, finish() computes normals from the groups.
   void set_smoothing(std::string_view name) { smoothing_.set(name, triangles_.size()); }
-  /// Adds a normal that finish() computes from the polygons whose corners use it, angle-weighted: for a smooth piece
-  /// of the surface around one vertex. \returns its index into `normals`
+  /// Adds a normal that finish() computes from the polygons whose corners use it, weighted by angles. It serves one
+  /// smooth piece of the surface around a vertex.
+  /// \returns its index in `normals`
   std::uint32_t add_computed_normal() {
     computed_normals_.push_back(static_cast<std::uint32_t>(normals.size()));
     normals.push_back({});
     return computed_normals_.back();
   }
   std::vector<std::string> material_files;
-  bool is_placed = false;  ///< True if positions are in metres with Y up, as stated by the file
+  /// True if positions are already in metres with Y up, as the file stated
+  bool is_placed = false;
 
   std::uint64_t faces() const { return faces_; }
 
-  /// Name of a face in messages, such as "face 17"; readers of line-based formats name the line.
+  /// Names a triangle's face in messages, such as "face 17"; readers of line-based formats name the line.
   std::function<std::string(std::uint32_t triangle)> describe_face;
 
-  /// Splits the polygons, chooses the origin, converts to floats, and validates the mesh.
-  /// \throws Error(input): no faces, no usable face, no finite vertex, out of float's range
+  /// Triangulates the polygons, chooses the origin, converts to floats, and validates the mesh.
+  /// \throws Error(input) if there is no face, no usable face or no finite vertex, or if the mesh exceeds float's range
   Mesh finish();
 
  private:
-  /// Names of triangles of one kind (groups, objects or materials).
+  /// Names of triangles, for one of groups, objects and materials.
   class Names {
    public:
-    /// Sets the name of the following triangles. \param triangles  number of triangles so far
+    /// Sets the name of the triangles that follow. \param triangles  number of triangles so far
     void set(std::string_view name, std::size_t triangles);
-    /// Extends the list to a number of triangles: new ones get the last name.
+    /// Extends the list to a number of triangles; new ones get the last name.
     void extend_to(std::size_t triangles) {
       if (!names_.empty()) name_of_triangle_.resize(triangles, current_name_);
     }
@@ -123,22 +127,22 @@ class MeshBuilder {
     }
 
    private:
-    std::vector<std::uint32_t> name_of_triangle_;  // index of the name, per triangle
+    std::vector<std::uint32_t> name_of_triangle_;  // index of the name for each triangle
     std::vector<std::string> names_;
     std::unordered_map<std::string, std::uint32_t> ids_;
     std::uint32_t current_name_ = 0;
   };
 
-  /// Colours of vertices or of triangles, kept both as bytes and as fractions until finish() decides.
+  /// Colours of vertices or triangles, stored both as bytes and as fractions until finish() decides.
   class Colors {
    public:
     bool empty() const { return bytes_.empty(); }
     void set(std::size_t i, const std::array<double, 4>& rgba);
     void set_bytes(std::size_t i, const std::array<std::uint8_t, 4>& rgba);
-    /// Number of colours set.
+    /// Number of colours that were set.
     std::uint64_t count() const { return count_; }
     std::uint64_t memory() const { return 2 * std::uint64_t{bytes_.capacity()} * sizeof bytes_[0]; }
-    /// Decides between bytes and fractions, and pads with white.
+    /// Decides between bytes and fractions; elements without a colour become white.
     std::vector<std::array<std::uint8_t, 4>> finish(std::size_t size, const MeshInput& input);
 
    private:
@@ -149,11 +153,11 @@ class MeshBuilder {
 
   struct Polygon {
     std::uint32_t first_triangle, corners;
-    std::uint64_t offset;  ///< Into the polygon_ pools.
-    bool mirrored;         ///< Its triangles are reversed
+    std::uint64_t offset;  ///< Position of the first corner in the polygon_ pools
+    bool mirrored;         ///< True if its triangles are reversed
   };
 
-  /// Of finite positions.
+  /// Bounding box of finite positions.
   struct Box {
     Position low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     void add(const Position& p) {
@@ -197,8 +201,10 @@ class MeshBuilder {
   std::vector<Polygon> polygons_;
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
   Names groups_, objects_, materials_, smoothing_;
-  std::vector<std::uint32_t> computed_normals_;  // indices of add_computed_normal(), in order
-  std::string coarse_coordinates_;  // message on too coarse coordinates, with its remedy
+  // indices of the normals of add_computed_normal(), in order
+  std::vector<std::uint32_t> computed_normals_;
+  // the message about coordinates that are too coarse, with its remedy
+  std::string coarse_coordinates_;
   std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };
 

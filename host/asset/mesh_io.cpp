@@ -1,4 +1,4 @@
-// Reading a mesh: selects the reader for a path.
+// Reads a mesh: selects the reader by the file's name and first bytes.
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -40,20 +40,20 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// Format guessed from the first bytes.
+/// A format that was guessed from the first bytes.
 struct Guess {
   std::optional<MeshFormat> format;
-  std::string name;  ///< Empty: unknown.
+  std::string name;  ///< Name of the format for messages; empty: unknown
 };
 
 Guess guess(std::string_view bytes) {
   const auto starts = [bytes](std::string_view magic) { return bytes.starts_with(magic); };
-  const auto of = [](MeshFormat format) {
+  const auto guess_for = [](MeshFormat format) {
     return Guess{format, kFormatNames[static_cast<int>(format)]};
   };
-  if (starts("ply\n") || starts("ply\r")) return of(MeshFormat::ply);
+  if (starts("ply\n") || starts("ply\r")) return guess_for(MeshFormat::ply);
   if (starts("glTF")) return {MeshFormat::gltf, "binary glTF"};
-  if (starts("Kaydara FBX") || starts("; FBX")) return of(MeshFormat::fbx);
+  if (starts("Kaydara FBX") || starts("; FBX")) return guess_for(MeshFormat::fbx);
   if (starts("BLENDER")) return {{}, "a Blender scene"};
   if (starts("\x89PNG")) return {{}, "a PNG image"};
   if (starts("\x76\x2f\x31\x01")) return {{}, "an OpenEXR image"};
@@ -62,38 +62,38 @@ Guess guess(std::string_view bytes) {
   std::uint32_t count = 0;
   if (bytes.size() >= 84) {
     std::memcpy(&count, bytes.data() + 80, 4);
-    if (bytes.size() == 84 + 50 * std::uint64_t{count}) return of(MeshFormat::stl);
+    if (bytes.size() == 84 + 50 * std::uint64_t{count}) return guess_for(MeshFormat::stl);
   }
   const std::string_view head = bytes.substr(0, 4096);
   if (head.find('\0') != head.npos) return {};
   TextScanner scan(head, '#');
   const std::string_view first = scan.token();
   if (lower_case(first) == "solid" && lower_case(head).find("facet") != std::string::npos) {
-    return of(MeshFormat::stl);
+    return guess_for(MeshFormat::stl);
   }
   if (first.ends_with("OFF") && first.find_first_not_of("STCN4n") == first.size() - 3) {
-    return of(MeshFormat::off);
+    return guess_for(MeshFormat::off);
   }
   if (first.starts_with("{")) return {MeshFormat::gltf, "JSON (glTF?)"};
   if (first.starts_with("<")) return {{}, "XML or HTML"};
   for (const char* word : {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"}) {
-    if (first == word) return of(MeshFormat::obj);
+    if (first == word) return guess_for(MeshFormat::obj);
   }
   return {};
 }
 
-/// The whole file.
+/// Reads the whole file.
 std::string read_file(const MeshInput& input, const std::filesystem::path& path) {
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const Message& remedy) { input.fail(place, problem, remedy); };
   const std::unique_ptr<ByteSource> source = open_file(path, fail);
-  // A GLB's lengths have 32 bits: larger files overflow them.
+  // Lengths in a GLB have 32 bits, so larger files overflow them.
   constexpr std::uint64_t kMaxGlbBytes = 0xFFFFFFFF;
   if (source->size() > kMaxGlbBytes && source->head(4) == "glTF") {
     input.fail("",
                "it has " + std::to_string(source->size()) +
-                   " bytes, more than the 4 GiB that a binary glTF can have",
-               "Export it as .gltf with its buffers beside it, or in parts.");
+                   " bytes, but a binary glTF is limited to 4 GiB",
+               "Export it as .gltf with separate buffers, or in parts.");
   }
   return read_whole(*source, fail);
 }
@@ -122,9 +122,9 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
   const LoadMeshOptions& options = input.options;
   if (format != MeshFormat::gltf && (options.uv_set != 0 || !options.uv_set_name.empty())) {
     input.fail("",
-               std::string("it has no set of UVs but the first, as no ") +
+               std::string("the requested UV set does not exist: there is only one in ") +
                    kFormatNames[static_cast<int>(format)] + " has",
-               "Leave the set's number or name out for this file.");
+               "Leave out the number or name of the UV set for this file.");
   }
   std::string converted;
   if (format != MeshFormat::stl) input.bytes = as_utf8(input.bytes, converted);
@@ -139,7 +139,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
                              "."
                        : "Export the mesh as PLY or OBJ.";
     input.fail("",
-               std::string("it is named as ") + kFormatNames[static_cast<int>(format)] +
+               std::string("its name is that of ") + kFormatNames[static_cast<int>(format)] +
                    " but its content looks like " + content.name,
                remedy);
   }
@@ -167,7 +167,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
       return std::move(whole->mesh);
     case MeshFormat::fbx:
     case MeshFormat::assimp:
-      break;  // handled before the switch
+      break;  // these formats are handled before the switch
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }
@@ -188,7 +188,7 @@ std::vector<std::string> mesh_formats() {
 
 namespace {
 
-/// Parses the mesh in `input.bytes`, by the name's extension.
+/// Parses the mesh in `input.bytes` by the reader for the name's extension.
 Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
                  Asset* whole = nullptr) {
   const auto format = format_of(path);
@@ -215,7 +215,7 @@ Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& op
     const std::string bytes = read_file(input, path);
     input.bytes = bytes;
     Mesh mesh = parse_named(input, path, whole);
-    // They are inputs of the mesh, whether they are read or not.
+    // MTL files count as inputs of the mesh, whether they are read or not.
     for (std::string file : mesh.material_files) {
       std::replace(file.begin(), file.end(), '\\', '/');
       OutputSet::protect(path.parent_path() / file);
@@ -239,7 +239,7 @@ Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options
 
 namespace {
 
-/// \param whole  receives the whole asset of a glTF or FBX; may be null
+/// Parses a mesh in memory. \param whole  receives the whole asset of a glTF or FBX; may be null
 Mesh parse_bytes(std::span<const std::byte> bytes, std::string_view name,
                  const LoadMeshOptions& options, std::vector<Warning>* warnings, Asset* whole) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

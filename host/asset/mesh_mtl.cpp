@@ -1,4 +1,4 @@
-// Wavefront MTL: numeric properties of materials, and file names of their pictures.
+// Parses Wavefront MTL: numeric properties of materials, and file names of their pictures.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,37 +17,35 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Number of words of a picture's option: numbers, or names such as "on". None: not an option.
+/// Number of words that follow an option of a picture: numbers, or names such as "on". nullopt: the word is no option.
 struct OptionWords {
   int least, most;
 };
 std::optional<OptionWords> words_of(std::string_view option) {
-  static const std::map<std::string_view, OptionWords> known = {
+  static const std::map<std::string_view, OptionWords> word_counts = {
       {"-s", {1, 3}},     {"-o", {1, 3}},       {"-t", {1, 3}},      {"-mm", {2, 2}},
       {"-bm", {1, 1}},    {"-blendu", {1, 1}},  {"-blendv", {1, 1}}, {"-cc", {1, 1}},
       {"-clamp", {1, 1}}, {"-imfchan", {1, 1}}, {"-texres", {1, 1}}, {"-boost", {1, 1}},
       {"-type", {1, 1}}};
-  const auto found = known.find(option);
-  return found == known.end() ? std::nullopt : std::optional(found->second);
+  const auto found = word_counts.find(option);
+  return found == word_counts.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// True if an option has no effect with these words, such as "-bm 1.0", which exporters always
-/// write.
+/// True if an option has no effect with these values, such as "-bm 1.0", which exporters always write.
 bool has_no_effect(std::string_view option, std::span<const std::string_view> words) {
-  const auto all = [&](double value) {
+  const auto all_equal = [&](double value) {
     return std::all_of(words.begin(), words.end(),
                        [value](std::string_view word) { return to_double(word) == value; });
   };
-  if (option == "-bm") return all(1);
-  if (option == "-t") return all(0);
+  if (option == "-bm") return all_equal(1);
+  if (option == "-t") return all_equal(0);
   if (option == "-clamp" || option == "-cc") return words[0] == "off";
   if (option == "-blendu" || option == "-blendv") return words[0] == "on";
   if (option == "-mm") return to_double(words[0]) == 0 && to_double(words[1]) == 1;
   return false;
 }
 
-/// Parses the first two of an option's numbers; the second may be missing. \returns false for an invalid
-/// number
+/// Parses the first two numbers of an option; the second may be missing. \returns false for an invalid number
 bool parse_numbers(std::span<const std::string_view> words, std::array<float, 2>& to) {
   for (std::size_t k = 0; k < words.size(); ++k) {
     const auto value = to_double(words[k]);
@@ -57,12 +55,13 @@ bool parse_numbers(std::span<const std::string_view> words, std::array<float, 2>
   return true;
 }
 
-/// Statements of pictures that Kiln ignores.
+/// True for statements of pictures that Kiln ignores.
 bool is_other_picture(std::string_view keyword) {
-  static constexpr std::string_view kKnown[] = {"map_ka", "map_ks",    "map_refl",  "map_ps",
-                                                "map_pc", "map_pcr",   "map_aat",   "map_tf",
-                                                "map_ni", "map_aniso", "map_anisor"};
-  return std::find(std::begin(kKnown), std::end(kKnown), keyword) != std::end(kKnown);
+  static constexpr std::string_view kIgnoredStatements[] = {
+      "map_ka",  "map_ks", "map_refl", "map_ps",    "map_pc",    "map_pcr",
+      "map_aat", "map_tf", "map_ni",   "map_aniso", "map_anisor"};
+  return std::find(std::begin(kIgnoredStatements), std::end(kIgnoredStatements), keyword) !=
+         std::end(kIgnoredStatements);
 }
 
 std::string_view without_blanks(std::string_view text) {
@@ -106,7 +105,7 @@ class MtlReader {
   }
 
  private:
-  /// Number of statements of a kind, and the first one's position.
+  /// Number of statements of one kind, and the position of the first one.
   struct StatementCount {
     std::uint64_t count = 0;
     std::string example;
@@ -134,7 +133,7 @@ class MtlReader {
       material.opacity = number();
       has_opacity_ = true;
     } else if (keyword == "tr") {
-      // Some exporters write Tr with the meaning of d, and both; d is unambiguous.
+      // Some exporters write Tr with the meaning of d, or write both; the meaning of d is unambiguous.
       const std::string place = scan_.place();
       transparency_ = number();
       if (!has_opacity_) material.opacity = 1 - transparency_;
@@ -174,8 +173,8 @@ class MtlReader {
     return nullptr;
   }
 
-  /// Derives roughness and metalness from older statements where `Pr` and `Pm` are missing. Blender's exporter encodes
-  /// them there: Ns = 1000 (1 - roughness)^2, a metal has an `illum` that reflects (3, or 6 if it is transparent), and
+  /// Derives roughness and metalness from older statements if `Pr` and `Pm` are missing. Blender's exporter encodes
+  /// them there: Ns = 1000 (1 - roughness)^2; a metal has an `illum` that reflects (3, or 6 if it is transparent), and
   /// `Ka` is its metalness.
   void finish_material() {
     if (materials_.empty()) return;
@@ -189,7 +188,7 @@ class MtlReader {
       if (reflects) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
       material.metallic_from = MaterialNumber::converted;
     }
-    // Tr = 1 would be invisible, so it must mean d.
+    // With Tr = 1 the material would be invisible, so Tr must mean d.
     constexpr float kMinInvisibleTr = 1 - 1e-3F;
     if (!has_opacity_ && transparency_ > kMinInvisibleTr) {
       material.opacity = 1;
@@ -214,55 +213,57 @@ class MtlReader {
     has_normals_ = has_opacity_ = false;
   }
 
-  /// "d -halo 0.5".
+  /// Skips the option -halo of "d -halo 0.5".
   void skip_halo() {
-    const TextScanner before = scan_;
-    if (scan_.token_in_line() != "-halo") scan_ = before;
+    const TextScanner start_of_halo = scan_;
+    if (scan_.token_in_line() != "-halo") scan_ = start_of_halo;
   }
 
   float number() {
     const std::string_view token = scan_.token_in_line();
     const auto value = to_double(token);
     if (!value) {
-      input_.fail(scan_.place(), "\"" + printable(token) + "\" stands where a number belongs",
+      input_.fail(scan_.place(), "\"" + printable(token) + "\" is not a number",
                   "Correct the line, or export the mesh again.");
     }
     return static_cast<float>(*value);
   }
 
   void color(std::array<float, 3>& to, MaterialNumber* from = nullptr) {
-    const TextScanner before = scan_;
+    const TextScanner start_of_color = scan_;
     const std::string_view first = scan_.token_in_line();
-    if (first == "spectral" || first == "xyz") return;  // not supported: white
-    scan_ = before;
+    // spectral and CIE XYZ colours are not supported, so the colour stays white
+    if (first == "spectral" || first == "xyz") return;
+    scan_ = start_of_color;
     for (float& value : to) value = number();
     if (from != nullptr) *from = MaterialNumber::given;
   }
 
-  /// The picture that a line names after its options; names may contain blanks.
+  /// Parses the picture that a line names after its options. The name may contain blanks.
   MaterialPicture picture(std::string_view keyword) {
     MaterialPicture result;
     std::array<float, 2> scale{1, 1}, offset{0, 0};
-    std::string_view rest = without_blanks(scan_.rest_of_line());
-    while (rest.starts_with('-')) {
-      const std::string_view option = next_word(rest);
+    std::string_view remaining_line = without_blanks(scan_.rest_of_line());
+    while (remaining_line.starts_with('-')) {
+      const std::string_view option = next_word(remaining_line);
       const auto words = words_of(option);
       if (!words) {
-        rest = std::string_view(option.data(),
-                                option.size() + rest.size() + blanks_between(option, rest));
+        remaining_line =
+            std::string_view(option.data(), option.size() + remaining_line.size() +
+                                                blanks_between(option, remaining_line));
         break;
       }
-      std::array<std::string_view, 3> given;
+      std::array<std::string_view, 3> option_values;
       int found = 0;
       for (; found < words->most; ++found) {
-        std::string_view ahead = rest;
-        const std::string_view word = next_word(ahead);
+        std::string_view lookahead = remaining_line;
+        const std::string_view word = next_word(lookahead);
         if (found >= words->least && !to_double(word)) break;
-        given[static_cast<std::size_t>(found)] = word;
-        rest = ahead;
+        option_values[static_cast<std::size_t>(found)] = word;
+        remaining_line = lookahead;
       }
-      const auto numbers = std::span(given).first(static_cast<std::size_t>(found));
-      if (option == "-clamp" && given[0] == "on") {
+      const auto numbers = std::span(option_values).first(static_cast<std::size_t>(found));
+      if (option == "-clamp" && option_values[0] == "on") {
         result.wrap = {TextureWrap::clamp, TextureWrap::clamp};
       } else if (option == "-s" || option == "-o") {
         if (!parse_numbers(numbers, option == "-s" ? scale : offset)) count(placed_, option);
@@ -270,9 +271,9 @@ class MtlReader {
         count(placed_, option);
       }
     }
-    // Scaled, then translated, as in Blender and three.js.
+    // UVs are scaled, then translated, as in Blender and three.js.
     result.uv_transform = {scale[0], 0, offset[0], 0, scale[1], offset[1]};
-    std::string name(rest);
+    std::string name(remaining_line);
     if (name.size() > 1 && name.front() == '"' && name.back() == '"') {
       name = name.substr(1, name.size() - 2);
     }
@@ -304,15 +305,16 @@ class MtlReader {
   std::vector<Material> materials_;
   StatementCount placed_, ignored_, stand_ins_, invisible_;
   bool by_blender_ = false;
-  // Statements of the current material.
+  // values of the current material's statements
   std::array<float, 3> ambient_{};
-  float shininess_ = -1;    ///< Below 0: not given.
-  float transparency_ = 0;  ///< `Tr`
+  float shininess_ = -1;    ///< value of Ns; below 0: not given
+  float transparency_ = 0;  ///< value of Tr
   std::string transparency_place_;
   std::string_view illumination_;
   MaterialPicture exponents_, reflections_;
-  bool has_opacity_ = false;  ///< Given by `d`.
-  bool has_normals_ = false;  ///< Given by a statement that never means heights.
+  bool has_opacity_ = false;  ///< true if d was given
+  /// true if a statement was given that always means normals, never heights
+  bool has_normals_ = false;
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Wavefront OBJ, by Kiln's own reader: a half-edge mesh would drop faces at non-manifold edges, and
-// errors must name the line.
+// Reads Wavefront OBJ. Kiln has its own reader because a half-edge mesh would drop faces at non-manifold edges, and
+// because errors must name the line.
 #include <algorithm>
 #include <charconv>
 #include <string>
@@ -34,21 +34,21 @@ class ObjReader {
                   ignored_);
     }
     if (bad_polypaint_ != 0) {
-      input_.warn(
-          "bad-polypaint",
-          std::to_string(bad_polypaint_) + " colours in its #MRGB lines (" +
-              bad_polypaint_example_ +
-              " for one) are not eight hexadecimal digits, or of no vertex, and were ignored.",
-          bad_polypaint_);
+      input_.warn("bad-polypaint",
+                  std::to_string(bad_polypaint_) + " colours in its #MRGB lines (" +
+                      bad_polypaint_example_ +
+                      " for one) are not eight hexadecimal digits, or belong to no vertex, and "
+                      "were ignored.",
+                  bad_polypaint_);
     }
     warn_of_zeros(zero_uvs_, "texture coordinate");
     warn_of_zeros(zero_normals_, "normal");
     builder_.describe_face = [this](std::uint32_t triangle) {
-      const auto after = std::upper_bound(
+      const auto next_line = std::upper_bound(
           face_lines_.begin(), face_lines_.end(), triangle,
           [](std::uint32_t value, const FaceLine& entry) { return value < entry.triangle; });
-      return after == face_lines_.begin() ? std::string()
-                                          : "line " + std::to_string(after[-1].line);
+      return next_line == face_lines_.begin() ? std::string()
+                                              : "line " + std::to_string(next_line[-1].line);
     };
     return builder_.finish();
   }
@@ -58,8 +58,8 @@ class ObjReader {
     std::uint32_t triangle;
     std::uint64_t line;
   };
-  /// The largest index used so far in a pool, and its position: the pool may grow after the face.
-  struct Reach {
+  /// The largest index into a pool so far, and its position in the file: elements of the pool may follow the face.
+  struct LargestIndex {
     std::uint64_t index = 0, line = 0;
   };
 
@@ -89,7 +89,7 @@ class ObjReader {
     }
   }
 
-  /// One name, which may contain blanks as exporters write it, or several that end in ".mtl".
+  /// Parses mtllib: one name, which may contain blanks as exporters write it, or several that end in ".mtl".
   void material_files(std::string_view names) {
     const auto add = [this](std::string_view name) {
       while (name.starts_with(' ') || name.starts_with('\t')) name.remove_prefix(1);
@@ -98,23 +98,23 @@ class ObjReader {
       }
       if (!name.empty()) builder_.material_files.emplace_back(name);
     };
-    for (std::size_t at = 0; at < names.size();) {
-      at = std::min(names.find_first_of(" \t", at), names.size());
-      std::string_view word = names.substr(0, at);
+    for (std::size_t offset = 0; offset < names.size();) {
+      offset = std::min(names.find_first_of(" \t", offset), names.size());
+      std::string_view word = names.substr(0, offset);
       if (word.ends_with('"')) word.remove_suffix(1);
       const std::string_view ending =
           word.substr(word.size() - std::min<std::size_t>(4, word.size()));
       if (ending == ".mtl" || ending == ".MTL") {
-        add(names.substr(0, at));
-        names.remove_prefix(at);
-        at = 0;
+        add(names.substr(0, offset));
+        names.remove_prefix(offset);
+        offset = 0;
       }
-      at = std::min(names.find_first_not_of(" \t", at), names.size());
+      offset = std::min(names.find_first_not_of(" \t", offset), names.size());
     }
     add(names);
   }
 
-  /// ZBrush's colours: MMRRGGBB in hexadecimal digits for each preceding vertex, MM is a mask.
+  /// Parses ZBrush's colours: MMRRGGBB in hexadecimal digits for each preceding vertex, where MM is a mask.
   void polypaint(std::string_view digits) {
     while (digits.starts_with(' ')) digits.remove_prefix(1);
     for (; digits.size() >= 8; digits.remove_prefix(8)) {
@@ -126,7 +126,7 @@ class ObjReader {
     if (!digits.empty() && bad_polypaint_++ == 0) bad_polypaint_example_ = scan_.place();
   }
 
-  /// Blocks of colours follow their vertices, once per object.
+  /// Assigns ZBrush's colours. Their blocks follow the vertices, once per object.
   void finish_polypaint() {
     if (polypaint_.size() > builder_.positions.size()) {
       bad_polypaint_ += polypaint_.size() - builder_.positions.size();
@@ -144,9 +144,9 @@ class ObjReader {
   double number(const char* rule) {
     const std::string_view token = scan_.token_in_line();
     if (const auto value = to_double(token)) return *value;
-    const std::string what =
+    const std::string problem =
         token.empty() ? "a number is missing" : "\"" + printable(token) + "\" is not a number";
-    input_.fail(scan_.place(), what + " (" + rule + ")",
+    input_.fail(scan_.place(), problem + " (" + rule + ")",
                 "Correct the line or export the mesh again.");
   }
 
@@ -154,7 +154,7 @@ class ObjReader {
     if (!polypaint_.empty()) finish_polypaint();
     MeshBuilder::Position p;
     for (double& value : p) value = number("a vertex has x, y and z");
-    double more[4];
+    double extra_values[4];
     int count = 0;
     for (std::string_view token = scan_.token_in_line(); !token.empty() && count < 4;
          token = scan_.token_in_line()) {
@@ -163,12 +163,12 @@ class ObjReader {
         input_.fail(scan_.place(), "\"" + printable(token) + "\" is not a number",
                     "Correct the line or export the mesh again.");
       }
-      more[count++] = *value;
+      extra_values[count++] = *value;
     }
-    if (count >= 3) {  // x y z r g b [a]; one more number is a weight
-      builder_.set_color(
-          builder_.positions.size(),
-          {more[0], more[1], more[2], count == 4 ? more[3] : MeshBuilder::kFullAlpha});
+    if (count >= 3) {  // x y z r g b [a]; a single number after x y z is a weight
+      builder_.set_color(builder_.positions.size(),
+                         {extra_values[0], extra_values[1], extra_values[2],
+                          count == 4 ? extra_values[3] : MeshBuilder::kFullAlpha});
     }
     builder_.positions.push_back(p);
   }
@@ -187,8 +187,9 @@ class ObjReader {
     builder_.uvs.push_back({narrow(u), narrow(v)});
   }
 
-  /// Converts the file's 1-based or negative index to a 0-based one.
-  std::uint32_t resolve(std::string_view text, std::size_t pool, Reach& reach, const char* what) {
+  /// Converts a 1-based or negative index of the file to a 0-based one.
+  std::uint32_t resolve(std::string_view text, std::size_t pool, LargestIndex& reach,
+                        const char* what) {
     const auto index = to_integer(text);
     if (!index) {
       input_.fail(scan_.place(),
@@ -199,7 +200,7 @@ class ObjReader {
     const auto size = static_cast<std::int64_t>(pool);
     if (*index == 0 || *index < -size || *index > 0x7FFFFFFF) {
       input_.fail(scan_.place(), out_of_range(builder_.faces(), *index, what, pool),
-                  "Indices count from 1, or back from -1; export the mesh again.");
+                  "Indices start at 1, or count backwards from -1; export the mesh again.");
     }
     if (*index < 0) return static_cast<std::uint32_t>(size + *index);
     if (static_cast<std::uint64_t>(*index) > reach.index) {
@@ -208,19 +209,19 @@ class ObjReader {
     return static_cast<std::uint32_t>(*index - 1);
   }
 
-  /// Corners whose index of a UV or a normal is 0.
-  struct Zeros {
+  /// Corners with the index 0 for a UV or a normal.
+  struct ZeroIndices {
     std::uint64_t count = 0;
     std::string first;
   };
-  /// True if a corner has an index of a UV or a normal. Some programs, such as Cinema 4D, write 0 for none.
-  bool has_index(std::string_view text, Zeros& zeros) const {
+  /// True if a corner has an index of a UV or a normal. Some programs, such as Cinema 4D, write 0 for a missing one.
+  bool has_index(std::string_view text, ZeroIndices& zeros) const {
     if (text.empty()) return false;
     if (to_integer(text) != 0) return true;
     if (zeros.count++ == 0) zeros.first = scan_.place();
     return false;
   }
-  void warn_of_zeros(const Zeros& zeros, const char* what) const {
+  void warn_of_zeros(const ZeroIndices& zeros, const char* what) const {
     if (zeros.count == 0) return;
     input_.warn("zero-indices",
                 zeros.first + ": " + counted(zeros.count, "corner") +
@@ -272,7 +273,7 @@ class ObjReader {
   }
 
   void check_forward_references() {
-    const auto check = [this](const Reach& reach, std::size_t pool, const char* what) {
+    const auto check = [this](const LargestIndex& reach, std::size_t pool, const char* what) {
       if (reach.index <= pool) return;
       input_.fail("line " + std::to_string(reach.line),
                   std::string("a face uses ") + what + " " + std::to_string(reach.index) +
@@ -289,8 +290,8 @@ class ObjReader {
   MeshBuilder builder_;
   std::vector<std::uint32_t> vertex_, uv_, normal_;
   std::vector<FaceLine> face_lines_;
-  Reach vertex_reach_, uv_reach_, normal_reach_;
-  Zeros zero_uvs_, zero_normals_;
+  LargestIndex vertex_reach_, uv_reach_, normal_reach_;
+  ZeroIndices zero_uvs_, zero_normals_;
   std::uint32_t triangles_ = 0;
   std::vector<std::uint32_t> polypaint_;
   std::uint64_t ignored_ = 0, bad_polypaint_ = 0;

@@ -1,5 +1,5 @@
-// OFF (Geomview's object file format, ASCII), by Kiln's own reader: a half-edge mesh would drop faces at
-// non-manifold edges, and errors must name the line.
+// Reads OFF (Geomview's object file format, ASCII). Kiln has its own reader because a half-edge mesh would drop faces
+// at non-manifold edges, and because errors must name the line.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -25,9 +25,9 @@ class OffReader {
     if (by_index_ != 0) {
       input_.warn("color-indices",
                   counted(by_index_, "face") + (by_index_ == 1 ? " has" : " have") +
-                      " the number of a colour in a list that is not in the file (face " +
+                      " an index into a colour map that the file does not contain (face " +
                       std::to_string(first_by_index_) +
-                      " for one): left without a colour. Export it with three numbers a colour.",
+                      " for example): these faces get no colour. Export colours as three numbers.",
                   by_index_);
     }
     return builder_.finish();
@@ -38,7 +38,7 @@ class OffReader {
     input_.fail(scan_.place(), problem, "Correct the line or export the mesh again.");
   }
 
-  /// Parses "OFF" with its prefix letters for vertex attributes, in any order.
+  /// Parses the keyword "OFF" with prefix letters for vertex attributes, in any order.
   void keyword(std::string_view word) {
     std::string_view letters = word;
     if (letters.ends_with("OFF") || letters == "off") {
@@ -57,7 +57,7 @@ class OffReader {
       if (has == nullptr || *has) {
         fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
       }
-      // Geomview writes normals before colours, and "CN" for both; MeshLab the reverse.
+      // Geomview writes normals before colours, with "CN" for both; MeshLab writes them in reverse.
       if (has == &colors_) colors_first_ = normals_;
       *has = true;
       letters.remove_prefix(length);
@@ -66,7 +66,7 @@ class OffReader {
 
   void header() {
     std::string_view word = scan_.token();
-    if (!to_integer(word)) {  // the keyword is optional
+    if (!to_integer(word)) {  // the keyword is optional, so a number starts the counts
       keyword(word);
       word = scan_.token();
       if (word == "BINARY") {
@@ -88,11 +88,11 @@ class OffReader {
     vertices_ = static_cast<std::uint64_t>(*vertices);
     faces_ = static_cast<std::uint64_t>(*faces);
     scan_.next_line();
-    // A vertex takes at least "0 0 0\n", a face "0\n"; the last line end may be missing.
-    const std::uint64_t left = scan_.remaining() + 1;
-    if (vertices_ > left / 6 || faces_ > left / 2) {
+    // A vertex takes at least "0 0 0\n", a face "0\n". The last line end may be missing, so one byte is added.
+    const std::uint64_t bytes_left = scan_.remaining() + 1;
+    if (vertices_ > bytes_left / 6 || faces_ > bytes_left / 2) {
       fail("the header promises " + std::to_string(vertices_) + " vertices and " +
-           std::to_string(faces_) + " faces, more than the " + std::to_string(left - 1) +
+           std::to_string(faces_) + " faces, more than the " + std::to_string(bytes_left - 1) +
            " bytes after it can hold (truncated)");
     }
   }
@@ -123,17 +123,17 @@ class OffReader {
     }
   }
   std::size_t corner_numbers() const { return homogeneous_ ? 4 : 3; }
-  /// Channels of the colour in `values_`: 0, 3 or 4.
+  /// Number of channels of the colour in `values_`: 0, 3 or 4.
   std::size_t channels() const {
-    const std::size_t rest =
+    const std::size_t color_channels =
         values_.size() - corner_numbers() - (normals_ ? 3 : 0) - (textured_ ? 2 : 0);
-    return !colors_ || rest < 3 ? 0 : std::min<std::size_t>(rest, 4);
+    return !colors_ || color_channels < 3 ? 0 : std::min<std::size_t>(color_channels, 4);
   }
 
-  /// True if a colour is negative in the order of colours and normals that the keyword gives: then the order is
-  /// the other one.
+  /// True if a colour would be negative in the order of colours and normals that the keyword implies: then the order is
+  /// reversed.
   bool has_negative_colors() {
-    const TextScanner before = scan_;
+    const TextScanner line_start = scan_;
     bool negative = false;
     for (std::uint64_t i = 0; i < vertices_ && !negative; ++i) {
       numbers(i);
@@ -142,7 +142,7 @@ class OffReader {
       negative = std::any_of(color, color + static_cast<std::ptrdiff_t>(channels()),
                              [](double value) { return value < 0; });
     }
-    scan_ = before;
+    scan_ = line_start;
     return negative;
   }
 
@@ -198,8 +198,8 @@ class OffReader {
                       normals_ ? Indices(corners_) : Indices());
   }
 
-  /// Parses the rest of a face line: nothing, an index into a colour map, or three or four channels. A non-number
-  /// ends it.
+  /// Parses the rest of a face line: nothing, an index into a colour map, or three or four channels. It ends at the
+  /// first word that is no number.
   void face_color(std::uint64_t i) {
     values_.clear();
     for (std::string_view token = scan_.token_in_line(); !token.empty() && values_.size() < 4;
@@ -219,13 +219,14 @@ class OffReader {
   const MeshInput& input_;
   TextScanner scan_;
   MeshBuilder builder_;
-  std::uint64_t by_index_ = 0, first_by_index_ = 0;  ///< Faces with a colour index
+  /// number of faces with a colour index, and the first of them
+  std::uint64_t by_index_ = 0, first_by_index_ = 0;
   bool textured_ = false, colors_ = false, normals_ = false;
-  bool homogeneous_ = false;       ///< Positions are x y z w.
-  bool of_any_dimension_ = false;  ///< A line gives the number of coordinates per vertex.
-  bool colors_first_ = false;      ///< Colours precede normals.
+  bool homogeneous_ = false;       ///< true: positions are x y z w
+  bool of_any_dimension_ = false;  ///< true: a line states the number of coordinates per vertex
+  bool colors_first_ = false;      ///< true: colours precede normals
   std::uint64_t vertices_ = 0, faces_ = 0;
-  std::vector<double> values_;  ///< Numbers of a vertex's line.
+  std::vector<double> values_;  ///< numbers of a vertex line
   std::vector<std::uint32_t> corners_;
 };
 

@@ -1,6 +1,7 @@
-// PLY. Every count and index is checked. One loop reads files of any layout, value by value. Binary vertices without
-// lists, and binary faces that are all triangles, have a constant stride and are read on all threads, in place. If such
-// a face is invalid, the loop reads the faces again and reports the first error with its position.
+// Reads PLY. Every count and index is checked. A general loop reads files of any layout, value by value. A faster path
+// reads binary vertices without lists, and binary faces that are all triangles, on all threads and in place, since they
+// have a constant stride. If such a face is invalid, the general loop reads the faces again and reports the first error
+// with its position.
 #include "asset/mesh_ply.h"
 
 #include <algorithm>
@@ -32,7 +33,7 @@ T load(const char* at, bool swap) {
   return std::bit_cast<T>(bytes);
 }
 
-/// Values of a binary body. Callers check has() before each read.
+/// Reads values of a binary body. Callers check has() before each read.
 class BinarySource {
  public:
   BinarySource(const MeshInput& input, const Header& header)
@@ -74,7 +75,7 @@ class BinarySource {
     return 0;
   }
   void skip(Type type, std::uint64_t count) { at_ += size_of(type) * count; }
-  /// The first byte that was not read.
+  /// Address of the first byte that was not read.
   const char* here() const { return at_; }
   std::uint32_t index_at(const char* at) const { return load<std::uint32_t>(at, swap_); }
 
@@ -85,7 +86,7 @@ class BinarySource {
   bool swap_;
 };
 
-/// Values of an ASCII body, separated by blanks or line ends.
+/// Reads values of an ASCII body, separated by blanks or line ends.
 class AsciiSource {
  public:
   AsciiSource(const MeshInput& input, const Header& header)
@@ -93,7 +94,7 @@ class AsciiSource {
 
   bool has(std::uint64_t bytes) const { return bytes <= remaining(); }
   std::uint64_t remaining() const { return scan_.remaining() + 1; }
-  /// A digit and a separator; the last separator may be missing, hence the 1 above.
+  /// A value takes a digit and a separator; the last separator may be missing, which the constructor accounts for.
   std::uint64_t least_bytes(Type) const { return 2; }
   std::string place() const { return "line " + std::to_string(first_line_ + scan_.line() - 1); }
 
@@ -115,7 +116,7 @@ class AsciiSource {
   std::uint64_t first_line_;
 };
 
-/// True if faces or vertices have colours.
+/// True if vertices or faces have colours.
 bool has_colors(const Header& header) {
   return std::any_of(header.elements.begin(), header.elements.end(), [](const Element& element) {
     return (element.name == "vertex" || element.name == "face") &&
@@ -130,10 +131,10 @@ class BodyReader {
   BodyReader(const MeshInput& input, const Header& header)
       : input_(input), header_(header), source_(input, header) {}
 
-  /// Reads all into the builder.
+  /// Reads the whole body into the builder.
   void read(MeshBuilder& builder) {
     textures_ = texture_names(header_);
-    // Faces may precede the vertices.
+    // All elements are read in the file's order, since faces may precede the vertices.
     for (const Element& element : header_.elements) {
       if (element.name != "vertex") continue;
       vertices_ = element.count;
@@ -143,7 +144,7 @@ class BodyReader {
     std::ptrdiff_t useful = std::count_if(header_.elements.begin(), header_.elements.end(),
                                           [](const Element& e) { return is_useful(e); });
     for (const Element& element : header_.elements) {
-      if (useful == 0) break;  // ignore the remaining elements
+      if (useful == 0) break;  // the remaining elements are ignored
       if (is_useful(element)) --useful;
       check_size(element);
       if (element.name == "vertex") {
@@ -176,21 +177,22 @@ class BodyReader {
                 "Copy or export it again.");
   }
 
-  /// Checks, before allocation, that the rest of the file can hold the declared number of elements.
+  /// Checks that the rest of the file can hold the declared number of elements, before memory is allocated.
   void check_size(const Element& element) {
-    std::uint64_t least = 0;
+    std::uint64_t min_bytes = 0;
     for (const Property& property : element.properties) {
-      least += source_.least_bytes(property.list ? property.count_type : property.type);
+      min_bytes += source_.least_bytes(property.list ? property.count_type : property.type);
     }
-    if (least == 0 ? element.count > kMaxElements : element.count > source_.remaining() / least) {
+    if (min_bytes == 0 ? element.count > kMaxElements
+                       : element.count > source_.remaining() / min_bytes) {
       input_.fail("header",
-                  "it promises " + std::to_string(element.count) + " elements \"" +
+                  "it declares " + std::to_string(element.count) + " elements \"" +
                       printable(element.name) + "\", more than the file can hold (truncated)",
                   "Copy or export it again.");
     }
   }
 
-  /// The values of one vertex or face, by role.
+  /// The values of one vertex or face, by their roles.
   class Values {
    public:
     explicit Values(const Element& element) : has_color(has(element, Role::red)) {
@@ -221,8 +223,9 @@ class BodyReader {
     double color_scale_ = 1;
   };
 
-  /// Reads vertices of constant size that have only coordinates, normals, UVs and 8-bit colours, on all threads.
-  /// \returns false for other vertices; nothing is read then
+  /// Reads vertices on all threads if their size is constant, and they have only coordinates, normals, UVs and 8-bit
+  /// colours.
+  /// \returns false for other vertices; then nothing is read
   bool read_even_vertices(const Element& element, MeshBuilder& builder) {
     if constexpr (!std::is_same_v<Source, BinarySource>) {
       return false;
@@ -291,8 +294,8 @@ class BodyReader {
     }
   }
 
-  /// Reads faces that are all triangles and have only indices, on all threads.
-  /// \returns false for other faces, or if any index is invalid; nothing is read then
+  /// Reads faces on all threads if they are all triangles and have only indices.
+  /// \returns false for other faces, or if an index is invalid; then nothing is read
   bool read_triangles(const Element& element, MeshBuilder& builder) {
     if constexpr (!std::is_same_v<Source, BinarySource>) {
       return false;
@@ -300,15 +303,16 @@ class BodyReader {
       constexpr std::size_t kTriangleBytes = 13;
       if (element.properties.size() != 1 || element.count == 0 || !textures_.empty()) return false;
       const Property& list = element.properties[0];
-      const bool plain = list.list && list.role == Role::indices && size_of(list.count_type) == 1 &&
-                         (list.type == Type::int32 || list.type == Type::uint32);
-      if (!plain || element.count > source_.remaining() / kTriangleBytes) return false;
+      const bool has_only_triangles = list.list && list.role == Role::indices &&
+                                      size_of(list.count_type) == 1 &&
+                                      (list.type == Type::int32 || list.type == Type::uint32);
+      if (!has_only_triangles || element.count > source_.remaining() / kTriangleBytes) return false;
       const char* const first = source_.here();
-      if (*first != 3) return false;  // no memory for quads
+      if (*first != 3) return false;  // a quick check of the first face, before memory is allocated
       const auto read_all = [&](std::span<Triangle> triangles) {
-        std::atomic<bool> good = true;
+        std::atomic<bool> is_valid = true;
         parallel_for(triangles.size(), kElementsAtOnce, [&](std::size_t begin, std::size_t end) {
-          bool is_good = good;
+          bool is_good = is_valid;
           for (std::size_t i = begin; i < end && is_good; ++i) {
             const char* const at = first + i * kTriangleBytes;
             is_good = *at == 3;
@@ -317,9 +321,9 @@ class BodyReader {
               is_good = is_good && triangles[i][k] < vertices_;
             }
           }
-          if (!is_good) good = false;
+          if (!is_good) is_valid = false;
         });
-        return good.load();
+        return is_valid.load();
       };
       if (!builder.add_triangles(element.count, vertex_uvs_, vertex_normals_, read_all))
         return false;
@@ -374,7 +378,7 @@ class BodyReader {
                       decimal(length),
                   "Export the mesh again.");
     }
-    // Doubles represent every possible length exactly enough; larger ones fail this check.
+    // A double represents all lengths that can pass this check exactly; larger ones fail it.
     if (length * static_cast<double>(source_.least_bytes(property.type)) >
         static_cast<double>(source_.remaining())) {
       truncated(element, index);
@@ -393,7 +397,7 @@ class BodyReader {
                has_wedges = has(element, Role::wedge_uvs);
     if (!check_only) name_first_texture(builder, numbered);
     if (!check_only && vertex_uvs_ && has_wedges && builder.uvs.empty()) {
-      // The vertices may come later, but their UVs have the same indices.
+      // The vertices may come later in the file, but their UVs have the same indices.
       for (const Element& other : header_.elements) {
         if (other.name == "vertex") check_size(other);
       }
@@ -427,8 +431,7 @@ class BodyReader {
       if (check_only) continue;
       Indices uvs;
       if (vertex_uvs_) uvs = corners_;
-      // UVs of corners (u and v alternating) take precedence over those of vertices, which cannot
-      // have seams.
+      // UVs of corners, u and v alternating, take precedence over those of vertices, which cannot express seams.
       if (!corners_.empty() && wedge_.size() == 2 * corners_.size()) {
         uv.clear();
         for (std::size_t k = 0; k < corners_.size(); ++k) {
@@ -454,25 +457,25 @@ class BodyReader {
     if (textures_.empty() || numbered) return;
     builder.set_material(textures_[0]);
     if (textures_.size() == 1) return;
-    input_.warn(
-        "texture-numbers",
-        "header: it names " + std::to_string(textures_.size()) +
-            " pictures (TextureFile), but its faces have no \"texnumber\": the first picture is "
-            "used for all.",
-        textures_.size() - 1);
+    input_.warn("texture-numbers",
+                "header: it names " + std::to_string(textures_.size()) +
+                    " pictures (TextureFile), but its faces have no \"texnumber\": the first "
+                    "picture is used for all faces.",
+                textures_.size() - 1);
   }
 
   void set_texture(MeshBuilder& builder, double number, std::uint64_t face) {
-    const bool known = number >= 0 && number < static_cast<double>(textures_.size()) &&
-                       number == std::floor(number);
-    if (!known) bad_numbers_.add(face);
-    const std::string& name = known ? textures_[static_cast<std::size_t>(number)] : untextured_;
+    const bool is_valid_number = number >= 0 && number < static_cast<double>(textures_.size()) &&
+                                 number == std::floor(number);
+    if (!is_valid_number) bad_numbers_.add(face);
+    const std::string& name =
+        is_valid_number ? textures_[static_cast<std::size_t>(number)] : untextured_;
     if (&name == texture_) return;
     texture_ = &name;
     builder.set_material(name);
   }
 
-  /// Drops pictures of a mesh without UVs, and reports faults of UVs and picture numbers once.
+  /// Drops the pictures of a mesh without UVs, and warns once about invalid UVs and picture numbers.
   void finish_textures(MeshBuilder& builder) {
     const auto warn = [&](const char* code, const FaceCount& what, const std::string& text) {
       if (what.count == 0) return;
@@ -483,19 +486,19 @@ class BodyReader {
     };
     warn("bad-texcoords", bad_wedges_,
          std::string("without two numbers in \"texcoord\" for each corner: ") +
-             (vertex_uvs_ ? "UVs of the vertices were taken there." : "no UVs were read there."));
+             (vertex_uvs_ ? "the UVs of the vertices are used there."
+                          : "these corners have no UVs."));
     if (textures_.empty()) return;
     warn("texture-numbers", bad_numbers_,
          "with a \"texnumber\" that is none of its " + counted(textures_.size(), "picture") +
              " (TextureFile), numbered from 0: no picture is used there" +
              (has_colors(header_) ? ", and the colours of faces or vertices count." : "."));
     if (builder.uvs.empty()) {
-      input_.warn(
-          "texture-without-uvs",
-          "header: it names " + counted(textures_.size(), "picture") +
-              " (TextureFile), but has no UVs that they lie on: not read. Export it with its "
-              "texture coordinates.",
-          textures_.size());
+      input_.warn("texture-without-uvs",
+                  "header: it names " + counted(textures_.size(), "picture") +
+                      " (TextureFile), but no UVs for them, so they are not read. Export the mesh "
+                      "with texture coordinates.",
+                  textures_.size());
       return;
     }
     builder.material_files.push_back(std::filesystem::path(input_.file).filename().string());
@@ -519,11 +522,11 @@ class BodyReader {
     corners_.push_back(static_cast<std::uint32_t>(index));
   }
 
-  /// Triangle strips, as in scan archives: lists of vertices, where -1 ends a strip.
+  /// Reads triangle strips, as in scan archives: lists of vertices in which -1 ends a strip.
   void read_strips(const Element& element, MeshBuilder& builder) {
     std::uint64_t strip = 0;
     name_first_texture(builder, false);
-    corners_.clear();  // remainder of a previous face
+    corners_.clear();  // corners of the last face are discarded
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
         if (!property.list) {
@@ -547,14 +550,16 @@ class BodyReader {
     }
   }
 
-  /// Every second triangle is reversed. Degenerate ones only change the strip's direction.
+  /// Adds the triangles of a strip. Every second one is reversed. Degenerate ones only serve to change the strip's
+  /// direction.
   void add_strip(MeshBuilder& builder) {
     const auto add = [&](std::span<const std::uint32_t> corners) {
       using Indices = std::span<const std::uint32_t>;
       builder.add_face(corners, vertex_uvs_ ? corners : Indices(),
                        vertex_normals_ ? corners : Indices());
     };
-    if (!corners_.empty() && corners_.size() < 3) add(corners_);  // counted as a short face
+    // a strip that is too short is counted as a short face
+    if (!corners_.empty() && corners_.size() < 3) add(corners_);
     for (std::size_t k = 2; k < corners_.size(); ++k) {
       std::array<std::uint32_t, 3> t{corners_[k - 2], corners_[k - 1], corners_[k]};
       if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
@@ -578,10 +583,10 @@ class BodyReader {
   bool vertex_normals_ = false, vertex_uvs_ = false;
   std::vector<std::uint32_t> corners_;
   std::vector<float> wedge_;
-  std::vector<std::string> textures_;     ///< Names of materials
-  const std::string* texture_ = nullptr;  ///< Of the last face
+  std::vector<std::string> textures_;     ///< names of the materials
+  const std::string* texture_ = nullptr;  ///< picture of the last face
   const std::string untextured_ = kUntextured;
-  /// Faces collected for one warning.
+  /// Faces that one warning will report.
   struct FaceCount {
     std::uint64_t count = 0, first = 0;
     void add(std::uint64_t face) {
@@ -591,14 +596,14 @@ class BodyReader {
   FaceCount bad_wedges_, bad_numbers_;
 };
 
-/// Rejects headers without vertices, or whose faces or strips lack their index list. \throws Error(input)
+/// Rejects headers without vertices, and faces or strips without an index list. \throws Error(input)
 void check_elements(const MeshInput& input, const Header& header) {
   const auto find = [&header](std::string_view name) {
     return std::find_if(header.elements.begin(), header.elements.end(),
                         [name](const Element& element) { return element.name == name; });
   };
-  const auto vertex = find("vertex"), face = find("face"), none = header.elements.end();
-  if (vertex == none) {
+  const auto vertex = find("vertex"), face = find("face"), missing = header.elements.end();
+  if (vertex == missing) {
     input.fail("header", "it has no element \"vertex\"", "Export the mesh again.");
   }
   const auto strips = find("tristrips");
@@ -609,8 +614,8 @@ void check_elements(const MeshInput& input, const Header& header) {
     input.fail("header", std::string("its ") + faces + " need exactly one list \"vertex_indices\"",
                "Export the mesh again.");
   };
-  if (face != none && face->count != 0) check_list(*face, "faces");
-  if (strips != none && strips->count != 0) check_list(*strips, "triangle strips");
+  if (face != missing && face->count != 0) check_list(*face, "faces");
+  if (strips != missing && strips->count != 0) check_list(*strips, "triangle strips");
 }
 
 }  // namespace
@@ -620,7 +625,7 @@ std::vector<Material> read_ply_materials(const MeshInput& given,
   MeshInput input = given;
   std::string converted;
   input.bytes = as_utf8(input.bytes, converted);
-  input.warnings = nullptr;  // load_mesh() reported it
+  input.warnings = nullptr;  // load_mesh() has reported the warnings already
   const Header header = parse_header(input);
   const std::vector<std::string> names = texture_names(header);
   std::vector<Material> materials;

@@ -1,4 +1,4 @@
-// The header of a PLY file (Turk 1994).
+// Parses the header of a PLY file (Turk 1994).
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace kiln::ply {
 enum class Encoding { ascii, little_endian, big_endian };
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// Roles of a property.
+/// The meaning of a property.
 enum class Role {
   unused,
   x,
@@ -41,7 +41,7 @@ struct Property {
   std::string name;
   Type type = Type::float32;
   bool list = false;
-  Type count_type = Type::uint8;  ///< Type of a list's length.
+  Type count_type = Type::uint8;  ///< Type of a list's length
   Role role = Role::unused;
 };
 
@@ -54,21 +54,22 @@ struct Element {
 struct Header {
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
-  std::vector<std::string> texture_files;  ///< From lines "comment TextureFile NAME", in order
-  std::size_t body = 0;                    ///< Offset of the first byte after the header.
-  std::uint64_t body_line = 0;             ///< Its line, counted from 1.
+  /// Names from lines "comment TextureFile NAME", in order
+  std::vector<std::string> texture_files;
+  std::size_t body = 0;         ///< Offset in bytes of the body, after the header
+  std::uint64_t body_line = 0;  ///< Line at which the body starts, counted from 1
 };
 
-/// Names of the materials of a file's pictures, one per picture: the picture's name without extension, or with it
-/// if two would be equal.
+/// Names the materials of a file's pictures, one per picture: the picture's name without extension, or with it if two
+/// would be equal.
 std::vector<std::string> texture_names(const Header& header);
-/// Name of the material of faces whose `texnumber` has no picture.
+/// Name of the material for faces whose `texnumber` has no picture.
 inline constexpr const char* kUntextured = "untextured";
 
 std::size_t size_of(Type type);
 bool integral(Type type);
 
-/// \throws Error(input) with the line
+/// Parses the header. \throws Error(input) with the line
 Header parse_header(const MeshInput& input);
 
 }  // namespace kiln::ply

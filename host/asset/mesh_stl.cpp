@@ -1,5 +1,5 @@
-// STL, by Kiln's own reader: OpenMesh's silently drops degenerate triangles (its corners are in an
-// ordered map whose order NaN breaks), which Kiln must never do.
+// Reads STL. Kiln has its own reader because OpenMesh's drops degenerate triangles silently: it sorts corners in an
+// ordered map, whose order NaN breaks.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,8 +16,8 @@
 namespace kiln {
 namespace {
 
-/// Merges corners with exactly equal positions (-0 equals 0; NaN equals the same NaN) into one
-/// vertex, in order of first appearance. Open addressing with linear probing, at most half full.
+/// Merges corners with exactly equal positions (-0 equals 0; NaN equals the same NaN) into one vertex, in the order of
+/// first appearance. A hash table with open addressing and linear probing, at most half full.
 class Welder {
  public:
   Welder(std::vector<MeshBuilder::Position>& positions, std::size_t expected)
@@ -25,7 +25,7 @@ class Welder {
 
   std::uint32_t add(MeshBuilder::Position p) {
     if (2 * positions_.size() >= slots_.size()) grow();
-    for (double& value : p) value += 0.0;  // -0 becomes 0
+    for (double& value : p) value += 0.0;  // adding 0 turns -0 into 0
     std::size_t slot = hash(p);
     while (slots_[slot] != MeshBuilder::kNone) {
       if (std::memcmp(&positions_[slots_[slot]], &p, sizeof p) == 0) return slots_[slot];
@@ -69,39 +69,39 @@ std::uint32_t little_endian(const char* bytes) {
   return value;
 }
 
-/// Colours in the two bytes behind each triangle of a binary STL, 5 bits a channel. Two programs' conventions are in
-/// use. VisCAM and SolidView set bit 15 of triangles with a colour, with blue in the lowest bits. Materialise Magics
-/// writes "COLOR=" and a default colour into the header, and clears bit 15 of triangles with their own colour, with red
-/// in the lowest bits. MeshLab writes Magics' header and order, but sets bit 15 of all triangles, which for Magics
-/// means that none has a colour: if all bits are set, differing colours are used.
+/// Decodes colours in the two bytes after each triangle of a binary STL, 5 bits per channel. Two conventions exist.
+/// VisCAM and SolidView set bit 15 of triangles with a colour, with blue in the lowest bits. Materialise Magics writes
+/// "COLOR=" and a default colour into the header, and clears bit 15 of triangles with their own colour, with red in the
+/// lowest bits. MeshLab writes Magics' header and order, but sets bit 15 of all triangles, which for Magics means that
+/// none has a colour: if all bits are set, differing colours are used.
 class StlColors {
  public:
   explicit StlColors(const MeshInput& input) : bytes_(input.bytes) {
-    constexpr std::string_view kMagics = "COLOR=";
+    constexpr std::string_view kMagicsPrefix = "COLOR=";
     const std::string_view header = bytes_.substr(0, kHeaderBytes - 4);
-    const std::size_t at = header.find(kMagics);
-    if (at == std::string_view::npos || at + kMagics.size() + 4 > header.size()) return;
+    const std::size_t at = header.find(kMagicsPrefix);
+    if (at == std::string_view::npos || at + kMagicsPrefix.size() + 4 > header.size()) return;
     std::array<std::uint8_t, 4> color;
-    std::memcpy(color.data(), header.data() + at + kMagics.size(), 4);
+    std::memcpy(color.data(), header.data() + at + kMagicsPrefix.size(), 4);
     default_color_ = color;
-    // Programs that only write a default colour leave the bytes 0, which would mean black
-    // triangles.
+    // Programs that only write a default colour leave the bytes 0, which would otherwise mean black triangles.
     const Bits bits = scan_bits();
     by_triangle_ = !bits.are_alike || bits.first != 0;
     mark_counts_ = !bits.are_all_marked;
     if (mark_counts_ || !by_triangle_) return;
-    // MeshLab has a blank after its header's colour, where Magics has alpha.
-    const bool is_meshlabs = header.substr(at + kMagics.size() + 3).starts_with(" MATERIAL=");
+    // After the colour in the header, MeshLab writes a blank where Magics writes alpha.
+    const bool is_meshlabs = header.substr(at + kMagicsPrefix.size() + 3).starts_with(" MATERIAL=");
     if (!bits.are_alike || is_meshlabs) return;
     mark_counts_ = true;
-    const std::uint32_t own = bits.first & ~kDefaultColorBit;
-    const std::array<std::uint8_t, 3> channels = channels_of(own);
-    constexpr int kRounding = 5;  // of 5 bits, in 255ths
-    const bool agrees = std::equal(
-        channels.begin(), channels.end(), color.begin(),
-        [](std::uint8_t a, std::uint8_t b) { return std::abs(int{a} - int{b}) <= kRounding; });
-    // Programs that only write a default colour set all bits or none.
-    if (agrees || own == 0 || own == kDefaultColorBit - 1) return;
+    const std::uint32_t color_bits = bits.first & ~kDefaultColorBit;
+    const std::array<std::uint8_t, 3> channels = channels_of(color_bits);
+    constexpr int kMaxRoundingError = 5;  // largest rounding error of 5-bit channels, in 255ths
+    const bool agrees = std::equal(channels.begin(), channels.end(), color.begin(),
+                                   [](std::uint8_t a, std::uint8_t b) {
+                                     return std::abs(int{a} - int{b}) <= kMaxRoundingError;
+                                   });
+    // Programs that only write a default colour set bit 15 of all triangles, or of none.
+    if (agrees || color_bits == 0 || color_bits == kDefaultColorBit - 1) return;
     input.warn(
         "stl-colors",
         "all triangles have the same colour, and are marked to use the colour in the header "
@@ -110,7 +110,7 @@ class StlColors {
         bits.count);
   }
 
-  /// The colour of a triangle, if it has one.
+  /// The colour of a triangle; nullopt if it has none.
   std::optional<std::array<std::uint8_t, 4>> of(std::uint64_t triangle) const {
     const std::uint32_t bits = attribute(triangle);
     const bool is_marked = (bits & kDefaultColorBit) != 0;
@@ -140,23 +140,24 @@ class StlColors {
     bits.count = little_endian(bytes_.data() + kHeaderBytes - 4);
     if (bits.count != 0) bits.first = attribute(0);
     for (std::uint64_t t = 0; t < bits.count; ++t) {
-      const std::uint32_t own = attribute(t);
-      bits.are_alike = bits.are_alike && own == bits.first;
-      bits.are_all_marked = bits.are_all_marked && (own & kDefaultColorBit) != 0;
+      const std::uint32_t color_bits = attribute(t);
+      bits.are_alike = bits.are_alike && color_bits == bits.first;
+      bits.are_all_marked = bits.are_all_marked && (color_bits & kDefaultColorBit) != 0;
     }
     return bits;
   }
-  /// Channels from the lowest bits on.
+  /// The three channels, from the lowest bits on.
   static std::array<std::uint8_t, 3> channels_of(std::uint32_t bits) {
     return {widen(bits), widen(bits >> 5U), widen(bits >> 10U)};
   }
-  /// Expands 5 bits to 8, rounded.
+  /// Expands a 5-bit channel to 8 bits, rounded.
   static std::uint8_t widen(std::uint32_t bits) {
     return static_cast<std::uint8_t>(((bits & 31U) * 255 + 15) / 31);
   }
 
   std::string_view bytes_;
-  std::optional<std::array<std::uint8_t, 4>> default_color_;  ///< Magics' default colour
+  /// the default colour in Magics' header
+  std::optional<std::array<std::uint8_t, 4>> default_color_;
   bool by_triangle_ = true, mark_counts_ = true;
 };
 
@@ -171,7 +172,7 @@ Mesh read_binary(const MeshInput& input) {
   const std::uint64_t needed = kHeaderBytes + count * kTriangleBytes;
   if (needed > bytes.size()) {
     input.fail("header",
-               "it promises " + std::to_string(count) + " triangles, which take " +
+               "it declares " + std::to_string(count) + " triangles, which take " +
                    std::to_string(needed) + " bytes, but the file has " +
                    std::to_string(bytes.size()) + " (truncated, or not an STL file)",
                "Copy or export it again.");
@@ -185,7 +186,8 @@ Mesh read_binary(const MeshInput& input) {
   Welder welder(builder.positions, count / 2);
   const StlColors colors(input);
   for (std::uint64_t t = 0; t < count; ++t) {
-    const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;  // after the normal
+    // address of the vertices, after the normal
+    const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;
     std::uint32_t corner[3];
     for (std::uint32_t& vertex : corner) {
       MeshBuilder::Position p;
@@ -201,21 +203,21 @@ Mesh read_binary(const MeshInput& input) {
   return builder.finish();
 }
 
-/// True if a token is a keyword (given in lower case), ignoring case.
+/// True if a token is a keyword, which is given in lower case; case is ignored.
 bool is_word(std::string_view token, std::string_view keyword) {
   return token.size() == keyword.size() && lower_case(token) == keyword;
 }
 
-/// The keyword at the start of a statement. "end loop" is "endloop".
+/// Reads the keyword at the start of a statement. "end loop" is read as "endloop".
 std::string keyword_at(TextScanner& scan) {
   const std::string word = lower_case(scan.token());
   if (word != "end") return word;
-  const TextScanner before = scan;
-  const std::string_view what = scan.token_in_line();
+  const TextScanner token_start = scan;
+  const std::string_view keyword = scan.token_in_line();
   for (const char* kind : {"solid", "facet", "loop"}) {
-    if (is_word(what, kind)) return word + kind;
+    if (is_word(keyword, kind)) return word + kind;
   }
-  scan = before;
+  scan = token_start;
   return word;
 }
 
@@ -231,14 +233,15 @@ Mesh read_ascii(const MeshInput& input) {
     const std::string word = keyword_at(scan);
     if (word.empty()) break;
     if (word == "vertex") {
-      if (!in_facet) input.fail(scan.place(), "a vertex stands outside of any facet", remedy);
+      if (!in_facet) input.fail(scan.place(), "a vertex lies outside of any facet", remedy);
       MeshBuilder::Position p;
       for (double& value : p) {
         const std::string_view token = scan.token_in_line();
         const auto number = to_double(token);
         if (!number) {
           input.fail(scan.place(),
-                     "a vertex has three numbers, here is \"" + printable(token) + "\"", remedy);
+                     "a vertex must have three numbers, but there is \"" + printable(token) + "\"",
+                     remedy);
         }
         value = *number;
       }
@@ -257,7 +260,7 @@ Mesh read_ascii(const MeshInput& input) {
       const std::string_view name = scan.rest_of_line();
       if (word == "solid" && !name.empty()) builder.set_group(name);
     } else if (word != "outer" && word != "loop" && word != "endloop") {
-      input.fail(scan.place(), "\"" + printable(word) + "\" is not a word of an ASCII STL file",
+      input.fail(scan.place(), "\"" + printable(word) + "\" is not a keyword of an ASCII STL file",
                  remedy);
     }
   }
@@ -273,7 +276,7 @@ Mesh read_ascii(const MeshInput& input) {
 
 Mesh read_stl(const MeshInput& input) {
   const std::string_view bytes = input.bytes;
-  // Some programs start a binary file's header with "solid", so the size takes precedence.
+  // Some programs start the header of a binary file with "solid", so the file's size decides first.
   const bool sized =
       bytes.size() >= kHeaderBytes &&
       bytes.size() ==

@@ -1,4 +1,4 @@
-// Tangents of vertices in a file.
+// Checks tangents of vertices in a file, and converts them to tangents of corners.
 #include <cmath>
 
 #include "asset/mesh_builder.h"
@@ -8,14 +8,14 @@ namespace kiln {
 namespace {
 
 constexpr double kMaxLengthError =
-    0.01;  // deviation of the length from 1 above which it is reported
-constexpr double kMinNormalSine = 0.01;  // smallest sine of the angle to the normal
+    0.01;  // deviation of a tangent's length from 1 above which it is reported
+constexpr double kMinNormalSine = 0.01;  // smallest sine of the angle between tangent and normal
 
 double length_of(const Vec3& v) {
   return std::sqrt(double{v.x} * v.x + double{v.y} * v.y + double{v.z} * v.z);
 }
 
-/// Sine of the angle between two vectors; \param product  of their lengths
+/// Sine of the angle between two vectors. \param product  product of their lengths
 double sine(const Vec3& a, const Vec3& b, double product) {
   const double x = double{a.y} * b.z - double{a.z} * b.y;
   const double y = double{a.z} * b.x - double{a.x} * b.z;
@@ -23,14 +23,14 @@ double sine(const Vec3& a, const Vec3& b, double product) {
   return std::sqrt(x * x + y * y + z * z) / product;
 }
 
-/// True if the UVs of a triangle are mirrored.
+/// True if a triangle's UVs are mirrored.
 bool mirrored(const Mesh& mesh, std::size_t t) {
   const auto& [a, b, c] = mesh.uv_triangles[t];
   const Vec2 &p = mesh.uvs[a], &q = mesh.uvs[b], &r = mesh.uvs[c];
   return (double{q.x} - p.x) * (double{r.y} - p.y) - (double{r.x} - p.x) * (double{q.y} - p.y) < 0;
 }
 
-/// Vertices with one fault: their number, and the first.
+/// Number of vertices with the same problem, and the first of them.
 struct TangentFault {
   std::uint64_t count = 0, first = 0;
   double value = 0;
@@ -49,7 +49,7 @@ struct TangentFault {
 
 }  // namespace
 
-/// Clears tangents that form no valid frame, and warns of them.
+/// Clears tangents that form no valid frame with their normals, and warns of them.
 void MeshBuilder::check_tangents(const Mesh& mesh) {
   const bool has_normals = mesh.normals.size() == positions.size();
   TangentFault none_at, longer, signs;
@@ -71,14 +71,13 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
     input_.warn("bad-tangents",
                 std::to_string(none_at.count) +
                     " vertices have a tangent that is NaN, infinite, zero or along the normal (" +
-                    none_at.vertex() + " for one); the one of MikkTSpace is taken there.",
+                    none_at.vertex() + " for example): these are replaced by MikkTSpace's.",
                 none_at.count);
   }
   if (longer.count != 0) {
     input_.warn("long-tangents",
-                std::to_string(longer.count) +
-                    " vertices have a tangent that is not of length 1 (" + longer.text() +
-                    "); they were made so.",
+                std::to_string(longer.count) + " vertices have a tangent whose length is not 1 (" +
+                    longer.text() + "): these were normalised.",
                 longer.count);
   }
   if (signs.count != 0) {
@@ -90,7 +89,7 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
   }
 }
 
-/// Copies tangents of vertices to corners. Without UVs tangents are dropped.
+/// Copies tangents of vertices to corners. Without UVs, tangents are dropped.
 void MeshBuilder::copy_tangents(Mesh& mesh) {
   if (tangents.empty() || mesh.uv_triangles.empty()) return;
   check_tangents(mesh);
@@ -98,9 +97,9 @@ void MeshBuilder::copy_tangents(Mesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const float by_uvs = mirrored(mesh, t) ? -1.0F : 1.0F;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Tangent& given = tangents[mesh.triangles[t][k]];
-      const float sign = !tangent_signs ? by_uvs : given.sign < 0 ? -1.0F : 1.0F;
-      mesh.tangents[3 * t + k] = {given.direction, sign};
+      const Tangent& vertex_tangent = tangents[mesh.triangles[t][k]];
+      const float sign = !tangent_signs ? by_uvs : vertex_tangent.sign < 0 ? -1.0F : 1.0F;
+      mesh.tangents[3 * t + k] = {vertex_tangent.direction, sign};
     }
   }
 }

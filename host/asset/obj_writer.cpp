@@ -1,4 +1,4 @@
-// Writing Wavefront OBJ.
+// Writes Wavefront OBJ.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -53,8 +53,8 @@ class Writer {
   std::string buffer_;
 };
 
-/// Makes a name safe: control characters would end the line, and a final backslash would join the next
-/// one. '#' is kept, since it starts no comment within a name.
+/// Replaces characters that OBJ does not allow in names: control characters would end the line, and a final backslash
+/// would join the next line. '#' is kept, since it starts no comment within a name.
 std::string safe_name(const std::string& name) {
   std::string safe = name.empty() ? "default" : name;
   for (char& c : safe) {
@@ -63,7 +63,7 @@ std::string safe_name(const std::string& name) {
   return safe;
 }
 
-/// Path of a file; all characters except line ends are kept.
+/// Replaces line ends in a path; all other characters are kept.
 std::string safe_path(std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   std::erase_if(name, [](char c) { return c == '\n' || c == '\r' || c == '\0'; });
@@ -110,20 +110,20 @@ void check(const Mesh& mesh) {
   }
 }
 
-/// Writes a name before the first triangle of each run.
+/// Writes a name before the first triangle of each sequence with that name.
 class Names {
  public:
   Names(const char* keyword, const std::vector<std::uint32_t>& of,
         const std::vector<std::string>& names)
       : keyword_(keyword), of_(of), names_(names) {}
 
-  /// Writes all names first, so that a reader numbers them in the same order.
+  /// Writes all names first, so that readers number them in this order.
   void announce(Writer& out) const {
     for (const std::string& name : of_.empty() ? std::vector<std::string>() : names_) {
       out.text(keyword_ + safe_name(name) + "\n");
     }
   }
-  /// True if a reader would number them in the same order anyway: all are used, in order.
+  /// True if readers would number the names in this order anyway, because all are used, in order.
   bool in_order() const {
     std::uint32_t next = 0;
     for (const std::uint32_t name : of_) {
@@ -132,29 +132,31 @@ class Names {
     }
     return next == names_.size();
   }
-  /// \returns true if the name changed
+  /// Writes the name of a triangle if it differs from the last one. \returns true if it was written
   bool write_if_changed(std::size_t triangle, Writer& out) {
     if (of_.empty() || of_[triangle] == last_written_) return false;
     last_written_ = of_[triangle];
     out.text(keyword_ + safe_name(names_[last_written_]) + "\n");
     return true;
   }
-  /// Readers also use an object's name as a group's.
+  /// Accounts for readers that use an object's name as the group's name, too.
   void copy_names(const Names& object) {
     last_written_ = kNone;
-    const auto same = std::find(names_.begin(), names_.end(), object.names_[object.last_written_]);
-    if (same != names_.end()) last_written_ = static_cast<std::uint32_t>(same - names_.begin());
+    const auto same_name =
+        std::find(names_.begin(), names_.end(), object.names_[object.last_written_]);
+    if (same_name != names_.end())
+      last_written_ = static_cast<std::uint32_t>(same_name - names_.begin());
   }
 
  private:
   std::string keyword_;
-  const std::vector<std::uint32_t>& of_;  // index of the name, per triangle
+  const std::vector<std::uint32_t>& of_;  // index of the name for each triangle
   const std::vector<std::string>& names_;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::uint32_t last_written_ = kNone;
 };
 
-/// True if all three corners have a finite UV, since OBJ cannot express others.
+/// True if all three corners have a finite UV, since OBJ cannot mix corners with and without UVs in a face.
 bool has_uvs(const Mesh& mesh, std::size_t triangle) {
   if (mesh.uv_triangles.empty()) return false;
   const Triangle& t = mesh.uv_triangles[triangle];
@@ -169,7 +171,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Writer out(file);
   out.text("# Kiln\n");
   for (const std::string& name : mesh.material_files) {
-    if (has_own_materials(name)) continue;  // it has no MTL
+    if (has_own_materials(name)) continue;  // such a file is no MTL
     if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
   }
   const bool placed = mesh.origin != std::array<double, 3>{};
@@ -216,7 +218,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Names groups("g ", mesh.groups, mesh.group_names);
   Names materials("usemtl ", mesh.materials, mesh.material_names);
   Names objects("o ", mesh.objects, mesh.object_names);
-  // Other programs create an object for each such line, with or without faces.
+  // Other programs create an object for each such line, so it is only written if needed.
   if (mesh.objects.empty() || !groups.in_order()) groups.announce(out);
   if (!objects.in_order()) objects.announce(out);
   materials.announce(out);

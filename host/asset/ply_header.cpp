@@ -96,8 +96,8 @@ Role vertex_role(std::string_view name) {
   return Role::unused;
 }
 
-/// Lines of the header, separated by LF, CR LF or CR as after the first line: in a binary file the
-/// byte after "end_header" may have any value.
+/// Splits the header into lines, separated by LF, CR LF or CR as after the first line. In a binary file, the byte after
+/// "end_header" may have any value.
 class Lines {
  public:
   explicit Lines(std::string_view text) : text_(text) {
@@ -125,17 +125,17 @@ class Lines {
   std::uint64_t number_ = 0;
 };
 
-/// Drops roles of an element's properties that repeat, or whose set is incomplete.
+/// Drops roles of properties that occur twice, or whose set is incomplete.
 class RoleCheck {
  public:
   explicit RoleCheck(Element& element) : element_(element) {
-    auto& all = element.properties;
-    for (auto property = all.begin(); property != all.end(); ++property) {
+    auto& properties = element.properties;
+    for (auto property = properties.begin(); property != properties.end(); ++property) {
       if (property->role == Role::unused || property->role == Role::indices) continue;
-      const bool again = std::any_of(all.begin(), property, [&](const Property& other) {
-        return other.role == property->role;
-      });
-      if (again) drop(*property);
+      const bool is_repeated =
+          std::any_of(properties.begin(), property,
+                      [&](const Property& other) { return other.role == property->role; });
+      if (is_repeated) drop(*property);
     }
   }
 
@@ -149,13 +149,13 @@ class RoleCheck {
     }
   }
 
-  /// \param owners  "vertices" or "faces"
+  /// Warns of dropped properties. \param owners  "vertices" or "faces"
   void warn(const MeshInput& input, const char* owners) const {
     if (unused_ == 0) return;
     input.warn("unused-properties",
                "header: " + std::to_string(unused_) + " properties of its " + owners +
-                   " come a second time, or without the others of their kind (\"" + example_ +
-                   "\" for one), and were ignored.",
+                   " occur twice, or without the others of their set (\"" + example_ +
+                   "\" for example), and were ignored.",
                unused_);
   }
 
@@ -175,7 +175,7 @@ class RoleCheck {
   std::string example_;
 };
 
-/// Roles that come in sets are dropped unless the set is complete; the first of several sets counts.
+/// Checks roles that come in sets: an incomplete set is dropped, and the first of several sets counts.
 void check_vertex_roles(const MeshInput& input, Element& vertex) {
   for (const Role role : {Role::x, Role::y, Role::z}) {
     const std::ptrdiff_t count = RoleCheck::count(vertex, role);
@@ -200,7 +200,7 @@ void check_face_roles(const MeshInput& input, Element& face) {
   check.warn(input, "faces");
 }
 
-/// Role of a face's scalar property.
+/// The role of a face's scalar property by its name.
 Role face_role(std::string_view name) {
   if (name == "texnumber") return Role::texture_number;
   const Role role = vertex_role(name);
@@ -209,7 +209,7 @@ Role face_role(std::string_view name) {
   return color ? role : Role::unused;
 }
 
-/// The picture that a comment names, in the convention of VCGLib and most photogrammetry software; empty:
+/// The picture that a comment names, in the convention of VCGLib and most photogrammetry programs; empty if it names
 /// none.
 std::string_view texture_file(TextScanner& scan) {
   if (lower_case(scan.token_in_line()) != "texturefile") return {};
@@ -281,7 +281,7 @@ Header parse_header(const MeshInput& input) {
       const auto value = to_integer(count);
       if (!value || *value < 0) {
         fail("element \"" + printable(element.name) + "\" has \"" + printable(count) +
-             "\" where its count belongs");
+             "\" instead of its count");
       }
       element.count = static_cast<std::uint64_t>(*value);
       for (const Element& other : header.elements) {
@@ -296,17 +296,17 @@ Header parse_header(const MeshInput& input) {
       if (type == "list") {
         property.list = true;
         const std::string_view count_type = scan.token_in_line();
-        const auto known = to_type(count_type);
-        if (!known || !integral(*known)) {
+        const auto parsed_type = to_type(count_type);
+        if (!parsed_type || !integral(*parsed_type)) {
           fail("\"" + printable(count_type) +
                "\" is not an integer type, which the length of a list needs");
         }
-        property.count_type = *known;
+        property.count_type = *parsed_type;
         type = scan.token_in_line();
       }
-      const auto known = to_type(type);
-      if (!known) fail("\"" + printable(type) + "\" is not a type");
-      property.type = *known;
+      const auto parsed_type = to_type(type);
+      if (!parsed_type) fail("\"" + printable(type) + "\" is not a type");
+      property.type = *parsed_type;
       property.name = scan.token_in_line();
       if (property.name.empty()) fail("a property has no name");
       Element& element = header.elements.back();
@@ -340,7 +340,7 @@ Header parse_header(const MeshInput& input) {
   if (unknown_lines != 0) {
     input.warn("ignored-header-lines",
                std::to_string(unknown_lines) + " lines of its header are no statements of PLY (" +
-                   strange_example + " for one) and were passed over.",
+                   strange_example + " for example) and were ignored.",
                unknown_lines);
   }
   header.body = lines.offset();

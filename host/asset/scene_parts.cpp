@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-NormalTurn::NormalTurn(const AffineMap& m) {
+NormalTransform::NormalTransform(const AffineMap& m) {
   double determinant = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double *const a = &m[4 * ((k + 1) % 3)], *const b = &m[4 * ((k + 2) % 3)];
@@ -21,15 +21,17 @@ NormalTurn::NormalTurn(const AffineMap& m) {
   mirrors_ = determinant < 0;
 }
 
-Vec3 NormalTurn::operator()(double x, double y, double z) const {
-  std::array<double, 3> turned{};
+Vec3 NormalTransform::operator()(double x, double y, double z) const {
+  std::array<double, 3> transformed{};
   for (std::size_t i = 0; i < 3; ++i) {
-    turned[i] = columns_[0][i] * x + columns_[1][i] * y + columns_[2][i] * z;
+    transformed[i] = columns_[0][i] * x + columns_[1][i] * y + columns_[2][i] * z;
   }
-  // Normalised in double precision, since cofactors of small scales underflow in floats.
-  const double length = std::hypot(turned[0], turned[1], turned[2]) * (mirrors_ ? -1 : 1);
+  // The length is computed in double precision, since cofactors of small scales underflow in floats.
+  const double length =
+      std::hypot(transformed[0], transformed[1], transformed[2]) * (mirrors_ ? -1 : 1);
   if (!std::isnormal(length)) return {};
-  return {narrow(turned[0] / length), narrow(turned[1] / length), narrow(turned[2] / length)};
+  return {narrow(transformed[0] / length), narrow(transformed[1] / length),
+          narrow(transformed[2] / length)};
 }
 
 void join_by_groups(std::vector<std::array<std::uint32_t, 2>> corners,
@@ -52,18 +54,20 @@ void join_by_groups(std::vector<std::array<std::uint32_t, 2>> corners,
 }
 
 std::optional<std::uint32_t> UvSetChoice::find(const std::vector<std::string>& names) const {
-  const std::string& wanted = input_.options.uv_set_name;
+  const std::string& requested_name = input_.options.uv_set_name;
   std::optional<std::uint32_t> found;
   for (std::uint32_t set = 0; set < names.size(); ++set) {
-    if (wanted.empty() ? set == input_.options.uv_set : names[set] == wanted) found = set;
+    if (requested_name.empty() ? set == input_.options.uv_set : names[set] == requested_name)
+      found = set;
   }
   return found;
 }
 
 std::optional<std::uint32_t> UvSetChoice::choose(const std::vector<std::string>& names) {
   for (std::uint32_t set = 0; set < names.size(); ++set) {
-    const std::string& own = names[set];
-    known_.insert(std::to_string(set) + (own.empty() ? "" : " \"" + printable(own) + "\""));
+    const std::string& set_name = names[set];
+    known_.insert(std::to_string(set) +
+                  (set_name.empty() ? "" : " \"" + printable(set_name) + "\""));
   }
   const std::optional<std::uint32_t> found = find(names);
   if (names.size() > 1) ++several_;
@@ -101,11 +105,11 @@ bool ScenePictures::is_outside(const std::filesystem::path& plain) const {
 }
 
 std::filesystem::path ScenePictures::find(const std::string& name) {
-  const std::filesystem::path plain = std::filesystem::path(name).lexically_normal();
-  const bool allowed = !is_outside(plain) || input_.options.outside;
+  const std::filesystem::path normal_path = std::filesystem::path(name).lexically_normal();
+  const bool allowed = !is_outside(normal_path) || input_.options.outside;
   // A file outside the folder may have a copy beside the mesh.
   std::filesystem::path file =
-      finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
+      finder_.find(folder_ / (allowed ? normal_path : normal_path.filename()), input_.file);
   std::error_code error;
   if (!is_picture_file(file)) return {};
   // A symbolic link beside the file may lead out of the folder.
@@ -113,8 +117,8 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
 }
 
 void ScenePictures::count_missing(const std::string& name) {
-  const std::filesystem::path plain = std::filesystem::path(name).lexically_normal();
-  const bool is_kept_out = !input_.options.outside && note_whether_file(folder_ / plain);
+  const std::filesystem::path normal_path = std::filesystem::path(name).lexically_normal();
+  const bool is_kept_out = !input_.options.outside && note_whether_file(folder_ / normal_path);
   (is_kept_out ? outside_ : missing_).add(name);
 }
 

@@ -1,4 +1,4 @@
-// Shared by readers of scenes by libraries: normals under affine maps, UV sets by name, pictures of materials.
+// Helpers for readers that use a library: normals under affine maps, UV sets by name, pictures of materials.
 #pragma once
 
 #include <array>
@@ -17,11 +17,11 @@
 
 namespace kiln {
 
-/// Transform of normals for an affine map: its cofactors, which are valid for any scaling. Results are unit, or zero if
-/// that is impossible.
-class NormalTurn {
+/// The transform of normals that belongs to an affine map: its cofactor matrix, which is valid for any scaling. Results
+/// have unit length, or are zero if that is impossible.
+class NormalTransform {
  public:
-  explicit NormalTurn(const AffineMap& map);
+  explicit NormalTransform(const AffineMap& map);
   Vec3 operator()(double x, double y, double z) const;
   bool mirrors() const { return mirrors_; }
 
@@ -32,44 +32,45 @@ class NormalTurn {
 
 /// Joins the corners at each vertex whose faces have a common smoothing group, directly or transitively, as in 3ds Max.
 /// Corners of faces without a group stay separate.
-/// \param corners  vertex and corner; in any order
-/// \param masks    of each corner's face, one bit per group
+/// \param corners  pairs of vertex and corner, in any order
+/// \param masks    mask of each corner's face, one bit per group
 void join_by_groups(std::vector<std::array<std::uint32_t, 2>> corners,
                     const std::vector<std::uint32_t>& masks, DisjointSets& pieces);
 
-/// Chooses a mesh's UV set by LoadMeshOptions, in files whose meshes have their own sets.
+/// Chooses the UV set of each mesh by LoadMeshOptions, in files whose meshes have sets of their own.
 class UvSetChoice {
  public:
   explicit UvSetChoice(const MeshInput& input) : input_(input) {}
 
-  /// The requested set, if a mesh has it. \param names  of its sets; empty if they have none
+  /// The requested set, if a mesh has it; counts meshes without it. \param names  names of the mesh's sets; empty if
+  /// they have none
   std::optional<std::uint32_t> choose(const std::vector<std::string>& names);
-  /// The same without counting.
+  /// choose() without counting.
   std::optional<std::uint32_t> find(const std::vector<std::string>& names) const;
-  /// Refuses a set that no mesh has, and warns of meshes without it. Call it after all meshes.
+  /// Rejects a requested set that no mesh has, and warns of meshes without it. Call it after all meshes.
   void check() const;
   std::uint32_t chosen() const { return chosen_.value_or(0); }
 
  private:
   const MeshInput& input_;
   std::optional<std::uint32_t> chosen_;
-  std::set<std::string> known_;  // descriptions of existing sets
+  std::set<std::string> known_;  // descriptions of the existing sets, for the error
   std::uint64_t several_ = 0;    // number of meshes with more than one set
 };
 
-/// Finds pictures that a scene's materials name, within the folder of its file, and warns of missing ones.
+/// Finds the pictures that materials of a scene name, within the folder of its file, and warns of missing ones.
 class ScenePictures {
  public:
   explicit ScenePictures(const MeshInput& input);
 
-  /// A picture's file; empty if it does not exist or may not be read, which count_missing() counts.
+  /// The file of a picture; empty if it does not exist or must not be read.
   std::filesystem::path find(const std::string& name);
-  /// Counts a picture that find() did not find.
+  /// Counts a picture that find() did not find, for the warning.
   void count_missing(const std::string& name);
-  /// Sets the placement of a picture: a pure scaling multiplies UVs in all programs; other transforms are counted and
-  /// ignored. With a translation Blender has S (u - T), Unreal and three.js S u + T; a rotation is in degrees or, as
-  /// Blender writes it, in radians; other formats are as ambiguous.
-  /// \param agreed  false if programs do not agree on the scaling either
+  /// Sets the placement of a picture. A pure scaling multiplies UVs in all programs; other transforms are counted and
+  /// ignored, since programs disagree: with a translation, Blender computes S (u - T), Unreal and three.js S u + T; a
+  /// rotation is in degrees or, as Blender writes it, in radians; other formats are as ambiguous.
+  /// \param agreed  false if programs also disagree on the scaling
   void place(MaterialPicture& picture, double scale_u, double scale_v, bool moved, bool agreed);
   void warn() const;
 

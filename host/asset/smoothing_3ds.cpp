@@ -8,15 +8,15 @@
 namespace kiln {
 namespace {
 
-// Ids of nested 3DS chunks.
+// ids of the nested 3DS chunks that are read
 constexpr std::uint32_t kMain = 0x4D4D, kEditor = 0x3D3D, kObject = 0x4000, kMesh = 0x4100,
                         kFaces = 0x4120, kFaceMaterial = 0x4130, kSmoothing = 0x4150;
 constexpr std::size_t kHeaderBytes = 6, kFaceBytes = 8;
 
-/// MeshLab's mask of every face.
+/// the mask that MeshLab writes into every face
 constexpr std::uint32_t kMeshLabMask = 10;
 
-/// Removes and returns a number at the start of bytes; 0 at their end.
+/// Removes and returns a number from the start of the bytes; 0 if they are too short.
 std::uint32_t read_number(std::string_view& bytes, std::size_t size) {
   if (bytes.size() < size) {
     bytes = {};
@@ -30,7 +30,7 @@ std::uint32_t read_number(std::string_view& bytes, std::size_t size) {
   return value;
 }
 
-/// Removes and returns a zero-terminated text.
+/// Removes and returns a zero-terminated text from the start of the bytes.
 std::string_view read_text(std::string_view& bytes) {
   const std::size_t end = std::min(bytes.find('\0'), bytes.size());
   const std::string_view text = bytes.substr(0, end);
@@ -38,7 +38,7 @@ std::string_view read_text(std::string_view& bytes) {
   return text;
 }
 
-/// Calls use(id, content) for consecutive chunks.
+/// Calls use(id, content) for each of several consecutive chunks.
 template <typename Use>
 void for_each_chunk(std::string_view bytes, const Use& use) {
   while (bytes.size() >= kHeaderBytes) {
@@ -65,10 +65,11 @@ void read_faces(std::string_view bytes, Smoothing3ds& mesh) {
     if (id != kFaceMaterial) return;
     const std::string name = lower_case(read_text(content));
     std::vector<std::string>& names = mesh.material_names;
-    const auto known = std::find(names.begin() + 1, names.end(), name);
-    const auto number = static_cast<std::uint32_t>(known - names.begin());
-    if (known == names.end()) names.push_back(name);
-    for (std::uint32_t left = read_number(content, 2); left != 0 && content.size() >= 2; --left) {
+    const auto found_name = std::find(names.begin() + 1, names.end(), name);
+    const auto number = static_cast<std::uint32_t>(found_name - names.begin());
+    if (found_name == names.end()) names.push_back(name);
+    for (std::uint32_t faces_left = read_number(content, 2); faces_left != 0 && content.size() >= 2;
+         --faces_left) {
       const std::uint32_t face = read_number(content, 2);
       if (face < mesh.materials.size()) mesh.materials[face] = number;
     }
@@ -93,7 +94,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
       if (editor != kEditor) return;
       for_each_chunk(objects, [&](std::uint32_t object, std::string_view content) {
         if (object != kObject) return;
-        read_text(content);  // skip its name
+        read_text(content);  // skips the chunk's name
         for_each_chunk(content, read_object);
       });
     });
@@ -111,30 +112,32 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
 std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const Smoothing3ds& mesh, std::span<const Part3ds> parts) {
   constexpr std::size_t kNone = ~std::size_t{0};
-  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);  // part of each material
+  // index of the part of each material
+  std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);
   for (std::size_t i = 1; i < part_of.size(); ++i) {
     for (std::size_t p = parts.size(); p-- > 0;) {
       if (lower_case(parts[p].material) == mesh.material_names[i]) part_of[i] = p;
     }
   }
   std::vector<std::size_t> counts(parts.size());
-  std::size_t left = 0;
+  std::size_t unassigned = 0;
   for (const std::uint32_t material : mesh.materials) {
     const std::size_t part = part_of[material];
-    ++(part == kNone ? left : counts[part]);
+    ++(part == kNone ? unassigned : counts[part]);
   }
-  // The part of faces without their own material.
-  std::size_t rest = kNone;
+  // The part that gets the faces without a material of their own.
+  std::size_t default_part = kNone;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (counts[p] == parts[p].faces) continue;
-    if (rest != kNone || left == 0 || counts[p] + left != parts[p].faces) return std::nullopt;
-    rest = p;
+    if (default_part != kNone || unassigned == 0 || counts[p] + unassigned != parts[p].faces)
+      return std::nullopt;
+    default_part = p;
   }
-  if ((rest == kNone) != (left == 0)) return std::nullopt;
+  if ((default_part == kNone) != (unassigned == 0)) return std::nullopt;
   std::vector<std::vector<std::uint32_t>> masks(parts.size());
   for (std::size_t f = 0; f < mesh.masks.size(); ++f) {
     const std::size_t part = part_of[mesh.materials[f]];
-    masks[part == kNone ? rest : part].push_back(mesh.masks[f]);
+    masks[part == kNone ? default_part : part].push_back(mesh.masks[f]);
   }
   return masks;
 }

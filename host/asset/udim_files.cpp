@@ -15,16 +15,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kMaxNumberedTile =
-    1999;                                    // for names without a token: larger numbers are years
-                                             // and sizes
-constexpr std::uint32_t kMaxFileRows = 100;  // rows of tiles whose files are looked up
+// Largest tile number in names without a token. Larger numbers are probably years or sizes.
+constexpr std::uint32_t kMaxNumberedTile = 1999;
+constexpr std::uint32_t kMaxFileRows = 100;  // rows of tiles whose files are searched for
 
 bool is_file(const fs::path& path) { return note_whether_file(path); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// A number's digits at a position. \param end  out: position after them
+/// The number at a position of a text. \param end  receives the position after it
 std::uint32_t number_at(const std::string& text, std::size_t at, std::size_t& end) {
   std::uint32_t value = 0;
   const char* const first = text.data() + at;
@@ -33,7 +32,7 @@ std::uint32_t number_at(const std::string& text, std::size_t at, std::size_t& en
   return value;
 }
 
-/// The tile of "u1_v1" at a position; 0: none. \param end  out: position after it
+/// The tile number of a "u1_v1" at a position; 0 if there is none. \param end  receives the position after it
 std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& end) {
   const std::string text = lower_case(name);
   if (text[at] != 'u' || (at > 0 && is_word(text[at - 1]))) return 0;
@@ -50,14 +49,14 @@ std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& e
 
 std::optional<TileName> TileName::by_token(const fs::path& path) {
   struct Token {
-    const char* text;  // in lower case
+    const char* text;  // the token in lower case
     bool by_columns;
   };
   static constexpr std::array<Token, 3> kTokens = {
       {{"<udim>", false}, {"<uvtile>", true}, {"%(udim)d", false}}};
-  const std::string name = path.filename().string(), small = lower_case(name);
+  const std::string name = path.filename().string(), lower_name = lower_case(name);
   for (const Token& token : kTokens) {
-    const std::size_t at = small.find(token.text);
+    const std::size_t at = lower_name.find(token.text);
     if (at == std::string::npos) continue;
     if (is_file(path)) return std::nullopt;
     const std::size_t length = std::char_traits<char>::length(token.text);
@@ -114,8 +113,8 @@ std::vector<std::uint32_t> TileName::files() const {
     tiles.push_back(kFirstUdim + place);
     answer += std::to_string(tiles.back()) + " ";
   }
-  // One record for the set: a thousand names are looked up, and few exist.
-  note_answer(token_path(), kTilesQuestion, answer);
+  // The input log gets one record for the whole set, since a thousand names are tested and few exist.
+  note_answer(token_path(), kTilesAnswerKey, answer);
   return tiles;
 }
 
@@ -142,7 +141,7 @@ std::uint32_t tile_of(const Mesh& mesh, std::size_t triangle, const PicturePlace
   const std::array<float, 6>& m = place.uv_transform;
   double u = 0, v = 0;
   for (const std::uint32_t corner : mesh.uv_triangles[triangle]) {
-    if (corner >= uvs.size()) return 0;  // invalid; reported elsewhere
+    if (corner >= uvs.size()) return 0;  // the index is invalid, which the mesh's check reports
     u += double{uvs[corner].x} / 3;
     v += double{uvs[corner].y} / 3;
   }
@@ -185,12 +184,12 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
   if (counts == nullptr) return result;
   const auto name = TileName::by_number(picture);
   if (!name) return result;
-  std::uint64_t beyond = 0, with_file = 0, all = 0;
+  std::uint64_t outside_first_tile = 0, with_file = 0, all_triangles = 0;
   bool named_by_others = false;
   std::string found;
   for (const auto& [tile, count] : *counts) {
-    all += count;
-    if (tile != kFirstUdim) beyond += count;
+    all_triangles += count;
+    if (tile != kFirstUdim) outside_first_tile += count;
     if (tile == 0) continue;
     const fs::path file = name->file_of(tile);
     if (!is_file(file)) continue;
@@ -200,13 +199,13 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
     found += (found.empty() ? "" : ", ") + std::to_string(tile);
     named_by_others = named_by_others || (is_others && is_others(file));
   }
-  if (beyond == 0 || found.empty()) {  // a single picture: it may repeat
+  if (outside_first_tile == 0 || found.empty()) {  // it is a single picture, which may repeat
     result.tiles.clear();
     return result;
   }
   const std::string quoted = "'" + picture.string() + "'";
   const std::string token = "'" + name->token_path().filename().string() + "'";
-  if (2 * with_file < all || named_by_others) {
+  if (2 * with_file < all_triangles || named_by_others) {
     result.tiles.clear();
     result.note = quoted +
                   " repeats, though UVs leave its square and there are pictures with the "

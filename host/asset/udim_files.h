@@ -1,4 +1,4 @@
-// Pictures of UDIM sets: files whose names contain the tile of UV space.
+// Recognises pictures of UDIM sets, whose file names contain the tile of UV space.
 #pragma once
 
 #include <array>
@@ -18,62 +18,59 @@
 
 namespace kiln {
 
-/// Key that note_answer() records for a set: the existing tiles of a name with a token, "1001 1002
-/// ".
-inline constexpr const char* kTilesQuestion = "tiles";
+/// Key under which note_answer() records the existing tiles of a name with a token, such as "1001 1002 ".
+inline constexpr const char* kTilesAnswerKey = "tiles";
 
-/// A file name with a placeholder for the tile's number.
+/// A file name in which a placeholder stands for the tile.
 class TileName {
  public:
-  /// By a token: `<UDIM>` (1001 + u + 10 v), `<UVTILE>` (u1_v1, from 1 on), ignoring case, or Houdini's `%(UDIM)d`.
-  /// None if the name has no token, or a file has exactly this name.
+  /// Recognises a token: `<UDIM>` (1001 + u + 10 v), `<UVTILE>` (u1_v1, counted from 1), both in any case, or Houdini's
+  /// `%(UDIM)d`. nullopt if the name has no token, or a file has exactly this name.
   static std::optional<TileName> by_token(const std::filesystem::path& path);
-  /// By a separate number from 1001 to 1999, or u1_v1: the last one of the name. None without one.
+  /// Recognises a separate number from 1001 to 1999, or u1_v1; the last one in the name counts. nullopt without one.
   static std::optional<TileName> by_number(const std::filesystem::path& path);
 
   std::filesystem::path file_of(std::uint32_t tile) const;
-  /// The path with the token in place of the tile; by_number() replaces the number by `<UDIM>` or `<UVTILE>`.
+  /// The path with the token instead of the tile; for by_number(), `<UDIM>` or `<UVTILE>` replaces the number.
   std::filesystem::path token_path() const;
-  /// Tiles whose files exist, in order.
+  /// The tiles whose files exist, in ascending order.
   std::vector<std::uint32_t> files() const;
-  std::uint32_t number() const { return number_; }  ///< Number in the name given to by_number()
+  std::uint32_t number() const { return number_; }  ///< The tile in the name that by_number() got.
 
  private:
   std::filesystem::path folder_;
   std::string before_, after_, token_;
-  bool by_columns_ =
-      false;  ///< true: the tile is written as u1_v1; false: as a number from 1001 on
+  bool by_columns_ = false;  ///< true: tiles are written as u1_v1; false: as numbers from 1001
   std::uint32_t number_ = 0;
 };
 
-/// True if a name has a token or a number.
+/// True if a name contains a token, or a number of a tile.
 bool names_tile(const std::filesystem::path& path);
 
-/// Numbers of triangles by the tile of their centroids; tile 0: outside of UDIM's tiles, or without
-/// UVs.
+/// Numbers of triangles by the tile of their centroids. Tile 0: outside UDIM's tiles, or without UVs.
 using TileCounts = std::map<std::uint32_t, std::uint64_t>;
-/// Placement of a material's picture: its UV set and transform, as in MaterialPicture.
+/// The placement of a material's picture: UV set and transform, as in MaterialPicture.
 struct PicturePlace {
   std::uint32_t uv_set = 0;
   std::array<float, 6> uv_transform = {1, 0, 0, 0, 1, 0};
 };
-/// Counts per material of a mesh. \param places  one per material. A set that the mesh lacks is replaced
-/// by its own
+/// Counts the triangles of each material by tile. \param places  one per material. A set that the mesh lacks is
+/// replaced by the mesh's own
 std::vector<TileCounts> count_tiles(const Mesh& mesh, std::span<const PicturePlace> places);
-/// Counts of a whole mesh.
+/// Counts all triangles of a mesh by tile.
 TileCounts count_tiles(const Mesh& mesh);
 
-/// Interpretation of a picture's name for a mesh.
+/// The meaning of a picture's file name for a mesh.
 struct TileFiles {
-  /// Tiles and their files, in order; empty for a single picture.
+  /// Tiles and their files, in ascending order; empty for a single picture
   std::vector<std::pair<std::uint32_t, std::filesystem::path>> tiles;
-  std::string note;  ///< A warning ("udim-siblings"), or none
+  std::string note;  ///< A warning ("udim-siblings"); empty if there is none
 };
 
-/// A token always means a set: the tiles that have files and that the mesh uses, or all files if there is no mesh or it
-/// uses none of them. A number means a set if the mesh's UVs leave the first tile, another tile that they reach has a
-/// file, and tiles with files hold at least half of the triangles: otherwise pictures with unrelated numbers would not
-/// repeat any more. In both cases there is a note.
+/// Decides whether a file name means a UDIM set. A token always does: the set consists of the tiles that have files and
+/// that the mesh uses, or of all files if there is no mesh or it uses none of them. A number does if the mesh's UVs
+/// leave the first tile, another tile that they reach has a file, and tiles with files hold at least half of the
+/// triangles; otherwise pictures with unrelated numbers would no longer repeat. In both cases there is a note.
 /// \param counts     of the mesh; null: unknown
 /// \param is_others  true for files that other materials name
 TileFiles find_tiles(const std::filesystem::path& picture, const TileCounts* counts,

@@ -59,7 +59,7 @@ bool includes_files(const Job& job) {
 }
 
 std::string current_answer(const fs::path& path, const std::string& question) {
-  if (question == kTilesQuestion) {
+  if (question == kTilesAnswerKey) {
     const auto name = TileName::by_token(path);
     std::string answer;
     if (name) {
@@ -67,7 +67,7 @@ std::string current_answer(const fs::path& path, const std::string& question) {
     }
     return answer;
   }
-  return FileFinder(path).named(question.substr(std::string_view(kNamedQuestion).size()));
+  return FileFinder(path).named(question.substr(std::string_view(kNamedAnswerPrefix).size()));
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ BakeCache::BakeCache(fs::path folder, fs::path records, std::unique_ptr<CacheSto
       records_(std::move(records)),
       store_(std::move(store)) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
-  // Two builds of one version may differ.
+  // The program's bytes are part of the key, since two builds of one version may differ.
   program_ = std::string(version()) + " " + file_hash(os::own_program()).value_or("");
 }
 
@@ -108,7 +108,8 @@ Json BakeCache::options_of(const BatchAsset& asset) const {
     return with_path(*row, word, [&](const std::string& path) { return relative(path); });
   };
   for (const std::string& key : json.keys()) {
-    if (key == "quiet" || key == "device") continue;  // These do not change the result
+    // the report and the device class do not change the result
+    if (key == "quiet" || key == "device") continue;
     const OptionRow* const row = find_option_row(key);
     const Json& value = json.at(key);
     if (value.is_array()) {
@@ -157,7 +158,7 @@ std::optional<BakeCache::Record> BakeCache::load(const BatchAsset& asset) const 
   std::ifstream in(record_path(asset), std::ios::binary);
   if (!in) return std::nullopt;
   const std::string text(std::istreambuf_iterator<char>(in), {});
-  // The record begins with the hash of the other bytes, which detects truncation and changes.
+  // A record begins with the hash of its other bytes, which detects truncation and changes.
   if (text.size() < 33 || content_hash(std::string_view(text).substr(33)) != text.substr(0, 32))
     return std::nullopt;
   Json json = Json::parse(std::string_view(text).substr(33));
@@ -220,9 +221,9 @@ std::string BakeCache::hash_now(const std::string& path) {
   if (state.empty()) return kMissingFile;
   {
     const std::lock_guard lock(mutex_);
-    const auto known = hashes_.find(path);
-    if (proves_unchanged && known != hashes_.end() && known->second.first == state)
-      return known->second.second;
+    const auto cached_hash = hashes_.find(path);
+    if (proves_unchanged && cached_hash != hashes_.end() && cached_hash->second.first == state)
+      return cached_hash->second.second;
   }
   const std::string hash = identify(path);
   const std::lock_guard lock(mutex_);
@@ -237,10 +238,10 @@ bool BakeCache::is_same(const std::string& path, File& file, bool& renewed, bool
   if (state.empty()) return file.hash == kMissingFile;
   if (!file.state.empty() && file.state == state) return true;
   if ((output ? identify(name) : hash_now(name)) != file.hash) return false;
-  // The file's time has changed, but its contents have not.
-  const std::string now = proves_unchanged ? state : "";
-  renewed = renewed || now != file.state;
-  file.state = now;
+  // The file has a new time but the same contents, so its state is renewed.
+  const std::string new_state = proves_unchanged ? state : "";
+  renewed = renewed || new_state != file.state;
+  file.state = new_state;
   return true;
 }
 
@@ -266,7 +267,7 @@ std::string BakeCache::why_outputs_changed(Record& record, bool& renewed) {
   for (auto& [path, file] : record.outputs) {
     std::error_code error;
     if (!fs::exists(whole(path), error)) return path + " is gone";
-    if (!is_same(path, file, renewed, true)) return path + " is not as it was written";
+    if (!is_same(path, file, renewed, true)) return path + " changed after it was written";
   }
   return {};
 }
@@ -284,7 +285,7 @@ std::string BakeCache::list_text(const Record& record) {
 
 namespace {
 
-/// Lists the options that changed.
+/// Names the options that differ between two jobs.
 std::string changed_options(const Json& before, const Json& now) {
   std::string list;
   const auto add = [&](const std::string& text) { list += (list.empty() ? "" : ", ") + text; };
@@ -297,7 +298,7 @@ std::string changed_options(const Json& before, const Json& now) {
   for (const std::string& key : before.keys()) {
     if (now.at(key).is_null()) add(key + " is gone");
   }
-  return list.empty() ? "Kiln or the device is another one" : list;
+  return list.empty() ? "Kiln or the device changed" : list;
 }
 
 }  // namespace
@@ -310,22 +311,22 @@ bool BakeCache::find_entry(const std::string& key, CacheDecision& decision) {
   for (const Json& list : lists.elements()) {
     Record record;
     const Json& inputs = list.at("inputs");
-    bool good = inputs.is_array() && list.at("entry").is_string();
+    bool is_valid = inputs.is_array() && list.at("entry").is_string();
     for (const Json& file : inputs.elements()) {
-      good = good && is_texts(file, 2);
-      if (good) record.inputs[unescape_bytes(file[0].text())] = {file[1].text(), ""};
+      is_valid = is_valid && is_texts(file, 2);
+      if (is_valid) record.inputs[unescape_bytes(file[0].text())] = {file[1].text(), ""};
     }
     for (const Json& path : list.at("absent").elements())
       record.absent.push_back(unescape_bytes(path.text()));
     for (const Json& answer : list.at("answers").elements()) {
-      good = good && is_texts(answer, 3);
-      if (good) {
+      is_valid = is_valid && is_texts(answer, 3);
+      if (is_valid) {
         record.answers[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
             unescape_bytes(answer[2].text());
       }
     }
     bool renewed = false;
-    if (!good || !why_changed(record, renewed).empty()) continue;
+    if (!is_valid || !why_changed(record, renewed).empty()) continue;
     decision.entry = list.at("entry").text();
     decision.kind = CacheDecision::Kind::restored;
     return true;
@@ -344,7 +345,7 @@ CacheDecision BakeCache::decide(const BatchAsset& asset) {
   std::optional<Record> record = load(asset);
   bool renewed = false;
   if (!record) {
-    decision.reason = "it was not baked before";
+    decision.reason = "no earlier bake is recorded";
   } else if (record->key != key) {
     decision.reason = changed_options(record->options, options);
   } else {
@@ -381,8 +382,7 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
   for (const HeldOutput& output : outputs)
     written[relative(output.destination)] = output.bytes.string();
   for (const auto& [path, hash] : inputs.files) {
-    // The bake's own outputs do not count as inputs, even if the bake has read them to check whether they may be
-    // replaced.
+    // Outputs of the bake are not inputs, even if the bake has read them to check whether they may be replaced.
     if (written.count(relative(path)) != 0) continue;
     if (identify(path) != hash) return relative(path) + " changed while it was baked";
     record.inputs[relative(path)] = {hash, ""};
@@ -426,8 +426,8 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
       for (const auto& [of, answer] : record.answers)
         list["answers"].push_back(Json::array({of.first, of.second, answer}));
       lists.push_back(list.with_texts(escape_bytes));
-      if (const auto before = store_->get("lists/" + record.key)) {
-        const Json others = Json::parse(*before);
+      if (const auto former_lists = store_->get("lists/" + record.key)) {
+        const Json others = Json::parse(*former_lists);
         for (const Json& other : others.elements()) {
           if (lists.size() < kMaxLists && other.at("entry").text() != record.entry)
             lists.push_back(other);
@@ -445,15 +445,15 @@ void BakeCache::note_outputs(const BatchAsset& asset, bool read) {
   Record record;
   {
     const std::lock_guard lock(mutex_);
-    const auto kept = kept_.find(asset.name);
-    if (kept == kept_.end()) {
-      // The current outputs are unknown.
+    const auto kept_record = kept_.find(asset.name);
+    if (kept_record == kept_.end()) {
+      // the state of the current outputs is unknown, so the record is removed
       std::error_code error;
       fs::remove(record_path(asset), error);
       return;
     }
-    record = std::move(kept->second);
-    kept_.erase(kept);
+    record = std::move(kept_record->second);
+    kept_.erase(kept_record);
   }
   for (auto& [path, file] : record.outputs) {
     if (read) file.hash = identify(whole(path));
@@ -483,18 +483,18 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
     }
     return false;
   };
-  std::size_t at = line + 1 + size;
+  std::size_t file_offset = line + 1 + size;
   std::vector<std::pair<fs::path, std::string_view>> files;
   Record record;
   for (const Json& file : head.at("files").elements()) {
     const std::string path = unescape_bytes(file.at("path").text());
     const auto bytes = static_cast<std::size_t>(file.at("bytes").number());
     const fs::path name = whole(path).lexically_normal();
-    // A shared cache is untrusted input: only the asset's own outputs may be written from it.
-    if (!is_ours(name) || bytes > entry->size() - at) return false;
-    files.emplace_back(name, std::string_view(*entry).substr(at, bytes));
+    // A shared cache is untrusted: only the asset's own outputs may be written from it.
+    if (!is_ours(name) || bytes > entry->size() - file_offset) return false;
+    files.emplace_back(name, std::string_view(*entry).substr(file_offset, bytes));
     record.outputs[path] = {content_hash(files.back().second), ""};
-    at += bytes;
+    file_offset += bytes;
   }
   const bool checks_record = asset_file(asset.job).empty() && !asset.job.force;
   if (checks_record) check_low_record(out, low_stem(asset.job), low_source(asset.job));
@@ -514,7 +514,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
     record.files.push_back(unescape_bytes(path.text()));
     decision.files.push_back(whole(record.files.back()).string());
   }
-  // The record gets the list of dependencies by which the entry was found.
+  // The new record gets the list of dependencies that led to the entry.
   record.options = options_of(asset);
   record.key = key_of(record.options);
   record.entry = decision.entry;
@@ -547,11 +547,11 @@ std::string BakeCache::derived_data_key(const BatchAsset& asset,
   ContentHash hash;
   hash.add(what);
   hash.add(std::string_view(key_of(options_of(asset))));
-  std::vector<std::string> all = high_files(asset.job);
+  std::vector<std::string> inputs = high_files(asset.job);
   const std::vector<std::string> low = low_files(asset.job);
-  all.insert(all.end(), low.begin(), low.end());
-  all.insert(all.end(), files.begin(), files.end());
-  for (const std::string& file : all) {
+  inputs.insert(inputs.end(), low.begin(), low.end());
+  inputs.insert(inputs.end(), files.begin(), files.end());
+  for (const std::string& file : inputs) {
     hash.add(std::string_view(relative(file)));
     hash.add(std::string_view(identify(file)));
   }

@@ -21,7 +21,7 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// Chooses an origin near the positions if single precision would lose detail, like file readers do.
+/// Chooses an origin near the positions if single precision would lose detail, as the file readers do.
 std::array<double, 3> origin_for(const double* xyz, std::size_t count) {
   std::array<double, 3> low{}, high{}, origin{};
   low.fill(std::numeric_limits<double>::infinity());
@@ -62,30 +62,30 @@ void name_triangles(nb::handle given, nb::handle given_names, const char* parame
   for (const std::uint32_t number : numbers)
     count = std::max<std::size_t>(count, number + std::size_t{1});
   if (!given_names.is_none() && !nb::try_cast(given_names, names)) {
-    throw Error(ErrorCode::usage, std::string(parameter) + ": their names are a list of text.",
-                "option-type");
+    throw Error(ErrorCode::usage,
+                std::string(parameter) + ": expected their names as a list of str.", "option-type");
   }
   if (given_names.is_none() && count <= std::size_t{1} << 20) {
     for (std::size_t i = 0; i < count; ++i) names.push_back(std::to_string(i));
   }
 }
 
-/// Converts values per vertex (V, n), per corner (F, 3, n), or a pool of values with its own triangles.
+/// Converts values per vertex (V, n), values per corner (F, 3, n), or a pool of values with triangles of its own.
 template <typename T>
 void take_pool(nb::handle values, nb::handle faces, const char* parameter,
                const char* faces_parameter, int channels, const Mesh& mesh, std::vector<T>& pool,
                std::vector<Triangle>& triangles) {
   if (values.is_none()) return;
-  const nb::object shaped =
+  const nb::object shaped_values =
       nb::module_::import_("kiln._arrays")
           .attr("corner_values")(values, faces, parameter, channels, mesh.positions.size(),
                                  mesh.triangles.size());
-  const auto numbers = nb::cast<Input<float>>(shaped[0]);
+  const auto numbers = nb::cast<Input<float>>(shaped_values[0]);
   pool = elements<T>(numbers.data(), numbers.size() / static_cast<std::size_t>(channels));
-  const std::string how = nb::cast<std::string>(shaped[1]);
-  if (how == "vertex") {
+  const std::string layout = nb::cast<std::string>(shaped_values[1]);
+  if (layout == "vertex") {
     triangles = mesh.triangles;
-  } else if (how == "corner") {
+  } else if (layout == "corner") {
     triangles.resize(mesh.triangles.size());
     for (std::uint32_t t = 0; t < triangles.size(); ++t)
       triangles[t] = {3 * t, 3 * t + 1, 3 * t + 2};
@@ -106,20 +106,22 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   mesh.name = name;
   const auto given_xyz = doubles(vertices, "vertices", {-1, 3});
   const std::size_t count = given_xyz.shape(0);
-  const AffineMap turn = turn_of(parse_up(up));
-  const bool turns = turn != kIdentityMap;
+  const AffineMap rotation = rotation_to_y_up(parse_up(up));
+  const bool turns = rotation != kIdentityMap;
   std::vector<double> turned_xyz(turns ? 3 * count : 0);
   for (std::size_t i = 0; i < turned_xyz.size(); ++i) {
     const double* const from = given_xyz.data() + i / 3 * 3;
     const std::size_t k = i % 3;
-    turned_xyz[i] = turn[k] * from[0] + turn[4 + k] * from[1] + turn[8 + k] * from[2] + 0.0;
+    turned_xyz[i] =
+        rotation[k] * from[0] + rotation[4 + k] * from[1] + rotation[8 + k] * from[2] + 0.0;
   }
   const double* const xyz = turns ? turned_xyz.data() : given_xyz.data();
-  const auto turned = [&](Vec3& v) {
+  const auto rotate = [&](Vec3& v) {
     const Vec3 from = v;
     float* const to[] = {&v.x, &v.y, &v.z};
     for (std::size_t k = 0; k < 3; ++k) {
-      *to[k] = static_cast<float>(turn[k] * from.x + turn[4 + k] * from.y + turn[8 + k] * from.z);
+      *to[k] = static_cast<float>(rotation[k] * from.x + rotation[4 + k] * from.y +
+                                  rotation[8 + k] * from.z);
     }
   };
   mesh.origin = origin_for(xyz, count);
@@ -134,7 +136,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     if (!fits && std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) {
       throw Error(ErrorCode::input,
                   option("vertices") + ": row " + std::to_string(i) +
-                      " is beyond the range of floats: scale the mesh.",
+                      " exceeds the range of floats: scale the mesh down.",
                   "mesh-range");
     }
   }
@@ -144,7 +146,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   take_pool(normals, normal_faces, "normals", "normal_faces", 3, mesh, mesh.normals,
             mesh.normal_triangles);
   if (turns) {
-    for (Vec3& normal : mesh.normals) turned(normal);
+    for (Vec3& normal : mesh.normals) rotate(normal);
   }
   if (!colors.is_none()) {
     const nb::object rgba =
@@ -163,7 +165,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
         floats(tangents, "tangents", {static_cast<int>(3 * mesh.triangles.size()), 4});
     mesh.tangents = elements<Tangent>(values.data(), 3 * mesh.triangles.size());
     if (turns) {
-      for (Tangent& tangent : mesh.tangents) turned(tangent.direction);
+      for (Tangent& tangent : mesh.tangents) rotate(tangent.direction);
     }
   }
   const Call call;
@@ -180,15 +182,15 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   }
   if (!mesh.normals.empty()) {
     throw Error(ErrorCode::usage,
-                "smooth_angle: it says which normals the mesh gets, but normals were given: leave "
-                "one of them out.",
+                "smooth_angle: it requests computed normals, but normals were given: leave one of "
+                "them out.",
                 "option-contradiction");
   }
   call.run([&] { shade_high(mesh, shading); });
   return {shared(std::move(mesh))};
 }
 
-/// An array of rows; None if there are none.
+/// Converts rows to an array; None if there are no rows.
 template <typename Row, typename T>
 nb::object rows(const PyMesh& self, const std::vector<Row>& values, const T*, std::size_t columns) {
   if (values.empty()) return nb::none();
@@ -214,7 +216,7 @@ nb::object numbers(const PyMesh& self, const std::vector<std::uint32_t>& values)
   return view(values.data(), {values.size()}, nb::find(self));
 }
 
-/// The type of a property, for stubs.
+/// Declares a property's type for the stub file.
 auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
 
 nb::str describe(const PyMesh& self) {
@@ -227,7 +229,7 @@ nb::str describe(const PyMesh& self) {
   return text_of(text + ">");
 }
 
-/// Visits all members of a mesh in the order of pickles. A new member of Mesh fails to compile here.
+/// Visits all members of a mesh in the order of pickles. If Mesh gets a new member, this does not compile.
 template <typename AnyMesh, typename Function>
 void each_part(AnyMesh& mesh, Function&& part) {
   auto& [name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
@@ -239,7 +241,7 @@ void each_part(AnyMesh& mesh, Function&& part) {
        material_files, polygons, metres, uv_set, other_uvs);
 }
 
-/// Visits the numbers of a report. Warnings are omitted, because they were already issued.
+/// Visits the numbers of a report. Warnings are omitted, since they were issued already.
 template <typename Report, typename Function>
 void each_figure(Report& report, Function&& figure) {
   auto& [input_faces, faces, error, mean_error, back_error, mended, folded, without_area, holes,
@@ -283,7 +285,7 @@ nb::tuple pickled(const PyMesh& self) {
       parts.append(part);
     }
   });
-  // Temporary files are embedded in the pickle; others are referenced by path.
+  // Files of bytes are temporary, so they are embedded in the pickle; other files are stored by path.
   const std::string file =
       self.file.empty() ? "" : std::filesystem::absolute(self.file).lexically_normal().string();
   nb::object content = nb::none();
@@ -296,15 +298,15 @@ nb::tuple pickled(const PyMesh& self) {
                         self.height_field);
 }
 
-/// Parts of a pickle.
+/// number of parts of a pickle
 constexpr std::size_t kPickledParts = 7;
 
 PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
-  const std::string by = nb::cast<std::string>(state[0]);
-  if (by != version()) {
+  const std::string pickled_version = nb::cast<std::string>(state[0]);
+  if (pickled_version != version()) {
     throw Error(ErrorCode::input,
-                "The mesh was pickled by Kiln " + by + ", and this is " + std::string(version()) +
-                    ": hand on a file.",
+                "The mesh was pickled by Kiln " + pickled_version + ", and this is " +
+                    std::string(version()) + ": pass a file instead.",
                 "pickle");
   }
   Mesh mesh;
@@ -363,10 +365,11 @@ PyMesh unpickled(const nb::tuple& state) {
     } catch (const std::bad_alloc&) {
       throw;
     } catch (const std::exception&) {
-      // Parts of other types, or too few of them
+      // the pickle has parts of other types, or too few of them
     }
   }
-  throw Error(ErrorCode::input, "This is no pickle of a kiln.Mesh: hand on a file.", "pickle");
+  throw Error(ErrorCode::input, "This is not a pickle of a kiln.Mesh: pass a file instead.",
+              "pickle");
 }
 
 PyMesh load_file(const std::filesystem::path& path, const std::string& triangulate,
@@ -391,7 +394,7 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   return mesh;
 }
 
-/// A copy of a mesh with another mesh's single material.
+/// Copies a mesh, with the single material of another mesh.
 PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   PyMesh result = mesh;
   Mesh copy = *mesh.mesh;
@@ -405,7 +408,7 @@ PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   return result;
 }
 
-/// A copy of a mesh with the normals that bakes use. \param rule see --high-normals
+/// Copies a mesh with the normals that bakes use. \param rule  a value of --high-normals
 PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
   const Call call;
   PyMesh result = mesh;
@@ -415,9 +418,9 @@ PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
     const ShadingOptions options = parse_shading(rule);
     Mesh copy = *mesh.mesh;
     warnings = shade_high(copy, options).warnings;
-    const bool same =
+    const bool is_unchanged =
         copy.normal_triangles == mesh.mesh->normal_triangles && copy.normals == mesh.mesh->normals;
-    if (!same) result.mesh = shared(std::move(copy));
+    if (!is_unchanged) result.mesh = shared(std::move(copy));
   });
   warn(warnings);
   return result;
@@ -439,7 +442,7 @@ void add_mesh(nb::module_& module) {
 
 Arrays that it was made of are copied; arrays that it gives are read-only views.
 
-vertices      (V, 3) float, world units; float64 keeps its precision far from 0
+vertices      (V, 3) float, world units; float64 keeps its precision far from the origin
 faces         (F, 3) whole numbers below V, counter-clockwise seen from outside
 uvs           (V, 2), one a vertex; (F, 3, 2), one a corner; or (N, 2) with uv_faces (F, 3). Origin at the lower left
 normals       (V, 3), (F, 3, 3), or (N, 3) with normal_faces; without: computed where they are needed
@@ -478,11 +481,11 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           "up"_a = "y")
       .def_prop_ro(
           "name", [](const PyMesh& self) { return text_of(self.mesh->name); },
-          getter("def name(self, /) -> str"), "In messages and names of files")
+          getter("def name(self, /) -> str"), "Name of the mesh in messages and file names")
       .def_prop_ro(
           "vertices", &world_vertices,
           getter("def vertices(self, /) -> numpy.typing.NDArray[numpy.float32 | numpy.float64]"),
-          "(V, 3) float32, world units; float64 where the mesh lies far from 0")
+          "(V, 3) float32, world units; float64 if the mesh is far from the origin")
       .def_prop_ro(
           "faces",
           [](const PyMesh& self) {
@@ -497,7 +500,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
             return rows(self, self.mesh->uvs, static_cast<float*>(nullptr), 2);
           },
           getter("def uvs(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
-          "(N, 2) float32, origin at the lower left, or None: rows that uv_faces names")
+          "(N, 2) float32, origin at the lower left, or None; uv_faces refers to its rows")
       .def_prop_ro(
           "uv_faces",
           [](const PyMesh& self) {
@@ -511,7 +514,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
             return rows(self, self.mesh->normals, static_cast<float*>(nullptr), 3);
           },
           getter("def normals(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
-          "(N, 3) float32, or None: rows that normal_faces names")
+          "(N, 3) float32, or None; normal_faces refers to its rows")
       .def_prop_ro(
           "normal_faces",
           [](const PyMesh& self) {
@@ -525,7 +528,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
             return rows(self, self.mesh->tangents, static_cast<float*>(nullptr), 4);
           },
           getter("def tangents(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
-          "(3 F, 4) float32, one a corner, or None")
+          "(3 F, 4) float32, one per corner, or None")
       .def_prop_ro(
           "colors",
           [](const PyMesh& self) {
@@ -536,43 +539,43 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
       .def_prop_ro(
           "materials", [](const PyMesh& self) { return numbers(self, self.mesh->materials); },
           getter("def materials(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
-          "(F,) uint32 that material_names counts, or None")
+          "(F,) uint32, indices into material_names, or None")
       .def_prop_ro(
           "material_names", [](const PyMesh& self) { return texts_of(self.mesh->material_names); },
-          getter("def material_names(self, /) -> list[str]"), "That materials counts from 0")
+          getter("def material_names(self, /) -> list[str]"), "Names of the materials")
       .def_prop_ro(
           "groups", [](const PyMesh& self) { return numbers(self, self.mesh->groups); },
           getter("def groups(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
-          "(F,) uint32 that group_names counts, or None")
+          "(F,) uint32, indices into group_names, or None")
       .def_prop_ro(
           "group_names", [](const PyMesh& self) { return texts_of(self.mesh->group_names); },
-          getter("def group_names(self, /) -> list[str]"), "That groups counts from 0")
+          getter("def group_names(self, /) -> list[str]"), "Names of the groups")
       .def_prop_ro(
           "objects", [](const PyMesh& self) { return numbers(self, self.mesh->objects); },
           getter("def objects(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
-          "(F,) uint32 that object_names counts, or None")
+          "(F,) uint32, indices into object_names, or None")
       .def_prop_ro(
           "object_names", [](const PyMesh& self) { return texts_of(self.mesh->object_names); },
-          getter("def object_names(self, /) -> list[str]"), "That objects counts from 0")
+          getter("def object_names(self, /) -> list[str]"), "Names of the objects")
       .def_ro("report", &PyMesh::report, getter("def report(self, /) -> typing.Any"),
-              "What simplify() or unwrap() says of the mesh that it made, else None")
+              "Report of simplify() or unwrap() if it made the mesh, else None")
       .def(
           "save",
           [](const PyMesh& self, nb::handle given) {
             const Call call;
             const std::filesystem::path path = path_of(given);
-            std::error_code none;
-            if (!self.file.empty() && std::filesystem::equivalent(path, self.file, none)) {
+            std::error_code ignored_error;
+            if (!self.file.empty() && std::filesystem::equivalent(path, self.file, ignored_error)) {
               throw Error(ErrorCode::usage,
                           "path: '" + path.string() +
-                              "' would be written over, and the mesh was read from it: choose "
-                              "another name.",
+                              "' is the file from which the mesh was read: choose another name.",
                           "output-input");
             }
             call.run([&] { save_obj(*self.mesh, path); });
           },
           nb::sig("def save(self, path: str | os.PathLike[str]) -> None"), "path"_a,
-          "Writes a Wavefront OBJ, whole or not at all; not over the file that it was read from.")
+          "Writes a Wavefront OBJ, completely or not at all, but never over the file from which "
+          "the mesh was read.")
       .def("__getstate__", &pickled)
       .def("__setstate__",
            [](PyMesh& self, const nb::tuple& state) { new (&self) PyMesh(unpickled(state)); })
