@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
   throw Error(ErrorCode::usage, setting.origin.place() + ": " + setting.key + ": " + problem);
 }
 
-/// True for file extensions that a pattern with an open ending, "crate_low.*", may match.
+/// True for extensions of meshes, which are the only files that a pattern with an open ending such as "crate_low.*" may
+/// match.
 bool is_mesh_ending(const std::string& path) {
   constexpr std::array kEndings = {".ply", ".obj", ".stl", ".off", ".gltf",
                                    ".glb", ".fbx", ".dae", ".3ds", ".x"};
@@ -53,7 +54,7 @@ std::string identity(const fs::path& path) {
   return (error ? fs::absolute(path).lexically_normal() : found).generic_string();
 }
 
-/// Paths and stems that an asset writes to.
+/// Paths and stems of the files that an asset writes.
 std::vector<std::string> outputs_of(const Job& job) {
   std::vector<std::string> outputs;
   const std::string file = asset_file(job);
@@ -88,7 +89,7 @@ class Expander {
  private:
   struct Group {
     Captures captures;
-    std::vector<std::string> files;  ///< Files that the first pattern matched
+    std::vector<std::string> files;  ///< files that match the first pattern
   };
 
   std::vector<FileLister::Found> find(const Setting& setting, const PathPattern& pattern,
@@ -110,11 +111,12 @@ class Expander {
   static PathPattern pattern_of(const Setting& setting, const std::string& word) {
     try {
       const PathPattern pattern(in_folder(setting, word));
-      // ".." after a capture would lead out of the captured folder.
+      // ".." after a capture would leave the captured folder.
       const std::string& text = pattern.text();
       const std::size_t open = std::min({text.find('{'), text.find('*'), text.size()});
       if (!pattern.captures().empty() && text.find("/..", open) != std::string::npos) {
-        fail_in(setting, "'" + word + "' uses '..' after a capture: name the folder instead.");
+        fail_in(setting,
+                "'" + word + "' contains '..' after a capture: write the folder's name instead.");
       }
       return pattern;
     } catch (const Error& error) {
@@ -131,8 +133,8 @@ class Expander {
           stems.try_emplace(fs::path(file).replace_extension().string(), file);
       if (!added) {
         fail_in(setting, "'" + entry->second + "' and '" + file +
-                             "' have the same name in two formats, and would be baked as one mesh: "
-                             "add the extension.");
+                             "' are one name in two formats, which would be baked as one mesh: add "
+                             "the extension to the pattern.");
       }
     }
   }
@@ -153,7 +155,7 @@ class Expander {
     const Setting& first = low != nullptr ? *low : *high;
     const PathPattern primary = pattern_of(first, first.words[0]);
     if (has_wildcards(primary)) primaries_.push_back({primary, skip, rule, &first});
-    // Assets are created in the order of their first files.
+    // Assets are created in the order of their first files, so that the order is deterministic.
     std::vector<Group> groups;
     std::map<Captures, std::size_t> places;
     std::size_t matched_files = 0;
@@ -198,13 +200,12 @@ class Expander {
     batch_.warnings.push_back({"unpaired-high",
                                high.origin.place() + ": " + std::to_string(unpaired.size()) +
                                    (unpaired.size() == 1 ? " file matches" : " files match") +
-                                   " high and no low, for example '" + unpaired.front() +
-                                   "', and is not baked: check names, or add to skip.",
+                                   " high but no low, for example '" + unpaired.front() +
+                                   "', so it is not baked: check the names, or add it to skip.",
                                unpaired.size()});
   }
 
-  /// All files of a side; empty if none matches.
-  /// \param problem  receives the reason if there is no file
+  /// All files of a side; empty if no file matches. \param problem  receives the reason in that case
   std::vector<std::string> files_of(const Setting& setting, const Captures& captures,
                                     std::string& problem) {
     std::vector<std::string> files;
@@ -231,7 +232,7 @@ class Expander {
     std::string list;
     for (const auto& [name, value] : captures)
       list += (list.empty() ? "; there are {" : ", {") + name + "}";
-    return list.empty() ? ": the first pattern of this [[bake]] captures nothing." : list + ".";
+    return list.empty() ? ": the first pattern of this [[bake]] has no captures." : list + ".";
   }
 
   /// Merges a layer into the effective settings. Later layers override earlier ones.
@@ -270,7 +271,7 @@ class Expander {
     }
     if (found.size() > 1) {
       throw Error(ErrorCode::usage, "'" + *found.begin() + "' and '" + *found.rbegin() +
-                                        "' are sidecars of one asset: keep one.");
+                                        "' are two sidecars of one asset: remove one.");
     }
     sidecars_.insert(found.begin(), found.end());
     return found.empty() ? "" : *found.begin();
@@ -307,7 +308,7 @@ class Expander {
       if (const Setting* const skip = layer.find("skip")) {
         if (skip->words != std::vector<std::string>{"true"} &&
             skip->words != std::vector<std::string>{"false"}) {
-          fail_in(*skip, "a sidecar is of one asset: give true or false.");
+          fail_in(*skip, "a sidecar applies to one asset: give true or false.");
         }
         if (skip->words[0] == "true") return;
       }
@@ -359,25 +360,25 @@ class Expander {
       if (s == effective_settings.end()) continue;
       if (!options_.allow_hooks) {
         fail_in(s->second,
-                "the file names a command, which would run with your rights: read it, and add "
-                "--allow-hooks.");
+                "the file contains a shell command, which would run with your rights: read it, and "
+                "add --allow-hooks.");
       }
       asset.*member = s->second.words[0];
     }
   }
 
-  /// A path with captures substituted. Wildcards are errors.
+  /// Substitutes captures in a path. Wildcards that remain are errors.
   std::string plain_path(const Setting& setting, const std::string& word,
                          const Captures& captures) const {
     try {
       const PathPattern pattern = PathPattern(word).with(captures);
       for (const std::string& name : pattern.captures()) {
-        std::vector<std::string> known;
-        for (const auto& [known_name, value] : captures) known.push_back(known_name);
-        const std::string near = nearest_word(name, known);
+        std::vector<std::string> known_names;
+        for (const auto& [known_name, value] : captures) known_names.push_back(known_name);
+        const std::string suggestion = nearest_word(name, known_names);
         fail_in(setting, "{" + name + "} is not captured" +
-                             (near.empty() ? captures_in_words(captures)
-                                           : "; did you mean {" + near + "}?"));
+                             (suggestion.empty() ? captures_in_words(captures)
+                                                 : "; did you mean {" + suggestion + "}?"));
       }
       return pattern.path({});
     } catch (const Error& error) {
@@ -392,36 +393,37 @@ class Expander {
     if (kind == PathOption::none) return true;
     OptionWords words;
     for (const std::string& word : setting.words) {
-      bool there = true;
+      bool exists = true;
       OptionWords substituted_words;
       const std::string placed = with_path(row, word, [&](const std::string& path) {
-        const std::string whole = in_folder(setting, path);
+        const std::string full_path = in_folder(setting, path);
         const PathPattern pattern =
             kind == PathOption::input ? pattern_of(setting, path).with(captures) : PathPattern();
         if (kind == PathOption::input && pattern.captures().empty() && has_wildcards(pattern)) {
-          // The extension is part of the pattern for pictures and kernel sources.
+          // For pictures and kernel sources, the extension is part of the pattern.
           for (const FileLister::Found& file : lister_.find(pattern))
             substituted_words.push_back(base_path(file.path));
-          there = !substituted_words.empty();
-          if (!there && !setting.optional)
+          exists = !substituted_words.empty();
+          if (!exists && !setting.optional)
             fail_in(setting, "no file matches '" + pattern.text() + "'" + folder_suffix() + ".");
           if (substituted_words.size() > 1 && !row.value.repeats) {
             fail_in(setting, "'" + substituted_words[0] + "' and '" + substituted_words[1] +
                                  "' match '" + pattern.text() +
                                  "', but this option takes one file.");
           }
-          return there ? substituted_words[0] : path;
+          return exists ? substituted_words[0] : path;
         }
-        const std::string file = base_path(plain_path(setting, whole, captures));
+        const std::string file = base_path(plain_path(setting, full_path, captures));
         std::error_code error;
-        if (setting.optional) there = fs::is_regular_file(file, error);
+        if (setting.optional) exists = fs::is_regular_file(file, error);
         return file;
       });
-      if (!there) continue;
+      if (!exists) continue;
       if (substituted_words.size() > 1 && row.flag == "--ao-occluders") {
         words.insert(words.end(), substituted_words.begin(), substituted_words.end());
       } else if (substituted_words.size() > 1) {
-        fail_in(setting, "'" + word + "' matches several files: name one.");
+        fail_in(setting,
+                "'" + word + "' matches several files, but the option takes one: write its name.");
       } else {
         words.push_back(placed);
       }
@@ -430,13 +432,13 @@ class Expander {
     return !words.empty();
   }
 
-  /// A path relative to the job file's folder, as it is opened.
+  /// Returns the path by which a file is opened, for a path relative to the job file's folder.
   std::string base_path(const std::string& path) const {
     if (path.empty() || fs::path(path).is_absolute()) return path;
     return (file_.folder / path).lexically_normal().string();
   }
 
-  /// True for settings of layers that apply to all bakes, and may be irrelevant to some of them.
+  /// True for settings of layers that apply to all bakes, so that some bakes may have no use for them.
   bool is_general(const Setting& setting) const {
     const std::string& layer = setting.origin.layer;
     return layer == file_.defaults.name || (file_.profile && layer == file_.profile->name) ||
@@ -457,9 +459,9 @@ class Expander {
         const auto setting = effective_settings.find(key);
         if (setting != effective_settings.end()) set_option(job, key, setting->second.words);
       }
-      return is_served(row, settled(job));
+      return is_applicable(row, resolve_job(job));
     } catch (const Error&) {
-      return true;  // The check of the job reports the error
+      return true;  // the check of the job will report the error
     }
   }
 
@@ -494,10 +496,11 @@ class Expander {
       }
       if (key == "out" && level > 0) {
         fs::path out = setting.words[0];
-        const std::string more = "_lod" + std::to_string(level);
+        const std::string lod_suffix = "_lod" + std::to_string(level);
         const bool file = out.has_extension();
-        out = out.parent_path() / (file ? out.stem().string() + more + out.extension().string()
-                                        : out.filename().string() + more);
+        out =
+            out.parent_path() / (file ? out.stem().string() + lod_suffix + out.extension().string()
+                                      : out.filename().string() + lod_suffix);
         setting.words[0] = out.string();
       }
       try {
@@ -505,25 +508,25 @@ class Expander {
       } catch (const Error& error) {
         fail_in(setting, error.message());
       }
-      const bool own = key == "maps" && !asset.job.own_maps.empty() && !setting.origin.file.empty();
-      if (own && !options_.allow_own_maps) {
-        fail_in(setting, "the file names a map of your own ('" + asset.job.own_maps[0] +
-                             "'), a program that would run with your rights: read it, and add "
+      const bool has_own_maps =
+          key == "maps" && !asset.job.own_maps.empty() && !setting.origin.file.empty();
+      if (has_own_maps && !options_.allow_own_maps) {
+        fail_in(setting, "the file contains an own map ('" + asset.job.own_maps[0] +
+                             "'), which is code that would run with your rights: read it, and add "
                              "--allow-own-maps.");
       }
       if (path_option(*row) == PathOption::output && !setting.origin.file.empty() &&
           !options_.allow_outside && !lies_within(file_.folder, setting.words[0])) {
-        fail_in(
-            setting,
-            "'" + setting.words[0] +
-                "' lies outside of the job file's folder: write below it, or add --allow-outside.");
+        fail_in(setting, "'" + setting.words[0] +
+                             "' lies outside the job file's folder: choose a folder below it, or "
+                             "add --allow-outside.");
       }
       asset.settings.push_back(setting);
     }
     if (asset.job.out.empty()) {
       throw Error(ErrorCode::usage,
                   file_.bakes[asset.rule].find("high")->origin.place() + ": out: '" + asset.name +
-                      "' has no output: give out in this [[bake]] or in [defaults].");
+                      "' has no output: set out in this [[bake]] or in [defaults].");
     }
     asset.job.quiet = true;
     if (!asset.problem.empty()) return;
@@ -537,11 +540,11 @@ class Expander {
     asset.expected_seconds = expected_seconds(asset.job);
   }
 
-  /// Checks options that are nested in other options' values, such as those of a map's variant. Files need not exist
+  /// Checks options that are nested in values of other options, such as those of a variant. Named files need not exist
   /// yet, since a hook may create them.
   static void check_values(const Job& job) {
     try {
-      options_of(settled(job));
+      options_of(resolve_job(job));
     } catch (const Error& error) {
       if (error.code() == ErrorCode::usage) throw;
     }
@@ -569,7 +572,7 @@ class Expander {
                         output + "': give each a separate path, such as out/{dir}/{name}.");
       }
     }
-    // If one bake writes a file that another reads, the result depends on their order.
+    // Rejects a file that one bake writes and another reads, since the result would depend on their order.
     for (const BatchAsset& asset : batch_.assets) {
       std::vector<std::string> inputs = high_files(asset.job);
       const std::vector<std::string> low = low_files(asset.job);
@@ -606,11 +609,9 @@ class Expander {
           Captures captures;
           if (!pattern.matches(path, {}, captures) || is_skipped(skip, path)) continue;
           if (pattern.has_open_ending() && !is_mesh_ending(path)) continue;
-          fail_in(
-              *setting,
-              "'" + path + "', which '" + asset.name +
-                  "' writes, matches it, too, and would be baked by the next run: write to another "
-                  "folder, or add it to skip.");
+          fail_in(*setting, "'" + path + "', an output of '" + asset.name +
+                                "', matches this pattern, so that the next run would bake it: "
+                                "write to another folder, or add it to skip.");
         }
       }
     }
@@ -625,7 +626,7 @@ class Expander {
         if (sidecars_.count(path) != 0) continue;
         batch_.warnings.push_back({"unused-sidecar",
                                    "'" + path +
-                                       "' belongs to no mesh that is baked: name it as the mesh, "
+                                       "' belongs to no baked mesh: give it the mesh's name, "
                                        "NAME.kiln.toml, or remove it.",
                                    1});
       }
@@ -635,22 +636,23 @@ class Expander {
   void keep_only() {
     std::vector<std::string> names;
     for (const BatchAsset& asset : batch_.assets) names.push_back(asset.name);
-    std::vector<bool> kept(names.size(), false);
+    std::vector<bool> is_selected(names.size(), false);
     for (const PathPattern& only : only_) {
-      bool any = false;
+      bool any_match = false;
       for (std::size_t i = 0; i < names.size(); ++i) {
         if (!only.covers(names[i])) continue;
-        any = kept[i] = true;
+        any_match = is_selected[i] = true;
       }
-      if (any) continue;
-      const std::string near = nearest_word(only.text(), names);
-      throw Error(ErrorCode::usage,
-                  "--only '" + only.text() + "' is the name of no asset" +
-                      (near.empty() ? ": --list shows them." : "; did you mean " + near + "?"));
+      if (any_match) continue;
+      const std::string suggestion = nearest_word(only.text(), names);
+      throw Error(
+          ErrorCode::usage,
+          "--only '" + only.text() + "' matches no asset" +
+              (suggestion.empty() ? ": --list shows them." : "; did you mean " + suggestion + "?"));
     }
     std::vector<BatchAsset> selected_assets;
     for (std::size_t i = 0; i < names.size(); ++i) {
-      if (kept[i]) selected_assets.push_back(std::move(batch_.assets[i]));
+      if (is_selected[i]) selected_assets.push_back(std::move(batch_.assets[i]));
     }
     batch_.assets = std::move(selected_assets);
   }
@@ -686,7 +688,7 @@ std::string output_name(const Job& job) {
 std::vector<std::string> known_outputs(const Job& job) {
   std::vector<std::string> outputs = outputs_of(job);
   if (!asset_file(job).empty()) return outputs;
-  for (const std::string& map : all_maps(settled(job))) {
+  for (const std::string& map : all_map_names(resolve_job(job))) {
     outputs.push_back(
         identity(fs::path(out_folder(job)) /
                  (low_stem(job) + "_" + map + "." + std::string(extension_of(job.image.format)))));
@@ -695,8 +697,8 @@ std::vector<std::string> known_outputs(const Job& job) {
 }
 
 double expected_seconds(const Job& job) {
-  // Cost model, measured on two CPU cores in 2026: fixed seconds per job; bytes parsed, map samples baked, and
-  // occlusion rays cast per second.
+  // Cost model, measured on two CPU cores in 2026: fixed seconds per job, and rates per second of parsed bytes, baked
+  // map samples, and occlusion rays.
   constexpr double kJobSeconds = 0.05, kBytesPerSecond = 4e7, kSamplesPerSecond = 6e6,
                    kRaysPerSecond = 1e7;
   double bytes = 0;

@@ -16,7 +16,7 @@ struct BatchAsset {
   std::string name;  ///< Unique name: the texts of the captures, or the first file's name
   Job job;
   std::vector<Setting> settings;  ///< Effective settings, sorted by key
-  std::size_t rule = 0;           ///< Index of the [[bake]] rule
+  std::size_t rule = 0;           ///< Index of the asset's [[bake]] rule
   std::string problem;            ///< Why the asset cannot be baked; empty if no problem is known
   unsigned retries = 0;
   double timeout = 0;         ///< Maximum time of the bake in seconds; 0: no limit
@@ -25,10 +25,11 @@ struct BatchAsset {
 };
 
 struct ExpandOptions {
-  bool allow_outside = false;     ///< Outputs may be outside the job file's folder
-  bool allow_own_maps = false;    ///< The file may use own maps, which are OpenCL C code
-  bool allow_hooks = false;       ///< The file may contain hooks, which are shell commands
-  std::vector<std::string> only;  ///< Patterns of the names of assets to bake; empty: all
+  bool allow_outside = false;   ///< True if outputs may lie outside the job file's folder
+  bool allow_own_maps = false;  ///< True if the file may use own maps, which are OpenCL C code
+  bool allow_hooks = false;     ///< True if the file may contain hooks, which are shell commands
+  /// Patterns of the names of the assets to bake; empty: all assets
+  std::vector<std::string> only;
   OptionLayer command_line{"command line", {}};
 };
 
@@ -41,11 +42,10 @@ struct Batch {
 /// \throws Error(usage) with the line for errors in the file, such as two bakes with the same output
 Batch expand_job_file(const JobFile& file, const ExpandOptions& options);
 
-/// The output that names a job in messages and checks: its folder and stem, or its file.
+/// The output that identifies a job in messages and checks: its folder and stem, or its file.
 std::string output_name(const Job& job);
 
-/// Absolute paths of the files that a job writes, as far as they are known before the bake: with the maps of one
-/// texture set.
+/// Absolute paths of the files that a job writes. Before the bake, only the maps of one texture set are known.
 std::vector<std::string> known_outputs(const Job& job);
 
 /// Estimated seconds of a job, from sizes of files and maps; used to order and to list jobs.

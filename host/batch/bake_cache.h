@@ -26,10 +26,10 @@ struct CacheDecision {
     bake,
   };
   Kind kind = Kind::bake;
-  std::string reason;              ///< Why it is not `unchanged`: "albedo.png changed"
+  std::string reason;  ///< Why the asset is not `unchanged`, such as "albedo.png changed"
   std::vector<std::string> files;  ///< Output files; empty for `bake`
   Json warnings = Json::array();
-  double missed = 0;  ///< Share of missed samples
+  double missed = 0;  ///< Share of missed samples of the stored result
   std::string entry;  ///< Name of the cache entry, for `restored`
 };
 
@@ -45,6 +45,7 @@ struct CacheDecision {
 /// two seconds before the record was written, because file systems have coarse clocks. Thread-safe.
 class BakeCache {
  public:
+  /// Creates a cache.
   /// \param folder  folder of the job file; paths below it are stored relative to it
   /// \param records  folder of the records
   /// \param store  storage of results; null: only records are kept
@@ -56,7 +57,7 @@ class BakeCache {
 
   /// Decides whether an asset must be baked. Only writes records whose files were hashed again.
   CacheDecision decide(const BatchAsset& asset);
-  /// Writes an entry's outputs to the open OutputSet. \returns false if the entry is missing or damaged
+  /// Writes the outputs of an entry to the open OutputSet. \returns false if the entry is missing or damaged
   bool restore(const BatchAsset& asset, CacheDecision& decision);
   /// Identifies a file's contents by their hash, for InputLog.
   static std::string identify(const std::filesystem::path& path);
@@ -80,7 +81,7 @@ class BakeCache {
   std::optional<std::string> get_derived_data(const std::string& key);
   void put_derived_data(const std::string& key, std::string_view text);
 
-  /// Absolute paths of the inputs in an asset's record; empty without a record.
+  /// Absolute paths of the inputs in an asset's record; empty if there is no record.
   std::vector<std::string> inputs_of(const BatchAsset& asset);
 
  private:
@@ -108,7 +109,7 @@ class BakeCache {
   std::filesystem::path record_path(const BatchAsset& asset) const;
   std::optional<Record> load(const BatchAsset& asset) const;
   void save(const BatchAsset& asset, const Record& record) const;
-  /// Name of an input that differs from a record; empty if all are equal.
+  /// The first input that differs from a record; empty if all are equal.
   /// \param renewed  receives true if a file was hashed again
   std::string why_changed(Record& record, bool& renewed);
   std::string why_outputs_changed(Record& record, bool& renewed);
@@ -122,7 +123,7 @@ class BakeCache {
   std::string program_, device_class_;
   std::mutex mutex_;
   std::map<std::string, std::pair<std::string, std::string>>
-      hashes_;                          ///< States and hashes of files by path, for this run
+      hashes_;                          ///< States and hashes of files by path, valid for this run
   std::map<std::string, Record> kept_;  ///< Records of results whose outputs are not placed yet
 };
 

@@ -25,10 +25,10 @@ constexpr std::chrono::hours kLeftoverAge(
 std::optional<std::string> CacheStore::get(const std::string& name) {
   std::optional<std::string> bytes = load(name);
   if (!bytes || bytes->size() < kSealBytes) return std::nullopt;
-  const std::string_view whole = *bytes;
-  const std::string_view content = whole.substr(0, whole.size() - kSealBytes);
-  // The hash includes the name, so that an entry moved to another name is invalid.
-  if (content_hash(name + "\n" + content_hash(content)) != whole.substr(content.size()))
+  const std::string_view stored_bytes = *bytes;
+  const std::string_view content = stored_bytes.substr(0, stored_bytes.size() - kSealBytes);
+  // The hash includes the name, so an entry that was moved to another name is invalid.
+  if (content_hash(name + "\n" + content_hash(content)) != stored_bytes.substr(content.size()))
     return std::nullopt;
   bytes->resize(content.size());
   return bytes;
@@ -50,7 +50,7 @@ std::optional<std::string> FolderStore::load(const std::string& name) {
   bytes.resize(static_cast<std::size_t>(in.gcount()));
   fs::last_write_time(
       path, fs::file_time_type::clock::now(),
-      // Marks the entry as recently used; in a read-only cache this fails, without effect
+      // Marks the entry as recently used. In a read-only cache this fails without effect.
       error);
   return bytes;
 }
@@ -77,11 +77,11 @@ void FolderStore::prune(std::uint64_t max_bytes) {
   const auto now = fs::file_time_type::clock::now();
   fs::recursive_directory_iterator at(folder_ / "entries", error);
   for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
-    std::error_code gone;
-    if (!at->is_regular_file(gone)) continue;
-    const auto time = at->last_write_time(gone);
-    const std::uintmax_t size = at->file_size(gone);
-    if (gone) continue;
+    std::error_code ignored_error;
+    if (!at->is_regular_file(ignored_error)) continue;
+    const auto time = at->last_write_time(ignored_error);
+    const std::uintmax_t size = at->file_size(ignored_error);
+    if (ignored_error) continue;
     const bool unfinished = at->path().filename().string().find(".tmp-") != std::string::npos;
     if (unfinished && now - time < kLeftoverAge) continue;
     entries.emplace_back(unfinished ? fs::file_time_type::min() : time, size, at->path());

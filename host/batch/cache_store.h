@@ -1,4 +1,4 @@
-// Storage of results by name: a folder, or a server.
+// Stores results by name, in a folder or on a server.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class CacheStore {
   virtual ~CacheStore() = default;
   /// The bytes of an entry; nullopt if it is missing or damaged.
   std::optional<std::string> get(const std::string& name);
-  /// \returns false if the entry cannot be stored, which is not an error of the run
+  /// Stores an entry. \returns false if that fails, which is not an error of the run
   bool put(const std::string& name, std::string_view bytes);
 
  private:

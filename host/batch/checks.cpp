@@ -28,7 +28,7 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The map whose name ends a file's stem; of several such maps, the one with the longest name. Null if there is none.
+/// The map whose name ends the stem of a file; of several, the one with the longest name. Null if there is none.
 const MapInfo* map_of(const fs::path& file) {
   const std::string stem = file.stem().string();
   const MapInfo* found = nullptr;
@@ -44,7 +44,7 @@ const MapInfo* map_of(const fs::path& file) {
   return found;
 }
 
-/// The limit of a map, or else the limit of all maps. Null if there is none.
+/// The limit for a map; if it has none, the limit for all maps. Null if there is none either.
 const CheckLimit* limit_of(const CheckRules& rules, const std::string& map,
                            const std::string& measure) {
   const CheckLimit* general = nullptr;
@@ -60,7 +60,7 @@ const CheckLimit* limit_of(const CheckRules& rules, const std::string& map,
 std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
                                 const fs::path& golden, const Image* mask) {
   if (bytes_of(output) == bytes_of(golden)) return {};
-  if (!is_map_file(output)) return "its bytes are not those of '" + golden.string() + "'";
+  if (!is_map_file(output)) return "its bytes differ from '" + golden.string() + "'";
   const Image ours = load_image(output), theirs = load_image(golden);
   if (ours.width != theirs.width || ours.height != theirs.height ||
       ours.channels != theirs.channels) {
@@ -78,27 +78,27 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
   const CheckLimit* const max = limit_of(rules, map, "max");
   const CheckLimit* const mean = limit_of(rules, map, "mean");
   const CheckLimit* const outliers = limit_of(rules, map, "outliers");
-  // Without limits, all texels must be equal. If only the mean has a limit, single texels have none.
-  const double most = max != nullptr                           ? max->value
-                      : mean != nullptr && outliers == nullptr ? HUGE_VAL
-                                                               : 0;
+  // Without limits, all texels must be equal. If only the mean has a limit, single texels are unlimited.
+  const double max_difference = max != nullptr                           ? max->value
+                                : mean != nullptr && outliers == nullptr ? HUGE_VAL
+                                                                         : 0;
   double sum = 0, greatest = 0;
-  std::uint64_t count = 0, beyond = 0;
+  std::uint64_t count = 0, beyond_count = 0;
   for (const float value : differences.pixels) {
     if (value < 0) continue;
     ++count;
     sum += double{value};
     greatest = std::max(greatest, double{value});
     // Differences have single precision, so limits in decimal digits need a tolerance.
-    beyond += double{value} > most * (1 + 1e-6) ? 1 : 0;
+    beyond_count += double{value} > max_difference * (1 + 1e-6) ? 1 : 0;
   }
   if (count == 0) return {};
   const char* const unit = angles ? " degrees" : "";
-  const double share = static_cast<double>(beyond) / static_cast<double>(count);
+  const double share = static_cast<double>(beyond_count) / static_cast<double>(count);
   if (share > (outliers != nullptr ? outliers->value : 0)) {
     return formatted("%.4g%% of its texels differ from '", 100 * share) + golden.string() +
-           formatted("' by more than %.4g%s, the most by %.4g (allowed: %.4g%%)", most, unit,
-                     greatest, 100 * (outliers != nullptr ? outliers->value : 0));
+           formatted("' by more than %.4g%s, at most by %.4g (allowed: %.4g%%)", max_difference,
+                     unit, greatest, 100 * (outliers != nullptr ? outliers->value : 0));
   }
   const double average = sum / static_cast<double>(count);
   if (mean != nullptr && average > mean->value) {
@@ -122,7 +122,7 @@ bool is_mask(const fs::path& file) {
   return info != nullptr && info->type == MapType::coverage && info->kind.name == "mask";
 }
 
-/// The mask that was baked with an output, if any.
+/// The mask that was baked with an output; nullopt if there is none.
 std::optional<Image> mask_of(const AssetResult& result, const fs::path& output) {
   const std::string name = mask_stem(output);
   for (const std::string& file : result.files) {
@@ -145,8 +145,9 @@ bool is_map_file(const fs::path& path) {
 }
 
 fs::path golden_of(const JobFile& file, const std::string& output) {
-  const fs::path below = whole(output).lexically_relative(whole(file.folder / "x").parent_path());
-  return file.folder / file.check.golden / below;
+  const fs::path relative_path =
+      whole(output).lexically_relative(whole(file.folder / "x").parent_path());
+  return file.folder / file.check.golden / relative_path;
 }
 
 std::vector<std::string> check_asset(const JobFile& file, const AssetResult& result) {
@@ -162,7 +163,7 @@ std::vector<std::string> check_asset(const JobFile& file, const AssetResult& res
     std::error_code error;
     if (!fs::exists(golden, error)) {
       problems.push_back("'" + output + "': there is no '" + golden.string() +
-                         "': look at the map, and take it by --accept '" + result.name + "'");
+                         "': inspect the map, and accept it by --accept '" + result.name + "'");
       continue;
     }
     const std::optional<Image> mask = is_map_file(output) ? mask_of(result, output) : std::nullopt;
@@ -205,8 +206,8 @@ std::vector<std::string> golden_without_outputs(const JobFile& file,
     for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
       const fs::path path = whole(at->path());
       const bool hidden = path.filename().string().starts_with('.');
-      std::error_code gone;
-      if (!hidden && at->is_regular_file(gone) && expected.count(path) == 0)
+      std::error_code ignored_error;
+      if (!hidden && at->is_regular_file(ignored_error) && expected.count(path) == 0)
         missing.push_back(path.string());
     }
   }
@@ -253,11 +254,11 @@ std::map<std::string, std::string> parse_hashes(const std::string& text, const s
   for (std::string line; std::getline(in, line);) {
     ++number;
     if (line.empty()) continue;
-    const bool good = line.size() > kHash + 2 && line.substr(kHash, 2) == "  " &&
-                      line.find_first_not_of("0123456789abcdef") == kHash;
-    if (!good) {
+    const bool is_valid = line.size() > kHash + 2 && line.substr(kHash, 2) == "  " &&
+                          line.find_first_not_of("0123456789abcdef") == kHash;
+    if (!is_valid) {
       throw Error(ErrorCode::input, "'" + file + "':" + std::to_string(number) +
-                                        ": this is not a line of --hashes: write the file again.");
+                                        ": this is not a line of --hashes: create the file again.");
     }
     hashes[unescape_bytes(line.substr(kHash + 2))] = line.substr(0, kHash);
   }
@@ -272,7 +273,8 @@ std::vector<std::string> compare_hashes(const std::map<std::string, std::string>
     if (ours == found.end()) {
       differences.push_back("'" + path + "' was not written");
     } else if (ours->second != hash) {
-      differences.push_back("'" + path + "' has other pixels: " + ours->second + ", not " + hash);
+      differences.push_back("'" + path + "' has different pixels: " + ours->second + ", not " +
+                            hash);
     }
   }
   for (const auto& [path, hash] : found) {
@@ -351,9 +353,9 @@ std::vector<std::size_t> shards_of(const std::vector<BatchAsset>& assets, std::s
   });
   std::vector<double> seconds(count);
   for (const std::size_t i : order) {
-    const auto least = std::min_element(seconds.begin(), seconds.end());
-    shards[i] = static_cast<std::size_t>(least - seconds.begin());
-    *least += std::max(1e-9, assets[i].expected_seconds);
+    const auto smallest_shard = std::min_element(seconds.begin(), seconds.end());
+    shards[i] = static_cast<std::size_t>(smallest_shard - seconds.begin());
+    *smallest_shard += std::max(1e-9, assets[i].expected_seconds);
   }
   return shards;
 }

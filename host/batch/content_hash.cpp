@@ -12,8 +12,8 @@
 namespace kiln {
 
 struct ContentHash::State {
-  // xxHash allocates the state, because it needs an alignment of 64 bytes, which a replaced operator new may not
-  // support.
+  // xxHash allocates the state itself, because it needs 64-byte alignment, which a replaced operator new may not
+  // provide.
   State() : state(XXH3_createState()) {
     if (state == nullptr) throw std::bad_alloc();
   }
@@ -60,19 +60,19 @@ std::optional<std::string> file_hash(const std::filesystem::path& path) {
   const int file = os::open_to_read(path);
   if (file < 0) return std::nullopt;
   const std::optional<os::FileFacts> facts = os::facts_of(file);
-  bool good = facts && facts->is_regular;
+  bool is_readable = facts && facts->is_regular;
   ContentHash hash;
   std::vector<std::byte> buffer(std::size_t{1} << 18);
-  for (std::uint64_t at = 0; good;) {
-    const std::ptrdiff_t got = os::read_at(file, at, buffer.data(), buffer.size());
+  for (std::uint64_t offset = 0; is_readable;) {
+    const std::ptrdiff_t got = os::read_at(file, offset, buffer.data(), buffer.size());
     if (got < 0 && errno == EINTR) continue;
-    good = got >= 0;
+    is_readable = got >= 0;
     if (got <= 0) break;
     hash.add(std::span(buffer).first(static_cast<std::size_t>(got)));
-    at += static_cast<std::uint64_t>(got);
+    offset += static_cast<std::uint64_t>(got);
   }
   os::close(file);
-  return good ? std::optional(hash.text()) : std::nullopt;
+  return is_readable ? std::optional(hash.text()) : std::nullopt;
 }
 
 }  // namespace kiln

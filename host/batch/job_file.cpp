@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxSidecarBytes = std::size_t{1} << 20;
 constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before", "after"};
-/// Options that apply to the whole run, and are thus allowed on the command line only.
+/// Options of the whole run, which job files cannot set; only the command line can.
 constexpr std::array kWholeRun = {"device", "quiet"};
 
 [[noreturn]] void fail_in(const Origin& origin, const std::string& key, const Message& problem) {
@@ -44,8 +44,8 @@ std::string without_dashes(std::string key) {
 
 /// The end of a message about an unknown key: "; did you mean size?", or a list of the known keys.
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
-  const std::string near = nearest_word(word, known);
-  if (!near.empty()) return "; did you mean " + near + "?";
+  const std::string suggestion = nearest_word(word, known);
+  if (!suggestion.empty()) return "; did you mean " + suggestion + "?";
   std::string list;
   for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
   return known.size() > 12 ? ": kiln bake --help lists options." : "; there are " + list + ".";
@@ -72,7 +72,7 @@ class Reader {
       Setting setting = setting_of(table.keys[i], table.elements[i]);
       if (const Setting* const other = layer.find(setting.key)) {
         fail_in(setting.origin, table.keys[i],
-                "line " + std::to_string(other->origin.line) + " sets it, too: leave one out.");
+                "line " + std::to_string(other->origin.line) + " sets it, too: remove one.");
       }
       layer.settings.push_back(std::move(setting));
     }
@@ -96,18 +96,18 @@ class Reader {
     setting.key = option_key(*row);
     if (std::find(kWholeRun.begin(), kWholeRun.end(), setting.key) != kWholeRun.end()) {
       fail_in(setting.origin, name,
-              "this applies to the whole run: give kiln run --" + setting.key + ".");
+              "this applies to the whole run: use the flag kiln run --" + setting.key + ".");
     }
     const TomlValue* words = &value;
     if (value.is_table() && value.find("file") != nullptr) {
       check_keys(value, file_, name, {"file", "optional"});
-      // `cage` is a distance; cage files have the option `cage_mesh`.
+      // In a job file, `cage` may name a file, which the option `cage_mesh` takes.
       if (setting.key == "cage") setting.key = "cage_mesh";
       row = find_option_row(setting.key);
       words = value.find("file");
       if (path_option(*row) != PathOption::input) {
         fail_in(setting.origin, name,
-                "it is not an input file, and only these are optional: give the value alone.");
+                "only input files may be optional, and this is none: give only the value.");
       }
       if (const TomlValue* const optional = value.find("optional")) {
         if (optional->kind != TomlValue::Kind::truth) {
@@ -117,8 +117,9 @@ class Reader {
         setting.optional = optional->text == "true";
       }
       if (setting.optional && (setting.key == "high" || setting.key == "low")) {
-        fail_in(setting.origin, name,
-                "what is baked cannot be optional: use a pattern that matches what is there.");
+        fail_in(
+            setting.origin, name,
+            "the baked mesh cannot be optional: use a pattern that only matches existing files.");
       }
     }
     setting.words = words_of(*row, name, *words);
@@ -131,7 +132,7 @@ class Reader {
     OptionWords words;
     if (value.is_list()) {
       if (value.elements.empty())
-        fail_in(origin(value), name, "the list is empty: leave it out, or give a value.");
+        fail_in(origin(value), name, "the list is empty: remove it, or add a value.");
       for (const TomlValue& element : value.elements)
         words.push_back(word_of(name, element, false));
     } else if (value.is_table()) {
@@ -161,7 +162,7 @@ class Reader {
       fail_in(origin(value), name, "nan is not a valid value of an option: give a number.");
     }
     if (value.text.empty())
-      fail_in(origin(value), name, "it is empty: leave it out, or give a value.");
+      fail_in(origin(value), name, "it is empty: remove it, or give a value.");
     if (value.text.find('\0') != std::string::npos || value.text.find('\n') != std::string::npos) {
       fail_in(origin(value), name, "it contains a line break or a null byte.");
     }
@@ -210,16 +211,16 @@ class Reader {
 
   void read_run_key(Setting& setting, const TomlValue& value) const {
     const std::string& key = setting.key;
-    const auto give = [&](const char* what) {
+    const auto assign_value = [&](const char* what) {
       fail_in(setting.origin, key,
               std::string("it is ") + value.kind_name() + ": give " + what + ".");
     };
     if (key == "skip") {
-      if (value.kind == TomlValue::Kind::truth) {  // `skip` in a sidecar
+      if (value.kind == TomlValue::Kind::truth) {  // a sidecar may set `skip` to true or false
         setting.words = {value.text};
         return;
       }
-      if (!value.is_list() && !value.is_text()) give("a list of patterns");
+      if (!value.is_list() && !value.is_text()) assign_value("a list of patterns");
       const std::vector<TomlValue> patterns = value.is_list() ? value.elements : std::vector{value};
       for (const TomlValue& pattern : patterns) {
         if (!pattern.is_text()) fail_in(origin(pattern), key, "a pattern is a text.");
@@ -235,7 +236,7 @@ class Reader {
     if (key == "retries") {
       if (value.kind != TomlValue::Kind::whole || !read_number(value.text, number) || number < 0 ||
           number > 100) {
-        give("a whole number, 0 to 100");
+        assign_value("a whole number, 0 to 100");
       }
     } else if (key == "timeout") {
       const bool is_number =
@@ -244,7 +245,7 @@ class Reader {
         fail_in(setting.origin, key, "it is " + value.text + ": give seconds, above 0 to 1000000.");
       }
     } else if (!value.is_text() || value.text.empty()) {
-      give("a text");
+      assign_value("a text");
     }
     setting.words = {value.text};
   }
@@ -256,15 +257,15 @@ class Reader {
 void check_version(const Origin& origin, const TomlValue& value) {
   if (!value.is_text()) fail_in(origin, "kiln", "give a text, such as \">=0.3\".");
   const std::string& text = value.text;
-  std::size_t at = 0;
-  while (at < text.size()) {
-    const std::size_t end = std::min(text.find(',', at), text.size());
-    std::string one = text.substr(at, end - at);
+  std::size_t position = 0;
+  while (position < text.size()) {
+    const std::size_t end = std::min(text.find(',', position), text.size());
+    std::string one = text.substr(position, end - position);
     one.erase(std::remove(one.begin(), one.end(), ' '), one.end());
-    at = end + 1;
+    position = end + 1;
     const std::size_t digits = std::min(one.find_first_of("0123456789"), one.size());
     const std::string sign = one.substr(0, digits);
-    std::array<int, 3> wanted{},
+    std::array<int, 3> required_version{},
         have = {KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH};
     std::size_t parts = 0;
     const char* from = one.data() + digits;
@@ -273,26 +274,26 @@ void check_version(const Origin& origin, const TomlValue& value) {
     while (is_valid && from != last) {
       if (parts == 3) is_valid = false;
       if (!is_valid) break;
-      const auto [next, error] = std::from_chars(from, last, wanted[parts++]);
+      const auto [next, error] = std::from_chars(from, last, required_version[parts++]);
       is_valid = error == std::errc() && (next == last || (*next == '.' && next + 1 != last));
       from = next == last ? next : next + 1;
     }
-    const bool known =
+    const bool is_known_sign =
         sign == ">=" || sign == ">" || sign == "<=" || sign == "<" || sign == "==" || sign == "=";
-    if (!is_valid || !known)
-      fail_in(origin, "kiln", "'" + text + "' is no version: give \">=0.3\", or \">=0.3, <1\".");
+    if (!is_valid || !is_known_sign)
+      fail_in(origin, "kiln", "'" + text + "' is not a version: give \">=0.3\", or \">=0.3, <1\".");
     // "==0.3" matches all versions 0.3.x.
     if (sign.find('=') == 0)
       std::fill(have.begin() + static_cast<std::ptrdiff_t>(parts), have.end(), 0);
-    const bool fits = sign == ">="   ? have >= wanted
-                      : sign == ">"  ? have > wanted
-                      : sign == "<=" ? have <= wanted
-                      : sign == "<"  ? have < wanted
-                                     : have == wanted;
+    const bool fits = sign == ">="   ? have >= required_version
+                      : sign == ">"  ? have > required_version
+                      : sign == "<=" ? have <= required_version
+                      : sign == "<"  ? have < required_version
+                                     : have == required_version;
     if (!fits) {
       fail_in(origin, "kiln",
-              "this is Kiln " + std::string(version()) + ", and the file is for " + text +
-                  ": install another version, or change the line.");
+              "this is Kiln " + std::string(version()) + ", but the file requires " + text +
+                  ": install a suitable version, or change this line.");
     }
   }
 }
@@ -307,9 +308,9 @@ double limit_value(const Reader& reader, const std::string& key, const TomlValue
       value.kind == TomlValue::Kind::whole || value.kind == TomlValue::Kind::number;
   if ((!is_number && !percent) || !read_number(text, number) || !std::isfinite(number) ||
       number < 0) {
-    fail_in(
-        reader.origin(value), key,
-        "'" + value.text + "' is no limit: give a number from 0 on, or a share such as \"5%\".");
+    fail_in(reader.origin(value), key,
+            "'" + value.text +
+                "' is not a limit: give a number of 0 or more, or a share such as \"5%\".");
   }
   return percent ? number / 100 : number;
 }
@@ -335,9 +336,10 @@ CheckRules read_check(const TomlValue& table, const std::string& file) {
     const std::string& key = limits->keys[i];
     const TomlValue& value = limits->elements[i];
     if (!value.is_table()) {
-      const std::vector<std::string> known = {"missed", "mean", "max", "outliers"};
-      if (std::find(known.begin(), known.end(), key) == known.end()) {
-        fail_in(reader.origin(value), key, "there is no such limit" + did_you_mean(key, known));
+      const std::vector<std::string> known_limits = {"missed", "mean", "max", "outliers"};
+      if (std::find(known_limits.begin(), known_limits.end(), key) == known_limits.end()) {
+        fail_in(reader.origin(value), key,
+                "there is no such limit" + did_you_mean(key, known_limits));
       }
       rules.limits.push_back({"", key, limit_value(reader, key, value), reader.origin(value)});
       continue;
@@ -346,7 +348,7 @@ CheckRules read_check(const TomlValue& table, const std::string& file) {
       const TomlValue& limit = value.elements[k];
       if (std::find(measures.begin(), measures.end(), value.keys[k]) == measures.end()) {
         fail_in(reader.origin(limit), key + "." + value.keys[k],
-                "there is no such limit of a map" + did_you_mean(value.keys[k], measures));
+                "there is no such limit for a map" + did_you_mean(value.keys[k], measures));
       }
       rules.limits.push_back({key, value.keys[k],
                               limit_value(reader, key + "." + value.keys[k], limit),
@@ -378,7 +380,7 @@ std::string option_key(const OptionRow& row) {
 
 const OptionRow* find_option_row(std::string_view key) {
   for (const OptionRow& row : bake_rows()) {
-    // Additional files of a side are elements of the list of HIGH or LOW.
+    // Further files of a side are elements of the list of HIGH or LOW.
     if (row.flag != "--high" && row.flag != "--low" && option_key(row) == key) return &row;
   }
   return nullptr;
@@ -459,7 +461,7 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
         fail_in(reader.origin(profile_tables->elements[i]), name,
                 "write it as a table: [" + name + "].");
       }
-      // Profiles that are not selected are checked, too.
+      // Profiles that are not selected are checked as well.
       OptionLayer layer = reader.layer_of(profile_tables->elements[i]);
       not_allowed(layer, {"high", "low", "name", "skip"});
       profiles.push_back(profile_tables->keys[i]);
@@ -467,9 +469,9 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
     }
   }
   if (!profile.empty() && !job.profile) {
-    throw Error(ErrorCode::usage,
-                file + ": there is no [profile." + profile + "]" +
-                    (profiles.empty() ? ", nor any other." : did_you_mean(profile, profiles)));
+    throw Error(ErrorCode::usage, file + ": there is no [profile." + profile + "]" +
+                                      (profiles.empty() ? ", nor any other profile."
+                                                        : did_you_mean(profile, profiles)));
   }
   const TomlValue* const bake_rules = root.find("bake");
   if (bake_rules == nullptr) {
@@ -486,7 +488,7 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
     if (!bake.is_table()) fail_in(reader.origin(bake), "bake", "write each as [[bake]].");
     OptionLayer layer = reader.layer_of(bake);
     if (layer.find("high") == nullptr)
-      fail_in(reader.origin(bake), "bake", "it has no high: give the dense mesh.");
+      fail_in(reader.origin(bake), "bake", "high is missing: name the high-poly mesh.");
     job.bakes.push_back(std::move(layer));
   }
   if (const TomlValue* const check = root.find("check")) job.check = read_check(*check, file);
@@ -526,15 +528,16 @@ std::string job_file_schema() {
   properties["retries"] = {{"type", "integer"},
                            {"minimum", 0},
                            {"maximum", 100},
-                           {"description", "Times that a failed bake is tried again"}};
-  properties["timeout"] = {
-      {"type", "number"}, {"exclusiveMinimum", 0}, {"description", "Seconds that a bake may take"}};
+                           {"description", "Number of retries of a failed bake"}};
+  properties["timeout"] = {{"type", "number"},
+                           {"exclusiveMinimum", 0},
+                           {"description", "Time limit of a bake in seconds"}};
   properties["before"] = {
       {"type", "string"},
       {"description",
-       "A command that is run before each bake, with the asset's JSON on standard input"}};
+       "Shell command to run before each bake, with the asset's JSON on standard input"}};
   properties["after"] = {{"type", "string"},
-                         {"description", "A command that is run after each bake"}};
+                         {"description", "Shell command to run after each bake"}};
   const auto table = [&](Json more, Json required) {
     Json profile_tables = properties;
     if (more.is_object()) profile_tables.update(more);
@@ -558,7 +561,8 @@ std::string job_file_schema() {
       {"type", "object"},
       {"properties",
        {{"kiln",
-         {{"type", "string"}, {"description", "Versions that the file is for, such as >=0.3"}}},
+         {{"type", "string"},
+          {"description", "Versions of Kiln that the file requires, such as >=0.3"}}},
         {"defaults", table(Json(), Json::array())},
         {"profile", {{"type", "object"}, {"additionalProperties", table(Json(), Json::array())}}},
         {"bake",
@@ -583,7 +587,7 @@ std::string toml_of(const Json& value) {
   return "[" + list + "]";
 }
 
-/// A copy of a value with the special characters of patterns escaped in paths.
+/// Copies a JSON value, with special characters of patterns escaped in its paths.
 Json with_escaped_paths(const OptionRow& row, const Json& value) {
   if (value.is_array()) {
     Json list = Json::array();

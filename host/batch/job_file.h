@@ -1,4 +1,4 @@
-// Job files: options of several bakes, in layers.
+// Reads job files: the options of several bakes, in layers.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,9 @@ namespace kiln {
 
 /// The file and line of a value, for messages.
 struct Origin {
-  std::string layer;  ///< "defaults", "profile.ci", "bake 2", "sidecar", "command line"
-  std::string file;   ///< Path of the file; empty if the value is not from a file
+  /// The kind of layer: "defaults", "profile.ci", "bake 2", "sidecar", "command line"
+  std::string layer;
+  std::string file;  ///< Path of the file; empty if the value is not from a file
   std::uint32_t line = 0;
 
   /// File and line, "job.toml:12"; the layer's name if there is no file.
@@ -26,14 +27,15 @@ struct Origin {
 
 /// A value of an option, or of a run key such as `retries`, as words.
 struct Setting {
-  std::string key;  ///< As in a job's JSON: "max_distance"
+  std::string key;  ///< The option's name as in a job's JSON: "max_distance"
   OptionWords words;
   bool optional = false;  ///< True if the value names a file that may be missing
   Origin origin;
-  std::string folder;  ///< Base of relative paths; absolute, or relative to the job file's folder
+  /// Folder that relative paths start from; absolute, or relative to the job file's folder
+  std::string folder;
 };
 
-/// Settings of one table of a file.
+/// The settings of one table of a job file.
 struct OptionLayer {
   std::string name;
   std::vector<Setting> settings;
@@ -52,14 +54,15 @@ struct CheckLimit {
 
 /// The table [check].
 struct CheckRules {
-  std::string golden;  ///< Folder of golden maps; empty: none
+  std::string golden;  ///< Folder of golden maps; empty: there are none
   std::vector<CheckLimit> limits;
   Origin origin;
 };
 
 struct JobFile {
   std::filesystem::path path;
-  std::filesystem::path folder;  ///< Base of relative paths in the table; empty: the current folder
+  /// Folder that relative paths in the table start from; empty: the current folder
+  std::filesystem::path folder;
   OptionLayer defaults;
   std::optional<OptionLayer> profile;  ///< The selected profile
   std::vector<OptionLayer> bakes;
@@ -69,6 +72,7 @@ struct JobFile {
 /// Maximum size of a job file. Ten thousand named bakes are about 2 MB.
 inline constexpr std::size_t kMaxJobFileBytes = std::size_t{16} << 20;
 
+/// Reads and parses a job file.
 /// \param profile  NAME of [profile.NAME]; empty: no profile
 /// \throws Error(usage) with "FILE:LINE: key", Error(input) if the file cannot be read
 JobFile read_job_file(const std::filesystem::path& path, const std::string& profile);

@@ -30,8 +30,9 @@ std::size_t literal_at(std::string_view text, std::size_t at) {
 
 std::size_t end_of_braces(std::string_view text, std::size_t at) {
   const std::size_t end = text.find('}', at);
-  refuse_if(end == std::string_view::npos, "The pattern '" + std::string(text) +
-                                               "' has { without }: write [{] for the character.");
+  refuse_if(end == std::string_view::npos,
+            "The pattern '" + std::string(text) +
+                "' has { without }: to match a brace itself, write [{].");
   const std::size_t inner = text.find('{', at + 1);
   refuse_if(inner < end,
             "The pattern '" + std::string(text) + "' has nested braces, which are not supported.");
@@ -98,13 +99,14 @@ PathPattern::Tokens PathPattern::tokens_of(std::string_view text) {
     } else if (text[at] == '{') {
       const std::size_t end = end_of_braces(text, at);
       const std::string name(text.substr(at + 1, end - at - 1));
-      refuse_if(!is_capture_name(name), "The pattern '" + std::string(text) + "' has {" + name +
-                                            "}: a capture is a name of letters, digits and _.");
+      refuse_if(!is_capture_name(name),
+                "The pattern '" + std::string(text) + "' has {" + name +
+                    "}: the name of a capture consists of letters, digits and _.");
       const bool folders = name == "dir" && (end + 1 == text.size() || text[end + 1] == '/') &&
                            (at == 0 || text[at - 1] == '/');
       tokens.push_back({folders ? Kind::folder_capture : Kind::capture, name});
       at = end + 1;
-      // The token includes the slash, since it may match zero folders, which no slash follows.
+      // The slash belongs to the token, since the token may match no folder, and then no slash follows.
       if (folders && at < text.size()) ++at;
     } else if (text.substr(at, 3) == "**/" && (at == 0 || text[at - 1] == '/')) {
       tokens.push_back({Kind::folders, {}});
@@ -124,11 +126,12 @@ PathPattern::Tokens PathPattern::tokens_of(std::string_view text) {
 }
 
 PathPattern::PathPattern(std::string_view text) : text_(with_slashes(text)) {
-  refuse_if(text_.find('\0') != std::string::npos, "A pattern has a byte of 0, which no path has.");
-  std::vector<std::string> all;
-  expand(text_, 0, all);
-  for (const std::string& way : all) {
-    expansions_.push_back(tokens_of(way));
+  refuse_if(text_.find('\0') != std::string::npos,
+            "A pattern contains a null byte, which no path can contain.");
+  std::vector<std::string> expanded;
+  expand(text_, 0, expanded);
+  for (const std::string& alternative : expanded) {
+    expansions_.push_back(tokens_of(alternative));
     for (const Token& token : expansions_.back()) {
       const bool capture = token.kind == Kind::capture || token.kind == Kind::folder_capture;
       if (capture && std::find(captures_.begin(), captures_.end(), token.text) == captures_.end()) {
@@ -144,7 +147,7 @@ bool PathPattern::is_plain() const {
                      [](const Token& token) { return token.kind == Kind::text; });
 }
 
-/// One match by backtracking, which tries the longest text first.
+/// The state of one match by backtracking, which tries the longest texts first.
 struct PathPattern::Matching {
   const Tokens& tokens;
   std::string_view path;
@@ -153,7 +156,7 @@ struct PathPattern::Matching {
 
   bool from(std::size_t token, std::size_t at) {
     refuse_if(++steps > kMaxMatchSteps,
-              "A pattern matches '" + std::string(path) + "' in too many ways: use fewer * in it.");
+              "A pattern matches '" + std::string(path) + "' in too many ways: use fewer *.");
     if (token == tokens.size()) return at == path.size();
     const Token& one = tokens[token];
     switch (one.kind) {
@@ -172,15 +175,16 @@ struct PathPattern::Matching {
     }
     const bool capture = one.kind == Kind::capture;
     if (capture && captures.count(one.text) != 0) {
-      const std::string known = captures[one.text];
-      return path.substr(at, known.size()) == known && from(token + 1, at + known.size());
+      const std::string captured_text = captures[one.text];
+      return path.substr(at, captured_text.size()) == captured_text &&
+             from(token + 1, at + captured_text.size());
     }
     const std::size_t end = std::min(path.find('/', at), path.size());
     // Neither wildcards nor captures match the dot at the start of a hidden name.
     if (at < path.size() && path[at] == '.' && (at == 0 || path[at - 1] == '/')) return false;
-    for (std::size_t to = end + 1; to-- > at + (capture ? 1 : 0);) {
-      if (capture) captures[one.text] = std::string(path.substr(at, to - at));
-      if (from(token + 1, to)) return true;
+    for (std::size_t match_end = end + 1; match_end-- > at + (capture ? 1 : 0);) {
+      if (capture) captures[one.text] = std::string(path.substr(at, match_end - at));
+      if (from(token + 1, match_end)) return true;
     }
     if (capture) captures.erase(one.text);
     return false;
@@ -189,21 +193,22 @@ struct PathPattern::Matching {
   /// Matches as many folders as possible, with their slashes; at the end of a pattern, the last folder has no slash.
   bool try_folders(std::size_t token, std::size_t at, const std::string* name) {
     const bool last = token + 1 == tokens.size();
-    const auto with = [&](std::string_view folders, std::size_t next) {
+    const auto try_with = [&](std::string_view folders, std::size_t next) {
       if (name == nullptr) return from(token + 1, next);
-      const auto known = captures.find(*name);
-      if (known != captures.end()) return known->second == folders && from(token + 1, next);
+      const auto captured_folders = captures.find(*name);
+      if (captured_folders != captures.end())
+        return captured_folders->second == folders && from(token + 1, next);
       captures[*name] = std::string(folders);
       if (from(token + 1, next)) return true;
       captures.erase(*name);
       return false;
     };
-    if (last) return name == nullptr ? at == path.size() : with(path.substr(at), path.size());
+    if (last) return name == nullptr ? at == path.size() : try_with(path.substr(at), path.size());
     for (std::size_t slash = path.rfind('/'); slash != std::string_view::npos && slash > at;
          slash = slash == 0 ? std::string_view::npos : path.rfind('/', slash - 1)) {
-      if (with(path.substr(at, slash - at), slash + 1)) return true;
+      if (try_with(path.substr(at, slash - at), slash + 1)) return true;
     }
-    return with({}, at);
+    return try_with({}, at);
   }
 };
 
@@ -219,10 +224,10 @@ bool PathPattern::matches(std::string_view path, const Captures& known, Captures
 }
 
 bool PathPattern::covers(std::string_view path) const {
-  Captures none;
+  Captures no_captures;
   for (std::size_t end = path.size(); end != std::string_view::npos;
        end = end == 0 ? std::string_view::npos : path.rfind('/', end - 1)) {
-    if (matches(path.substr(0, end), {}, none)) return true;
+    if (matches(path.substr(0, end), {}, no_captures)) return true;
   }
   return false;
 }
@@ -248,16 +253,17 @@ PathPattern PathPattern::with(const Captures& captures) const {
       continue;
     }
     const std::size_t end = text_[at] == '{' ? text_.find('}', at) : std::string::npos;
-    const auto known = end == std::string::npos ? captures.end()
-                                                : captures.find(text_.substr(at + 1, end - at - 1));
-    if (known == captures.end()) {
+    const auto captured = end == std::string::npos
+                              ? captures.end()
+                              : captures.find(text_.substr(at + 1, end - at - 1));
+    if (captured == captures.end()) {
       text += text_[at++];
       continue;
     }
-    text += escape_pattern(known->second);
+    text += escape_pattern(captured->second);
     at = end + 1;
-    // If the capture is zero folders, there is no slash after it.
-    if (known->second.empty() && at < text_.size() && text_[at] == '/') ++at;
+    // A capture of no folders is followed by no slash.
+    if (captured->second.empty() && at < text_.size() && text_[at] == '/') ++at;
   }
   return PathPattern(text);
 }
@@ -271,8 +277,8 @@ bool PathPattern::has_open_ending() const {
 std::string escape_pattern(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
-    const bool own = std::string_view("*?{}").find(c) != std::string_view::npos;
-    escaped += own ? std::string{'[', c, ']'} : std::string(1, c);
+    const bool is_special = std::string_view("*?{}").find(c) != std::string_view::npos;
+    escaped += is_special ? std::string{'[', c, ']'} : std::string(1, c);
   }
   return escaped;
 }
@@ -286,18 +292,18 @@ const FileLister::Folder& FileLister::list_folder(const std::string& path) {
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
     refuse_if(++entries_ > kMaxEntries, "'" + folder.string() + "': more than " +
                                             std::to_string(kMaxEntries) +
-                                            " files and folders lie below the patterns: begin "
-                                            "patterns with the folder that is meant.");
-    std::error_code gone;
+                                            " files and folders lie below the patterns: start the "
+                                            "patterns with a more specific folder.");
+    std::error_code ignored_error;
     const std::string name = at->path().filename().string();
-    if (at->is_directory(gone)) {
+    if (at->is_directory(ignored_error)) {
       entry->second.folders.push_back(name);
-    } else if (at->is_regular_file(gone)) {
+    } else if (at->is_regular_file(ignored_error)) {
       entry->second.files.push_back(name);
     }
   }
   if (error) {
-    // This is an error, because files of the folder would otherwise be skipped silently.
+    // Ignoring the error would skip the folder's files silently.
     throw Error(ErrorCode::input, "The folder '" + folder.string() + "' cannot be read (" +
                                       error.message() + "): check its permissions.");
   }
@@ -319,9 +325,9 @@ void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t 
   // A link to a parent folder would recurse without end.
   refuse_if(depth > kMaxDepth, "'" + (base_ / folder).string() + "' lies more than " +
                                    std::to_string(kMaxDepth) +
-                                   " folders deep: is there a link to a folder above?");
-  const Folder& here = list_folder(folder);
-  for (const std::string& name : here.files) {
+                                   " folders deep: check for a link to a parent folder.");
+  const Folder& folder_entries = list_folder(folder);
+  for (const std::string& name : folder_entries.files) {
     const std::string path =
         folder.empty() || folder.ends_with('/') ? folder + name : folder + "/" + name;
     Captures captures;
@@ -332,7 +338,7 @@ void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t 
     found.push_back({path, std::move(captures)});
   }
   if (depth >= deepest) return;
-  for (const std::string& name : here.folders) {
+  for (const std::string& name : folder_entries.folders) {
     if (name.starts_with('.')) continue;
     walk(folder.empty() || folder.ends_with('/') ? folder + name : folder + "/" + name, depth + 1,
          deepest, pattern, known, found);
@@ -343,7 +349,7 @@ std::vector<FileLister::Found> FileLister::find(const PathPattern& given, const 
   const PathPattern pattern = given.with(known);
   std::vector<Found> found;
   for (const PathPattern::Tokens& tokens : pattern.expansions_) {
-    // The search starts in the folder before the first wildcard, and its depth is that of the pattern.
+    // The search starts in the last folder before the first wildcard, and descends as deep as the pattern has levels.
     std::string fixed;
     std::size_t at = 0;
     for (; at < tokens.size() && tokens[at].kind == PathPattern::Kind::text; ++at)

@@ -1,4 +1,4 @@
-// Patterns of paths with captures: "assets/{dir}/{name}_low.*".
+// Path patterns with captures, such as "assets/{dir}/{name}_low.*".
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ using Captures = std::map<std::string, std::string>;
 class PathPattern {
  public:
   PathPattern() = default;
-  /// \throws Error(usage) for unclosed braces, and for too many alternatives
+  /// Parses a pattern. \throws Error(usage) for unclosed braces, and for too many alternatives
   explicit PathPattern(std::string_view text);
 
   const std::string& text() const { return text_; }
@@ -30,12 +30,13 @@ class PathPattern {
   const std::vector<std::string>& captures() const { return captures_; }
   /// True if the pattern has no captures and matches a single path only.
   bool is_plain() const;
-  /// \param known  required values of captures
-  ///        \param captured  receives the values of all captures if the pattern matches
+  /// True if the pattern matches a path.
+  /// \param known     required values of captures
+  /// \param captured  receives the values of all captures if the pattern matches
   bool matches(std::string_view path, const Captures& known, Captures& captured) const;
   /// True if the pattern matches the path, or a folder that contains the path.
   bool covers(std::string_view path) const;
-  /// The path, with captures substituted. \throws Error(usage) if a capture or wildcard remains
+  /// The path that results from the values of all captures. \throws Error(usage) if a capture or wildcard remains
   std::string path(const Captures& captures) const;
   /// The pattern with known captures substituted. Other captures and wildcards remain.
   PathPattern with(const Captures& captures) const;
@@ -65,12 +66,12 @@ std::string escape_pattern(std::string_view text);
 /// Finds files by patterns. Each folder is read once.
 class FileLister {
  public:
-  /// \param base  base of relative patterns; empty: the current folder
+  /// Creates a lister. \param base  folder of relative patterns; empty: the current folder
   explicit FileLister(std::filesystem::path base)
       : base_(base.empty() ? std::filesystem::path(".") : std::move(base)) {}
 
   struct Found {
-    /// Path with `/` as separator, relative to the base if the pattern is relative
+    /// The path with `/` as separator; relative to the base if the pattern is relative
     std::string path;
     Captures captures;
   };
@@ -83,7 +84,7 @@ class FileLister {
 
  private:
   struct Folder {
-    std::vector<std::string> files, folders;  ///< Sorted names
+    std::vector<std::string> files, folders;  ///< Sorted names in the folder
   };
   const Folder& list_folder(const std::string& path);
   void walk(const std::string& folder, std::size_t depth, std::size_t deepest,

@@ -21,13 +21,13 @@ constexpr std::size_t kMaxReportBytes = std::size_t{1} << 30;
 
 /// Weights that rank changes of assets, in degrees of rendered normals. A failure outweighs any error; a missed share
 /// of 1% counts as 1 degree; a new kind of warning counts 0.1 degrees; changed pixels with the same error come last.
-struct Worse {
+struct ChangeWeights {
   static constexpr double kFailed = 1000, kMissedShare = 100, kWarning = 0.1, kPixels = 0.001;
 };
-/// Smallest differences of degrees and of shares that are reported; smaller ones are rounding errors.
-constexpr double kLeastDegrees = 0.005, kLeastShare = 0.0005;
-/// A longer run time is reported if it exceeds the former one by this factor and is at least kLeastSeconds.
-constexpr double kMinSlowdown = 2, kLeastSeconds = 1;
+/// Smallest changes of degrees and of shares that are reported; smaller ones are rounding errors.
+constexpr double kMinReportedDegrees = 0.005, kMinReportedShare = 0.0005;
+/// A slower run is reported if the time exceeds the former one by this factor, and is at least kMinSlowSeconds.
+constexpr double kMinSlowdown = 2, kMinSlowSeconds = 1;
 
 bool is_failure(const Json& asset) {
   const std::string& state = asset.at("state").text();
@@ -50,8 +50,9 @@ class Comparison {
  public:
   Json of(const Json& former, const Json& now) {
     const bool failed = is_failure(now), had_failed = is_failure(former);
-    if (failed && !had_failed) add_change(Worse::kFailed, "it failed, which it did not before");
-    if (!failed && had_failed) add_change(-Worse::kFailed, "it failed before");
+    if (failed && !had_failed)
+      add_change(ChangeWeights::kFailed, "it failed, but succeeded before");
+    if (!failed && had_failed) add_change(-ChangeWeights::kFailed, "it failed before");
     if (!failed && !had_failed) {
       compare_figures(former, now);
       compare_maps(former.at("maps"), now.at("maps"));
@@ -69,26 +70,27 @@ class Comparison {
   void compare_figures(const Json& former, const Json& now) {
     const Json &was = former.at("rendered.mean_degrees"), &is = now.at("rendered.mean_degrees");
     if (was.is_number() && is.is_number() &&
-        std::abs(is.number() - was.number()) >= kLeastDegrees) {
-      add_change(
-          is.number() - was.number(),
-          formatted("rendered normals are %.2f degrees off, not %.2f", is.number(), was.number()));
+        std::abs(is.number() - was.number()) >= kMinReportedDegrees) {
+      add_change(is.number() - was.number(),
+                 formatted("rendered normals deviate by %.2f degrees, formerly %.2f", is.number(),
+                           was.number()));
     }
     const double missed = now.at("missed").number(), missed_before = former.at("missed").number();
-    if (std::abs(missed - missed_before) >= kLeastShare) {
-      add_change(Worse::kMissedShare * (missed - missed_before),
-                 formatted("%.3g%% of the samples are missed, not %.3g%%", 100 * missed,
+    if (std::abs(missed - missed_before) >= kMinReportedShare) {
+      add_change(ChangeWeights::kMissedShare * (missed - missed_before),
+                 formatted("%.3g%% of the samples are missed, formerly %.3g%%", 100 * missed,
                            100 * missed_before));
     }
-    const bool both = former.at("state").text() == name_of(AssetState::baked) &&
-                      now.at("state").text() == name_of(AssetState::baked);
-    const double seconds = now.at("seconds").number(), before = former.at("seconds").number();
-    if (both && seconds >= kLeastSeconds && seconds > kMinSlowdown * before)
-      add_change(0, formatted("it took %.3g s, not %.3g s", seconds, before));
+    const bool both_baked = former.at("state").text() == name_of(AssetState::baked) &&
+                            now.at("state").text() == name_of(AssetState::baked);
+    const double seconds = now.at("seconds").number(),
+                 former_seconds = former.at("seconds").number();
+    if (both_baked && seconds >= kMinSlowSeconds && seconds > kMinSlowdown * former_seconds)
+      add_change(0, formatted("it took %.3g s, not %.3g s", seconds, former_seconds));
   }
 
   void compare_maps(const Json& former, const Json& now) {
-    // Reports from outside of a page contain no maps.
+    // Reports that were not embedded in a page contain no maps.
     if (!former.is_array() || !now.is_array()) return;
     const auto before = by_text(former, "name"), after = by_text(now, "name");
     for (const auto& [name, map] : after) {
@@ -96,25 +98,25 @@ class Comparison {
       if (old == before.end()) {
         add_change(0, name + " is new");
       } else if (size_text(*old->second) != size_text(*map)) {
-        add_change(Worse::kPixels,
+        add_change(ChangeWeights::kPixels,
                    name + " is " + size_text(*map) + ", not " + size_text(*old->second));
       } else if (old->second->at("hash").text() != map->at("hash").text()) {
-        add_change(Worse::kPixels, name + " has other pixels");
+        add_change(ChangeWeights::kPixels, name + " has other pixels");
       }
     }
     for (const auto& [name, map] : before) {
-      if (after.count(name) == 0) add_change(Worse::kPixels, name + " is gone");
+      if (after.count(name) == 0) add_change(ChangeWeights::kPixels, name + " is gone");
     }
   }
 
   void compare_warnings(const Json& former, const Json& now) {
     const auto before = by_text(former, "code"), after = by_text(now, "code");
     for (const auto& [code, warning] : after) {
-      if (before.count(code) == 0) add_change(Worse::kWarning, "it warns now: " + code);
+      if (before.count(code) == 0) add_change(ChangeWeights::kWarning, "it warns now: " + code);
     }
     for (const auto& [code, warning] : before) {
       if (after.count(code) == 0)
-        add_change(-Worse::kWarning, "it does not warn any more: " + code);
+        add_change(-ChangeWeights::kWarning, "a warning is gone: " + code);
     }
   }
 
@@ -163,20 +165,20 @@ Json report_of(const ReportHead& head, const Batch& batch,
 
 std::string report_schema() {
   const Json text = {{"type", "string"}}, number = {{"type", "number"}},
-             whole = {{"type", "integer"}, {"minimum", 0}};
+             integer_type = {{"type", "integer"}, {"minimum", 0}};
   const Json or_text = {{"type", Json::array({"string", "null"})}};
   const Json or_number = {{"type", Json::array({"number", "null"})}};
   const auto list = [](const Json& of) { return Json{{"type", "array"}, {"items", of}}; };
   const auto object = [](const Json& properties, const Json& required) {
     return Json{{"type", "object"}, {"properties", properties}, {"required", required}};
   };
-  const Json warning = object({{"code", text}, {"message", text}, {"count", whole}},
+  const Json warning = object({{"code", text}, {"message", text}, {"count", integer_type}},
                               Json::array({"code", "message"}));
   const Json map = object({{"name", text},
                            {"file", or_text},
-                           {"width", whole},
-                           {"height", whole},
-                           {"channels", whole},
+                           {"width", integer_type},
+                           {"height", integer_type},
+                           {"channels", integer_type},
                            {"min", list(or_number)},
                            {"mean", list(or_number)},
                            {"max", list(or_number)},
@@ -208,7 +210,7 @@ std::string report_schema() {
   const Json asset = object({{"asset", text},
                              {"state", {{"enum", states}}},
                              {"seconds", number},
-                             {"attempts", whole},
+                             {"attempts", integer_type},
                              {"high", list(text)},
                              {"low", list(text)},
                              {"out", text},
@@ -234,7 +236,7 @@ std::string report_schema() {
         {"profile", or_text},
         {"shard", or_text},
         {"seconds", number},
-        {"states", {{"type", "object"}, {"additionalProperties", whole}}},
+        {"states", {{"type", "object"}, {"additionalProperties", integer_type}}},
         {"warnings", list(warning)},
         {"assets", list(asset)},
         {"baseline", or_text},
@@ -261,18 +263,19 @@ std::string report_in_page(const Json& report) {
 Json read_report(const std::filesystem::path& path, const std::string& what) {
   std::string text = read_small_file(path, kMaxReportBytes, what);
   if (const std::size_t begin = text.find(kReportBegin); begin != std::string::npos) {
-    const std::size_t from = begin + kReportBegin.size();
-    text = text.substr(from, std::min(text.find(kReportEnd, from), text.size()) - from);
+    const std::size_t json_begin = begin + kReportBegin.size();
+    text = text.substr(json_begin,
+                       std::min(text.find(kReportEnd, json_begin), text.size()) - json_begin);
   }
   Json report = Json::parse(text).with_texts(unescape_bytes);
   const Json& assets = report.at("assets");
-  const bool good =
+  const bool is_report =
       assets.is_array() &&
       std::all_of(assets.elements().begin(), assets.elements().end(), [](const Json& asset) {
         return asset.at("asset").is_string() && asset.at("state").is_string() &&
                asset.at("seconds").is_number() && asset.at("missed").is_number();
       });
-  if (!good) {
+  if (!is_report) {
     throw Error(ErrorCode::input, what +
                                       " is not a report of kiln run: give a file that --json or "
                                       "--report wrote.");
@@ -291,16 +294,18 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
     for (const char* const key : {"version", "profile"}) {
       if (reports[i].at(key).dump() == merged.at(key).dump()) continue;
       throw Error(ErrorCode::usage, std::string("--merge: '") + names[0] + "' and '" + names[i] +
-                                        "' have different " + key + ": run all parts alike.");
+                                        "' have different " + key +
+                                        ": run all shards with the same settings.");
     }
-    double part = 0, of = 0;
-    if (read_shard(reports[i], part, of)) {
-      if (count != 0 && of != count) {
+    double part = 0, shard_count = 0;
+    if (read_shard(reports[i], part, shard_count)) {
+      if (count != 0 && shard_count != count) {
         throw Error(ErrorCode::usage, "--merge: '" + names[i] + "' is part " +
                                           reports[i].at("shard").text() + ", others are of " +
-                                          formatted("%.0f", count) + ": run all parts alike.");
+                                          formatted("%.0f", count) +
+                                          ": run all shards with the same settings.");
       }
-      count = of;
+      count = shard_count;
       parts.insert(part);
     }
     seconds = std::max(seconds, reports[i].at("seconds").number());
@@ -309,7 +314,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
       if (!added) {
         throw Error(ErrorCode::usage, "--merge: '" + asset.at("asset").text() + "' is in '" +
                                           names[owner->second] + "' and in '" + names[i] +
-                                          "': give each part once.");
+                                          "': give each shard once.");
       }
       assets.push_back(asset);
     }
@@ -320,7 +325,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
   for (double part = 1; part <= count; ++part) {
     if (parts.count(part) != 0) continue;
     throw Error(ErrorCode::usage, formatted("--merge: part %.0f/%.0f is missing: ", part, count) +
-                                      "give the reports of all parts.");
+                                      "give the reports of all shards.");
   }
   // Sorts the assets by name, as in a single run, since the assets of shards interleave.
   std::vector<Json> sorted = assets.elements();
@@ -336,21 +341,21 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
 }
 
 void add_baseline(Json& report, const Json& former) {
-  const auto before = by_text(former.at("assets"), "asset");
-  std::set<std::string> now;
+  const auto former_assets = by_text(former.at("assets"), "asset");
+  std::set<std::string> current_names;
   Json assets = Json::array();
   for (Json asset : report.at("assets").elements()) {
     const std::string name = asset.at("asset").text();
-    now.insert(name);
-    const auto old = before.find(name);
-    if (old == before.end()) {
+    current_names.insert(name);
+    const auto old = former_assets.find(name);
+    if (old == former_assets.end()) {
       asset["baseline"] = {{"state", "new"},
                            {"what", Json::array({"it is new"})},
-                           {"worse", is_failure(asset) ? Worse::kFailed : 0.0}};
+                           {"worse", is_failure(asset) ? ChangeWeights::kFailed : 0.0}};
     } else {
       Json baseline = Comparison().of(*old->second, asset);
       if (baseline.at("state").text() == "changed") {
-        // The page shows the former pictures next to the new ones.
+        // A page shows the former pictures beside the new ones.
         if (old->second->at("pictures").is_object())
           baseline["pictures"] = old->second->at("pictures");
         Json maps = Json::object();
@@ -364,8 +369,8 @@ void add_baseline(Json& report, const Json& former) {
     assets.push_back(std::move(asset));
   }
   Json gone = Json::array();
-  for (const auto& [name, asset] : before) {
-    if (now.count(name) == 0) gone.push_back(name);
+  for (const auto& [name, asset] : former_assets) {
+    if (current_names.count(name) == 0) gone.push_back(name);
   }
   report["assets"] = std::move(assets);
   report["gone"] = std::move(gone);

@@ -13,25 +13,25 @@
 
 namespace kiln {
 
-/// Data of a report about the whole run.
+/// Facts about the whole run, for the start of its report.
 struct ReportHead {
   std::string job;      ///< Path of the job file as the caller gave it
   std::string profile;  ///< Name of the profile; empty: none
-  std::string shard;    ///< "2/8"; empty: all
+  std::string shard;    ///< The shard, such as "2/8"; empty: the run has all assets
   double seconds = 0;   ///< Wall-clock time of the run
 };
 
-/// The report that `kiln run --json FILE` writes.
+/// Builds the report that `kiln run --json FILE` writes.
 Json report_of(const ReportHead& head, const Batch& batch, const std::vector<AssetResult>& results);
 
 /// A JSON Schema (2020-12) of report_of(), including the members that pages add.
 std::string report_schema();
 
-/// Markers around the report in a page, which is JSON with escaped "<".
+/// Markers before and after the report in a page. The report is JSON with escaped "<".
 inline constexpr std::string_view kReportBegin = "<script type=\"application/json\" id=\"report\">";
 inline constexpr std::string_view kReportEnd = "</script>";
 
-/// A report for embedding in a page: its text cannot close the script element.
+/// Serialises a report for a page, such that its text cannot close the script element.
 std::string report_in_page(const Json& report);
 
 /// Reads a report from a file of --json, or from a page of --report.

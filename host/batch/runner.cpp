@@ -48,12 +48,12 @@ std::uint64_t expected_bytes(const Job& job) {
                            kOfMap * std::max<std::uint64_t>(1, maps));
 }
 
-/// Returns why a job's outputs cannot be written: an output file or its folder is write-protected. Empty if none is.
-/// Computed before any work, since a bake may take hours.
+/// The reason why a job's outputs cannot be written: an output file or its folder is write-protected. Empty if they
+/// can. Computed before any work, since a bake may take hours.
 std::string unwritable_output(const Job& job) {
   for (const std::string& output : known_outputs(job)) {
-    const auto there = os::facts_of(fs::path(output));
-    if (there && there->is_regular && !os::may_write(output))
+    const auto output_facts = os::facts_of(fs::path(output));
+    if (output_facts && output_facts->is_regular && !os::may_write(output))
       return "'" + output + "' cannot be written: the file there is write-protected.";
     fs::path folder = fs::path(output).parent_path();
     while (!os::facts_of(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
@@ -114,7 +114,7 @@ class BatchRun {
       try {
         report_result(i);
       } catch (...) {
-        // Results can no longer be reported, so the run ends.
+        // The callback failed, so that no result can be reported any more; the run ends.
         const std::lock_guard lock(mutex_);
         if (!error_) error_ = std::current_exception();
         next_ = assets_.size();
@@ -129,8 +129,8 @@ class BatchRun {
     if (next_ == assets_.size() || interrupted()) return false;
     i = next_++;
     bytes = expected_bytes(assets_[i].job);
-    // Running bakes have already allocated a part of their estimate, which thus counts twice; so fewer bakes run
-    // concurrently than memory would allow.
+    // Running bakes have allocated a part of their estimate already, which is thus counted twice. So fewer bakes run at
+    // once than memory would allow.
     while (running_ > 0 && running_bytes_ + bytes > memory_left()) {
       done_.wait_for(lock, std::chrono::milliseconds(50));
       if (interrupted()) return false;
@@ -156,10 +156,10 @@ class BatchRun {
 
   void show_progress(std::string_view stage) {
     if (!options_.on_progress) return;
-    double done = 0;
+    double completed = 0;
     for (std::size_t i = 0; i < finished_shares_.size(); ++i)
-      done += finished_shares_[i] * weight(i);
-    options_.on_progress(done / total_, stage);
+      completed += finished_shares_[i] * weight(i);
+    options_.on_progress(completed / total_, stage);
   }
 
   Device device() {
@@ -180,10 +180,10 @@ class BatchRun {
       result.name = asset.name;
       result.attempts = attempt + 1;
       try_asset(i, result);
-      // Wrong options are not retried.
-      const bool again = result.state == AssetState::failed &&
-                         result.error_code != static_cast<int>(ErrorCode::usage);
-      if (!again || interrupted()) break;
+      // a bake with wrong options would fail again, so it is not retried
+      const bool retries = result.state == AssetState::failed &&
+                           result.error_code != static_cast<int>(ErrorCode::usage);
+      if (!retries || interrupted()) break;
     }
     const bool has_outputs = result.state == AssetState::baked ||
                              result.state == AssetState::unchanged ||
@@ -196,8 +196,8 @@ class BatchRun {
   /// Runs the checks of an asset, and sets its state to failed if one of them finds a problem.
   void run_checks(const BatchAsset& asset, AssetResult& result) const {
     // Files that checks read must not count as inputs of concurrent bakes.
-    InputLog none([](const fs::path&) { return std::string(); });
-    const InputLogScope scope(&none);
+    InputLog no_log([](const fs::path&) { return std::string(); });
+    const InputLogScope scope(&no_log);
     std::vector<std::string> problems;
     try {
       problems = options_.check(asset, result);
@@ -250,7 +250,8 @@ class BatchRun {
       fail(static_cast<int>(error.code()), error.id(), error.message().text(option_as_flag));
     } catch (const std::bad_alloc&) {
       fail(static_cast<int>(ErrorCode::internal), "memory",
-           "memory ran out, or --memory-limit was reached.");
+           "out of memory, or --memory-limit was reached: run fewer bakes at once, or raise the "
+           "limit.");
     } catch (const std::exception& error) {
       fail(static_cast<int>(ErrorCode::internal), "internal", error.what());
     }
@@ -260,7 +261,7 @@ class BatchRun {
   void bake(std::size_t i, AssetResult& result) {
     using Clock = std::chrono::steady_clock;
     const BatchAsset& asset = assets_[i];
-    // Read-only outputs are an error only if something must be baked; assets that were baked before may be unchanged.
+    // Write-protected outputs are an error only if the asset must be baked; it may be unchanged.
     const std::string unwritable = unwritable_output(asset.job);
     const bool may_be_unchanged =
         options_.cache != nullptr && !options_.rebake && !options_.cache->inputs_of(asset).empty();
@@ -292,49 +293,50 @@ class BatchRun {
     hooks.make_source = [this](const Device& device, const Mesh& mesh, RayTraversal traversal) {
       return sources_->get(device, mesh, traversal);
     };
-    JobResult made = run_job([this] { return device(); }, asset.job, progress, hooks);
-    if (made.cancelled) {
+    JobResult job_result = run_job([this] { return device(); }, asset.job, progress, hooks);
+    if (job_result.cancelled) {
       if (!is_timed_out) {
         result.state = AssetState::cancelled;
         return;
       }
       throw Error(ErrorCode::internal,
-                  formatted("it took more than its timeout of %g seconds.", asset.timeout),
+                  formatted("the bake exceeded its timeout of %g seconds.", asset.timeout),
                   "timeout");
     }
-    result.missed = missed_share(Json::parse(made.report));
+    result.missed = missed_share(Json::parse(job_result.report));
     std::string changed;
-    if (options_.cache != nullptr && made.failure.empty()) {
-      changed = options_.cache->keep(asset, log.inputs(), outputs_of(log), made.files,
-                                     describe(made.warnings), result.missed);
+    if (options_.cache != nullptr && job_result.failure.empty()) {
+      changed = options_.cache->keep(asset, log.inputs(), outputs_of(log), job_result.files,
+                                     describe(job_result.warnings), result.missed);
     }
     if (!changed.empty()) {
       const Warning warning{"input-changed", changed + ": the next run bakes it again.", 1};
-      made.warnings.push_back(warning);
-      made.causes.push_back(warning);
+      job_result.warnings.push_back(warning);
+      job_result.causes.push_back(warning);
     }
     place(asset.job, log);
-    result.files = std::move(made.files);
-    result.warnings = describe(made.warnings);
-    result.causes = std::move(made.causes);
-    result.report = std::move(made.report);
+    result.files = std::move(job_result.files);
+    result.warnings = describe(job_result.warnings);
+    result.causes = std::move(job_result.causes);
+    result.report = std::move(job_result.report);
     result.state = AssetState::baked;
-    if (!made.failure.empty()) {
+    if (!job_result.failure.empty()) {
       result.state = AssetState::failed;
-      result.error = made.failure.text(option_as_flag);
+      result.error = job_result.failure.text(option_as_flag);
       result.error_id = "limit";
       result.error_code = 1;
     }
     finish(asset, result);
   }
 
-  /// \param unwritable  why outputs cannot be written; empty if they can
-  ///        \returns true if the asset need not be baked
+  /// Takes the asset's outputs from the cache, if possible.
+  /// \param unwritable  the reason why outputs cannot be written; empty if they can
+  /// \returns true if the asset need not be baked
   bool take_from_cache(const BatchAsset& asset, const InputLog& log, const std::string& unwritable,
                        AssetResult& result) {
-    device();  // Keys contain the device class
+    device();  // the device must be open, since its class is part of the cache's keys
     if (options_.rebake) {
-      result.reason = "all assets were requested";
+      result.reason = "--rebake was given";
       return false;
     }
     CacheDecision decision = options_.cache->decide(asset);
@@ -366,12 +368,12 @@ class BatchRun {
     const std::lock_guard lock(placing_);
     for (const HeldOutput& output : outputs_of(log)) {
       // Two assets may still write the same file: stem "a" with map "b_normal", and stem "a_b" with map "normal".
-      const std::string whole = fs::absolute(output.destination).lexically_normal().string();
-      const auto [writer, added] = written_.try_emplace(whole, &job);
+      const std::string full_path = fs::absolute(output.destination).lexically_normal().string();
+      const auto [writer, added] = written_.try_emplace(full_path, &job);
       if (!added && writer->second != &job) {
-        throw Error(ErrorCode::usage,
-                    "'" + output.destination.string() +
-                        "' was written by another bake of this run: give each a separate folder.");
+        throw Error(ErrorCode::usage, "'" + output.destination.string() +
+                                          "' was already written by another bake of this run: give "
+                                          "each bake a separate folder.");
       }
     }
     commit_outputs(log);
@@ -386,7 +388,7 @@ class BatchRun {
             : -1;
     if (status == 0) return;
     throw Error(ErrorCode::input,
-                std::string("the command of ") + name + " failed with exit code " +
+                std::string("the command in ") + name + " failed with exit code " +
                     std::to_string(status) + ": " + command +
                     (command_output.empty() ? "" : "\n" + command_output),
                 "hook");

@@ -31,9 +31,9 @@ struct AssetResult {
   AssetState state = AssetState::not_run;
   double seconds = 0;  ///< Wall-clock time of all attempts
   unsigned attempts = 0;
-  std::string error;     ///< Why the asset failed
-  std::string error_id;  ///< Error::id() of the failure
-  int error_code = 0;    ///< ErrorCode of the failure; 1: a limit was exceeded
+  std::string error;     ///< The error message of a failed asset
+  std::string error_id;  ///< Error::id() of a failed asset
+  int error_code = 0;    ///< ErrorCode of a failed asset; 1: a limit was exceeded
   std::vector<std::string> files;
   std::vector<Warning> causes;
   Json warnings = Json::array();
@@ -46,7 +46,8 @@ struct RunBatchOptions {
   std::string device;  ///< Name of the device, as for --device
   /// Cache of results; if null, all assets are baked and no result is stored
   BakeCache* cache = nullptr;
-  bool rebake = false;  ///< True: bakes all assets, and stores the results
+  /// True to bake all assets even if they are unchanged, and to store the results
+  bool rebake = false;
   /// Number of concurrent bakes; 0: two if there are two threads, but fewer if memory is short
   unsigned at_once = 0;
   /// Polled during the run, and cancels it by returning true; may be empty
@@ -76,7 +77,7 @@ std::vector<AssetResult> run_batch(const std::vector<BatchAsset>& assets,
 std::vector<CacheDecision> plan_batch(const std::vector<BatchAsset>& assets, BakeCache& cache,
                                       const std::string& device);
 
-/// An asset and its result as one object, for `--json -`, reports and hooks.
+/// Describes an asset and its result as one JSON object, for `--json -`, reports and hooks.
 Json to_json(const BatchAsset& asset, const AssetResult& result);
 
 }  // namespace kiln

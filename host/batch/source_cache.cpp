@@ -11,8 +11,8 @@ namespace {
 
 /// Hash of all data of a mesh, so that any difference gives another key.
 std::string key_of(const Mesh& mesh, RayTraversal traversal) {
-  // Lists all members of Mesh, so that this line fails to compile when a member is added, until the new member is
-  // hashed below.
+  // This line names all members of Mesh. If a member is added, it fails to compile until the new member is hashed
+  // below.
   [[maybe_unused]] const auto& [name, origin, positions, triangles, uvs, uv_triangles, normals,
                                 normal_triangles, tangents, colors, groups, group_names, objects,
                                 object_names, materials, material_names, material_files, polygons,
@@ -55,11 +55,11 @@ Source SourceCache::get(const Device& device, const Mesh& mesh, RayTraversal tra
   bool is_builder = false;
   {
     const std::lock_guard lock(mutex_);
-    const auto known = std::find_if(entries_.begin(), entries_.end(),
-                                    [&](const Entry& entry) { return entry.key == key; });
-    if (known != entries_.end()) {
-      entries_.splice(entries_.begin(), entries_, known);
-      source = known->source;
+    const auto cached_entry = std::find_if(entries_.begin(), entries_.end(),
+                                           [&](const Entry& entry) { return entry.key == key; });
+    if (cached_entry != entries_.end()) {
+      entries_.splice(entries_.begin(), entries_, cached_entry);
+      source = cached_entry->source;
     } else {
       is_builder = true;
       ++built_count_;

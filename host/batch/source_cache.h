@@ -1,4 +1,4 @@
-// Cache of high polys on the device, shared by bakes.
+// Caches high polys on the device, shared by bakes.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace kiln {
 
-/// Sources by the contents of their meshes, so that bakes of one high poly share one BVH. The `kept` most recently
-/// used sources stay in memory. Thread-safe.
+/// Sources keyed by the contents of their meshes, so that bakes of one high poly share one BVH. The `kept` most
+/// recently used sources stay in memory. Thread-safe.
 class SourceCache {
  public:
   explicit SourceCache(std::size_t kept) : kept_(kept) {}
@@ -20,7 +20,7 @@ class SourceCache {
   /// Returns the cached source of an equal mesh, or builds a new source. Threads that request the same mesh wait
   /// until its source is built.
   Source get(const Device& device, const Mesh& mesh, RayTraversal traversal);
-  /// Number of sources that were built.
+  /// Number of sources that were built, for tests.
   std::size_t made() const;
 
  private:

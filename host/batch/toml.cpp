@@ -67,7 +67,7 @@ void check_key_parts(std::string_view text, const std::string& file) {
     if (c == '.' && ++parts >= kMaxKeyParts) {
       fail_at(file, line, 1,
               "a key has more than " + std::to_string(kMaxKeyParts) +
-                  " parts: no option of Kiln does.");
+                  " parts, but no option of Kiln has so many: shorten it.");
     }
     if (c == '\n' || c == '=' || c == '[' || c == ']' || c == '{' || c == '}' || c == ',')
       parts = 0;
@@ -110,9 +110,9 @@ TomlValue value_of(const toml::node& node) {
   } else if (const auto* const text = node.as_string()) {
     value.kind = Kind::text;
     value.text = text->get();
-  } else if (const auto* const whole = node.as_integer()) {
+  } else if (const auto* const integer = node.as_integer()) {
     value.kind = Kind::whole;
-    value.text = std::to_string(whole->get());
+    value.text = std::to_string(integer->get());
   } else if (const auto* const number = node.as_floating_point()) {
     value.kind = Kind::number;
     value.text = number_text(number->get());

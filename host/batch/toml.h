@@ -1,5 +1,5 @@
-// TOML as a value with line numbers. It hides toml++: only toml.cpp includes its headers, which add seconds to
-// compile times.
+// A TOML value with line numbers. It hides toml++: only toml.cpp includes its headers, which add seconds to compile
+// times.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ struct TomlValue {
   enum class Kind : std::uint8_t { text, whole, number, truth, date, list, table };
 
   Kind kind = Kind::table;
-  std::string text;                 ///< Text of scalars: "0.5", "true"; of strings without quotes
+  std::string text;  ///< Text of a scalar, such as "0.5" or "true"; strings have no quotes
   std::vector<TomlValue> elements;  ///< Elements of a list, or values of a table
   std::vector<std::string> keys;    ///< Keys of a table, in the order of the file
   std::uint32_t line = 0;           ///< Line of the value, from 1 on
@@ -28,8 +28,9 @@ struct TomlValue {
   const char* kind_name() const;
 };
 
+/// Parses a TOML file.
 /// \param file  file name for messages
-///        \throws Error(usage) "FILE:LINE:COLUMN: ..." for invalid or too deeply nested TOML
+/// \throws Error(usage) "FILE:LINE:COLUMN: ..." for invalid or too deeply nested TOML
 TomlValue parse_toml(std::string_view text, const std::string& file);
 
 /// Quotes and escapes a text as a TOML string.

@@ -1,4 +1,4 @@
-// A low poly with its maps as one file that engines open.
+// Writes a low poly with its maps as one asset: GLB, glTF, or OBJ with MTL.
 #include "kiln/asset.h"
 
 #include <algorithm>
@@ -23,10 +23,13 @@
 namespace kiln {
 namespace {
 
-/// True if a surface shows otherwise than opaque, from its front.
-bool is_special(const Material& m) { return is_transparent(m) || m.double_sided; }
+/// True if a material is transparent or double-sided: triangles that match it need a material of their own in the
+/// asset.
+bool is_transparent_or_double_sided(const Material& m) {
+  return is_transparent(m) || m.double_sided;
+}
 
-/// The material of a name that a file describes; null: none.
+/// The material with this name that a file describes; null if there is none.
 const Material* find_material(const std::vector<Material>& materials, const std::string& name) {
   const auto found = std::find_if(materials.begin(), materials.end(), [&](const Material& m) {
     return m.name == name && !m.place.empty();
@@ -34,30 +37,32 @@ const Material* find_material(const std::vector<Material>& materials, const std:
   return found == materials.end() ? nullptr : &*found;
 }
 
-/// LOW as it is written: a material for each pair of a texture set and a source material.
+/// LOW with the asset's materials: one for each used pair of a texture set and a source material.
 struct AssetMesh {
   Mesh mesh;
   std::vector<AssetMaterial> materials;
-  std::vector<std::size_t> sets;   ///< Per material
-  std::vector<bool> states_sides;  ///< Per material: a glTF says whether it shows backs
+  std::vector<std::size_t> sets;  ///< Index of each material's texture set
+  /// True for materials of glTF files, which state whether back faces are shown
+  std::vector<bool> states_sidedness;
 };
 
-/// The alpha mode that all materials have; none: each that of its source.
+/// The alpha mode that applies to all materials; nullopt if each material keeps the mode of its source.
 std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetParts& asset) {
   if (scene.run.job.alpha) return scene.run.job.alpha;
   const std::vector<Material>& high = scene.high.input.beside.materials;
-  const bool any = std::any_of(high.begin(), high.end(), is_transparent);
-  if (!asset.has_opacity || (any && !asset.own_opacity)) return std::nullopt;
+  const bool any_transparent = std::any_of(high.begin(), high.end(), is_transparent);
+  if (!asset.has_opacity || (any_transparent && !asset.own_opacity)) return std::nullopt;
   const bool blends = std::any_of(high.begin(), high.end(), [](const Material& m) {
     return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
   });
   return blends ? AlphaMode::blend : AlphaMode::mask;
 }
 
-/// Look of a material of LOW, by the one of HIGH; else by LOW's own.
-void describe_surface(const BakeScene& scene, const AssetParts& asset, const Material* of_high,
-                      const Material* of_low, AssetMaterial& material) {
-  const Material* const shown = of_high != nullptr ? of_high : of_low;
+/// Copies the alpha mode, sidedness and extras from the material of HIGH, or from LOW's own if the former is null.
+void copy_surface_properties(const BakeScene& scene, const AssetParts& asset,
+                             const Material* of_high, const Material* of_low,
+                             AssetMaterial& material) {
+  const Material* const source_material = of_high != nullptr ? of_high : of_low;
   const std::optional<AlphaMode> common = common_alpha_mode(scene, asset);
   material.alpha_mode = common.value_or(AlphaMode::opaque);
   if (of_high != nullptr && is_transparent(*of_high)) {
@@ -65,23 +70,24 @@ void describe_surface(const BakeScene& scene, const AssetParts& asset, const Mat
     const bool cuts = of_high->alpha_mode == material.alpha_mode;
     if (cuts && !asset.own_opacity) material.alpha_cutoff = of_high->alpha_cutoff;
   }
-  if (shown != nullptr) {
-    material.double_sided = shown->double_sided || (of_low != nullptr && of_low->double_sided);
+  if (source_material != nullptr) {
+    material.double_sided =
+        source_material->double_sided || (of_low != nullptr && of_low->double_sided);
   }
   material.double_sided = scene.run.job.double_sided.value_or(material.double_sided);
-  if (shown == nullptr) return;
-  material.extras = of_low != nullptr ? of_low->extras : shown->extras;
+  if (source_material == nullptr) return;
+  material.extras = of_low != nullptr ? of_low->extras : source_material->extras;
 }
 
-AssetMesh with_materials(const BakeScene& scene, const Mesh& low_poly, const AssetParts& asset) {
+AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const AssetParts& asset) {
   AssetMesh result{low_poly, {}, {}, {}};
   Mesh& mesh = result.mesh;
   const std::span<const BakedSet> sets = scene.sets;
   const std::vector<Material>&high = scene.high.input.beside.materials,
         &low = scene.low.beside.materials;
-  const std::string plain = mesh.name.empty() ? "mesh" : mesh.name;
+  const std::string default_name = mesh.name.empty() ? "mesh" : mesh.name;
   const bool by_material = scene.run.job.sets == SetsBy::material;
-  if (!sets.empty()) mesh.tangents = tangents_of(mesh);  // before UVs move
+  if (!sets.empty()) mesh.tangents = tangents_of(mesh);  // MikkTSpace must see the UVs of the tiles
   std::vector<std::size_t> set_of(mesh.triangles.size(), 0);
   for (std::size_t s = 0; s < sets.size(); ++s) {
     for (const std::uint32_t t : sets[s].set.members) set_of[t] = s;
@@ -94,30 +100,30 @@ AssetMesh with_materials(const BakeScene& scene, const Mesh& low_poly, const Ass
           const TextureSet& set = sets[s].set;
           return Vec2{uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
         },
-        mesh);  // each tile's to the unit square
+        mesh);  // UVs of each tile move to the unit square
   }
   struct Key {
     std::size_t set;
     std::uint32_t own, hit;
     auto operator<=>(const Key&) const = default;
   };
-  std::map<Key, std::uint32_t> known;
+  std::map<Key, std::uint32_t> material_of_key;
   const std::vector<std::string> names = std::move(mesh.material_names);
-  std::vector<std::uint32_t> of = std::move(mesh.materials);
-  if (of.empty()) of.assign(mesh.triangles.size(), 0);
+  std::vector<std::uint32_t> material_of = std::move(mesh.materials);
+  if (material_of.empty()) material_of.assign(mesh.triangles.size(), 0);
   mesh.material_names.clear();
   mesh.materials.clear();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const std::string& own = names.empty() ? plain : names[of[t]];
-    const Material* of_high = find_material(high, own);
-    Key key{set_of[t], of[t], AssetParts::kNoMaterial};
+    const std::string& own_name = names.empty() ? default_name : names[material_of[t]];
+    const Material* of_high = find_material(high, own_name);
+    Key key{set_of[t], material_of[t], AssetParts::kNoMaterial};
     if (of_high == nullptr && !asset.materials_hit.empty()) key.hit = asset.materials_hit[t];
     const auto [entry, added] =
-        known.emplace(key, static_cast<std::uint32_t>(mesh.material_names.size()));
+        material_of_key.emplace(key, static_cast<std::uint32_t>(mesh.material_names.size()));
     mesh.materials.push_back(entry->second);
     if (!added) continue;
     AssetMaterial& material = result.materials.emplace_back();
-    material.name = own;
+    material.name = own_name;
     if (key.hit != AssetParts::kNoMaterial) {
       of_high = &high[key.hit];
       material.name = high[key.hit].name;
@@ -131,16 +137,16 @@ AssetMesh with_materials(const BakeScene& scene, const Mesh& low_poly, const Ass
     }
     if (!asset.pictures.empty()) material.pictures = asset.pictures[key.set];
     result.sets.push_back(key.set);
-    const Material* const of_low = find_material(low, own);
-    describe_surface(scene, asset, of_high, of_low, material);
-    result.states_sides.push_back((of_high != nullptr && of_high->multiplies) ||
-                                  (of_low != nullptr && of_low->multiplies));
+    const Material* const of_low = find_material(low, own_name);
+    copy_surface_properties(scene, asset, of_high, of_low, material);
+    result.states_sidedness.push_back((of_high != nullptr && of_high->multiplies) ||
+                                      (of_low != nullptr && of_low->multiplies));
     mesh.material_names.push_back(material.name);
   }
   return result;
 }
 
-/// The node of each object, by its name.
+/// Returns the node of each object, found by the object's name; AssetNode::kNone if the file has no such node.
 std::vector<std::uint32_t> object_nodes(const Asset& beside, const Mesh& mesh) {
   std::vector<std::uint32_t> nodes;
   const std::vector<std::string>& names = beside.mesh.object_names;
@@ -154,8 +160,8 @@ std::vector<std::uint32_t> object_nodes(const Asset& beside, const Mesh& mesh) {
   return nodes;
 }
 
-/// Files by name, with their bytes' FNV-1a of 64 bits; null: of a mesh in memory.
-Json hashes_of(const std::vector<JobInput>& inputs) {
+/// Names and 64-bit FNV-1a hashes of the input files; the hash is null for a mesh in memory.
+Json hash_inputs(const std::vector<JobInput>& inputs) {
   Json json = Json::array();
   for (const JobInput& input : inputs) {
     const std::string& file = input.name;
@@ -180,10 +186,10 @@ Json hashes_of(const std::vector<JobInput>& inputs) {
 Mesh with_hulls(const Mesh& low, const Mesh& hulls) {
   if (hulls.triangles.empty()) return low;
   const Mesh parts[] = {low, hulls};
-  Mesh whole = join_meshes(parts);
-  whole.name = low.name;
-  whole.material_files = low.material_files;
-  return whole;
+  Mesh joined = join_meshes(parts);
+  joined.name = low.name;
+  joined.material_files = low.material_files;
+  return joined;
 }
 
 void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetParts& asset) {
@@ -192,7 +198,7 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
   const Mesh &low = scene.low.mesh, &high = scene.high.mesh();
   const std::vector<Material>& materials = scene.high.input.beside.materials;
   asset.materials_hit.resize(low.triangles.size(), AssetParts::kNoMaterial);
-  constexpr int kSteps = 8;  // places along an edge
+  constexpr int kSamplesPerEdge = 8;  // sample points per edge of a triangle
   const auto texel = [](double value, std::uint32_t size) {
     const double inside = (value - std::floor(value)) * size;
     return std::min(static_cast<std::uint32_t>(inside), size - 1);
@@ -200,26 +206,29 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const auto& [a, b, c] = low.uv_triangles[t];
     const Vec2 &p = low.uvs[a], &q = low.uvs[b], &r = low.uvs[c];
-    if (!std::isfinite(p.x + p.y + q.x + q.y + r.x + r.y)) continue;  // of another set
+    // the triangle belongs to another texture set
+    if (!std::isfinite(p.x + p.y + q.x + q.y + r.x + r.y)) continue;
     std::map<std::uint32_t, int> hits;
-    for (int i = 0; i < kSteps; ++i) {
-      for (int k = 0; i + k < kSteps; ++k) {
-        const double u = (i + 1.0 / 3) / kSteps, v = (k + 1.0 / 3) / kSteps, w = 1 - u - v;
+    for (int i = 0; i < kSamplesPerEdge; ++i) {
+      for (int k = 0; i + k < kSamplesPerEdge; ++k) {
+        const double u = (i + 1.0 / 3) / kSamplesPerEdge, v = (k + 1.0 / 3) / kSamplesPerEdge,
+                     w = 1 - u - v;
         const std::uint32_t x = texel(w * p.x + u * q.x + v * r.x, match.width);
         const std::uint32_t y = texel(1 - (w * p.y + u * q.y + v * r.y), match.height);
         const std::uint32_t hit = match.triangle[std::size_t{y} * match.width + x];
-        if (hit < high.materials.size() && is_special(materials[high.materials[hit]])) {
+        if (hit < high.materials.size() &&
+            is_transparent_or_double_sided(materials[high.materials[hit]])) {
           ++hits[high.materials[hit]];
         }
       }
     }
-    const auto most = std::max_element(
+    const auto most_hit = std::max_element(
         hits.begin(), hits.end(), [](const auto& x, const auto& y) { return x.second < y.second; });
-    if (most != hits.end()) asset.materials_hit[t] = most->first;
+    if (most_hit != hits.end()) asset.materials_hit[t] = most_hit->first;
   }
 }
 
-void start_asset_maps(Job& job) {
+void set_default_asset_maps(Job& job) {
   if (!asset_file(job).empty() && !job.given.contains("--maps")) {
     job.bake.maps = {MapKind::normal, "ao"};
   }
@@ -238,7 +247,8 @@ bool needs_asset_match(const BakeScene& scene) {
   const Job& job = scene.run.job;
   if (asset_file(job).empty() || job.low.given.empty()) return false;
   const std::vector<Material>& materials = scene.high.input.beside.materials;
-  if (std::none_of(materials.begin(), materials.end(), is_special)) return false;
+  if (std::none_of(materials.begin(), materials.end(), is_transparent_or_double_sided))
+    return false;
   const std::vector<std::string>& names = scene.low.mesh.material_names;
   return names.empty() || std::any_of(names.begin(), names.end(), [&](const auto& name) {
            return find_material(materials, name) == nullptr;
@@ -248,14 +258,16 @@ bool needs_asset_match(const BakeScene& scene) {
 void encode_asset_maps(const BakeScene& scene, const Source& source, const PlannedLow* planned,
                        BakedLayout& baked, AssetParts& asset) {
   RunLog& log = scene.run.log;
-  std::string left;
+  std::string left_out_maps;
   AssetMaps maps = asset_maps(
       baked.result.maps,
-      [&](BakedMap& map, const std::string& name) { store(scene, map, name, baked); }, &left);
-  if (!left.empty() && asset.pictures.empty()) {
-    log.warnings.push_back(
-        {"maps-left-out",
-         "A glTF's material has no place for the maps " + left + ": bake them into a folder.", 1});
+      [&](BakedMap& map, const std::string& name) { store(scene, map, name, baked); },
+      &left_out_maps);
+  if (!left_out_maps.empty() && asset.pictures.empty()) {
+    log.warnings.push_back({"maps-left-out",
+                            "A glTF's material has no place for the maps " + left_out_maps +
+                                ": bake them into a folder.",
+                            1});
   }
   const bool pads = pads_for_mips(scene.run.job);
   for (BakedMap& map : baked.result.maps) {
@@ -303,22 +315,22 @@ void encode_asset_maps(const BakeScene& scene, const Source& source, const Plann
 
 namespace {
 
-/// Contents of an asset beside its mesh, its materials and asset_extras().
+/// The asset's nodes, hulls, units and metadata, all except its materials and asset_extras().
 SaveAssetOptions asset_options(const BakeScene& scene, const Mesh& written) {
   const Job& job = scene.run.job;
   const LowMesh& low = scene.low;
-  const Asset& beside = job.low.given.empty() ? scene.high.input.beside : low.beside;
+  const Asset& source_asset = job.low.given.empty() ? scene.high.input.beside : low.beside;
   SaveAssetOptions options;
-  options.nodes = beside.nodes;
-  if (!options.nodes.empty()) options.object_nodes = object_nodes(beside, written);
+  options.nodes = source_asset.nodes;
+  if (!options.nodes.empty()) options.object_nodes = object_nodes(source_asset, written);
   if (!low.hulls.triangles.empty()) {
     options.hulls = &low.hulls;
-    if (!options.nodes.empty()) options.hull_nodes = object_nodes(beside, low.hulls);
+    if (!options.nodes.empty()) options.hull_nodes = object_nodes(source_asset, low.hulls);
   }
   options.metres = job.low.given.empty() ? scene.high.mesh().metres : low.mesh.metres;
-  options.extras = beside.extras;
-  options.copyright = beside.copyright;
-  options.scene = beside.scene;
+  options.extras = source_asset.extras;
+  options.copyright = source_asset.copyright;
+  options.scene = source_asset.scene;
   options.compression = job.mesh_compression;
   return options;
 }
@@ -329,10 +341,10 @@ std::string asset_extras(const BakeScene& scene, const BakeReport& report, const
                          const Json& set_reports) {
   const Job& job = scene.run.job;
   Json extras = {{"version", version()},
-                 {"inputs", {{"high", hashes_of(job.high)}}},
+                 {"inputs", {{"high", hash_inputs(job.high)}}},
                  {"options", describe(job, report)},
                  {"texels", describe_texels(report)}};
-  if (!job.low.given.empty()) extras["inputs"]["low"] = hashes_of(job.low.given);
+  if (!job.low.given.empty()) extras["inputs"]["low"] = hash_inputs(job.low.given);
   if (!report.errors.empty()) extras["errors"] = describe(report.errors);
   if (scene.sets.empty()) {
     extras["stored_errors"] = errors;
@@ -343,7 +355,7 @@ std::string asset_extras(const BakeScene& scene, const BakeReport& report, const
 }
 
 std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low) {
-  AssetMesh written = with_materials(scene, low, {});
+  AssetMesh written = make_asset_mesh(scene, low, {});
   const auto placeholder = std::make_shared<AssetPictures>();
   for (auto* picture :
        {&placeholder->color, &placeholder->surface, &placeholder->normal, &placeholder->emission}) {
@@ -358,10 +370,10 @@ std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low) {
 void write_asset(const BakeScene& scene, const std::string& file, const std::string& extras,
                  AssetParts& asset, JobOutputs& outputs) {
   const Job& job = scene.run.job;
-  AssetMesh written = with_materials(scene, scene.low.mesh, asset);
+  AssetMesh written = make_asset_mesh(scene, scene.low.mesh, asset);
   if (!job.double_sided && writes_gltf(job) && !scene.high.is_height_field()) {
     std::optional<Warning> warning =
-        show_backs_of_shells(written.mesh, written.states_sides, written.materials);
+        show_backs_of_shells(written.mesh, written.states_sidedness, written.materials);
     if (warning) scene.run.log.warnings.push_back(std::move(*warning));
   }
   SaveAssetOptions options = asset_options(scene, written.mesh);
@@ -375,7 +387,7 @@ void write_asset(const BakeScene& scene, const std::string& file, const std::str
     };
     fit_pictures(job, file_bytes, asset);
   }
-  announce(scene.run, file, outputs);
+  register_output(scene.run, file, outputs);
   if (job.in_memory) {
     outputs.glb = encode_glb(written.mesh, written.materials, options);
     return;
@@ -388,20 +400,20 @@ void write_asset(const BakeScene& scene, const std::string& file, const std::str
 void write_obj_with_mtl(const BakeScene& scene, const AssetParts& asset, JobOutputs& outputs) {
   const Job& job = scene.run.job;
   const std::filesystem::path path = asset_file(job), mtl = path.stem().string() + ".mtl";
-  AssetMesh written = with_materials(scene, scene.low.mesh, asset);
+  AssetMesh written = make_asset_mesh(scene, scene.low.mesh, asset);
   std::string text = "# Kiln " + std::string(version()) + "\n\n";
-  std::set<std::string> taken;
+  std::set<std::string> used_names;
   for (std::size_t i = 0; i < written.materials.size(); ++i) {
     std::string name = written.materials[i].name;
     for (char& c : name) {
       if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '\\') c = '_';
     }
-    while (!taken.insert(name).second) name += "_";
+    while (!used_names.insert(name).second) name += "_";
     written.mesh.material_names[i] = name;
     const SetNames names = scene.sets.empty() ? SetNames{scene.low.stem, "", ""}
                                               : names_of(job, scene.sets[written.sets[i]]);
     const auto file_of = [&](const std::string& map) {
-      const std::vector<std::string> maps = all_maps(job);
+      const std::vector<std::string> maps = all_map_names(job);
       return std::find(maps.begin(), maps.end(), map) == maps.end()
                  ? ""
                  : names.stem + "_" + map + names.tile + extension(job.image);
@@ -416,7 +428,7 @@ void write_obj_with_mtl(const BakeScene& scene, const AssetParts& asset, JobOutp
     if (written.materials[i].alpha_mode != AlphaMode::opaque) add("map_d", "opacity");
     const std::string normal = file_of("normals").empty() ? "normal" : "normals";
     add("norm", normal);
-    add("map_Bump", normal);  // many know no `norm`
+    add("map_Bump", normal);  // map_Bump is added because many programs ignore `norm`
     text += "Pr 1\nPm 0\n";
     add("map_Pr", "roughness");
     add("map_Pm", "metallic");
@@ -425,9 +437,9 @@ void write_obj_with_mtl(const BakeScene& scene, const AssetParts& asset, JobOutp
     text += "\n";
   }
   written.mesh.material_files = {mtl.string()};
-  announce(scene.run, path.parent_path() / mtl, outputs);
+  register_output(scene.run, path.parent_path() / mtl, outputs);
   save_text(path.parent_path() / mtl, text);
-  announce(scene.run, path, outputs);
+  register_output(scene.run, path, outputs);
   save_obj(with_hulls(written.mesh, scene.low.hulls), path);
 }
 

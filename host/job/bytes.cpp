@@ -1,4 +1,4 @@
-// Fits a GLB into a limit of bytes: chooses its low poly, the sizes of its pictures and their encodings.
+// Fits a GLB into Job::max_bytes: chooses the low poly, and the sizes and encodings of the pictures.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -19,9 +19,10 @@
 namespace kiln {
 namespace {
 
-/// Bytes that the JSON of a GLB may grow by once the sizes of its parts are known: digits of lengths, offsets and counts.
-constexpr std::uint64_t kJsonSlack = 512;
-/// Share of the bytes that a plan leaves to pictures of the caller's own, which are not known yet.
+/// Upper bound in bytes for the growth of a GLB's JSON once lengths, offsets and counts of its parts have all their
+/// digits.
+constexpr std::uint64_t kMaxJsonGrowthBytes = 512;
+/// Share of Job::max_bytes that a plan reserves for images of RunHooks::sample, whose size is unknown at that time.
 constexpr double kOwnPicturesShare = 1.0 / 3;
 
 PictureFitOptions fit_options(const Job& job) {
@@ -32,38 +33,38 @@ PictureFitOptions fit_options(const Job& job) {
   return fit;
 }
 
-/// Bytes by which the file of another bound may be longer, since its extras name the bound: up to ten digits.
-std::uint64_t digits_to_come(const Job& job) {
+/// Bytes by which the extras may grow if the same asset is written with a larger Job::max_bytes, which they state.
+std::uint64_t max_extras_growth(const Job& job) {
   constexpr std::uint64_t kMaxDigits = 10;
   return kMaxDigits - std::min<std::uint64_t>(kMaxDigits, std::to_string(job.max_bytes).size());
 }
 
-std::uint32_t screen_of(const Job& job) {
+std::uint32_t screen_pixels(const Job& job) {
   const std::string& screen = job.low.make.screen;
   return screen.empty() ? 0 : parse_pixels(option("screen"), screen);
 }
 
 double area_of(const Mesh& low, std::size_t triangle) {
-  const std::vector<Vec3>& at = low.positions;
+  const std::vector<Vec3>& positions = low.positions;
   const Triangle& corners = low.triangles[triangle];
-  return triangle_shape(at[corners[0]], at[corners[1]], at[corners[2]]).area;
+  return triangle_shape(positions[corners[0]], positions[corners[1]], positions[corners[2]]).area;
 }
 
-/// Share of a texture set in the area of LOW's surface.
+/// The share of LOW's surface area that belongs to the current texture set.
 double surface_share(const BakeScene& scene, FittedPictures& fitted) {
   if (scene.set == nullptr) return 1;
   const Mesh& low = scene.low.mesh;
-  std::optional<double>& all = fitted.surface;
-  if (!all) {
-    all = 0;
-    for (std::size_t t = 0; t < low.triangles.size(); ++t) *all += area_of(low, t);
+  std::optional<double>& total_area = fitted.surface;
+  if (!total_area) {
+    total_area = 0;
+    for (std::size_t t = 0; t < low.triangles.size(); ++t) *total_area += area_of(low, t);
   }
-  double own = 0;
-  for (const std::uint32_t t : scene.set->set.members) own += area_of(low, t);
-  return *all > 0 ? own / *all : 1;
+  double set_area = 0;
+  for (const std::uint32_t t : scene.set->set.members) set_area += area_of(low, t);
+  return *total_area > 0 ? set_area / *total_area : 1;
 }
 
-const char* word_of(PictureFormat format) {
+const char* format_name(PictureFormat format) {
   return format == PictureFormat::png ? "png" : format == PictureFormat::webp ? "webp" : "jpeg";
 }
 
@@ -73,7 +74,7 @@ Json pictures_json(const std::vector<TrialPicture>& pictures) {
     Json entry = {{"picture", name_of(picture.picture)},
                   {"width", picture.width},
                   {"height", picture.height},
-                  {"format", word_of(picture.format)},
+                  {"format", format_name(picture.format)},
                   {"quality", picture.quality == 0 ? Json() : Json(picture.quality)},
                   {"bytes", picture.bytes},
                   {"error_steps", picture.error.steps}};
@@ -83,25 +84,25 @@ Json pictures_json(const std::vector<TrialPicture>& pictures) {
   return list;
 }
 
-/// "normal 512 x 512 jpeg 88, surface 256 x 256 png".
-std::string pictures_in_words(const std::vector<TrialPicture>& pictures) {
+/// Describes pictures in one line, such as "normal 512 x 512 jpeg 88, surface 256 x 256 png".
+std::string describe_pictures(const std::vector<TrialPicture>& pictures) {
   std::string text;
   for (const TrialPicture& picture : pictures) {
     text += formatted("%s%s %u x %u %s", text.empty() ? "" : ", ",
                       std::string(name_of(picture.picture)).c_str(), picture.width, picture.height,
-                      word_of(picture.format));
+                      format_name(picture.format));
     if (picture.quality != 0) text += " " + std::to_string(picture.quality);
   }
   return text;
 }
 
-void take_fit(const PictureFit& fit, AssetParts& asset) {
+void apply_picture_fit(const PictureFit& fit, AssetParts& asset) {
   FittedPictures& fitted = *asset.fitted;
   std::vector<AssetPictures> sets = fitted.described;
   for (std::size_t i = 0; i < fitted.ladders.size(); ++i) {
     const PictureLadder& ladder = fitted.ladders[i];
-    AssetPictures& of = sets[fitted.sets[i]];
-    file_of(of, ladder.picture) = ladder.choices[fit.choices[i]].data;
+    AssetPictures& set_pictures = sets[fitted.sets[i]];
+    file_of(set_pictures, ladder.picture) = ladder.choices[fit.choices[i]].data;
   }
   asset.pictures.clear();
   for (AssetPictures& set : sets) {
@@ -133,9 +134,9 @@ PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const Ba
     return pictures;
   };
   const std::uint64_t extras =
-      asset_extras(scene, {}, Json::object(), {}).size() + digits_to_come(job);
+      asset_extras(scene, {}, Json::object(), {}).size() + max_extras_growth(job);
   options.mesh_bytes = [&](const Mesh& low) {
-    return bytes_without_pictures(scene, low) + extras + kJsonSlack;
+    return bytes_without_pictures(scene, low) + extras + kMaxJsonGrowthBytes;
   };
   PlannedLow planned;
   try {
@@ -174,7 +175,7 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
   if (scene.sets.empty() && maps.normal != nullptr) {
     if (!fitted.shown) {
       fitted.shown = std::make_shared<const HighPolyView>(
-          shown_from(impl_of(source), screen_of(scene.run.job), plan_directions()));
+          shown_from(impl_of(source), screen_pixels(scene.run.job), plan_directions()));
     }
     probe.emplace(impl_of(source), scene.low.mesh, *fitted.shown);
     options.normal_error = [&](const Image& picture) {
@@ -189,7 +190,7 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
     ladder.weight = weight;
     for (const auto& [picture, steps] : coarseness) {
       if (picture != ladder.picture) continue;
-      // What the texels of this bake leave out is independent of what its pictures lose.
+      // The resolution error of the bake and the encoding error are independent, so their squares add.
       for (PictureChoice& choice : ladder.choices) {
         choice.error.steps = std::hypot(choice.error.steps, steps);
       }
@@ -203,33 +204,33 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
 
 void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_bytes,
                   AssetParts& asset) {
-  const std::uint64_t most = job.max_bytes;
+  const std::uint64_t max_bytes = job.max_bytes;
   FittedPictures& fitted = *asset.fitted;
   const PictureFit smallest = *least_error(fitted.ladders, least_bytes(fitted.ladders));
-  take_fit(smallest, asset);
+  apply_picture_fit(smallest, asset);
   fitted.bytes = file_bytes();
-  if (fitted.bytes > most) {
+  if (fitted.bytes > max_bytes) {
     fail_usage(option("max_bytes") +
                formatted(": %llu bytes are too few for this low poly with these maps: the smallest "
                          "file has %llu. Allow more, give fewer faces or maps, or ",
-                         static_cast<unsigned long long>(most),
-                         static_cast<unsigned long long>(fitted.bytes + digits_to_come(job))) +
+                         static_cast<unsigned long long>(max_bytes),
+                         static_cast<unsigned long long>(fitted.bytes + max_extras_growth(job))) +
                option("mesh_compression") + ".");
   }
-  const std::uint64_t rest = fitted.bytes - std::min(fitted.bytes, smallest.bytes);
-  // Lengths of pictures are written in the JSON, so that other pictures may need some more digits there.
-  for (std::uint64_t left = most - std::min(most, rest);;) {
-    const std::optional<PictureFit> fit = least_error(fitted.ladders, left);
-    take_fit(fit ? *fit : smallest, asset);
+  const std::uint64_t other_bytes = fitted.bytes - std::min(fitted.bytes, smallest.bytes);
+  // The JSON states the lengths of the pictures, so a choice may exceed the limit by a few digits. Retry with less.
+  for (std::uint64_t bytes_left = max_bytes - std::min(max_bytes, other_bytes);;) {
+    const std::optional<PictureFit> fit = least_error(fitted.ladders, bytes_left);
+    apply_picture_fit(fit ? *fit : smallest, asset);
     fitted.bytes = file_bytes();
-    if (!fit || fitted.bytes <= most) return;
-    left -= std::min(left, fitted.bytes - most);
+    if (!fit || fitted.bytes <= max_bytes) return;
+    bytes_left -= std::min(bytes_left, fitted.bytes - max_bytes);
   }
 }
 
 namespace {
 
-/// Null where no low poly was planned.
+/// The plan within Job::max_bytes; null if the low poly was not planned.
 const BytePlan* plan_of(const RunOutcome& outcome) {
   const PlannedLow* const planned = outcome.planned;
   return planned != nullptr && planned->within_bytes ? &*planned->within_bytes : nullptr;
@@ -272,7 +273,7 @@ std::vector<std::string> bytes_table(const RunOutcome& outcome) {
           "tried %s faces: %s", with_commas(trial.faces).c_str(),
           trial.fits
               ? formatted("%.3g degrees, error %.3g of 255; %s%s", trial.degrees, trial.error,
-                          pictures_in_words(trial.pictures).c_str(), chosen ? "  <- chosen" : "")
+                          describe_pictures(trial.pictures).c_str(), chosen ? "  <- chosen" : "")
                     .c_str()
               : "nothing fits"));
     }
@@ -280,7 +281,7 @@ std::vector<std::string> bytes_table(const RunOutcome& outcome) {
   lines.push_back(formatted("%s of %s bytes: %s; error %.3g of 255",
                             with_commas(fitted.bytes).c_str(),
                             with_commas(outcome.scene.run.job.max_bytes).c_str(),
-                            pictures_in_words(fitted.pictures).c_str(), fitted.error));
+                            describe_pictures(fitted.pictures).c_str(), fitted.error));
   return lines;
 }
 

@@ -10,59 +10,60 @@
 
 namespace kiln {
 
-bool lays_out_sets(const Job& a) {
+bool unwraps_sets(const Job& a) {
   const bool by_names = a.sets == SetsBy::material || a.sets == SetsBy::object;
   return by_names && (a.low.given.empty() || a.unwrap) && !has_heights(a) && !plans_low_poly(a) &&
          !match_obeys(a, "match.uv");
 }
 
-std::string no_sets(const Job& a) {
-  if (lays_out_sets(a) || (!a.low.given.empty() && !a.unwrap)) return "";
-  return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
+std::string explain_single_set(const Job& a) {
+  if (unwraps_sets(a) || (!a.low.given.empty() && !a.unwrap)) return "";
+  return "splits the UV layout of a given LOW, but here Kiln makes a layout of one atlas: leave it "
+         "out.";
 }
 
 std::optional<CleanOptions> clean_options(const Job& a) {
   if (has_heights(a)) return std::nullopt;
-  // Inner surfaces are visible through transparent ones, and stop rays within the solid.
+  // Transparent surfaces show the inside of HIGH, and rays of thickness start there, so inner shells must be kept.
   const auto shows_inside = [](const MapKind kind) {
     const MapInfo& map = find_map(kind.name);
     return obeys(map, "opacity") ||
            (obeys(map, "occlusion.rays") && !obeys(map, "occlusion.back_faces"));
   };
-  const std::vector<MapKind> maps = kinds_asked(a);
-  const bool keep =
+  const std::vector<MapKind> maps = requested_map_kinds(a);
+  const bool keep_inner =
       a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
-  return clean_options(a.clean, a.low.given.empty() && !match_obeys(a, "match.uv"), keep,
+  return clean_options(a.clean, a.low.given.empty() && !match_obeys(a, "match.uv"), keep_inner,
                        a.low.make.keep_parts);
 }
 
-void settle_asset(Job& a) {
+void resolve_asset_output(Job& a) {
   const std::filesystem::path out = a.out;
-  // Also for a name that consists of only an extension, which would be a hidden folder. A trailing slash means a folder.
+  // The prefix makes a name such as ".glb", which is only an extension, count as an asset. A trailing slash means a
+  // folder.
   const std::string ending = lower_extension("x" + out.filename().string());
   std::error_code none;
   const bool is_folder = std::filesystem::is_directory(out, none);
   if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
     if (is_folder) return;
-    // A name with such an extension is meant as a file, not as a folder.
-    constexpr std::string_view kOthers[] = {
+    // A name with an extension of another file format is a mistake: a folder of that name is hardly ever meant.
+    constexpr std::string_view kOtherExtensions[] = {
         ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
         ".jpeg", ".jpg",  ".ktx",   ".ktx2", ".off",  ".ply",  ".png",  ".stl", ".tga",
         ".tif",  ".tiff", ".usd",   ".usda", ".usdc", ".usdz", ".webp", ".x",   ".zip"};
-    refuse_if(
-        std::find(std::begin(kOthers), std::end(kOthers), ending) != std::end(kOthers),
-        option("out") + " '" + a.out +
-            "': a bake writes maps into a folder, or all into NAME.glb, NAME.gltf or NAME.obj: "
-            "name one of these. " +
-            option("format") + " chooses the maps' format.");
+    refuse_if(std::find(std::begin(kOtherExtensions), std::end(kOtherExtensions), ending) !=
+                  std::end(kOtherExtensions),
+              option("out") + " '" + a.out +
+                  "': a bake writes maps into a folder, or an asset NAME.glb, NAME.gltf or "
+                  "NAME.obj: name one of these. " +
+                  option("format") + " chooses the maps' format.");
     return;
   }
-  refuse_if(!out.has_extension(), option("out") + " '" + a.out +
-                                      "' has no name before its ending: write NAME" + ending + ".");
-  refuse_if(
-      is_folder,
-      option("out") + " '" + a.out +
-          "' is a folder: name another file; or put a slash behind it, for maps in that folder.");
+  refuse_if(!out.has_extension(),
+            option("out") + " '" + a.out + "' has only an extension: write NAME" + ending + ".");
+  refuse_if(is_folder, option("out") + " '" + a.out +
+                           "' is an existing folder: name another file, or end the name with a "
+                           "slash to write maps into the folder.");
   const auto refuse = [&](bool is, const char* flag) {
     refuse_if(is, option_of(flag) + " is not for a glTF, GLB or OBJ, " + option("out") + " '" +
                       a.out + "': leave it out, or name a folder.");
@@ -91,7 +92,8 @@ void settle_asset(Job& a) {
           option(name) + " is for " + option("format", "webp") + " and jpeg: add one of them.");
     }
     refuse_if(pictures.dither == Dither::on && (is_jpeg || pictures.quality != 0),
-              option("dither") + " is for pictures without loss, png8 and webp: leave it out, or " +
+              option("dither") +
+                  " only applies to lossless pictures, png8 and webp: leave it out, or leave out " +
                   (is_jpeg ? option("format", "jpeg") : option("quality")) + ".");
     refuse_if(pictures.fallback && pictures.format != PictureFormat::webp,
               option("fallback_textures") + " is for " + option("format", "webp") +
@@ -113,7 +115,7 @@ void settle_asset(Job& a) {
 
 namespace {
 
-/// A job in memory returns a GLB or maps, and writes no other files.
+/// Rejects options that write files if the job returns its results in memory.
 void check_memory(const Job& a) {
   if (!a.in_memory) return;
   const std::string ending = lower_extension(asset_file(a));
@@ -151,17 +153,17 @@ std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
-bool serves_match(const OptionRow& row, const Job& a) {
+bool applies_to_match(const OptionRow& row, const Job& a) {
   if (!row.is_match_option()) return true;
   if (a.match_auto && row.beside_auto) return true;
   const auto served = [&](const MatchInfo& match) {
     const bool first = !a.match_auto && a.bake.match.method == match.method;
-    return row.serves(match) && (first || (row.in_fallback && matches_by(a, match.method)));
+    return row.applies_to(match) && (first || (row.in_fallback && matches_by(a, match.method)));
   };
   return std::any_of(matches().begin(), matches().end(), served);
 }
 
-/// A row that represents all of the user's own maps.
+/// A stand-in row for the user's own maps, to test which options apply to them.
 MapInfo own_map_info() {
   MapInfo info;
   info.type = MapType::unit_vector;
@@ -169,32 +171,32 @@ MapInfo own_map_info() {
   return info;
 }
 
-bool serves_map(const OptionRow& row, const Job& a) {
-  // Maps other than those of --maps are textures and the user's own: normals, colours or values.
+bool applies_to_maps(const OptionRow& row, const Job& a) {
+  // Own maps and transfers hold normals, colours or values, so options of these apply to them.
   if (!row.is_map_option()) return true;
-  if (!own_map_names(a).empty() && row.serves(own_map_info())) return true;
-  const std::vector<MapKind> kinds = kinds_asked(a);
+  if (!own_map_names(a).empty() && row.applies_to(own_map_info())) return true;
+  const std::vector<MapKind> kinds = requested_map_kinds(a);
   return std::any_of(kinds.begin(), kinds.end(),
-                     [&](MapKind map) { return row.serves(find_map(map.name)); });
+                     [&](MapKind map) { return row.applies_to(find_map(map.name)); });
 }
 
-Message not_this_match(const OptionRow& row, const Job& a) {
+Message explain_wrong_match(const OptionRow& row, const Job& a) {
   std::vector<std::string> served, following;
   for (const MatchInfo& match : matches()) {
-    if (!row.serves(match)) continue;
+    if (!row.applies_to(match)) continue;
     served.emplace_back(match.method.name);
     if (!obeys(match, "match.uv") && row.in_fallback) following.emplace_back(match.method.name);
   }
   return option_of(row.flag) + " is for " + option("match") + " " + joined(served) +
          (following.empty() ? Message(": leave it out.")
-                            : ": with " + option("match", match_word(a)) + " it needs " +
+                            : ": with " + option("match", match_name(a)) + " it needs " +
                                   option("fallback") + " " + joined(following) + ".");
 }
 
-Message not_these_maps(const OptionRow& row) {
+Message explain_wrong_maps(const OptionRow& row) {
   std::vector<std::string> served;
   for (const MapInfo& map : maps()) {
-    if (row.serves(map)) served.emplace_back(map.kind.name);
+    if (row.applies_to(map)) served.emplace_back(map.kind.name);
   }
   return option_of(row.flag) + " is for " + option("maps") + " " + joined(served) +
          ": add such a map, or leave it out.";
@@ -202,19 +204,19 @@ Message not_these_maps(const OptionRow& row) {
 
 // ---- Flags that contradict each other --------------------------------------------------------------
 
-/// \throws Error(usage) if a fallback equals the match, or if there is nothing to blend
+/// Rejects a fallback that repeats the match, and a blend without a fallback. \throws Error(usage)
 void check_fallback(const Job& a) {
   const MatchOptions& match = a.bake.match;
   refuse_if(!a.match_auto && std::find(match.fallback.begin(), match.fallback.end(),
                                        match.method) != match.fallback.end(),
             option("fallback", std::string(match.method.name)) +
-                " is there twice and leaves the same samples undecided: name each match once.");
+                " repeats a match, which would miss the same samples again: name each match once.");
   refuse_if(a.given.contains("--fallback-blend") && match.fallback.empty(),
             option("fallback_blend") + " needs a " + option("fallback") +
                 " that finds points: ray, closest or views.");
 }
 
-/// Checks flags of levels of detail.
+/// Checks options of levels of detail.
 void check_lods(const Job& a) {
   for (const char* flag : {"--lod-uvs", "--lod-growth"}) {
     refuse_if(a.given.contains(flag) && a.low.make.lods == 0,
@@ -223,20 +225,22 @@ void check_lods(const Job& a) {
   }
   if (a.low.make.lods == 0) return;
   refuse_if(!plans_low_poly(a) || a.low.make.screen.empty(),
-            option("lod") + " plans each low poly for a size on screen: give " +
+            option("lod") + " plans each low poly for its size on screen: give " +
                 option("max_error", "normal=DEGREES") + " and " + option("screen") +
                 ", and neither LOW nor " + option("faces") + ".");
-  const std::uint32_t least = 16U << (a.low.make.lods - 1);
-  refuse_if(parse_pixels(option("screen"), a.low.make.screen) < least,
-            option("lod", std::to_string(a.low.make.lods)) +
-                " halves the size on screen each time, down to 16 pixels at least: give " +
-                option("screen", std::to_string(least)) + "px or more, or fewer levels.");
-  refuse_if(!a.save_match.empty() || a.reasons, option("save_match") + " and " + option("reasons") +
-                                                    " are of one low poly: leave them out, or " +
-                                                    option("lod") + ".");
+  const std::uint32_t min_pixels = 16U << (a.low.make.lods - 1);
+  refuse_if(
+      parse_pixels(option("screen"), a.low.make.screen) < min_pixels,
+      option("lod", std::to_string(a.low.make.lods)) +
+          " halves the size on screen per level, and the last one needs 16 pixels at least: give " +
+          option("screen", std::to_string(min_pixels)) + "px or more, or fewer levels.");
+  refuse_if(!a.save_match.empty() || a.reasons,
+            option("save_match") + " and " + option("reasons") +
+                " only work with one low poly: leave them out, or leave out " + option("lod") +
+                ".");
 }
 
-/// Checks flags of a plan of low poly, map and match together.
+/// Checks options of a plan of low poly, map and match.
 void check_low_poly_plan(const Job& a) {
   map_bounds(a);
   const bool plans = plans_low_poly(a);
@@ -263,11 +267,11 @@ void check_low_poly_plan(const Job& a) {
     return;
   }
   refuse_if(std::min(a.bake.width, a.bake.height) < kSmallestMap,
-            option("size") + " is that of the largest map to plan with: give " +
+            option("size") + " is the largest map that a plan may choose: give " +
                 std::to_string(kSmallestMap) + " or more.");
   refuse_if(!a.low.make.max_angle.empty() && !a.low.make.max_error.empty(),
             option("max_angle") + " and " + option("max_error") +
-                " both bound the error: leave one of them out.");
+                " both limit the error: leave one of them out.");
   if (const std::string bound = angle_bound(a); !bound.empty()) {
     parse_degrees(a.low.make.max_angle.empty() ? option("max_error") : option("max_angle"), bound);
   }
@@ -278,19 +282,20 @@ void check_low_poly_plan(const Job& a) {
                 "plans its own here.");
   const bool by_uvs = match_obeys(a, "match.uv") && !has_heights(a);
   refuse_if(by_uvs || (!a.match_auto && needs_direction(find_match(a.bake.match.method.name))),
-            option("match", match_word(a)) +
-                " is for a LOW of yours: leave it out, or give LOW or " + option("faces") + ".");
+            option("match", match_name(a)) +
+                " needs LOW before the bake: leave it out, or give LOW or " + option("faces") +
+                ".");
   refuse_if(!bakes_shading_map(a),
             (a.max_bytes != 0 ? option("max_bytes") : option("max_error", "normal=DEGREES")) +
                 " measures normal maps: add " + std::string(shading_map().name) + " to " +
                 option("maps") + ".");
 }
 
-/// Checks a bound on the bytes of a GLB.
+/// Checks the options that a limit on a GLB's size excludes.
 void check_bytes(const Job& a) {
   if (a.max_bytes == 0) return;
   refuse_if(lower_extension(asset_file(a)) != ".glb",
-            option("max_bytes") + " bounds one file that holds all: name " +
+            option("max_bytes") + " limits the size of one file that holds everything: name " +
                 option("out", "NAME.glb") + ", or leave it out.");
   refuse_if(a.low.make.lods != 0,
             option("max_bytes") + " is for one low poly: leave it out, or " + option("lod") + ".");
@@ -298,44 +303,43 @@ void check_bytes(const Job& a) {
                                      option("max_bytes") +
                                      " does not support: leave one of them out.");
   refuse_if(!map_bounds(a).empty(),
-            option("max_bytes") + " gives each map the bytes that serve it best: with it, " +
-                option("max_error") + " can only bound normals, normal=DEGREES.");
+            option("max_bytes") + " distributes the bytes among the maps: with it, " +
+                option("max_error") + " can only limit the error of normals, normal=DEGREES.");
 }
 
-/// Checks --density, which applies only to charts that Kiln makes.
+/// Checks --density, which only affects UV charts that Kiln makes.
 void check_texels(const Job& a) {
   const bool given = a.given.contains("--density");
   refuse_if(given && !a.low.given.empty() && !a.unwrap,
-            option("density") + " is for charts that Kiln lays out, but LOW '" + low_name(a) +
+            option("density") + " applies to UV charts that Kiln makes, but LOW '" + low_name(a) +
                 "' has its own: add " + option("unwrap") + ", or leave it out.");
   refuse_if(given && a.low.given.empty() && has_heights(a),
             option("density") +
                 " is not for a low poly of a height field, which lies over the image as it is.");
   refuse_if(given && a.low.given.empty() && match_obeys(a, "match.uv"),
-            option("density") + " is for new charts, but " + option("match", match_word(a)) +
-                " keeps those of HIGH: leave one out.");
+            option("density") + " applies to new UV charts, but " + option("match", match_name(a)) +
+                " keeps the charts of HIGH: leave one out.");
   check_density(given, a.unwrap_method);
 }
 
-/// Checks flags that make a low poly, and those of a given one.
+/// Checks options that make a low poly, and options of a given one.
 void check_low(const Job& a) {
   refuse_if(!a.match_auto && !a.low.make.max_angle.empty(),
-            option("max_angle") + " is for " + option("match", "auto") + ": leave it out, or " +
-                option("max_error") + " bounds the low poly.");
+            option("max_angle") + " is for " + option("match", "auto") + ": leave it out, or use " +
+                option("max_error") + ", which limits the deviation of the low poly.");
   check_bytes(a);
   check_low_poly_plan(a);
   check_lods(a);
   const bool bounded = !deviation_bound(a).empty();
   refuse_if(a.low.make.faces != 0 && bounded,
             option("faces") + " and " + option("max_error") +
-                " both say how light the mesh is to be: leave one of them out.");
+                " both limit the size of the low poly: leave one of them out.");
   refuse_if(!a.low.given.empty() && (a.low.make.faces != 0 || bounded),
             option("faces") + " and " + option("max_error") +
                 " are for making a low poly, but LOW '" + low_name(a) +
                 "' was given: leave one of them out.");
   refuse_if(a.low.make.keep_parts && (!a.low.given.empty() || a.low.make.faces == 0),
-            option("keep_parts") + " is for a low poly of a number of faces: add " +
-                option("faces", "N") +
+            option("keep_parts") + " needs a number of faces: add " + option("faces", "N") +
                 " and leave LOW out, or "
                 "leave " +
                 option("keep_parts") + " out.");
@@ -348,8 +352,8 @@ void check_low(const Job& a) {
                 ", or for a low poly that Kiln makes: leave it out.");
   refuse_if(a.low.given.empty() && a.unwrap && a.unwrap_method == "given",
             option("unwrap") +
-                " alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "
-                "how, " +
+                " without a method is for a given LOW; a low poly that Kiln makes is always "
+                "unwrapped: choose the method with " +
                 option("unwrap", "charts") + " or " + option("unwrap", "pairs") +
                 ", or leave it out.");
   refuse_if(a.low.given.empty() && a.unwrap && has_heights(a),
@@ -357,19 +361,20 @@ void check_low(const Job& a) {
                 " is not for a low poly of a height field, which lies over the image as it is.");
   check_texels(a);
   refuse_if(a.low.given.empty() && has_cage_mesh(a),
-            option("cage_mesh") + " needs the LOW that it belongs to.");
+            option("cage_mesh") + " needs LOW, since it is a cage of that mesh.");
 }
 
-/// Checks flags that only some variants of ray matching use.
+/// Checks options that only some kinds of rays use.
 void check_rays(const Job& a) {
   const bool cage = a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
   refuse_if(cage && a.given.contains("--ray"),
             option_of("--ray") +
-                " has no effect with a cage, from which rays use the first face. Leave one out.");
+                " has no effect with a cage: rays from a cage use the first face that they hit. "
+                "Leave one out.");
   refuse_if(
       a.given.contains("--edge-width") && a.bake.match.ray.direction != RayDirection::automatic,
       option("edge_width") + " is for " + option("direction", "auto") + ".");
-  refuse_if(!a.save_cage.empty() && !a.cage_auto, option("save_cage") + " writes what " +
+  refuse_if(!a.save_cage.empty() && !a.cage_auto, option("save_cage") + " writes the cage that " +
                                                       option("cage", "auto") + " finds: add " +
                                                       option("cage", "auto") + ".");
 }
@@ -378,28 +383,30 @@ void check_rays(const Job& a) {
 void check_tangents(const Job& a) {
   if (!a.given.contains("--tangents")) return;
   refuse_if(a.low.given.empty(),
-            option("tangents") + " are of a LOW of yours: give it, or leave them out.");
+            option("tangents") + " needs a given LOW: name one, or leave this option out.");
   refuse_if(a.bake.encoding.space != NormalMapSpace::tangent,
             option("tangents") + " is for " + option("space", "tangent") + ": leave it out.");
   refuse_if(a.file_tangents && (a.unwrap || a.split_at_seams),
-            option("tangents", "file") + " fits the UVs and normals of LOW's file: leave out " +
+            option("tangents", "file") +
+                " is only valid with the UVs and normals of LOW's file: leave out " +
                 option("unwrap") + " and " + option("split_at_seams") + ".");
 }
 
-/// Checks flags with input files other than HIGH and LOW.
+/// Checks options that name further input files.
 void check_more_files(const Job& a) {
   for (const JobInput& input : a.high) {
     if (a.high.size() < 2 || input.asset || !is_height_field(input.name)) continue;
-    fail_usage("'" + input.name + "' is a height field, which is a HIGH of its own: leave " +
+    fail_usage("'" + input.name +
+               "' is a height field, which cannot be joined with other files: leave " +
                option("high") + " out.");
   }
   check_tangents(a);
   check_mesh_frame(a.frame, high_files(a), low_files(a), a.occluders);
   refuse_if(a.low.given.empty() && a.split_at_seams,
-            option("split_at_seams") + " is for a LOW of yours: give it, or leave it out.");
+            option("split_at_seams") + " needs a given LOW: name one, or leave this option out.");
   refuse_if(
       a.low.given.empty() && has_heights(a) && a.given.contains("--triangulate"),
-      option("triangulate") + " is for meshes: a height field has no polygons. Leave it out.");
+      option("triangulate") + " is for meshes, and a height field has no polygons: leave it out.");
 }
 
 void check_parts(const Job& a) {
@@ -410,7 +417,7 @@ void check_parts(const Job& a) {
   refuse_if(a.given.contains("--bitangent") && a.bake.encoding.space != NormalMapSpace::tangent,
             option("bitangent") + " is for " + option("space", "tangent") + ": leave it out.");
   refuse_if(a.reasons && !a.bake.match.fallback.empty(),
-            option("reasons") + " is for rays alone: leave out " + option("fallback") +
+            option("reasons") + " only explains rays: leave out " + option("fallback") +
                 ", or end it with low, fill or mark.");
   if (a.parts_by && (a.low.given.empty() || a.unwrap)) {
     fail_usage(option("match_by", name_of(Words(kPartsByWords), a.parts_by)) +
@@ -425,7 +432,7 @@ void check_parts(const Job& a) {
                 option("match_by", "name") + ".");
 }
 
-/// Checks flags that only some variants of visibility matching use.
+/// Checks options that only some kinds of visibility matching use.
 void check_visibility(const Job& a) {
   const VisibilityOptions& visibility = a.bake.match.visibility;
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
@@ -435,20 +442,20 @@ void check_visibility(const Job& a) {
   refuse_if(visibility.at != VisibilityAt::texel && given("--visibility-smooth"),
             option("visibility_smooth") + " is for " + option("visibility_at", "texel") + ".");
   refuse_if(visibility.test == VisibilityTest::rays && given("--visibility-size"),
-            option("visibility_size") + " is for pictures, but " +
-                option("visibility_test", "rays") + " takes none: leave one out.");
+            option("visibility_size") + " is the size of depth views, but " +
+                option("visibility_test", "rays") + " uses none: leave one out.");
   refuse_if(visibility.clusters == 1 && given("--visibility-deviation"),
             option("visibility_deviation") + " is for " + option("visibility_clusters", "2") +
                 " and more.");
   refuse_if(visibility.clusters > 1 && !a.save_match.empty(),
-            option("visibility_clusters") + " makes several matches, " + option("save_match") +
+            option("visibility_clusters") + " makes several matches, but " + option("save_match") +
                 " saves one: leave one out.");
 }
 
 /// Checks maps of values that only some matches compute.
 void check_maps(const Job& a) {
   const bool by_visibility = !has_saved_match(a) && match_obeys(a, "match.visibility");
-  for (const MapKind map : kinds_asked(a)) {
+  for (const MapKind map : requested_map_kinds(a)) {
     if (!obeys(find_map(map.name), "match.visibility") || by_visibility) continue;
     fail_usage(option("maps", std::string(map.name)) +
                " holds visibility directions, which only some matches compute: use it with " +
@@ -456,11 +463,11 @@ void check_maps(const Job& a) {
   }
 }
 
-/// Checks flags of ao and bent_normal, and of maps of the user's own.
+/// Checks options of ambient occlusion, bent normals and the user's own maps.
 void check_occlusion(const Job& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
   refuse_if(given("--map-seconds") && a.own_maps.empty(),
-            option("map_seconds") + " is for maps of your own: add " + option("maps") +
+            option("map_seconds") + " is for your own maps: add " + option("maps") +
                 " NAME=FILE.cl, or leave it out.");
   refuse_if(a.bake.occlusion.by == OcclusionBy::rays && given("--ao-views"),
             option("ao_views") + " is for " + option("ao_by", "views") +
@@ -469,13 +476,14 @@ void check_occlusion(const Job& a) {
   for (const char* flag :
        {"--ao-distance", "--ao-falloff", "--ao-ignore-back-faces", "--ao-error"}) {
     if (!given(flag)) continue;
-    fail_usage(option_of(flag) +
-               " is for rays, since a depth view shows the first face alone: leave it out, or " +
-               option("ao_by") +
-               " "
-               "views.");
+    fail_usage(
+        option_of(flag) +
+        " is for rays, since a depth view only shows the first face: leave out this option or " +
+        option("ao_by") +
+        " "
+        "views.");
   }
-  const std::vector<MapKind> kinds = kinds_asked(a);
+  const std::vector<MapKind> kinds = requested_map_kinds(a);
   const bool other = std::any_of(kinds.begin(), kinds.end(), [](MapKind map) {
     return obeys(find_map(map.name), "occlusion.rays") &&
            !obeys(find_map(map.name), "occlusion.views");
@@ -485,7 +493,7 @@ void check_occlusion(const Job& a) {
                                               " casts none: leave one of them out.");
 }
 
-/// Checks flags of the maps' files.
+/// Checks options of the map files.
 void check_files(const Job& a) {
   parse_packs(a);
   for (const char* flag : {"--alpha", "--double-sided"}) {
@@ -500,23 +508,25 @@ void check_files(const Job& a) {
             option("format") +
                 " webp holds at most 16383 texels a side: choose another, or a smaller " +
                 option("size") + ".");
-  refuse_if(a.layers && !is_exr(a.image),
-            option("layers") + " are of one EXR: add " + option("format", "exr") + " or exr32.");
-  refuse_if(a.layers && a.bake.encoding.mips, option("layers") + " hold maps of one size, " +
-                                                  option("mips") +
-                                                  " are smaller ones: leave one of them out.");
+  refuse_if(a.layers && !is_exr(a.image), option("layers") +
+                                              " writes one EXR with several layers: add " +
+                                              option("format", "exr") + " or exr32.");
+  refuse_if(a.layers && a.bake.encoding.mips,
+            option("layers") + " requires maps of one size, but " + option("mips") +
+                " adds smaller levels: leave one of them out.");
   refuse_if(a.bake.report.errors && a.match_auto,
-            option("match", "auto") + " measures errors of its own: leave " +
+            option("match", "auto") + " measures the errors by itself: leave " +
                 option("report_error") + " out, or choose a match.");
 }
 
-/// Checks flags of texture sets: they need an existing layout, and are baked one after the other.
+/// Checks options of texture sets, which apply to a given layout, and to layouts that Kiln makes per material or
+/// object.
 void check_sets(const Job& a) {
   refuse_if(a.sets == SetsBy::none && !a.set_sizes.empty(),
             option("size", "NAME=SIZE") + " is for texture sets, but " + option("sets", "none") +
-                " makes one map: leave one out.");
+                " makes one map for all: leave one out.");
   if (!a.sets || a.sets == SetsBy::none) return;
-  if (const std::string reason = no_sets(a); !reason.empty()) {
+  if (const std::string reason = explain_single_set(a); !reason.empty()) {
     fail_usage(option("sets", name_of(Words(kSets), a.sets)) + " " + reason);
   }
 }
@@ -533,53 +543,51 @@ void check_height_field(const Job& a) {
                "The map of heights is " +
                option("maps") + " height.");
   }
-  const bool far =
+  const bool has_search_distance =
       a.bake.match.max_distance || a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
-  refuse_if(
-      onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && !has_saved_match(a) && !far,
-      "Without LOW and " + option("faces") +
-          " a height field is baked onto a plane at height 0, from which " +
-          option("match", match_word(a)) + " searches no further than 2% of the diagonal: leave " +
-          option("match") +
-          " out (points are "
-          "then taken at the same UV), or give " +
-          option("faces", "N") + ", a LOW of yours, or a " + option("max_distance") +
-          " "
-          "beyond the heights.");
+  refuse_if(bakes_onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto &&
+                !has_saved_match(a) && !has_search_distance,
+            "Without LOW and " + option("faces") +
+                " a height field is baked onto a plane at height 0, and from there " +
+                option("match", match_name(a)) +
+                " searches only as far as 2% of the diagonal: leave " + option("match") +
+                " out (Kiln then matches points of the same UV), or give " + option("faces", "N") +
+                ", a LOW, or a " + option("max_distance") + " larger than the heights.");
 }
 
 }  // namespace
 
-bool is_served(const OptionRow& row, const Job& a) {
-  return serves_match(row, a) && serves_map(row, a);
+bool is_applicable(const OptionRow& row, const Job& a) {
+  return applies_to_match(row, a) && applies_to_maps(row, a);
 }
 
-void check_served(const Job& a) {
+void check_applicable(const Job& a) {
   for (const OptionRow& row : bake_rows()) {
     if (!a.given.contains(row.flag)) continue;
-    // A chain of only a fill decides how misses look in maps, not how points are matched.
+    // A chain that consists only of a fill affects how misses look in maps, not the match.
     if (row.flag == "--fallback" && a.bake.match.fallback.empty()) continue;
     refuse_if(row.is_match_option() && has_saved_match(a),
-              option_of(row.flag) + " is for matching, but " + option("load_match") +
-                  " takes a match as it is: leave one out.");
-    refuse_if(!serves_match(row, a), not_this_match(row, a));
-    refuse_if(!serves_map(row, a), not_these_maps(row));
+              option_of(row.flag) + " affects matching, but " + option("load_match") +
+                  " uses a finished match: leave one out.");
+    refuse_if(!applies_to_match(row, a), explain_wrong_match(row, a));
+    refuse_if(!applies_to_maps(row, a), explain_wrong_maps(row));
   }
 }
 
-void check_settled(const Job& a) {
+void check_resolved_job(const Job& a) {
   refuse_if(a.match_auto && !bakes_shading_map(a),
             option("match", "auto") + " measures normal maps: add " +
                 std::string(shading_map().name) + " to " + option("maps") + ".");
   check_maps(a);
   check_low(a);
-  check_served(a);
+  check_applicable(a);
   for (const MatchInfo& match : matches()) {
     if (!needs_direction(match) || !matches_by(a, match.method) ||
         a.bake.match.views.directions.size() == 1)
       continue;
     fail_usage(option("match", std::string(match.method.name)) +
-               " looks along one direction: give one " + option("view") + ", such as 0,0,1.");
+               " searches along one direction: give exactly one " + option("view") +
+               ", such as 0,0,1.");
   }
   check_rays(a);
   check_parts(a);
@@ -614,7 +622,7 @@ void check_settled(const Job& a) {
 
 namespace {
 
-/// Options that need another one, or exclude it, as their rows say.
+/// Checks OptionRow::needs and OptionRow::excludes of all given options.
 void check_pairs(const Job& job) {
   for (const OptionRow& row : bake_rows()) {
     if (!job.given.contains(row.flag)) continue;
@@ -631,29 +639,29 @@ void check_pairs(const Job& job) {
 
 }  // namespace
 
-Job settled(const Job& given) {
+Job resolve_job(const Job& given) {
   Job job = given;
   refuse_if(job.high.empty(), "HIGH is missing: name the high poly.");
   refuse_if(job.out.empty() && !job.in_memory, option("out") + " is empty: give a folder.");
   refuse_if(
       !job.low.given.empty() && job.low.given.front().name.empty(),
-      option("low") + " is for more files of a LOW that is given: name the first after HIGH.");
+      option("low") + " adds further files to a given LOW: name the first file of LOW after HIGH.");
   job.given = options_given(given);
   check_pairs(job);
-  job.bake.maps = named_maps(job);
+  job.bake.maps = maps_or_default(job);
   if (has_heights(job) && !job.given.contains("--match")) {
     job.bake.match.method = first_match("match.uv");
   }
   const bool plans = bounds_maps(job) || (job.max_bytes != 0 && plans_low_poly(job));
   if (plans && !job.given.contains("--match")) job.match_auto = true;
-  settle_asset(job);
-  start_asset_maps(job);
-  if (writes_gltf(job)) smooth_occlusion(job);
+  resolve_asset_output(job);
+  set_default_asset_maps(job);
+  if (writes_gltf(job)) enable_occlusion_smoothing(job);
   check_memory(job);
-  check_settled(job);
+  check_resolved_job(job);
   return job;
 }
 
-void check(const Job& job) { settled(job); }
+void check(const Job& job) { resolve_job(job); }
 
 }  // namespace kiln

@@ -14,19 +14,20 @@
 namespace kiln {
 namespace {
 
-/// Explains why no UV triangles of the two layouts overlap.
-std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
-  std::string reason = "its UV triangles lie where LOW has none";
+/// The reason why the UV triangles of HIGH and LOW do not overlap.
+std::string explain_no_uv_overlap(const UvReport& uv, std::size_t triangles) {
+  std::string reason = "its UV triangles do not overlap those of LOW";
   if (uv.covered == 0 && uv.without_area >= triangles) {
     reason = "its UV triangles have no area, or are not finite";
   } else if (uv.covered == 0 && uv.outside > 0) {
     reason = "its UV triangles lie outside the unit square";
   }
   return reason +
-         "; lay both meshes out alike, or use a match that needs no UVs of HIGH, such as ray";
+         "; give both the same UV layout, or use a match that needs no UVs of HIGH, such as ray";
 }
 
-/// The axes to swap so that LOW's box, divided by `scale`, has HIGH's extents; empty if none, or if no swap helps.
+/// The axes of LOW to swap so that its box, divided by `scale`, has the extents of HIGH's. Empty if the boxes match as
+/// they are, or if no swap helps.
 std::string swapped_axes(const std::array<double, 3>& high, const std::array<double, 3>& low,
                          double scale) {
   struct Order {
@@ -37,8 +38,8 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
                                              {{0, 2, 1}, "Y and Z"},
                                              {{1, 0, 2}, "X and Y"},
                                              {{2, 1, 0}, "X and Z"},
-                                             {{1, 2, 0}, "X, Y and Z in a ring"},
-                                             {{2, 0, 1}, "X, Y and Z in a ring"}}};
+                                             {{1, 2, 0}, "X, Y and Z cyclically"},
+                                             {{2, 0, 1}, "X, Y and Z cyclically"}}};
   const double slack = 0.1 * std::hypot(high[0], high[1], high[2]);
   for (const Order& order : kOrders) {
     bool fits = true;
@@ -50,9 +51,9 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
   return {};
 }
 
-/// Explains a mismatch of the meshes' bounding boxes; empty if they match. \param moved true to report a displacement,
-/// too
-Message why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
+/// Explains how the bounding boxes of the two meshes differ; empty if they match.
+/// \param check_position  true: a displacement counts as a difference, too
+Message explain_bounds_mismatch(const Mesh& high, const Mesh& low, bool check_position) {
   struct Box {
     std::array<double, 3> lo{}, hi{};
     double diagonal = 0;
@@ -73,52 +74,54 @@ Message why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
     return std::array<double, 3>{box.hi[0] - box.lo[0], box.hi[1] - box.lo[1],
                                  box.hi[2] - box.lo[2]};
   };
-  const Box a = box_of(high);
-  const Box b = box_of(low);
-  const double ratio = b.diagonal / a.diagonal;
+  const Box high_box = box_of(high);
+  const Box low_box = box_of(low);
+  const double ratio = low_box.diagonal / high_box.diagonal;
   if (ratio > 3 || ratio < 1 / 3.0) {
     const double power = std::pow(10, std::round(std::log10(ratio)));
-    const bool units = std::abs(ratio / power - 1) < 0.05;  // centimetres beside metres
+    // a ratio of lengths near a power of ten suggests different units
+    const bool units = std::abs(ratio / power - 1) < 0.05;
     const bool exact = !units || std::abs(ratio / power - 1) < 0.0005;
     const std::string text = formatted("LOW is %s%.3g times as large as HIGH; scale one of them",
                                        exact ? "" : "about ", units ? power : ratio);
-    const std::string axes = swapped_axes(extents(a), extents(b), ratio);
-    return text + (axes.empty() ? ", or say its " + option("unit")
-                                : ", and swap " + axes + ", or say their " + option("unit") +
+    const std::string axes = swapped_axes(extents(high_box), extents(low_box), ratio);
+    return text + (axes.empty() ? ", or state its " + option("unit")
+                                : ", and swap " + axes + ", or state their " + option("unit") +
                                       " and " + option("up"));
   }
   double squared = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    squared += std::pow((b.lo[k] + b.hi[k] - a.lo[k] - a.hi[k]) / 2, 2);
+    squared += std::pow((low_box.lo[k] + low_box.hi[k] - high_box.lo[k] - high_box.hi[k]) / 2, 2);
   }
-  if (const std::string axes = swapped_axes(extents(a), extents(b), 1); !axes.empty()) {
-    return "their boxes fit after swapping " + axes +
-           "; export both with the same up axis, or say " + option("up");
+  if (const std::string axes = swapped_axes(extents(high_box), extents(low_box), 1);
+      !axes.empty()) {
+    return "their bounding boxes match after swapping " + axes +
+           "; export both with the same up axis, or state it by " + option("up");
   }
-  if (moved && std::sqrt(squared) > 0.1 * a.diagonal) {
+  if (check_position && std::sqrt(squared) > 0.1 * high_box.diagonal) {
     return formatted("LOW lies %.4g units away from HIGH; move one of them", std::sqrt(squared));
   }
   return {};
 }
 
-Message why_no_place(const Mesh& high, const Mesh& low) {
-  const Message boxes = why_boxes_part(high, low, true);
+Message explain_no_point(const Mesh& high, const Mesh& low) {
+  const Message boxes = explain_bounds_mismatch(high, low, true);
   return !boxes.empty() ? boxes
-                        : "if they do lie in one place, raise " + option("max_distance") +
+                        : "if the meshes do overlap, raise " + option("max_distance") +
                               ", or check that LOW's "
                               "normals point outward";
 }
 
 }  // namespace
 
-Message hint_of_boxes(const Mesh& high, const Mesh& low, bool moved) {
-  const Message boxes = why_boxes_part(high, low, moved);
-  return boxes.empty() ? Message() : " What is likely: " + boxes + ".";
+Message bounds_mismatch_hint(const Mesh& high, const Mesh& low, bool check_position) {
+  const Message boxes = explain_bounds_mismatch(high, low, check_position);
+  return boxes.empty() ? Message() : " Likely cause: " + boxes + ".";
 }
 
-void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,
-                   std::vector<Warning>& warnings) {
-  const Message boxes = why_boxes_part(high, low, false);
+void warn_of_bounds_mismatch(const std::string& names, const Mesh& high, const Mesh& low,
+                             std::vector<Warning>& warnings) {
+  const Message boxes = explain_bounds_mismatch(high, low, false);
   if (!boxes.empty())
     warnings.push_back({"boxes-part", names + " do not match: " + boxes + ".", 1});
 }
@@ -133,24 +136,26 @@ void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
         ErrorCode::input);
   }
   if (report.missed == report.samples) {
-    const Message inside_out = report.uv ? Message() : why_inside_out(high, low);
+    const Message inside_out = report.uv ? Message() : explain_inside_out(high, low);
     if (!inside_out.empty())
       throw OptionError("No point was found. " + inside_out, ErrorCode::input);
-    throw OptionError(why_nothing(report, high, low), ErrorCode::input);
+    throw OptionError(explain_empty_result(report, high, low), ErrorCode::input);
   }
 }
 
-Message why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low) {
+Message explain_empty_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
   return "No point of '" + high.name + "' was found for any of the " + with_commas(report.samples) +
          " samples of '" + low.name + "': " +
-         (report.uv ? why_no_uv(*report.uv, high.triangles.size()) : why_no_place(high, low)) + ".";
+         (report.uv ? explain_no_uv_overlap(*report.uv, high.triangles.size())
+                    : explain_no_point(high, low)) +
+         ".";
 }
 
 Mesh load_low(const std::string& path, const std::string& otherwise, std::vector<Warning>& warnings,
               const LoadMeshOptions& options) {
   Mesh mesh = load_mesh(path, options, &warnings);
   check_has_uvs(mesh, path, otherwise);
-  turn_normals("LOW", Trusted::normals, mesh, warnings);
+  correct_normals("LOW", Trusted::normals, mesh, warnings);
   return mesh;
 }
 
@@ -166,7 +171,8 @@ void check_has_uvs(const Mesh& low, const std::string& path, const std::string& 
 
 namespace {
 
-constexpr std::uint8_t kMissedTexel = 2;  // value of BakeResult::coverage
+// BakeResult::coverage of a texel without any matched sample
+constexpr std::uint8_t kMissedTexel = 2;
 
 /// Barycentric coordinates of a UV in a UV triangle; nullopt if the triangle has no area.
 std::optional<std::array<double, 3>> weights_at(const std::array<Vec2, 3>& corner, const Vec2& uv) {
@@ -180,18 +186,18 @@ std::optional<std::array<double, 3>> weights_at(const std::array<Vec2, 3>& corne
                                doubled_area(corner[0], corner[1], uv) / area};
 }
 
-/// The point of a mesh at a UV: in the first triangle that contains it, else in the nearest one.
+/// The point of the mesh at a UV: in the first triangle that contains the UV, else in the triangle nearest to it.
 std::array<double, 3> position_at(const Mesh& low, const Vec2& uv) {
-  double best = -std::numeric_limits<double>::infinity();
+  double max_min_weight = -std::numeric_limits<double>::infinity();
   std::array<double, 3> position{};
-  for (std::size_t t = 0; t < low.uv_triangles.size() && best < 0; ++t) {
+  for (std::size_t t = 0; t < low.uv_triangles.size() && max_min_weight < 0; ++t) {
     std::array<Vec2, 3> corner;
     for (std::size_t k = 0; k < 3; ++k) corner[k] = low.uvs[low.uv_triangles[t][k]];
     const auto weights = weights_at(corner, uv);
     if (!weights) continue;
-    const double least = *std::min_element(weights->begin(), weights->end());
-    if (!(least > best)) continue;
-    best = least;
+    const double min_weight = *std::min_element(weights->begin(), weights->end());
+    if (!(min_weight > max_min_weight)) continue;
+    max_min_weight = min_weight;
     position = low.origin;
     double sum = 0;
     for (const double weight : *weights) sum += std::max(weight, 0.0);
@@ -206,8 +212,9 @@ std::array<double, 3> position_at(const Mesh& low, const Vec2& uv) {
   return position;
 }
 
-/// Removes the connected patch of a texel from `open`, and returns it.
-std::vector<std::size_t> take_patch(std::size_t start, std::size_t width, std::vector<bool>& open) {
+/// Returns the connected patch that contains the texel `start`, and clears its texels in `open`.
+std::vector<std::size_t> extract_patch(std::size_t start, std::size_t width,
+                                       std::vector<bool>& open) {
   std::vector<std::size_t> patch = {start};
   open[start] = false;
   const auto visit = [&](std::size_t texel) {
@@ -225,23 +232,23 @@ std::vector<std::size_t> take_patch(std::size_t start, std::size_t width, std::v
   return patch;
 }
 
-/// The texel nearest to the patch's mean; the first of several.
-std::size_t middle(std::vector<std::size_t> patch, std::size_t width) {
+/// The texel nearest to the patch's mean position; the first in row order wins ties.
+std::size_t texel_nearest_mean(std::vector<std::size_t> patch, std::size_t width) {
   std::sort(patch.begin(), patch.end());
-  const auto place = [&](std::size_t texel) {
+  const auto grid_position = [&](std::size_t texel) {
     const std::size_t row = texel / width;
     return std::pair(static_cast<double>(texel % width), static_cast<double>(row));
   };
   double x = 0, y = 0;
   for (const std::size_t texel : patch) {
-    const auto [column, row] = place(texel);
+    const auto [column, row] = grid_position(texel);
     x += column;
     y += row;
   }
   x /= static_cast<double>(patch.size());
   y /= static_cast<double>(patch.size());
   const auto squared = [&](std::size_t texel) {
-    const auto [column, row] = place(texel);
+    const auto [column, row] = grid_position(texel);
     return (column - x) * (column - x) + (row - y) * (row - y);
   };
   return *std::min_element(patch.begin(), patch.end(),
@@ -258,13 +265,13 @@ std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> co
   std::vector<std::size_t> largest;
   for (std::size_t i = 0; i < open.size(); ++i) {
     if (!open[i]) continue;
-    std::vector<std::size_t> patch = take_patch(i, width, open);
+    std::vector<std::size_t> patch = extract_patch(i, width, open);
     if (patch.size() > largest.size()) largest = std::move(patch);
   }
   if (largest.empty()) return std::nullopt;
   MissedPatch result;
   result.texels = largest.size();
-  const std::size_t texel = middle(std::move(largest), width);
+  const std::size_t texel = texel_nearest_mean(std::move(largest), width);
   result.column = static_cast<std::uint32_t>(texel % width);
   result.row = static_cast<std::uint32_t>(texel / width);
   result.uv = {static_cast<float>((result.column + 0.5) / width),
@@ -274,16 +281,16 @@ std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> co
 }
 
 std::string describe(const std::optional<MissedPatch>& patch) {
-  if (!patch) return "No texel was missed as a whole.";
+  if (!patch) return "No texel was missed completely.";
   return formatted(
-      "The largest missed patch has %llu texel%s. Its middle lies at column %u, row %u, UV "
+      "The largest missed patch has %llu texel%s. Its centre is at column %u, row %u, UV "
       "(%.4g, %.4g), position (%.5g, %.5g, %.5g).",
       static_cast<unsigned long long>(patch->texels), patch->texels == 1 ? "" : "s", patch->column,
       patch->row, double{patch->uv.x}, double{patch->uv.y}, patch->position[0], patch->position[1],
       patch->position[2]);
 }
 
-std::string missed_place(const BakeResult& result, const Mesh& low) {
+std::string describe_missed_place(const BakeResult& result, const Mesh& low) {
   const Image& map = result.maps.front().image;
   return describe(largest_missed_patch(result.coverage, map.width, map.height, low));
 }

@@ -14,25 +14,28 @@
 
 namespace kiln {
 
-/// Fails if a bake matched nothing. \throws Error(input) with the reason
+/// Checks that a bake matched at least one sample. \throws Error(input) with the reason
 void check_result(const BakeReport& report, const Mesh& high, const Mesh& low);
 
-/// The reason why a bake matched no texel, as a sentence.
-Message why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low);
+/// Explains in one sentence why a bake matched no texel.
+Message explain_empty_result(const BakeReport& report, const Mesh& high, const Mesh& low);
 
-/// A sentence for bakes with large misses if the meshes' bounding boxes do not match, with a leading space.
-/// \param moved  true to report a displacement, too; false if LOW may cover only a part of HIGH
-Message hint_of_boxes(const Mesh& high, const Mesh& low, bool moved);
+/// Explains many misses by a mismatch of the bounding boxes, as a sentence with a leading space; empty if they match.
+/// \param check_position  true: a displacement counts, too; false if LOW may cover only a part of HIGH
+Message bounds_mismatch_hint(const Mesh& high, const Mesh& low, bool check_position);
 
-/// Warns if the bounding boxes match only after swapping axes or scaling. \param names of both meshes, for the message
-void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,
-                   std::vector<Warning>& warnings);
+/// Warns if the bounding boxes match only after axes are swapped or one mesh is scaled.
+/// \param names  of both meshes, for the message
+void warn_of_bounds_mismatch(const std::string& names, const Mesh& high, const Mesh& low,
+                             std::vector<Warning>& warnings);
 
-/// \param otherwise  alternative remedy, such as ", or leave LOW out" \throws Error(input) if it has no UVs
+/// Checks that a low poly has UVs.
+/// \param otherwise  an alternative remedy that ends the message, such as ", or leave LOW out"
+/// \throws Error(input) if it has none
 void check_has_uvs(const Mesh& low, const std::string& path, const std::string& otherwise);
 
-/// Reads a low poly whose map is to be measured.
-/// \param otherwise  ends the message: ", or ..."
+/// Reads a low poly whose map will be measured.
+/// \param otherwise  an alternative remedy that ends the message: ", or ..."
 /// \throws Error(input) if it has no UVs
 Mesh load_low(const std::string& path, const std::string& otherwise, std::vector<Warning>& warnings,
               const LoadMeshOptions& options = {});
@@ -40,22 +43,22 @@ Mesh load_low(const std::string& path, const std::string& otherwise, std::vector
 /// The largest connected patch of missed texels.
 struct MissedPatch {
   std::uint64_t texels = 0;
-  std::uint32_t column = 0, row = 0;  ///< The texel of the patch that is nearest to its mean
-  Vec2 uv;                            ///< The texel's centre
-  std::array<double, 3> position{};   ///< On the low poly, world units
+  std::uint32_t column = 0, row = 0;  ///< The texel nearest to the patch's mean position
+  Vec2 uv;                            ///< UV of that texel's centre
+  std::array<double, 3> position{};   ///< The point of the low poly at `uv`, world units
 };
 
-/// The largest patch of completely missed texels; nullopt if there is none. Texels are connected by their sides; the
-/// first by rows wins ties.
+/// The largest connected patch of texels without any matched sample; nullopt if there is none. Texels connect by their
+/// sides; the first patch in row order wins ties.
 /// \param coverage  BakeResult::coverage, of width * height texels
 std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> coverage,
                                                 std::uint32_t width, std::uint32_t height,
                                                 const Mesh& low);
 
-/// One or two sentences with the patch's size and position.
+/// States the patch's size and position in one or two sentences.
 std::string describe(const std::optional<MissedPatch>& patch);
 
-/// The same for the largest patch of a bake that has maps.
-std::string missed_place(const BakeResult& result, const Mesh& low);
+/// describe() of the largest missed patch of a bake that has maps.
+std::string describe_missed_place(const BakeResult& result, const Mesh& low);
 
 }  // namespace kiln

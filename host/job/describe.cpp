@@ -167,16 +167,16 @@ Json describe(const CleanReport& report) {
 }
 
 namespace {
-/// Ratio of a low poly's faces to the requested number from which on the request counts as missed.
+/// Largest ratio of a low poly's faces to the requested number; above it the request counts as missed.
 constexpr double kMaxFaceRatio = 1.1;
 }  // namespace
 
-bool misses_faces(const SimplifyReport& report, std::uint32_t asked) {
-  return asked != 0 && static_cast<double>(report.faces) > kMaxFaceRatio * asked;
+bool misses_faces(const SimplifyReport& report, std::uint32_t requested) {
+  return requested != 0 && static_cast<double>(report.faces) > kMaxFaceRatio * requested;
 }
 
-Message too_many_faces(const SimplifyReport& report, std::uint32_t asked) {
-  return option("faces", std::to_string(asked)) + " was not reached: the low poly has " +
+Message too_many_faces(const SimplifyReport& report, std::uint32_t requested) {
+  return option("faces", std::to_string(requested)) + " was not reached: the low poly has " +
          std::to_string(report.faces) + ".";
 }
 
@@ -221,18 +221,19 @@ Json describe_flaws(const ExtractReport& report) {
 std::vector<std::string> lines_of_flaws(const ExtractReport& report) {
   std::vector<std::string> lines;
   if (report.mended != 0) {
-    lines.push_back("repaired " + plural(report.mended, "triangle") + ", folded or without area");
+    lines.push_back("repaired " + plural(report.mended, "triangle") +
+                    " that folded over or had no area");
   }
   if (report.left_out != 0) {
-    lines.push_back("left out " + plural(report.left_out, "triangle") + " of gaps that closed");
+    lines.push_back("left out " + plural(report.left_out, "triangle") + " of closed gaps");
   }
   return lines;
 }
 
 void warn_of_lost_shape(const SimplifyReport& low, const Message& remedy,
                         std::vector<Warning>& warnings) {
-  constexpr double kLost = 0.05;
-  if (low.error <= kLost) return;
+  constexpr double kMaxDeviationShare = 0.05;
+  if (low.error <= kMaxDeviationShare) return;
   const std::string text = formatted(
       "The low poly deviates by up to %.1f%% of the diagonal from the high poly: thin or small "
       "parts are lost. ",

@@ -1,4 +1,4 @@
-// Parts of the --json report.
+// Conversion of library reports to parts of the --json report.
 #pragma once
 
 #include <filesystem>
@@ -29,29 +29,30 @@ Json describe(const TransitionReport& transitions);
 Json describe(const UvReport& uv);
 Json describe(const std::vector<MapError>& errors);
 Json describe(const StoredError& error, bool is_normal);
-/// Repairs of the high poly.
+/// Repairs of the high poly, by kind.
 Json describe(const CleanReport& report);
-/// True if a low poly has over 10% more faces than requested (0: no number was requested).
-bool misses_faces(const SimplifyReport& report, std::uint32_t asked);
-/// The warning for that case.
-Message too_many_faces(const SimplifyReport& report, std::uint32_t asked);
-/// Repaired and remaining flaws of a low poly.
+/// True if a low poly has over 10% more faces than requested.
+/// \param requested  number of faces; 0: no number was requested
+bool misses_faces(const SimplifyReport& report, std::uint32_t requested);
+/// The message of a low poly for which misses_faces() is true.
+Message too_many_faces(const SimplifyReport& report, std::uint32_t requested);
+/// Flaws of a simplified mesh, repaired and remaining.
 Json describe_flaws(const SimplifyReport& report);
-/// Texels and samples by status.
+/// Numbers of texels, and of samples by status.
 Json describe_texels(const BakeReport& report);
 
-/// Adds the common end of reports: seconds by stage and in total, memory, written files, warnings.
+/// Adds the keys that end every report: seconds by stage and in total, memory, written files, warnings.
 /// \param seconds  by stage; "total" is added
 void add_ending(Json& report, Json seconds, const Stopwatch& watch,
                 const std::vector<std::string>& outputs, const std::vector<Warning>& warnings);
 
-/// Flaws of a low poly from a volume.
+/// Flaws of a mesh extracted from a volume, repaired and remaining.
 Json describe_flaws(const ExtractReport& report);
-/// Lines about repairs; empty if there were none.
+/// Summary lines about repairs of an extracted mesh; empty if there were none.
 std::vector<std::string> lines_of_flaws(const ExtractReport& report);
 
-/// Warns if a low poly made by Kiln deviates far from the high poly.
-/// \param remedy  "Ask for ..."
+/// Warns if a low poly that Kiln made deviates by more than 5% of the diagonal from the high poly.
+/// \param remedy  a sentence that ends the message, such as "Ask for more faces."
 void warn_of_lost_shape(const SimplifyReport& low, const Message& remedy,
                         std::vector<Warning>& warnings);
 

@@ -21,7 +21,7 @@
 namespace kiln {
 namespace {
 
-/// A regular file. It is opened before its type is checked, without blocking on pipes.
+/// A regular file, open for reading. Opening comes before the check of its type, and never blocks on a pipe.
 class RegularFile {
  public:
   explicit RegularFile(const std::filesystem::path& path) : file_(os::open_to_read(path)) {
@@ -40,10 +40,10 @@ class RegularFile {
   RegularFile(const RegularFile&) = delete;
   RegularFile& operator=(const RegularFile&) = delete;
 
-  /// The error; empty if the file is readable.
+  /// The error message; empty if the file is readable.
   const std::string& problem() const { return problem_; }
   std::uint64_t size() const { return size_; }
-  /// Reads up to `count` bytes; fewer at the end, or on an I/O error, which problem() describes.
+  /// Reads up to `count` bytes: fewer at the end of the file, or after an I/O error, which sets problem().
   std::string read(std::size_t count) {
     std::string bytes(count, '\0');
     std::size_t have = 0;
@@ -66,28 +66,28 @@ class RegularFile {
 
 }  // namespace
 
-std::string read_small_file(const std::filesystem::path& path, std::size_t most,
+std::string read_small_file(const std::filesystem::path& path, std::size_t max_bytes,
                             const Message& what) {
   OutputSet::protect(path);
   RegularFile file(path);
-  // Files in /proc report 0 bytes but have contents, so one byte more than the limit is read.
-  std::string bytes = file.size() > most ? std::string() : file.read(most + 1);
+  // Files in /proc have contents but report 0 bytes, so one byte more than the limit is read to detect the excess.
+  std::string bytes = file.size() > max_bytes ? std::string() : file.read(max_bytes + 1);
   if (!file.problem().empty()) {
     throw OptionError(
         what + " cannot be read (" + file.problem() + "): check the path, and name a text file.",
         ErrorCode::input);
   }
-  if (file.size() > most || bytes.size() > most) {
-    throw OptionError(what + " is longer than " + std::to_string(most >> 20) +
-                          " MiB, which such a file never is: check the path.",
+  if (file.size() > max_bytes || bytes.size() > max_bytes) {
+    throw OptionError(what + " is longer than " + std::to_string(max_bytes >> 20) +
+                          " MiB, the limit for such a file: check the path.",
                       ErrorCode::input);
   }
   // Parsers might stop at a null byte and silently ignore the rest.
   if (bytes.find('\0') != std::string::npos) {
-    throw OptionError(what +
-                          " holds bytes of 0, which no text has: check the path, "
-                          "and save it as plain text.",
-                      ErrorCode::input);
+    throw OptionError(
+        what +
+            " contains null bytes, so it is not text: check the path, and save it as plain text.",
+        ErrorCode::input);
   }
   return bytes;
 }
@@ -104,14 +104,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool counts(const fs::path& path) { return !path.empty() && path != "-"; }
+bool is_file(const fs::path& path) { return !path.empty() && path != "-"; }
 
 }  // namespace
 
 namespace {
 
-/// A key that is equal for paths of the same file: device and inode number of an existing file, else the canonical
-/// path.
+/// A key that is equal for all paths of one file: device and inode of an existing file, else its canonical path.
 std::string identity_of(const fs::path& path) {
   if (const std::optional<os::FileFacts> facts = os::facts_of(path)) {
     return std::to_string(facts->id.device) + ":" + std::to_string(facts->id.file);
@@ -127,25 +126,26 @@ bool is_one_file(const fs::path& a, const fs::path& b) { return identity_of(a) =
 
 void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
   for (const fs::path& input : inputs) {
-    if (counts(input)) OutputSet::protect(input);
+    if (is_file(input)) OutputSet::protect(input);
   }
-  std::unordered_set<std::string> taken;
+  std::unordered_set<std::string> used_files;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
-    if (!counts(outputs[i])) continue;
-    std::error_code none;
-    if (fs::is_directory(outputs[i], none)) {
-      throw Error(ErrorCode::output, "'" + outputs[i].string() +
-                                         "' is a folder, but a file of that name would be written: "
-                                         "move it away, or choose another folder for the output.");
+    if (!is_file(outputs[i])) continue;
+    std::error_code error;
+    if (fs::is_directory(outputs[i], error)) {
+      throw Error(ErrorCode::output,
+                  "'" + outputs[i].string() +
+                      "' is a folder, but the output needs a file of that name: move the folder "
+                      "away, or choose another folder for the output.");
     }
-    if (none == std::errc::filename_too_long) {
-      throw Error(
-          ErrorCode::output,
-          "'" + outputs[i].string() + "' is too long a name for this disk: choose a shorter one.");
+    if (error == std::errc::filename_too_long) {
+      throw Error(ErrorCode::output,
+                  "'" + outputs[i].string() +
+                      "' is too long a name for this file system: choose a shorter one.");
     }
     OutputSet::check(outputs[i]);
-    if (!taken.insert(identity_of(outputs[i])).second) {
-      fail_usage("Two outputs have one name, '" + outputs[i].string() +
+    if (!used_files.insert(identity_of(outputs[i])).second) {
+      fail_usage("Two outputs have the same name, '" + outputs[i].string() +
                  "': choose another for one of them.");
     }
   }
@@ -158,16 +158,15 @@ bool is_own_obj(const fs::path& obj) {
 void check_not_foreign(const fs::path& obj, bool force) {
   if (force || !is_readable_file(obj) || is_own_obj(obj)) return;
   throw OptionError("'" + obj.string() +
-                        "' exists, and Kiln did not write it: choose another "
-                        "folder, or add " +
-                        option("force") + " to write over it.",
+                        "' exists and was not written by Kiln: choose another folder, or add " +
+                        option("force") + " to overwrite it.",
                     ErrorCode::output);
 }
 
 void prepare_parent(const fs::path& file) {
-  std::error_code none;
-  const bool stream = fs::exists(file, none) && !fs::is_regular_file(file, none);
-  if (counts(file) && !stream) prepare_output_folder(file.parent_path());
+  std::error_code error;
+  const bool stream = fs::exists(file, error) && !fs::is_regular_file(file, error);
+  if (is_file(file) && !stream) prepare_output_folder(file.parent_path());
 }
 
 namespace {
@@ -178,7 +177,7 @@ fs::path record_path(const fs::path& folder, const std::string& stem) {
   return folder / ("." + stem + ".kiln.json");
 }
 
-/// The mesh named in a record; empty if there is no record, or it is not Kiln's.
+/// The mesh that a record names; empty if there is no record, or another program wrote it.
 fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   const fs::path path = record_path(folder, stem);
   if (!is_readable_file(path)) return {};
@@ -206,14 +205,14 @@ fs::path map_of(const fs::path& folder, const std::string& stem) {
 void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
   const fs::path recorded = recorded_source(folder, stem);
   std::error_code none;
-  // A missing mesh may have been renamed.
+  // The recorded mesh may have been renamed, so a missing one is no conflict.
   if (recorded.empty() || !fs::exists(recorded, none)) return;
-  // Maps may belong to the low poly that Kiln wrote here.
+  // The maps may belong to the low poly that Kiln wrote into the same folder.
   const fs::path written_mesh = folder / (stem + ".obj");
   if (is_one_file(recorded, source) || is_one_file(recorded, written_mesh) ||
       is_one_file(source, written_mesh))
     return;
-  const fs::path map = map_of(folder, stem);  // Last, because it lists the folder.
+  const fs::path map = map_of(folder, stem);  // checked last, since it lists the folder
   if (map.empty()) return;
   fail_usage("'" + map.string() + "' is a map of '" + recorded.lexically_normal().string() +
              "', and would be overwritten by a map of '" + source.string() + "'. Choose another " +

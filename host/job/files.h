@@ -1,4 +1,4 @@
-// Files of a run: reads without blocking, and checks that protect the user's files.
+// Access to files of a run: reads that never block, and checks that protect the user's files.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace kiln {
 
-/// Reads a regular file of at most `most` bytes.
+/// Reads a regular file of at most `max_bytes` bytes.
 /// \param what  start of the message, such as "--view-weight 'views.txt'"
 /// \throws Error(input) with the remedy if the file is missing, unreadable, not regular, too long, or not text
-std::string read_small_file(const std::filesystem::path& path, std::size_t most,
+std::string read_small_file(const std::filesystem::path& path, std::size_t max_bytes,
                             const Message& what);
 
 /// The first bytes of a regular file, at most `count`; empty if it is not readable.
@@ -25,25 +25,25 @@ bool is_readable_file(const std::filesystem::path& path);
 /// True if two paths name the same file, which need not exist.
 bool is_one_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// Rejects outputs that are inputs, or written twice, before any work. Empty paths and "-" are ignored. Files
-/// referenced by inputs are checked when they are read.
-/// \throws Error(usage)
+/// Rejects outputs that equal an input or another output, before any work. Empty paths and "-" are ignored. Files that
+/// inputs refer to are checked when they are read. \throws Error(usage)
 void check_paths(const std::vector<std::filesystem::path>& inputs,
                  const std::vector<std::filesystem::path>& outputs);
 
-/// Rejects overwriting an OBJ that Kiln did not write. \throws Error(output)
+/// Rejects an existing OBJ that Kiln did not write, unless `force` is set. \throws Error(output)
 void check_not_foreign(const std::filesystem::path& obj, bool force);
-/// True if Kiln wrote an OBJ and it was not overwritten since.
+/// True if Kiln wrote an OBJ, and no other program has overwritten it.
 bool is_own_obj(const std::filesystem::path& obj);
 
-/// Checks that a file's folder is writable, and creates it if missing. Streams such as /dev/stdout need none.
+/// Creates the folder of a file if it is missing, and checks that it is writable. Streams such as /dev/stdout are
+/// skipped.
 /// \throws Error(output)
 void prepare_parent(const std::filesystem::path& file);
 
-/// Rejects a folder with maps of another low poly of the same name.
+/// Rejects a folder that holds maps of another low poly of the same name.
 /// \param stem  stem of the maps' names
 /// \param source  LOW, or HIGH if Kiln makes LOW
-/// \throws Error(usage) with both meshes and the remedy
+/// \throws Error(usage) that names both meshes and the remedy
 void check_low_record(const std::filesystem::path& folder, const std::string& stem,
                       const std::filesystem::path& source);
 

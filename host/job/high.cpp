@@ -1,4 +1,4 @@
-// The high poly of a run, up to the normals and the textures that it is baked with.
+// Loads the high poly of a run: meshes, repairs, normals and textures.
 #include <algorithm>
 #include <span>
 
@@ -10,12 +10,13 @@
 namespace kiln {
 namespace {
 
-/// HIGH's materials, where they were read with its file. Empty: they are read anew, which also names what MTL files lack.
+/// HIGH's materials if they were read with its file. Empty: load_textures() must read them, which also reports missing
+/// entries of MTL files.
 std::span<const Material> known_materials(const Job& job, const LoadedHigh& high) {
   if (high.prepared != nullptr) return high.prepared->materials;
   const JobInput& first = job.high.front();
-  const bool apart = !first.asset && lower_extension(first.name) == ".obj";
-  if (apart || job.high.size() > 1) return {};
+  const bool is_obj = !first.asset && lower_extension(first.name) == ".obj";
+  if (is_obj || job.high.size() > 1) return {};
   return high.input.beside.materials;
 }
 
@@ -39,21 +40,21 @@ void repair_high(const Job& job, LoadedHigh& high, RunLog& log) {
   }
   log.warnings.push_back({"match-of-clean",
                           option("load_match") + " '" + job.load_match +
-                              "' is right only if it was saved with the same " + option("clean") +
-                              ", since turned faces count their corners otherwise.",
+                              "' is only valid if it was saved with the same " + option("clean") +
+                              ", since repairs reorder the corners of faces.",
                           1});
 }
 
 void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLog& log) {
   load_textures(job, high.mesh(), options, log.warnings, known_materials(job, high));
   if (!asset_file(job).empty() && !job.given.contains("--maps")) {
-    // The maps are those that some material has: in others the default is meant.
+    // These maps were chosen because at least one material has them; materials without them keep the default value.
     std::erase_if(log.warnings, [](const Warning& w) { return w.code == "material-value"; });
   }
   if (high.prepared != nullptr) return;
   const std::size_t triangles = high.input.mesh.triangles.size();
   apply_alpha_test(job, options, high.input.mesh, log.warnings);
-  // What was cut may have been the outer side.
+  // The alpha test may have removed outer faces.
   if (high.input.mesh.triangles.size() != triangles) high.cleaned.faces_outwards = false;
 }
 

@@ -13,8 +13,8 @@
 namespace kiln {
 namespace {
 
-/// Upper bound of a height field's distance from the mesh under it, as a share of the diagonal: the largest height.
-double relief(const Mesh& field) {
+/// An upper bound for the distance between a height field and the mesh under it, as a share of the diagonal.
+double max_height_share(const Mesh& field) {
   const Bounds box = Bounds::of(field);
   double squared = 0;
   for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.high[k] - box.low[k], 2);
@@ -23,8 +23,8 @@ double relief(const Mesh& field) {
   return squared > 0 ? reach / std::sqrt(squared) : 0;
 }
 
-/// The given options, with the file's extent if none was given.
-HeightFieldOptions extent_of(const Heights& read, HeightFieldOptions options) {
+/// Returns the options, with the file's pixel spacing as extent if none was given.
+HeightFieldOptions with_file_extent(const Heights& read, HeightFieldOptions options) {
   if (options.width != 0 || options.depth != 0 || read.spacing[0] == 0) return options;
   options.width = (read.image.width - 1.0) * read.spacing[0];
   options.depth = (read.image.height - 1.0) * read.spacing[1];
@@ -40,29 +40,31 @@ void warn_of_no_data(const std::string& path, const NoData& found, const Image& 
     for (const double value : found.values) {
       numbers += (numbers.empty() ? "" : ", ") + formatted("%.9g", value);
     }
-    warnings.push_back(
-        {"no-data",
-         field + " has no height in " + with_commas(found.pixels) + " of " + plural(all, "pixel") +
-             " (" + (numbers.empty() ? "not finite" : numbers + " or not finite") +
-             "): they are holes. Fill them before, or, where " +
-             (numbers.empty() ? "a number means none, say it by " + option("no_data", "VALUE") + "."
-                              : "they are heights, add " + option("no_data", "none") + "."),
-         found.pixels});
+    warnings.push_back({"no-data",
+                        field + " has no valid height in " + with_commas(found.pixels) + " of " +
+                            plural(all, "pixel") + " (" +
+                            (numbers.empty() ? "not finite" : numbers + " or not finite") +
+                            "): these pixels become holes. Fill them first, or, if " +
+                            (numbers.empty() ? "a number stands for missing heights, give it by " +
+                                                   option("no_data", "VALUE") + "."
+                                             : "these values are real heights, add " +
+                                                   option("no_data", "none") + "."),
+                        found.pixels});
   } else if (options.no_data) {
     warnings.push_back({"no-data-idle",
-                        field + " holds " + formatted("%.9g", *options.no_data) +
-                            " nowhere, which " + option("no_data") +
-                            " says is no height: give the number as the "
-                            "file holds it.",
+                        field + " contains no pixel of " + formatted("%.9g", *options.no_data) +
+                            ", the value of " + option("no_data") +
+                            ": give the number exactly as the file stores it.",
                         1});
   }
   if (found.doubtful) {
     const std::string value = formatted("%.9g", *found.doubtful);
-    warnings.push_back({"no-data-doubtful",
-                        field + " has heights of " + value +
-                            ", far from all others: if they stand for none, add " +
-                            option("no_data", value) + ".",
-                        1});
+    warnings.push_back(
+        {"no-data-doubtful",
+         field + " has heights of " + value +
+             ", far from all others: if this value stands for missing heights, add " +
+             option("no_data", value) + ".",
+         1});
   }
 }
 
@@ -73,7 +75,7 @@ HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
                                    std::vector<Warning>& warnings) {
   const NoData found = mark_no_data(read, options.no_data, options.guess_no_data);
   warn_of_no_data(path, found, read.image, options, warnings);
-  return extent_of(read, options);
+  return with_file_extent(read, options);
 }
 
 std::string mesh_kinds() {
@@ -103,17 +105,18 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
                "' is a height field, which cannot be joined with other "
                "files: give it alone.");
   }
-  refuse_if(stretches(heights),
+  refuse_if(has_height_field_options(heights),
             option_of("--height") + ", " + option("extent") + " and " + option("no_data") +
-                " are for a height field, a PNG, EXR or TIFF; " + in_words(files) +
+                " apply to height fields (PNG, EXR or TIFF), but " + quote_files(files) +
                 (files.size() == 1 ? " is a mesh." : " are meshes."));
   MeshFiles read = load_meshes(inputs, options, named, warnings, beside);
   if (!keep_hulls) {
     drop_hidden_hulls(read.mesh, warnings);
-    name_materials(read);
+    keep_named_materials(read);
   }
-  read.mesh.tangents = {};  // normal textures of the high poly use MikkTSpace
-  turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
+  // tangents of the file are dropped: HIGH's normal textures use MikkTSpace
+  read.mesh.tangents = {};
+  correct_normals("HIGH", Trusted::faces, read.mesh, warnings);
   HighPolyInput input;
   input.mesh = std::move(read.mesh);
   input.beside = std::move(read.beside);
@@ -125,27 +128,27 @@ HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heigh
   if (!is_height_field(path)) {
     return load_high(std::vector<JobInput>{path}, heights, options, /*named=*/false, warnings);
   }
-  HighPolyInput dense;
+  HighPolyInput input;
   Heights read = load_heights(path, &warnings);
-  dense.field = prepare_heights(path, read, heights, warnings);
-  dense.heights = std::move(read.image);
-  if (dense.heights->channels > 1) {
+  input.field = prepare_heights(path, read, heights, warnings);
+  input.heights = std::move(read.image);
+  if (input.heights->channels > 1) {
     warnings.push_back({"height-channels",
                         "The height field '" + path + "' has " +
-                            std::to_string(dense.heights->channels) +
-                            " channels: the first was taken for heights.",
+                            std::to_string(input.heights->channels) +
+                            " channels: only the first is used as heights.",
                         1});
   }
-  dense.mesh = height_field_mesh(*dense.heights, dense.field);
-  dense.mesh.name = std::filesystem::path(path).stem().string();
-  return dense;
+  input.mesh = height_field_mesh(*input.heights, input.field);
+  input.mesh.name = std::filesystem::path(path).stem().string();
+  return input;
 }
 
-std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner,
+std::optional<CleanOptions> clean_options(CleanHigh choice, bool repair_all, bool keep_inner,
                                           bool all_parts) {
   if (choice == CleanHigh::none) return std::nullopt;
   CleanOptions options;
-  options.windings_alone = choice == CleanHigh::automatic && !whole;
+  options.windings_alone = choice == CleanHigh::automatic && !repair_all;
   options.keep_inner = keep_inner;
   if (all_parts) options.floater = 0;
   return options;
@@ -175,7 +178,7 @@ ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warni
 Message shading_line(const ShadingReport& shading, const ShadingOptions& options) {
   const bool automatic = options.rule == ShadingRule::automatic;
   if (automatic && shading.missing == 0) return {};
-  const Message rule = " (" + option("high_normals", shading_word(options)) + ")";
+  const Message rule = " (" + option("high_normals", shading_rule_name(options)) + ")";
   const std::string none = shading.given == 0
                                ? "the file has none"
                                : with_commas(shading.missing) + " triangles have none";
@@ -183,8 +186,8 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
     case ShadingRule::smooth:
       return "HIGH's normals: smooth" +
              (automatic ? "; " + none +
-                              (shading.parts == 0 ? ", and no edge turns by 20 degrees"
-                                                  : ", and its edges turn as a scan's do")
+                              (shading.parts == 0 ? ", and no edge bends by 20 degrees"
+                                                  : ", and its edges bend like those of a scan")
                         : "") +
              rule;
     case ShadingRule::flat:
@@ -192,10 +195,11 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
     case ShadingRule::angle: {
       std::string text = "HIGH's normals: " + plural(shading.hard_edges, "hard edge") + " in " +
                          with_commas(shading.hard_parts) + " of " + plural(shading.parts, "part");
-      text += formatted(", from %.3g degrees on; smooth up to %.3g", shading.least_degrees,
-                        shading.most_degrees);
+      text += formatted(", of %.3g degrees or more; edges up to %.3g degrees are smooth",
+                        shading.least_degrees, shading.most_degrees);
       if (shading.split_parts != 0) {
-        text += "; of " + plural(shading.split_parts, "part") + " where the file splits vertices";
+        text +=
+            "; " + plural(shading.split_parts, "part") + " follow the split vertices of the file";
       }
       return text + (automatic ? "; " + none : "") + rule;
     }
@@ -218,77 +222,80 @@ Json describe(const ShadingReport& shading) {
           {"bent_planes", shading.bent_planes}};
 }
 
-void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
-                  std::vector<Warning>& warnings) {
+void correct_normals(const std::string& which, Trusted trust, Mesh& mesh,
+                     std::vector<Warning>& warnings) {
   const AgreedNormals found = agree_normals(mesh, trust);
-  const std::uint64_t turned = found.normals + found.faces;
-  if (turned + found.strange == 0) return;
+  const std::uint64_t corrected_count = found.normals + found.faces;
+  if (corrected_count + found.strange == 0) return;
   const Vec3& place = mesh.positions[mesh.triangles[found.first][0]];
-  const std::string at = formatted(", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + place.x,
-                                   mesh.origin[1] + place.y, mesh.origin[2] + place.z);
-  const std::string all = " of " + with_commas(mesh.triangles.size()) + " triangles";
+  const std::string place_text = formatted(", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + place.x,
+                                           mesh.origin[1] + place.y, mesh.origin[2] + place.z);
+  const std::string total_text = " of " + with_commas(mesh.triangles.size()) + " triangles";
   const char* remedy =
-      " To be rid of this, let the program that made the mesh recalculate its normals, or export "
-      "it again.";
-  if (turned != 0) {
-    Message done;
+      " To avoid this, recalculate the normals in the program that made the mesh, or export it "
+      "again.";
+  if (corrected_count != 0) {
+    Message corrections;
     if (found.faces != 0) {
-      done = plural(found.faces, "triangle") + (found.faces == 1 ? " was" : " were") +
-             " turned round, as the normals show";
+      corrections = plural(found.faces, "triangle") + (found.faces == 1 ? " was" : " were") +
+                    " flipped to agree with their normals";
     }
     if (found.normals != 0) {
-      done += (done.empty() ? "" : "; ") + ("the normals of " + plural(found.normals, "triangle")) +
-              " were turned, as the faces show";
+      corrections += (corrections.empty() ? "" : "; ") +
+                     ("the normals of " + plural(found.normals, "triangle")) +
+                     " were flipped to agree with their faces";
     }
     if (found.mirrored != 0) {
-      done += "; those of " + with_commas(found.mirrored) + " were a mirror image's";
+      corrections += "; those of " + with_commas(found.mirrored) + " came from mirroring";
     }
     if (found.unclear != 0) {
-      done += ". Of " + plural(found.unclear, "triangle") +
-              " of open parts nothing tells which of both is wrong: see that the map is right, or "
-              "add " +
-              option("two_sided");
+      corrections +=
+          ". For " + plural(found.unclear, "triangle") +
+          " of open parts it is unknown whether the face or the normal was wrong: check the "
+          "map, or add " +
+          option("two_sided");
     }
     warnings.push_back({"turned-normals",
-                        which + " '" + mesh.name + "': normals of " + with_commas(turned) + all +
-                            " point against their faces" + at + "; " + done + "." + remedy,
-                        turned});
+                        which + " '" + mesh.name + "': normals of " + with_commas(corrected_count) +
+                            total_text + " point against their faces" + place_text + "; " +
+                            corrections + "." + remedy,
+                        corrected_count});
   }
   if (found.strange != 0) {
-    warnings.push_back({"strange-normals",
-                        which + " '" + mesh.name +
-                            "': normals of most faces point to the back in "
-                            "parts of " +
-                            with_commas(found.strange) + all + (turned == 0 ? at : "") +
-                            ", which no flip or mirror image explains; they are used as they are." +
-                            remedy,
-                        found.strange});
+    warnings.push_back(
+        {"strange-normals",
+         which + " '" + mesh.name + "': most normals oppose their faces in parts with " +
+             with_commas(found.strange) + total_text + (corrected_count == 0 ? place_text : "") +
+             ", which neither flipping nor mirroring explains; the normals are used unchanged." +
+             remedy,
+         found.strange});
   }
 }
 
-Message why_inside_out(const Mesh& high, const Mesh& low) {
+Message explain_inside_out(const Mesh& high, const Mesh& low) {
   const InwardParts found = inward_parts(high);
   if (found.count == 0 || inward_parts(low).count != 0) return {};
   const std::string text = formatted(
-      "%s of %s that %s an inside %s inside out, for example at (%.5g, %.5g, %.5g): rays hit the "
+      "%s of %s that %s a closed surface %s inside out, for example at (%.5g, %.5g, %.5g): rays "
+      "hit the "
       "backs of its faces",
       with_commas(found.count).c_str(), plural(found.parts, "part").c_str(),
       found.parts == 1 ? "has" : "have", found.count == 1 ? "is" : "are",
       high.origin[0] + found.example.x, high.origin[1] + found.example.y,
       high.origin[2] + found.example.z);
   return "HIGH '" + high.name + "': " + text +
-         ". Turn them round in the modelling tool (recalculate normals outside), or add " +
+         ". Flip these faces in the modelling tool (recalculate normals outside), or add " +
          option("two_sided") + ".";
 }
 
-UvOptions uv_options(const HighPolyInput& dense, UvOptions options) {
-  return dense.heights ? uv_options_over(dense.mesh, options) : options;
+UvOptions uv_options(const HighPolyInput& high, UvOptions options) {
+  return high.heights ? uv_options_over(high.mesh, options) : options;
 }
 
 UvOptions uv_options_over(const Mesh& field, UvOptions options) {
-  const double apart = relief(field);
-  options.warn_distance += apart;
-  options.max_distance += apart;
+  const double max_height = max_height_share(field);
+  options.warn_distance += max_height;
+  options.max_distance += max_height;
   return options;
 }
 

@@ -15,31 +15,35 @@
 
 namespace kiln {
 
-/// True if an option of height fields is set.
-inline bool stretches(const HeightFieldOptions& heights) {
+/// True if an option that only height fields use is set.
+inline bool has_height_field_options(const HeightFieldOptions& heights) {
   return heights.height != 1 || heights.width != 0 || heights.no_data || !heights.guess_no_data;
 }
 
 /// True if a path's extension is that of a height field: PNG, EXR or TIFF.
 bool is_height_field(const std::string& path);
 
-/// File formats of meshes, for help texts: "PLY, OBJ, ...".
+/// File formats of meshes, as a list for help texts: "PLY, OBJ, ...".
 std::string mesh_kinds();
-/// File formats of the high poly.
+/// File formats of the high poly, as a list for help texts.
 std::string high_poly_kinds();
 
 /// A high poly, with its heights if it is a height field.
 struct HighPolyInput {
   Mesh mesh;
-  std::optional<Image> heights;   ///< Heights; NaN in holes
-  Asset beside;                   ///< See MeshFiles::beside
-  HeightFieldOptions field = {};  ///< Options, with the file's extent if none was given
-  ShadingReport shading;          ///< Result of shade()
+  /// The heights of a height field, NaN in holes; nullopt for a mesh
+  std::optional<Image> heights;
+  Asset beside;  ///< Nodes and materials of the files; see MeshFiles::beside
+  /// Options of the height field, with the file's extent if none was given
+  HeightFieldOptions field = {};
+  ShadingReport shading;  ///< How the normals were computed: the result of shade()
 };
 
-/// Several files are meshes, and joined. \param named, beside  see load_meshes() \param options  of meshes
+/// Reads the high poly. Several files must be meshes, and are joined.
+/// \param named, beside  see load_meshes()
+/// \param options  of meshes
 /// \param keep_hulls  false removes collision hulls that engines never draw, with a warning; see drop_hidden_hulls()
-/// \throws Error(usage) if a mesh has a height or an extent, Error(input) like the readers
+/// \throws Error(usage) if a mesh has options of height fields, Error(input) like the readers
 HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOptions& heights,
                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
                         bool beside = false, bool keep_hulls = false);
@@ -53,34 +57,35 @@ HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
                                    const HeightFieldOptions& options,
                                    std::vector<Warning>& warnings);
 
-/// Options of a choice of --clean; nullopt for none. \param whole true if CleanHigh::automatic repairs everything,
-/// false for windings alone
+/// Options of the repairs that --clean chooses; nullopt: no repairs.
+/// \param repair_all  true if CleanHigh::automatic repairs everything, false for windings alone
 /// \param all_parts  true to keep parts of any size
-std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner,
+std::optional<CleanOptions> clean_options(CleanHigh choice, bool repair_all, bool keep_inner,
                                           bool all_parts);
-/// Repairs a high poly, with a warning per repair. \param options nullopt: no repairs
+/// Repairs a high poly, and warns of each kind of repair. \param options  nullopt: no repairs
 CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
                        std::vector<Warning>& warnings);
 
-/// Computes HIGH's normals after all repairs: see shade_high(). Height fields have their own.
+/// Computes HIGH's normals after all repairs, by shade_high(). Height fields keep their own.
 void shade(const ShadingOptions& options, HighPolyInput& high, std::vector<Warning>& warnings);
 ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warning>& warnings);
-/// A summary line about normals that were computed; empty if the file has normals.
+/// A summary line about computed normals; empty if the file has normals.
 Message shading_line(const ShadingReport& shading, const ShadingOptions& options);
 Json describe(const ShadingReport& shading);
 
-/// Corrects normals of HIGH or LOW that oppose their faces, with a warning: see agree_normals().
-void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
-                  std::vector<Warning>& warnings);
+/// Corrects normals of HIGH or LOW that oppose their faces, with a warning; see agree_normals().
+/// \param which  "HIGH" or "LOW", for messages
+void correct_normals(const std::string& which, Trusted trust, Mesh& mesh,
+                     std::vector<Warning>& warnings);
 
-/// Explains if rays from LOW hit only the backs of parts of HIGH, because these face inwards while no part of LOW does.
-/// \returns the problem and the remedy; empty if there is none
-Message why_inside_out(const Mesh& high, const Mesh& low);
+/// Explains that rays from LOW hit only backs of faces, because parts of HIGH face inwards and no part of LOW does.
+/// \returns the problem and the remedy; empty if HIGH has no such part
+Message explain_inside_out(const Mesh& high, const Mesh& low);
 
-/// Tolerances of matching by UVs. The layout of a height field always agrees, and the distance of its surfaces is the
-/// baked height, so the tolerance includes its heights.
-UvOptions uv_options(const HighPolyInput& dense, UvOptions options = {});
-/// Tolerances for a height field's mesh.
+/// Tolerances of matching by UVs. A height field's layout always fits, but its surfaces are as far apart as the baked
+/// heights, so the heights are added to the tolerances.
+UvOptions uv_options(const HighPolyInput& high, UvOptions options = {});
+/// uv_options() of a height field that is given as a mesh.
 UvOptions uv_options_over(const Mesh& field, UvOptions options = {});
 
 }  // namespace kiln

@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-/// "height=-0.2,0.2" of a map of this bake.
+/// Parses a value of --range, such as "height=-0.2,0.2", for a map of this job.
 MapRange parse_range(const Job& job, const std::string& text) {
   const std::size_t equals = text.find('='), comma = text.find(',', equals);
   MapRange range;
@@ -37,7 +37,7 @@ MapRange parse_range(const Job& job, const std::string& text) {
 
 BakeOptions options_of(const Job& job) {
   BakeOptions options = job.bake;
-  options.maps = maps_asked(job);
+  options.maps = requested_maps(job);
   for (const std::string& text : job.ranges) {
     options.encoding.ranges.push_back(parse_range(job, text));
   }
@@ -54,7 +54,7 @@ BakeOptions options_of(const Job& job) {
 
 Json describe(const Job& job, const BakeReport& report) {
   Json json = values_json(bake_rows(), &job);
-  // Options that do not apply are null; automatic choices are reported as they were made.
+  // The report has null for options that do not apply, and the result of each automatic choice.
   const auto only_if = [&](bool applies, std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
       if (!applies) json[key] = Json();
@@ -101,7 +101,8 @@ Json describe(const Job& job, const BakeReport& report) {
 namespace {
 
 bool is_asset(const std::filesystem::path& out) {
-  // Also of a name that is an ending alone, which would be a hidden folder. One with a slash behind it has none.
+  // The prefix makes a name such as ".glb", which is only an extension, count as an asset. A trailing slash means a
+  // folder.
   const std::string ending = lower_extension("x" + out.filename().string());
   return ending == ".glb" || ending == ".gltf" || ending == ".obj";
 }
@@ -185,7 +186,7 @@ MatchMethod nearest_match() {
       ->method;
 }
 
-std::string match_word(const Job& job) {
+std::string match_name(const Job& job) {
   return job.match_auto ? kAutomatic : std::string(job.bake.match.method.name);
 }
 
@@ -206,12 +207,12 @@ bool chain_obeys(const Job& job, std::string_view option) {
 }
 
 bool maps_obey(const Job& job, std::string_view option) {
-  const std::vector<MapKind> kinds = kinds_asked(job);
+  const std::vector<MapKind> kinds = requested_map_kinds(job);
   return std::any_of(kinds.begin(), kinds.end(),
                      [&](MapKind map) { return obeys(find_map(map.name), option); });
 }
 
-std::vector<MapKind> named_maps(const Job& job) {
+std::vector<MapKind> maps_or_default(const Job& job) {
   const BakeOptions& bake = job.bake;
   const bool none = bake.maps.empty() && bake.own_maps.empty() && bake.variants.empty() &&
                     job.own_maps.empty() && job.variants.empty();
@@ -221,7 +222,7 @@ std::vector<MapKind> named_maps(const Job& job) {
 MapKind shading_map() { return BakeOptions().maps.front(); }
 
 bool bakes_shading_map(const Job& job) {
-  const std::vector<MapKind> maps = named_maps(job);
+  const std::vector<MapKind> maps = maps_or_default(job);
   return std::find(maps.begin(), maps.end(), shading_map()) != maps.end();
 }
 
@@ -246,7 +247,7 @@ bool plans_low_poly(const Job& job) {
 
 bool shares_uvs(const Job& job) { return job.low.make.lods > 0 && job.low.make.lods_share_uvs; }
 
-bool onto_plane(const Job& job) {
+bool bakes_onto_plane(const Job& job) {
   const bool simplified = job.low.make.faces != 0 || !deviation_bound(job).empty();
   return has_heights(job) && job.low.given.empty() && !simplified;
 }

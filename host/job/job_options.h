@@ -1,4 +1,4 @@
-// The options of a bake: the library's, and the command's own.
+// Queries about a job's options: which match, which maps, which files.
 #pragma once
 
 #include <cstdint>
@@ -20,143 +20,144 @@
 
 namespace kiln {
 
-constexpr const char* kAutomatic = "auto";  ///< Of --match, --cage and --views
+constexpr const char* kAutomatic = "auto";  ///< The value "auto" of --match, --cage and --views
 
-/// The flags of all options that were given, or that have another value than a job that was told nothing.
+/// Flags of all options that were set, or whose value differs from the default.
 std::set<std::string> options_given(const Job& job);
 
-/// Every option of a bake.
+/// The table of all options of a bake.
 std::span<const OptionRow> bake_rows();
-/// The option of a flag's name, "max_distance", or of a member, "match.max_distance", with or without "bake." before it;
-/// null: there is none. More files, --high and --low, have no name of their own.
+/// Finds an option by its flag's name, "max_distance", or its member, "match.max_distance", with or without "bake."
+/// before it. Null if there is none. --high and --low have no names of their own.
 const OptionRow* find_option(std::string_view name);
 
-/// The job with what follows from its options and inputs, and with all that were given, whatever their values.
-/// \throws Error(usage) where options contradict each other
-Job settled(const Job& job);
-/// Checks a job of settled(), or options of other commands, for contradictions. \throws Error(usage)
-void check_settled(const Job& job);
-/// Refuses flags that were given but serve none of the matches or maps asked for. \throws Error(usage)
-void check_served(const Job& job);
-/// True unless an option is of matches or maps alone, and a job of settled() has none of these.
-bool is_served(const OptionRow& row, const Job& job);
+/// Completes a job by what its options and inputs imply, and records all given options. \throws Error(usage) if options
+/// contradict each other
+Job resolve_job(const Job& job);
+/// Checks a job of resolve_job(), or the options of another command, for contradictions. \throws Error(usage)
+void check_resolved_job(const Job& job);
+/// Rejects options that were given but affect none of the requested matches and maps. \throws Error(usage)
+void check_applicable(const Job& job);
+/// False if only certain matches or maps use an option, and a job of resolve_job() has none of these.
+bool is_applicable(const OptionRow& row, const Job& job);
 
-/// The options as the library takes them, with the files that they name: own maps, likely views.
-/// \throws Error(usage), Error(input)
+/// Converts the options to the library's, and reads the files that they name: own maps, weights of views. \throws
+/// Error(usage), Error(input)
 BakeOptions options_of(const Job& job);
 
-/// Every option in force, for the report.
+/// All options and their values in effect, for the report.
 Json describe(const Job& job, const BakeReport& report);
 
-/// NAME.glb, NAME.gltf or NAME.obj that --out names; empty: it is a folder of maps.
+/// The NAME.glb, NAME.gltf or NAME.obj that --out names; empty if --out is a folder of maps.
 std::string asset_file(const Job& job);
-/// The folder that files go to.
+/// The folder for all output files.
 std::string out_folder(const Job& job);
 
-/// Stem of the maps' names, and of the low poly that is written beside them.
+/// Stem of the names of the maps, and of the low poly beside them.
 std::string low_stem(const Job& job);
-/// Stem of the files of a level of detail.
+/// Stem of the file names of a level of detail.
 std::string lod_stem(const Job& job, std::size_t level);
-/// The file that the low poly comes from.
+/// The file that the low poly is read from, or made from.
 const std::string& low_source(const Job& job);
-/// The first of either side: a file's path, or what a mesh in memory is called; empty: there is none.
+/// The name of the first input of a side: a file's path, or the name of a mesh in memory. Empty if there is none.
 const std::string& high_name(const Job& job);
 const std::string& low_name(const Job& job);
-/// Names the first of a side; others stay.
+/// Sets the first input of a side; further inputs stay.
 void set_first(std::vector<JobInput>& inputs, const std::string& name);
-/// All but the first.
+/// Names of all inputs of a side but the first.
 std::vector<std::string> more_names(const std::vector<JobInput>& inputs);
-/// True if the high poly is a height field: an image.
+/// True if the high poly is a height field, that is, an image.
 bool has_heights(const Job& job);
-/// All files of either side, the positional one first; none for a LOW that Kiln makes.
+/// Names of all inputs of a side, the positional one first; empty for a LOW that Kiln makes.
 std::vector<std::string> high_files(const Job& job);
 std::vector<std::string> low_files(const Job& job);
-/// True if either side has several files: then a file without names is a part of the file's name.
+/// True if a side has several files. Then a file without groups becomes one group with the file's name.
 bool has_more_files(const Job& job);
 
-/// True if points come from a match that was saved, in a file or in memory.
+/// True if the match is a saved one, from a file or from memory.
 bool has_saved_match(const Job& job);
-/// True if a mesh is the cage: a file's, or one in memory.
+/// True if a mesh is the cage, from a file or from memory.
 bool has_cage_mesh(const Job& job);
 
-/// The match of a bake that was told none.
+/// The name of the match that a job uses by default.
 inline std::string default_match() { return std::string(MatchOptions().method.name); }
-/// Matches that need to be told nothing more.
+/// Names of the matches that work without a direction.
 std::vector<std::string> match_names();
-/// A word, and the matches that need nothing of the high poly but its surface.
+/// Names of the matches that only need HIGH's surface, after `first`.
 std::vector<std::string> surface_matches(const char* first);
-/// The first match that obeys an option, such as "match.views.count". One must.
+/// The first match of the registry that uses an option, such as "match.views.count". At least one must.
 MatchMethod first_match(std::string_view option);
-/// The match that goes by a distance alone, so that it finds a point wherever HIGH is near.
+/// The match that searches only by distance, so that it finds a point wherever HIGH is near.
 MatchMethod nearest_match();
 
-/// Which parts are to be paired, the list's file read. \throws Error(input) for a list that cannot be read
+/// The names of parts to pair, with the file of --match-list read. \throws Error(input) if that file cannot be read
 PartNames part_names(const Job& job);
 
-/// "auto", or the match's name.
-std::string match_word(const Job& job);
-/// True if a match is the one asked for, or one of its fallbacks.
+/// The name of the match, or "auto".
+std::string match_name(const Job& job);
+/// True if a match is the requested one, or one of its fallbacks.
 bool matches_by(const Job& job, MatchMethod method);
-/// True if --match obeys an option, such as "match.uv"; never for auto.
+/// True if the requested match uses an option, such as "match.uv"; false for auto.
 bool match_obeys(const Job& job, std::string_view option);
-/// True if --match or one of its fallbacks obeys it.
+/// True if the requested match or one of its fallbacks uses an option.
 bool chain_obeys(const Job& job, std::string_view option);
-/// True if a map of --maps obeys an option.
+/// True if a requested map uses an option.
 bool maps_obey(const Job& job, std::string_view option);
 
-/// Job::bake.maps; where it has no maps of any kind, those of a bake that was told none.
-std::vector<MapKind> named_maps(const Job& job);
-/// The map that plans measure, which renderers shade by: that of a bake that was told none.
+/// The maps in Job::bake.maps; if the job has no maps of any kind, the default ones.
+std::vector<MapKind> maps_or_default(const Job& job);
+/// The map that renderers shade by, and whose error plans measure: the normal map.
 MapKind shading_map();
-/// True if --maps has it.
+/// True if the job bakes shading_map().
 bool bakes_shading_map(const Job& job);
 
-/// The angle that --match auto is to reach, and how far a low poly that Kiln makes may deviate; empty where
-/// nothing is said. --max-error is the second one, but beside --match auto alone the first one's older name.
+/// The bound in degrees for the error of rendered normals, as text; empty if none was given. It is the normal= item of
+/// --max-error, else --max-angle, or the whole of --max-error beside --match auto, where it is the older name of
+/// --max-angle.
 std::string angle_bound(const Job& job);
 std::string deviation_bound(const Job& job);
 
-/// True if --max-error names maps, the normal map first of all: "normal=DEGREES", an angle between rendered normals.
+/// True if --max-error bounds maps, as in "normal=DEGREES", instead of the low poly's deviation.
 bool bounds_maps(const Job& job);
-/// True if faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
+/// True if the job plans faces, map size and match together: LOW and --faces are not given, but a bound for the error
+/// is.
 bool plans_low_poly(const Job& job);
-/// True if Kiln lays LOW out and --sets asks for a square for each of its materials or objects.
-bool lays_out_sets(const Job& job);
-/// Why a bake has one texture set whatever LOW is; empty: it may have several.
-std::string no_sets(const Job& job);
-/// Of an --out that ends in .glb, .gltf or .obj: checks what it can hold, and sets the format of its pictures.
-/// \throws Error(usage)
-void settle_asset(Job& job);
-/// Sets the maps of an asset without --maps: normal and ao. Those of HIGH's materials are added once it is read.
-void start_asset_maps(Job& job);
-/// True if the maps go into a glTF or GLB: not beside an OBJ, nor loosely into a folder.
+/// True if Kiln unwraps LOW, and --sets requests a layout for each of its materials or objects.
+bool unwraps_sets(const Job& job);
+/// The reason why a bake has one texture set for any LOW; empty if it may have several.
+std::string explain_single_set(const Job& job);
+/// Checks what an asset that --out names can hold, and sets the format of its pictures. \throws Error(usage)
+void resolve_asset_output(Job& job);
+/// Sets the default maps of an asset: normal and ao. The maps of HIGH's materials are added once they are read.
+void set_default_asset_maps(Job& job);
+/// True if the output is a glTF or GLB, not an OBJ or a folder of maps.
 bool writes_gltf(const Job& job);
-/// Smooths the ambient occlusion of a file that engines open, where no flag says how it is gathered: a quarter of the
-/// rays, smoothed, are nearer to many than all of them on most meshes, in less than half the time.
-void smooth_occlusion(Job& job);
-/// True if all levels of detail share one layout and its maps.
+/// Makes a glTF bake smoothed ambient occlusion unless an option states how it is gathered. A quarter of the rays,
+/// smoothed, has less error on most meshes than all rays without smoothing, in less than half the time.
+void enable_occlusion_smoothing(Job& job);
+/// True if all levels of detail share the first one's layout and maps.
 bool shares_uvs(const Job& job);
-/// Repairs of HIGH; none: nothing is repaired.
+/// Options of HIGH's repairs; nullopt: no repairs.
 std::optional<CleanOptions> clean_options(const Job& job);
-/// True if the low poly is a plane of Kiln's, under a height field.
-bool onto_plane(const Job& job);
+/// True if the low poly is a plane that Kiln makes under a height field.
+bool bakes_onto_plane(const Job& job);
 
 bool is_exr(const SaveImageOptions& options);
-/// True if files hold mip-maps, too.
+/// True if a file of the format also holds the mip levels.
 bool holds_mips(const SaveImageOptions& options);
-/// True if files hold 8 bits a channel, or blocks of them.
+/// True if a file of the format has at most 8 bits per channel.
 bool holds_bytes(const SaveImageOptions& options);
-/// Kind of a map's values, for a file's format.
+/// What a map's values represent, which decides how a file format encodes them.
 TextureUse texture_use(const BakedMap& map, const BakeOptions& options);
-/// True if values are written as they are: EXR, and TIFF of floats.
+/// True if a file of the format holds floats: EXR, and TIFF of floats.
 bool holds_floats(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);
 
-/// Path of a level of a mip-map beside the map's own: NAME.mip01.png and so on.
+/// Path of a mip level that has a file of its own: NAME.mip01.png and so on.
 std::filesystem::path level_file(const std::filesystem::path& path, std::size_t level);
-/// Paths of a map and the levels of its mip-map: with PNG a file a level, FOLDER/NAME.png,
-/// FOLDER/NAME.mip01.png and so on; with EXR one file for all.
-/// \param mips  how many levels below the first there are
+/// Paths of a map and its mip levels. PNG has one file per level: FOLDER/NAME.png, FOLDER/NAME.mip01.png and so on. EXR
+/// has one file for all.
+/// \param mips  number of levels below the first
 std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
                                              const std::string& name, std::size_t mips,
                                              const SaveImageOptions& options);

@@ -24,7 +24,7 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(space) - first + 1));
 }
 
-/// Parses a line LOW = HIGH, HIGH.
+/// Parses one line of --match-list: LOW = HIGH, HIGH.
 PartPair parse_pair(const std::string& line, const Message& place) {
   const std::size_t equals = line.find('=');
   PartPair pair;
@@ -56,27 +56,29 @@ std::vector<PartPair> parse_part_list(const std::string& list, const Message& wh
     if (line.empty() || line[0] == '#') continue;
     pairs.push_back(parse_pair(line, what + ", line " + std::to_string(number) + ","));
   }
-  if (pairs.empty()) throw OptionError(what + " has no pairs.", ErrorCode::input);
+  if (pairs.empty())
+    throw OptionError(what + " has no line LOW = HIGH: add one.", ErrorCode::input);
   return pairs;
 }
 
-PartNames part_names(const Job& a) {
-  PartNames names = a.part_names;
-  names.by = a.parts_by.value();
+PartNames part_names(const Job& job) {
+  PartNames names = job.part_names;
+  names.by = job.parts_by.value();
   if (names.by != PartsBy::list) return names;
-  const Message what = option("match_list") + " '" + a.match_list + "'";
-  names.list = parse_part_list(read_small_file(a.match_list, kMaxListBytes, what), what);
+  const Message message_start = option("match_list") + " '" + job.match_list + "'";
+  names.list =
+      parse_part_list(read_small_file(job.match_list, kMaxListBytes, message_start), message_start);
   return names;
 }
 
 namespace {
 
-// Each of up to 4096 visibility directions searches for its nearest entry.
+// A limit on time: each of up to 4096 visibility directions searches all entries for the nearest one.
 constexpr std::size_t kMaxDirections = 65536;
 constexpr const char* kBlanks = " \t\v\f";
 
-/// Removes the next word from a line and returns it; empty at the end.
-std::string_view take_word(std::string_view& line) {
+/// Removes the next word from a line and returns it; empty at the end of the line.
+std::string_view pop_word(std::string_view& line) {
   line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
   const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
   line.remove_prefix(word.size());
@@ -92,19 +94,19 @@ bool parse_number(std::string_view word, double& value) {
 bool parse_line(std::string_view line, VisibilityOptions::Likelihood& entry) {
   std::array<double, 4> values{};
   for (double& value : values) {
-    if (!parse_number(take_word(line), value)) return false;
+    if (!parse_number(pop_word(line), value)) return false;
   }
-  // Directions outside the range of float would become infinite or zero.
-  constexpr double kLargest = 3e38;
+  // Directions beyond the range of float would become infinite or zero.
+  constexpr double kMaxCoordinate = 3e38;
   double largest = 0;
   for (std::size_t i = 0; i < 3; ++i) largest = std::max(largest, std::abs(values[i]));
   entry.direction = {};
-  if (largest > kLargest) return false;
+  if (largest > kMaxCoordinate) return false;
   entry.direction = {static_cast<float>(values[0]), static_cast<float>(values[1]),
                      static_cast<float>(values[2])};
   entry.weight = values[3];
   const Vec3& d = entry.direction;
-  return take_word(line).empty() && entry.weight >= 0 && (d.x != 0 || d.y != 0 || d.z != 0);
+  return pop_word(line).empty() && entry.weight >= 0 && (d.x != 0 || d.y != 0 || d.z != 0);
 }
 
 }  // namespace
@@ -124,13 +126,13 @@ std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view te
     const std::string place = "'" + name + "', line " + std::to_string(number);
     if (!parse_line(line, entry)) {
       throw Error(ErrorCode::input, place +
-                                        ": give \"X Y Z WEIGHT\": a direction to the viewer other "
-                                        "than 0, and a weight of 0 or more.");
+                                        ": give \"X Y Z WEIGHT\": a non-zero direction to the "
+                                        "viewer, and a weight of 0 or more.");
     }
     if (result.size() == kMaxDirections) {
       throw Error(ErrorCode::input, place + ": there are more than " +
                                         std::to_string(kMaxDirections) +
-                                        " directions. Leave some out.");
+                                        " directions: remove some lines.");
     }
     result.push_back(entry);
   }

@@ -1,4 +1,4 @@
-// Lists in text files: pairs of parts (--match-list), weights of views (--view-weight).
+// Parsers of text files with lists: pairs of parts (--match-list), weights of views (--view-weight).
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ std::vector<PartPair> parse_part_list(const std::string& list, const Message& wh
 std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view text,
                                                              const std::string& name);
 
-/// Reads such a list from a regular file of at most 16 MiB. \throws Error(input)
+/// Reads a file of parse_likelihoods(), regular and of at most 16 MiB. \throws Error(input)
 std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// A bake of several low polys, each for a size on screen.
+// Bakes a chain of low polys, one per size on screen.
 #include <cstdio>
 #include <utility>
 
@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One level as programs read it. \param files  that were written for it, the mesh first
+/// Describes a level for NAME_lods.json. \param files  all files written for it, the mesh first
 Json level_json(const LodLevel& level, std::size_t number, const std::vector<std::string>& files) {
   const Candidate& chosen = level.plan.chosen;
   Json json = {{"level", number},
@@ -42,7 +42,8 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
   return json;
 }
 
-/// Writes one level. \param scene  its low poly is the level's \param file  the level's asset
+/// Writes one level. \param scene  a scene whose low poly is that of the level
+/// \param file  the asset to write
 void save_level(const BakeScene& scene, const Source& source, const std::string& file,
                 PlannedLow& planned, std::size_t number, BakedLayout& baked, AssetParts& asset,
                 JobOutputs& outputs) {
@@ -77,7 +78,7 @@ PlannedLow make_lods(const BakeScene& scene, const Source& source, const BakeOpt
   RunLog& log = scene.run.log;
   LodOptions options;
   options.plan = low_poly_options(scene, bake);
-  watch_plan(scene, options.plan);
+  forward_plan_to_hook(scene, options.plan);
   options.levels = job.low.make.lods;
   options.error_growth = job.low.make.lod_growth;
   options.share_uvs = shares_uvs(job);
@@ -90,7 +91,8 @@ PlannedLow make_lods(const BakeScene& scene, const Source& source, const BakeOpt
     const std::string place = " at " + std::to_string(level.screen) + " pixels";
     if (!plan.reached) log.warnings.push_back(plan_not_reached(plan, place));
     warn_of_outline(plan, place, log.warnings);
-    if (&level == &chain.levels.front()) continue;  // Its warnings are the run's.
+    // the caller reports the warnings of the first level
+    if (&level == &chain.levels.front()) continue;
     log.warn(plan.simplified.warnings);
     if (plan.unwrapped) log.warn(plan.unwrapped->warnings);
   }

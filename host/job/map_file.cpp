@@ -14,8 +14,8 @@
 namespace kiln {
 namespace {
 
-// Below what rounding to half precision can make of 0.
-constexpr float kNegative = -1e-3F;
+// Half precision can turn an encoded 0 into a small negative value; only values below this mean components in [-1, 1].
+constexpr float kMinEncodedZero = -1e-3F;
 
 bool is_match(const std::filesystem::path& path) {
   if (path.extension() != ".exr") return false;
@@ -23,11 +23,12 @@ bool is_match(const std::filesystem::path& path) {
     load_image(path);
     return false;
   } catch (const Error&) {
-    return true;  // no colour channels: if it is no match either, reading it as one says so
+    // An EXR without colour channels is a saved match. If it is none either, reading it as a match reports that.
+    return true;
   }
 }
 
-/// Moves values into [0, 1]. \tparam kChannels  known to the compiler, which then moves several at once
+/// Conversions of values between maps and files.
 }  // namespace
 
 Image load_normal_map(const std::filesystem::path& path) {
@@ -35,18 +36,19 @@ Image load_normal_map(const std::filesystem::path& path) {
   if (image.channels < 3) return image;
   const std::size_t texels = std::size_t{image.width} * image.height;
   const auto texel = [&](std::size_t i) { return &image.pixels[i * image.channels]; };
-  bool raw = false;
-  bool two = texels != 0;
+  bool has_negative = false;
+  bool is_two_component = texels != 0;
   for (std::size_t i = 0; i < texels; ++i) {
     const float* p = texel(i);
-    raw = raw || p[0] < kNegative || p[1] < kNegative || p[2] < kNegative;
-    two = two && p[2] == 0;
+    has_negative =
+        has_negative || p[0] < kMinEncodedZero || p[1] < kMinEncodedZero || p[2] < kMinEncodedZero;
+    is_two_component = is_two_component && p[2] == 0;
   }
-  if (!raw && !two) return image;
+  if (!has_negative && !is_two_component) return image;
   for (std::size_t i = 0; i < texels; ++i) {
     float* p = texel(i);
-    for (int c = 0; c < 3 && raw; ++c) p[c] = p[c] * 0.5F + 0.5F;
-    if (two) {
+    for (int c = 0; c < 3 && has_negative; ++c) p[c] = p[c] * 0.5F + 0.5F;
+    if (is_two_component) {
       const float x = 2 * p[0] - 1;
       const float y = 2 * p[1] - 1;
       p[2] = std::sqrt(std::max(0.0F, 1 - x * x - y * y)) * 0.5F + 0.5F;
@@ -55,36 +57,35 @@ Image load_normal_map(const std::filesystem::path& path) {
   return image;
 }
 
-Image load_bend(const std::filesystem::path& path) {
+Image load_curvature(const std::filesystem::path& path) {
   const Image map = load_image(path);
   const bool exr = path.extension() == ".exr";
   Image bend{map.width, map.height, 1, {}};
-  float most = exr ? 0.0F : 1.0F;
+  float max_magnitude = exr ? 0.0F : 1.0F;
   for (std::size_t i = 0; i < map.pixels.size(); i += map.channels) {
     const float* p = &map.pixels[i];
     if (map.channels >= 3 && (p[0] != p[1] || p[0] != p[2])) {
       throw OptionError("'" + path.string() +
-                            "' has colours, but a map of curvature is grey: give that "
-                            "of " +
+                            "' has colours, but a curvature map is grey: give the map of " +
                             option("maps") + " curvature.",
                         ErrorCode::input);
     }
     const float value = !std::isfinite(*p) ? 0 : exr ? *p : 2 * *p - 1;
     bend.pixels.push_back(value);
-    most = std::max(most, std::abs(value));
+    max_magnitude = std::max(max_magnitude, std::abs(value));
   }
-  std::vector<float> bent;
+  std::vector<float> magnitudes;
   for (const float value : bend.pixels) {
-    if (std::abs(value) > 1.01F / 255 * most) bent.push_back(std::abs(value));
+    if (std::abs(value) > 1.01F / 255 * max_magnitude) magnitudes.push_back(std::abs(value));
   }
-  float strong = 1;
-  if (!bent.empty()) {
-    const auto place =
-        bent.begin() + static_cast<std::ptrdiff_t>((bent.size() * 95 + 99) / 100 - 1);
-    std::nth_element(bent.begin(), place, bent.end());
-    strong = *place;
+  float normalizer = 1;
+  if (!magnitudes.empty()) {
+    const auto percentile_95 =
+        magnitudes.begin() + static_cast<std::ptrdiff_t>((magnitudes.size() * 95 + 99) / 100 - 1);
+    std::nth_element(magnitudes.begin(), percentile_95, magnitudes.end());
+    normalizer = *percentile_95;
   }
-  for (float& value : bend.pixels) value = std::clamp(value / strong, -1.0F, 1.0F) / 2 + 0.5F;
+  for (float& value : bend.pixels) value = std::clamp(value / normalizer, -1.0F, 1.0F) / 2 + 0.5F;
   return bend;
 }
 
@@ -104,7 +105,7 @@ Image load_mask(const std::filesystem::path& path) {
 
 namespace {
 
-/// The shortest text that is this value.
+/// The shortest decimal text that reads back as this value.
 std::string text_of(float value) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};

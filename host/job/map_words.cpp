@@ -15,14 +15,14 @@
 #include "options/parse.h"
 
 namespace kiln {
-bool map_takes(std::string_view name, std::string_view option) {
+bool map_uses(std::string_view name, std::string_view option) {
   return std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
     return map.kind.name == name && obeys(map, option);
   });
 }
 
 bool is_texture_of_map(std::string_view name) {
-  return map_takes(name, "color") || map_takes(name, "opacity");
+  return map_uses(name, "color") || map_uses(name, "opacity");
 }
 
 std::vector<std::string> own_map_names(const Job& arguments) {
@@ -35,8 +35,8 @@ std::vector<std::string> own_map_names(const Job& arguments) {
   return names;
 }
 
-std::vector<MapKind> maps_asked(const Job& arguments) {
-  std::vector<MapKind> maps = named_maps(arguments);
+std::vector<MapKind> requested_maps(const Job& arguments) {
+  std::vector<MapKind> maps = maps_or_default(arguments);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     if (!is_texture_of_map(transfer.name)) continue;
     const MapKind map = find_map(transfer.name).kind;
@@ -59,15 +59,15 @@ MapKind variant_kind(const std::string& word) {
   return find_map(rest.substr(0, rest.find(':'))).kind;
 }
 
-std::vector<MapKind> kinds_asked(const Job& job) {
-  std::vector<MapKind> kinds = named_maps(job);
+std::vector<MapKind> requested_map_kinds(const Job& job) {
+  std::vector<MapKind> kinds = maps_or_default(job);
   for (const std::string& word : job.variants) kinds.push_back(variant_kind(word));
   return kinds;
 }
 
-std::vector<std::string> all_maps(const Job& arguments) {
+std::vector<std::string> all_map_names(const Job& arguments) {
   std::vector<std::string> maps;
-  for (const MapKind map : maps_asked(arguments)) maps.emplace_back(map.name);
+  for (const MapKind map : requested_maps(arguments)) maps.emplace_back(map.name);
   for (std::string& name : own_map_names(arguments)) maps.push_back(std::move(name));
   return maps;
 }
@@ -90,17 +90,19 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     const std::string part = next();
     const std::string flag = "--" + part.substr(0, part.find('='));
     const OptionRow* const row = find_row(bake_rows(), flag);
-    // Flags that are no settings of maps apply to the whole bake. Lists are excluded, because commas separate the words
-    // of --maps.
-    const bool is_setting =
-        row != nullptr && row->is_map_option() && row->serves(info) && row->value.type != "list";
+    // Only options of a single map can be set here; others apply to the whole bake. Lists are excluded because commas
+    // separate the items of --maps.
+    const bool is_setting = row != nullptr && row->is_map_option() && row->applies_to(info) &&
+                            row->value.type != "list";
     const std::string member = is_setting ? row->value.member : "";
     const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
     const bool known = is_of("bake.occlusion") || is_of("bake.light") ||
                        is_of("bake.curvature_radius") || is_of("bake.id_by");
-    refuse_if(!known, option("maps") + " '" + word + "': '" + part +
-                          "' cannot be set for the map " + std::string(info.kind.name) +
-                          " alone: use one that help names for it, such as ao-distance=2% of ao.");
+    refuse_if(
+        !known,
+        option("maps") + " '" + word + "': '" + part + "' cannot be set for the map " +
+            std::string(info.kind.name) +
+            " alone: use an option that --help lists for this map, such as ao-distance=2% for ao.");
     const bool has_value = part.find('=') != std::string::npos;
     refuse_if(has_value == row->value.type.starts_with("flag"),
               option("maps") + " '" + word + "': " + option_of(flag) +
@@ -166,18 +168,18 @@ std::vector<MapBound> map_bounds(const Job& a) {
   for (const std::string_view item : items_of(a.low.make.max_error)) {
     const std::size_t sign = item.find('=');
     if (sign == std::string_view::npos) {
-      bad(a, "'" + std::string(item) + "' names no map: give MAP=ERROR, such as ao=2/255.");
+      bad(a, "'" + std::string(item) + "' has no map: give MAP=ERROR, such as ao=2/255.");
     }
     const std::string_view name = item.substr(0, sign);
     if (std::find(named.begin(), named.end(), name) != named.end()) {
-      bad(a, std::string(name) + " has two errors: leave one of them out.");
+      bad(a, std::string(name) + " is given two errors: leave one of them out.");
     }
     named.push_back(name);
     if (name == shading_map().name) continue;
-    const std::vector<MapKind> maps = maps_asked(a);
+    const std::vector<MapKind> maps = requested_maps(a);
     if (std::find(maps.begin(), maps.end(), MapKind{name}) == maps.end() &&
         std::find(own.begin(), own.end(), name) == own.end()) {
-      bad(a, "no map '" + std::string(name) + "' is baked: add it to " + option("maps") +
+      bad(a, "the map '" + std::string(name) + "' is not baked: add it to " + option("maps") +
                  ", or leave it out.");
     }
     const double error = fraction(item.substr(sign + 1)).value_or(0);
@@ -188,14 +190,14 @@ std::vector<MapBound> map_bounds(const Job& a) {
     bounds.push_back({MapKind{name}, error});
   }
   if (std::find(named.begin(), named.end(), shading_map().name) == named.end()) {
-    bad(a, "add normal=DEGREES, since match and faces are chosen by the normals.");
+    bad(a, "add normal=DEGREES, since the error of normals decides the match and the faces.");
   }
   return bounds;
 }
 
-void smooth_occlusion(Job& a) {
-  constexpr const char* kGathering[] = {"--ao-rays", "--ao-error", "--ao-by", "--ao-views"};
-  if (std::any_of(std::begin(kGathering), std::end(kGathering),
+void enable_occlusion_smoothing(Job& a) {
+  constexpr const char* kGatherFlags[] = {"--ao-rays", "--ao-error", "--ao-by", "--ao-views"};
+  if (std::any_of(std::begin(kGatherFlags), std::end(kGatherFlags),
                   [&](const char* flag) { return a.given.contains(flag); }))
     return;
   for (const std::string_view bound : items_of(a.low.make.max_error)) {
@@ -203,11 +205,11 @@ void smooth_occlusion(Job& a) {
     if (std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
           return map.kind.name == name && obeys(map, "occlusion.max_error");
         }))
-      return;  // the bound chooses the rays
+      return;  // the error bound chooses the number of rays
   }
-  // On smaller maps, smoothing has too few texels: nearly all of them would cast all rays.
-  constexpr std::uint64_t kLeastTexels = std::uint64_t{1024} * 1024;
-  if (std::uint64_t{a.bake.width} * a.bake.height < kLeastTexels) return;
+  // On smaller maps smoothing has too few neighbouring texels, so that nearly all texels would cast all rays anyway.
+  constexpr std::uint64_t kMinTexelsToSmooth = std::uint64_t{1024} * 1024;
+  if (std::uint64_t{a.bake.width} * a.bake.height < kMinTexelsToSmooth) return;
   a.bake.occlusion.max_error = 1;
 }
 
@@ -237,10 +239,10 @@ namespace {
   fail_usage(option("pack") + " '" + text + "': " + why);
 }
 
-/// Channels of a map of this bake; 0 if there is none of that name.
+/// Number of channels of one of the job's maps; 0 if no map has this name.
 std::uint32_t channels_of(const Job& a, const std::string& map) {
-  for (const MapKind asked : maps_asked(a)) {
-    if (asked.name == map) return find_map(map).channels;
+  for (const MapKind requested_map : requested_maps(a)) {
+    if (requested_map.name == map) return find_map(map).channels;
   }
   for (const std::string& word : a.variants) {
     if (word.substr(0, word.find('=')) == map) return find_map(variant_kind(word).name).channels;
@@ -254,14 +256,15 @@ PackChannel parse_channel(const Job& a, const std::string& text, const std::stri
   const auto [end, status] = std::from_chars(part.data(), part.data() + part.size(), channel.value);
   if (status == std::errc() && end == part.data() + part.size()) {
     if (channel.value >= 0 && channel.value <= 1) return channel;
-    fail(text, "numbers must be 0 to 1.");
+    fail(text, "a number must be from 0 to 1.");
   }
   const std::size_t dot = part.find('.');
   channel.map = part.substr(0, dot);
   if (dot != std::string::npos) {
     const std::size_t place = std::string("rgba").find(part.substr(dot + 1));
     if (part.size() != dot + 2 || place == std::string::npos) {
-      fail(text, "'" + part + "' names no channel: add .r, .g, .b or .a to a map.");
+      fail(text,
+           "'" + part + "' does not end in a channel: append .r, .g, .b or .a to the map's name.");
     }
     channel.channel = static_cast<std::uint32_t>(place);
   }
@@ -271,7 +274,8 @@ PackChannel parse_channel(const Job& a, const std::string& text, const std::stri
                    " or " + option("transfer") + ".");
   }
   if (channel.channel >= channels) {
-    fail(text, "the map " + channel.map + " has " + std::to_string(channels) + " channels.");
+    fail(text, "the map " + channel.map + " has " + std::to_string(channels) +
+                   " channels: choose another one.");
   }
   return channel;
 }
@@ -292,7 +296,8 @@ std::vector<Pack> parse_packs(const Job& a) {
     if (channels_of(a, pack.name) != 0 || pack.name == "layers" ||
         std::any_of(packs.begin(), packs.end(),
                     [&](const Pack& other) { return other.name == pack.name; })) {
-      fail(text, "'" + pack.name + "' is the name of another file of this bake.");
+      fail(text, "'" + pack.name +
+                     "' is already the name of another file of this bake: choose another name.");
     }
     std::size_t begin = equals + 1;
     while (begin <= text.size()) {
@@ -300,10 +305,10 @@ std::vector<Pack> parse_packs(const Job& a) {
       pack.channels.push_back(parse_channel(a, text, text.substr(begin, comma - begin)));
       begin = comma + 1;
     }
-    if (pack.channels.size() > 4) fail(text, "an image has 4 channels at most.");
+    if (pack.channels.size() > 4) fail(text, "an image has at most 4 channels: remove some.");
     if (std::all_of(pack.channels.begin(), pack.channels.end(),
                     [](const PackChannel& channel) { return channel.map.empty(); })) {
-      fail(text, "at least one channel must be a map's.");
+      fail(text, "at least one channel must be a map, not a number.");
     }
     packs.push_back(std::move(pack));
   }

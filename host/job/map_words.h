@@ -1,4 +1,4 @@
-// The requested maps of a bake: parsing of --maps, --transfer, --max-error and --pack.
+// Parsers of the options that request maps: --maps, --transfer, --max-error and --pack.
 #pragma once
 
 #include <algorithm>
@@ -11,81 +11,87 @@
 
 namespace kiln {
 
-/// True if the map of this name uses a texture of BakeOptions, "color" or "opacity".
-bool map_takes(std::string_view name, std::string_view option);
-/// True if the map uses any texture of BakeOptions. --transfer then sets that texture instead of adding a map.
+/// True if the map of this name uses the texture BakeOptions::color or BakeOptions::opacity.
+/// \param option  "color" or "opacity"
+bool map_uses(std::string_view name, std::string_view option);
+/// True if the map of this name uses a texture of BakeOptions. Then --transfer sets that texture instead of adding a
+/// map.
 bool is_texture_of_map(std::string_view name);
 
-/// Maps that are not Kiln's: those of --transfer, except textures of maps, and own maps.
+/// Names of the maps that Kiln has no registry row for: transfers, except textures of maps; own maps; variants.
 std::vector<std::string> own_map_names(const Job& arguments);
 
-/// The kinds in --maps, plus color and opacity if --transfer sets their textures.
-std::vector<MapKind> maps_asked(const Job& arguments);
+/// The kinds of maps in --maps, plus color and opacity if --transfer sets their textures.
+std::vector<MapKind> requested_maps(const Job& arguments);
 
-/// True for a word of --maps that defines a variant: NAME=MAP, optionally followed by :OPTION=VALUE.
+/// True if an item of --maps defines a variant: NAME=MAP, optionally followed by :OPTION=VALUE.
 bool is_variant(std::string_view word);
-/// Parses a variant. Its options are the job's except those that it sets. \throws Error(usage)
+/// Parses an item of --maps that defines a variant. The variant has the job's options except those that the item sets.
+/// \throws Error(usage)
 MapVariant parse_variant(const Job& job, const std::string& word);
-/// The kind of a variant's word.
+/// The kind of map that a variant's item names.
 MapKind variant_kind(const std::string& word);
-/// The kinds in --maps, including those of variants.
-std::vector<MapKind> kinds_asked(const Job& job);
-/// Gives all variants the same occluders. Call it when the meshes are loaded.
+/// The kinds of maps in --maps, including those of variants.
+std::vector<MapKind> requested_map_kinds(const Job& job);
+/// Copies the occluders of the bake to all variants. Call it after the meshes are loaded.
 void share_occluders(BakeOptions& options);
 
-/// Names of all maps: maps_asked() and own_map_names().
-std::vector<std::string> all_maps(const Job& arguments);
+/// Names of all maps of the job: requested_maps() and own_map_names().
+std::vector<std::string> all_map_names(const Job& arguments);
 
-/// The bounds of all maps but the normal map. Names are views into the arguments.
+/// The error bounds of all maps but the normal map. The names are views into the job.
 /// \throws Error(usage) for an invalid list, or a bound of a map that is not baked
 std::vector<MapBound> map_bounds(const Job& arguments);
 
-/// The text after "normal="; empty if there is no such item.
+/// The text after "normal=" in --max-error; empty if there is no such item.
 /// \throws Error(usage) if the value is missing
 std::string normal_bound(const std::string& max_error);
 
-/// "ao reached 0.0052 of 0.00784 wanted (root mean square at 2,003 points)".
+/// States the error that a map reached: "ao: 0.0052 off, 0.00784 wanted (root mean square at 2,003 points of the
+/// surface)".
 std::string describe(const MapReached& map);
 Json bounds_json(const std::vector<MapReached>& bounds);
 
-/// One channel of a packed image: a map's channel, or a constant.
+/// One channel of a packed image: the channel of a map, or a constant.
 struct PackChannel {
-  std::string map;            ///< Empty: `value`
-  std::uint32_t channel = 0;  ///< Channel of the map
+  std::string map;            ///< Name of the map; empty: the channel is the constant `value`
+  std::uint32_t channel = 0;  ///< Index of the map's channel
   float value = 0;
 };
 
-/// `--pack NAME=MAP[.r|.g|.b|.a],...`
+/// A packed image, as requested by `--pack NAME=MAP[.r|.g|.b|.a],...`.
 struct Pack {
   std::string name;
-  std::vector<PackChannel> channels;  ///< 1 to 4
+  std::vector<PackChannel> channels;  ///< 1 to 4 channels
 };
 
-/// Parses --pack, and checks that its maps are baked. \throws Error(usage)
+/// Parses all values of --pack, and checks that their maps are baked. \throws Error(usage)
 std::vector<Pack> parse_packs(const Job& arguments);
 
-/// Packs the channels of one mip level. \param image_of returns a map's image at that level by name, in the file's
-/// encoding
+/// Packs the channels of one mip level into an image.
+/// \param image_of  returns the image of a map at that level by name, encoded as in its file
 template <typename ImageOf>
 Image packed(const Pack& pack, const ImageOf& image_of) {
   Image image;
   for (const PackChannel& channel : pack.channels) {
     if (channel.map.empty()) continue;
-    const Image& from = image_of(channel.map);
-    image.width = from.width;
-    image.height = from.height;
+    const Image& source_image = image_of(channel.map);
+    image.width = source_image.width;
+    image.height = source_image.height;
   }
   image.channels = static_cast<std::uint32_t>(pack.channels.size());
   const std::size_t texels = std::size_t{image.width} * image.height;
   image.pixels.resize(texels * image.channels);
   for (std::size_t c = 0; c < pack.channels.size(); ++c) {
     const PackChannel& channel = pack.channels[c];
-    const Image* from = channel.map.empty() ? nullptr : &image_of(channel.map);
-    // Whether a texture has only one channel is known only after it was read.
-    const std::uint32_t read = from == nullptr ? 0 : std::min(channel.channel, from->channels - 1);
+    const Image* source_image = channel.map.empty() ? nullptr : &image_of(channel.map);
+    // A texture may turn out to have a single channel once it is read, so the index is clamped.
+    const std::uint32_t read =
+        source_image == nullptr ? 0 : std::min(channel.channel, source_image->channels - 1);
     for (std::size_t i = 0; i < texels; ++i) {
       image.pixels[i * image.channels + c] =
-          from == nullptr ? channel.value : from->pixels[i * from->channels + read];
+          source_image == nullptr ? channel.value
+                                  : source_image->pixels[i * source_image->channels + read];
     }
   }
   return image;

@@ -1,4 +1,4 @@
-// The maps of one layout: baked, and judged.
+// Bakes the maps of one layout, and checks them.
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -14,46 +14,49 @@
 namespace kiln {
 namespace {
 
-Warning missed_bound(const PlannedBake& planned) {
+Warning bound_not_reached(const PlannedBake& planned) {
   if (planned.chosen.error.mean_degrees <= planned.wanted) {
     return bounds_not_reached(planned.bounds, planned.chosen.width);
   }
-  const std::string wanted = formatted(
-      "No match is expected to reach a mean error of %.3g degrees with this low poly and ",
+  const std::string wanted_text = formatted(
+      "No match is expected to reach a mean error of %.3g degrees with this low poly and the "
+      "given ",
       planned.wanted);
   const std::string reached = formatted(
-      "; the map written reaches %.3g. Give the low poly more faces, allow a larger map, or accept "
-      "more.",
+      "; the map that is written reaches %.3g. Use more faces, a larger map, or a larger error "
+      "bound.",
       planned.chosen.error.mean_degrees);
-  return {"error-not-reached", wanted + option("size") + reached, 1};
+  return {"error-not-reached", wanted_text + option("size") + reached, 1};
 }
 
-/// Misses of a low poly that Kiln made, so that both meshes lie in one place.
+/// The warning about misses of a low poly that Kiln made. Both meshes coincide then, so deviation is the only cause.
 Message misses_of_made(const BakeReport& report, double deviation) {
   const std::string text = formatted(
-      "%s of the samples found no point of the high poly within the distance: the "
-      "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise ",
+      "%s of the samples found no point of the high poly within the search distance: the low poly "
+      "deviates by up to %.1f%% of the diagonal. Use more faces, or raise ",
       percent(static_cast<double>(report.missed) / static_cast<double>(report.samples), 2).c_str(),
       100 * deviation);
   return text + option("max_distance") + ".";
 }
 
-/// Adds to the library's warning the file, the place, and the remedies among the options of a job.
+/// Completes the library's warning about misses: the file, the place, and remedies among the job's options.
 void name_place_of_misses(const BakeScene& scene, BakeResult& result) {
   const Mesh& low = scene.low.mesh;
-  const bool made = scene.low.simplified && !result.report.uv && !result.report.views;
-  const bool most = result.report.missed * 2 > result.report.samples;
+  const bool is_made_by_kiln = scene.low.simplified && !result.report.uv && !result.report.views;
+  const bool most_missed = result.report.missed * 2 > result.report.samples;
   for (Warning& warning : result.report.warnings) {
     if (warning.code != "many-misses") continue;
-    const Message what =
-        made ? misses_of_made(result.report, scene.low.simplified->error) : warning.message;
-    warning.message = "'" + scene.low.path + "': " + what + " " + missed_place(result, low) +
-                      (made ? "" : hint_of_boxes(scene.high.mesh(), low, most));
+    const Message description = is_made_by_kiln
+                                    ? misses_of_made(result.report, scene.low.simplified->error)
+                                    : warning.message;
+    warning.message =
+        "'" + scene.low.path + "': " + description + " " + describe_missed_place(result, low) +
+        (is_made_by_kiln ? "" : bounds_mismatch_hint(scene.high.mesh(), low, most_missed));
   }
 }
 
-/// Refuses an empty map, names places of misses, and explains misses where that is asked for.
-void judge(const BakeScene& scene, const Source& source, BakedLayout& baked) {
+/// Rejects a map without any match, completes warnings about misses, and explains misses if --reasons asks for it.
+void check_baked_layout(const BakeScene& scene, const Source& source, BakedLayout& baked) {
   if (baked.result.cancelled) throw Cancelled{};
   check_result(baked.result.report, scene.high.mesh(), scene.low.mesh);
   name_place_of_misses(scene, baked.result);
@@ -62,10 +65,10 @@ void judge(const BakeScene& scene, const Source& source, BakedLayout& baked) {
   }
 }
 
-/// Calls RunHooks::sample, whose images replace the maps of their names. \param options  of the match
+/// Calls RunHooks::sample, and removes the maps that its images replace. \param options  of the match
 void sample_images(const BakeScene& scene, const Source& source, BakeOptions options,
                    BakedLayout& baked) {
-  options.progress = {};  // The bake reports its own.
+  options.progress = {};  // the bake reports its own progress
   const MatchResult found = match(source, scene.low.mesh, options);
   if (found.cancelled) throw Cancelled{};
   baked.own_images = scene.run.hooks.sample(found.match, scene.high.mesh());
@@ -77,8 +80,8 @@ void sample_images(const BakeScene& scene, const Source& source, BakeOptions opt
                 [&](const auto& transfer) { return is_own(transfer.name); });
 }
 
-/// True if the caller's own images leave nothing to bake. Transfers need the bake of a map: they get the shading map,
-/// which is not written.
+/// True if images of RunHooks::sample replace all maps to bake. Transfers alone still need the bake of one map, so the
+/// shading map is added, and not written.
 bool has_own_images_alone(BakedLayout& baked) {
   BakeOptions& options = baked.options;
   if (!options.maps.empty() || !options.own_maps.empty() || !options.variants.empty()) return false;
@@ -95,7 +98,7 @@ void load_saved_match(const BakeScene& scene, BakedLayout& baked) {
   baked.options.match.saved = baked.saved_match.get();
 }
 
-/// The bake of --match auto, which also chooses the size.
+/// Bakes with --match auto, which also chooses the size of the map.
 PlannedBake bake_by_best_match(const BakeScene& scene, const Source& source,
                                const BakeOptions& options) {
   const Job& job = scene.run.job;
@@ -109,11 +112,11 @@ PlannedBake bake_by_best_match(const BakeScene& scene, const Source& source,
   }
   PlannedBake planned = bake_planned(source, scene.low.mesh, plan);
   if (planned.result.cancelled) throw Cancelled{};
-  if (!planned.reached) scene.run.log.warnings.push_back(missed_bound(planned));
+  if (!planned.reached) scene.run.log.warnings.push_back(bound_not_reached(planned));
   return planned;
 }
 
-/// The options by which a plan's maps were baked; without a map, those of the largest.
+/// The options with the match and size that a plan chose; the size is unchanged if the plan has no map.
 BakeOptions options_of_plan(const BakeOptions& asked, const LowPolyPlan& plan,
                             const BakeReport& report) {
   BakeOptions options = asked;
@@ -140,8 +143,7 @@ BakeResult bake_from(const HighPolyInput& high, const Source& source, const Mesh
     }
     throw OptionError(error.message() + " HIGH is a height field: " + option_of("--height") +
                           " and " + option("extent") +
-                          " must be "
-                          "the values that LOW was made with.",
+                          " must have the values with which LOW was made.",
                       ErrorCode::input);
   }
 }
@@ -159,7 +161,7 @@ BakedLayout bake_layout(const BakeScene& scene, const Source& source, BakeOption
   } else {
     baked.result = bake_from(scene.high.input, source, scene.low.mesh, baked.options);
   }
-  judge(scene, source, baked);
+  check_baked_layout(scene, source, baked);
   return baked;
 }
 
@@ -173,7 +175,7 @@ BakedLayout bake_planned_low(const BakeScene& scene, const Source& source, BakeO
   planned = job.low.make.lods > 0 ? make_lods(scene, source, baked.options)
             : job.max_bytes != 0  ? make_byte_plan(scene, source, baked.options)
                                   : make_plan(scene, source, baked.options);
-  baked.result = take_plan(planned, low);
+  baked.result = move_plan_result(planned, low);
   if (hooks.needs_uvs && low.mesh.uv_triangles.empty()) {
     const std::uint32_t size = std::min(baked.options.width, baked.options.height);
     low.mesh = unwrap(low.mesh, unwrap_options(job.unwrap_method, size));
@@ -190,10 +192,11 @@ BakedLayout bake_planned_low(const BakeScene& scene, const Source& source, BakeO
   if (low.simplified) {
     warn_of_lost_shape(
         *low.simplified,
-        "Rendered normals do not tell. Ask for a smaller angle, or for " + option("faces") + ".",
+        "Rendered normals do not show this. Use a smaller angle, or set the number of " +
+            option("faces") + ".",
         log.warnings);
   }
-  if (planned.plan.chosen.size != 0) judge(scene, source, baked);
+  if (planned.plan.chosen.size != 0) check_baked_layout(scene, source, baked);
   return baked;
 }
 

@@ -18,21 +18,21 @@
 namespace kiln {
 void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& cage) {
   if (cage.triangles.size() != low.triangles.size()) return;
-  // A vertex of LOW that lies in two places: the cage is a hull that has as many triangles.
+  // A vertex of LOW that corresponds to two different points means that the cage is an independent hull, which only
+  // happens to have as many triangles.
   std::vector<std::optional<std::uint32_t>> partner(low.positions.size());
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t now = cage.triangles[t][k];
-      const std::uint32_t known = partner.at(low.triangles[t][k]).value_or(now);
-      if (cage.positions.at(known) != cage.positions.at(now)) return;
-      partner[low.triangles[t][k]] = known;
+      const std::uint32_t cage_vertex = cage.triangles[t][k];
+      const std::uint32_t first_cage_vertex = partner.at(low.triangles[t][k]).value_or(cage_vertex);
+      if (cage.positions.at(first_cage_vertex) != cage.positions.at(cage_vertex)) return;
+      partner[low.triangles[t][k]] = first_cage_vertex;
     }
   }
   for (const char* flag : {"--direction", "--edge-width"}) {
     if (!arguments.given.contains(flag)) continue;
-    fail_usage(option_of(flag) + " is for rays without a " + option("cage_mesh") +
-               " of LOW's own triangles, "
-               "which says where they leave to: leave one out.");
+    fail_usage(option_of(flag) + " does not apply to rays from a " + option("cage_mesh") +
+               " with LOW's own triangles, which defines the directions of rays: leave one out.");
   }
 }
 
@@ -57,11 +57,10 @@ void MatchInputs::read_with_match(const Job& job, const Mesh& high, const Mesh& 
                                   std::vector<Warning>& warnings) {
   if (const SetsBy sets = choose_texture_sets(low); sets != SetsBy::none) {
     throw OptionError(
-        "LOW '" + low.name + "' has several texture sets, a " +
+        "LOW '" + low.name + "' has several texture sets, one per " +
             (sets == SetsBy::udim ? "UDIM tile" : "material") +
-            " each: their UVs overlap, and one map cannot hold them. `kiln bake` makes "
-            "a map of each. Here, give a LOW of one set alone, or one with a layout for "
-            "all (kiln bake " +
+            ": their UVs overlap, so one map cannot hold them. `kiln bake` makes a map for each. "
+            "Here, give a LOW with one set, or one UV layout for all (kiln bake " +
             option("unwrap") + ").",
         ErrorCode::input, "several-sets");
   }
@@ -86,7 +85,8 @@ void MatchInputs::find_cage(const Job& job, const Device& device, const Mesh& hi
 
 void MatchInputs::apply_cage(BakeOptions& options) const {
   if (cage_mesh_) options.match.cage_mesh = &*cage_mesh_;
-  if (found_cage_) options.match.max_distance.reset();  // It bounded the search for the cage.
+  // the distance was the limit of the search for the cage, not of the rays
+  if (found_cage_) options.match.max_distance.reset();
 }
 
 void MatchInputs::apply(BakeOptions& options) const {
@@ -103,11 +103,11 @@ void MatchInputs::apply(BakeOptions& options) const {
 
 namespace {
 
-/// Takes collision hulls off, and counts each file's triangles without them.
-void take_hulls(MeshFiles& files, std::vector<Warning>& warnings) {
+/// Removes collision hulls, and counts each file's triangles without them.
+void remove_collision_hulls(MeshFiles& files, std::vector<Warning>& warnings) {
   const std::vector<std::uint8_t> is_hull = collision_hulls(files.mesh);
   files.hulls = take_collision_hulls(files.mesh, &warnings);
-  name_materials(files);
+  keep_named_materials(files);
   for (std::size_t& first : files.first) {
     first -= static_cast<std::size_t>(
         std::count(is_hull.begin(), is_hull.begin() + static_cast<std::ptrdiff_t>(first), 1));
@@ -123,15 +123,14 @@ MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings, b
   if (!arguments.file_tangents) {
     files.mesh.tangents = {};
   } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {
-    throw OptionError(
-        option("tangents", "file") + ": LOW " + in_words(files.files) +
-            " has none. PLY gives them, as properties tx, ty, tz and tw of its vertices, "
-            "beside UVs; leave " +
-            option("tangents") + " out for those of MikkTSpace.",
-        ErrorCode::input);
+    throw OptionError(option("tangents", "file") + ": LOW " + quote_files(files.files) +
+                          " has none. Only PLY files hold them, as vertex properties tx, ty, tz "
+                          "and tw beside UVs; leave " +
+                          option("tangents") + " out to use MikkTSpace.",
+                      ErrorCode::input);
   }
-  if (!arguments.keep_hulls) take_hulls(files, warnings);
-  turn_normals("LOW", Trusted::normals, files.mesh, warnings);
+  if (!arguments.keep_hulls) remove_collision_hulls(files, warnings);
+  correct_normals("LOW", Trusted::normals, files.mesh, warnings);
   return files;
 }
 
@@ -143,12 +142,12 @@ Mesh load_low(const Job& arguments, std::vector<Warning>& warnings) {
 
 namespace {
 
-constexpr std::size_t kRow = 4096;
+constexpr std::size_t kMaxCageColumns = 4096;
 constexpr float kNoVertex = -1;
 
 bool is_image(const std::filesystem::path& path) { return lower_extension(path) == ".exr"; }
 
-std::array<double, 3> way(const Vec3& from, const Vec3& to) {
+std::array<double, 3> offset(const Vec3& from, const Vec3& to) {
   return {double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z};
 }
 
@@ -156,13 +155,13 @@ double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// All vertices of one shell, an image's half.
-struct Grid {
+/// Layout of an image with one shell of a cage per half: one pixel per vertex.
+struct CageGrid {
   std::uint32_t width = 0, rows = 0;
 
-  explicit Grid(std::size_t vertices)
-      : width(static_cast<std::uint32_t>(std::min(vertices, kRow))),
-        rows(static_cast<std::uint32_t>((vertices + kRow - 1) / kRow)) {}
+  explicit CageGrid(std::size_t vertices)
+      : width(static_cast<std::uint32_t>(std::min(vertices, kMaxCageColumns))),
+        rows(static_cast<std::uint32_t>((vertices + kMaxCageColumns - 1) / kMaxCageColumns)) {}
   std::size_t pixels() const { return std::size_t{width} * rows; }
 };
 
@@ -174,7 +173,7 @@ struct Grid {
 
 Image image_of(const Mesh& cage, const Mesh& low) {
   const std::size_t count = low.positions.size();
-  const Grid grid(count);
+  const CageGrid grid(count);
   Image image;
   image.width = grid.width;
   image.height = 2 * grid.rows;
@@ -185,17 +184,19 @@ Image image_of(const Mesh& cage, const Mesh& low) {
         image.pixels.insert(image.pixels.end(), {0, 0, 0, kNoVertex});
         continue;
       }
-      const Vec3 &at = low.positions[v], &outer = cage.positions[v],
+      const Vec3 &vertex = low.positions[v], &outer = cage.positions[v],
                  &inner = cage.positions[count + v];
-      std::array<double, 3> direction = way(inner, outer);
+      std::array<double, 3> direction = offset(inner, outer);
       const double size = std::sqrt(dot(direction, direction));
       std::array<float, 3> unit{};
       for (std::size_t k = 0; k < 3 && size > 0; ++k) {
         unit[k] = static_cast<float>(direction[k] / size);
         direction[k] = double{unit[k]};
       }
-      const std::array<double, 3> off = shell == 0 ? way(at, outer) : way(inner, at);
-      const double distance = size > 0 ? dot(off, direction) / dot(direction, direction) : 0;
+      const std::array<double, 3> vertex_offset =
+          shell == 0 ? offset(vertex, outer) : offset(inner, vertex);
+      const double distance =
+          size > 0 ? dot(vertex_offset, direction) / dot(direction, direction) : 0;
       image.pixels.insert(image.pixels.end(),
                           {unit[0], unit[1], unit[2], static_cast<float>(distance)});
     }
@@ -215,9 +216,9 @@ void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& p
 
 Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& low) {
   const std::size_t count = low.positions.size();
-  const Grid grid(count);
+  const CageGrid grid(count);
   if (image.channels != 4) {
-    fail(path, "it has " + std::to_string(image.channels) + " channels, and a cage has 4");
+    fail(path, "it has " + std::to_string(image.channels) + " channels instead of 4");
   }
   if (image.width != grid.width || image.height != 2 * grid.rows) {
     fail(path, "it has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
@@ -232,30 +233,33 @@ Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& 
     const auto pixel = [&](std::size_t v) {
       return &image.pixels[4 * (shell * grid.pixels() + v)];
     };
-    // A single row is as wide as there are vertices. Below others, pixels of no vertex have no direction either.
-    std::size_t held = grid.pixels();
-    while (grid.rows > 1 && held > 0 && pixel(held - 1)[3] == kNoVertex &&
-           std::all_of(pixel(held - 1), pixel(held - 1) + 3, [](float x) { return x == 0; })) {
-      --held;
+    // A single row is exactly as wide as the number of vertices. With more rows, trailing pixels without a vertex have
+    // no direction.
+    std::size_t used_pixels = grid.pixels();
+    while (grid.rows > 1 && used_pixels > 0 && pixel(used_pixels - 1)[3] == kNoVertex &&
+           std::all_of(pixel(used_pixels - 1), pixel(used_pixels - 1) + 3,
+                       [](float x) { return x == 0; })) {
+      --used_pixels;
     }
-    if (held != count) {
-      fail(path, "it has " + std::to_string(held) + " vertices, and LOW " + std::to_string(count));
+    if (used_pixels != count) {
+      fail(path,
+           "it has " + std::to_string(used_pixels) + " vertices, and LOW " + std::to_string(count));
     }
     for (std::size_t v = 0; v < count; ++v) {
       const float* p = pixel(v);
       if (p[3] == kNoVertex) {
         fail(path, std::string("the ") + (shell == 0 ? "outer" : "inner") + " pixel of vertex " +
-                       std::to_string(v) + " has the alpha -1, which stands for no vertex");
+                       std::to_string(v) + " has alpha -1, which marks pixels without a vertex");
       }
       if (!std::all_of(p, p + 4, [](float x) { return std::isfinite(x); })) {
         fail(path, std::string("the ") + (shell == 0 ? "outer" : "inner") + " pixel of vertex " +
                        std::to_string(v) + " is NaN or infinite");
       }
-      const double by = shell == 0 ? double{p[3]} : -double{p[3]};
+      const double distance = shell == 0 ? double{p[3]} : -double{p[3]};
       const Vec3& at = low.positions[v];
-      cage.positions.push_back({static_cast<float>(double{at.x} + p[0] * by),
-                                static_cast<float>(double{at.y} + p[1] * by),
-                                static_cast<float>(double{at.z} + p[2] * by)});
+      cage.positions.push_back({static_cast<float>(double{at.x} + p[0] * distance),
+                                static_cast<float>(double{at.y} + p[1] * distance),
+                                static_cast<float>(double{at.z} + p[2] * distance)});
     }
     const auto first = static_cast<std::uint32_t>(shell * count);
     for (const Triangle& t : low.triangles) {
@@ -270,7 +274,7 @@ Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMes
                std::vector<Warning>* warnings) {
   if (is_image(path)) return cage_of(load_image(path), path, low);
   Mesh cage = load_mesh(path, options, warnings);
-  // A copy of all that LOW's file has, its collision hulls among it.
+  // The cage may be a copy of LOW's whole file, including its collision hulls.
   if (cage.triangles.size() > low.triangles.size()) take_collision_hulls(cage);
   return cage;
 }

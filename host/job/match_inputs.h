@@ -1,4 +1,4 @@
-// What a match reads of files: cage, parts, saved matches, occluders.
+// Reads the inputs of a match other than HIGH and LOW: cage, parts, saved match, occluders.
 #pragma once
 
 #include <filesystem>
@@ -13,35 +13,37 @@
 
 namespace kiln {
 
-/// Refuses --direction and --edge-width beside a cage of LOW's own triangles, which says itself where rays leave
-/// to. \throws Error(usage)
+/// Rejects --direction and --edge-width beside a cage of LOW's own triangles, since such a cage defines the directions
+/// of rays.
+/// \throws Error(usage)
 void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& cage);
 
-/// Files that flags of the match name, read beside the meshes.
+/// The inputs of a match other than HIGH and LOW. Options that apply() sets point into this object.
 class MatchInputs {
  public:
-  /// Reads the cage's mesh and occluders, and pairs parts. \throws Error(input) as their readers
+  /// Reads the cage's mesh and the occluders, and pairs the parts. \throws Error(input) as their readers
   void read(const Job& job, const Mesh& high, const Mesh& low, std::vector<Warning>& warnings);
 
-  /// The same for a LOW of one texture set, with its saved match. \throws Error(input) also where LOW has several
+  /// read(), and reads the saved match, for commands that need a LOW of one texture set.
+  /// \throws Error(input) also if LOW has several sets
   void read_with_match(const Job& job, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings);
 
-  /// Finds the cage of --cage auto. \param options  of a bake, after apply()
+  /// Finds the cage of --cage auto. \param options  options of a bake, after apply()
   void find_cage(const Source& source, const Mesh& low, const BakeOptions& options,
                  std::vector<Warning>& warnings);
-  /// The same after read_with_match(), with a source of its own. Without the flag: nothing.
+  /// find_cage() after read_with_match(), with a temporary Source. Does nothing without --cage auto.
   void find_cage(const Job& job, const Device& device, const Mesh& high, const Mesh& low,
                  std::vector<Warning>& warnings);
 
-  /// Sets pointers in options, once; this object must outlive the bake.
+  /// Sets the pointers in the options. Call it once; this object must outlive the bake.
   void apply(BakeOptions& options) const;
-  /// Sets the pointer to the cage alone, after find_cage().
+  /// Sets only the pointer to the cage, after find_cage().
   void apply_cage(BakeOptions& options) const;
 
   const std::optional<Match>& match() const { return match_; }
   const std::optional<Mesh>& cage_mesh() const { return cage_mesh_; }
-  /// The cage of find_cage(), whose mesh is cage_mesh().
+  /// The result of find_cage(); the mesh itself is cage_mesh().
   const std::optional<FoundCage>& found_cage() const { return found_cage_; }
   const std::optional<Parts>& parts() const { return parts_; }
 
@@ -53,27 +55,27 @@ class MatchInputs {
   std::vector<Mesh> occluders_;
 };
 
-/// The files of LOW, cut as asked, with the tangents asked for. \throws Error(input) also where --tangents file
-/// was given and no file has any
-/// \param beside  reads MeshFiles::beside; done anyway where an asset is written
+/// Reads the files of LOW, triangulated as requested.
+/// \param beside  true: also reads MeshFiles::beside, which is always read if the output is an asset
+/// \throws Error(input) also if --tangents file was given and no file has tangents
 MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings, bool beside = false);
 
-/// LOW as these flags have it: of one file or several, cut and split as asked.
+/// Reads LOW, joined from its files, and split at UV seams if requested.
 Mesh load_low(const Job& arguments, std::vector<Warning>& warnings);
 
-/// Writes the two shells of a found cage: as OBJ. Where the name ends in .exr, as an image: a pixel a vertex of
-/// LOW in its order, 4096 a row. The upper half is the outer shell, the lower one the inner shell. Red, green
-/// and blue are the direction outward, alpha is the distance from the vertex, world units (-1: no vertex).
+/// Writes the two shells of a found cage as OBJ, or as an image if the name ends in .exr. The image has one pixel per
+/// vertex of LOW in its order, 4096 to a row; the upper half is the outer shell, the lower half the inner shell. Red,
+/// green and blue are the direction outward, alpha is the distance from the vertex in world units (-1: no vertex).
 /// \throws Error(output)
 void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& path);
 
-/// Reads a cage of any kind. Images give back what save_cage() had, within a float's last bit.
-/// \throws Error(input) as load_mesh(), and for an image of another number of vertices, or with a value that is no
-///         number
+/// Reads a cage from a mesh file or an image. Images restore the meshes of save_cage() up to rounding of floats.
+/// \throws Error(input) as load_mesh(), and for an image with another number of vertices or with values that are not
+/// finite
 Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMeshOptions& options,
                std::vector<Warning>* warnings);
 
-/// The same of an image that is read already. \param path  names it in messages
+/// Decodes the cage from an image. \param path  the image's file, for messages
 Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& low);
 
 }  // namespace kiln

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kGridCells = 512;  // cells a side of the grid over the UV square
+constexpr std::uint32_t kGridCells = 512;  // cells along a side of the grid over the UV square
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
@@ -28,7 +28,8 @@ std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
   return {mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]};
 }
 
-/// The UVs of a triangle's polygon, sorted, each once: mirrored quads are cut along the other diagonal.
+/// The distinct UVs of a triangle's polygon in a fixed order. Mirrored copies of quads are triangulated along the other
+/// diagonal, so that only polygons can be compared.
 std::vector<Vec2> polygon_uvs(const Mesh& mesh, std::uint32_t t) {
   std::uint32_t first = t, end = t + 1;
   if (!mesh.polygons.empty()) {
@@ -47,8 +48,8 @@ std::vector<Vec2> polygon_uvs(const Mesh& mesh, std::uint32_t t) {
   return uvs;
 }
 
-/// True if two triangles' polygons have the same UVs: copies of one part.
-bool same_place(const Mesh& mesh, std::uint32_t t, std::uint32_t u) {
+/// True if the polygons of two triangles have the same UVs, as copies of one part have.
+bool has_same_uvs(const Mesh& mesh, std::uint32_t t, std::uint32_t u) {
   const std::vector<Vec2> a = polygon_uvs(mesh, t), b = polygon_uvs(mesh, u);
   if (a.size() != b.size()) return false;
   for (std::size_t k = 0; k < a.size(); ++k) {
@@ -57,9 +58,9 @@ bool same_place(const Mesh& mesh, std::uint32_t t, std::uint32_t u) {
   return true;
 }
 
-/// Calls `use` with each cell of the grid whose middle lies inside a triangle.
+/// Calls `use` for each grid cell whose centre lies inside a UV triangle.
 template <typename Use>
-void over_cells(const std::array<Vec2, 3>& uvs, const Use& use) {
+void for_each_cell_inside(const std::array<Vec2, 3>& uvs, const Use& use) {
   const auto edge = [](const Vec2& a, const Vec2& b, double x, double y) {
     return (double{b.x} - a.x) * (y - a.y) - (double{b.y} - a.y) * (x - a.x);
   };
@@ -86,13 +87,13 @@ void over_cells(const std::array<Vec2, 3>& uvs, const Use& use) {
   }
 }
 
-/// Area of the UV square that two files share, and one of its UVs.
-struct Shared {
+/// The overlap of the UVs of two files: its area in grid cells, and one UV in it.
+struct UvOverlap {
   std::uint64_t cells = 0;
   double u = 0, v = 0;
 };
 
-/// Reads a file with its nodes and materials. Errors in these do not prevent the mesh from being read.
+/// Reads a file with its nodes and materials. If the materials cannot be read, the mesh is returned with a warning.
 Asset load_with_materials(const std::string& file, const LoadMeshOptions& options,
                           std::vector<Warning>& warnings) {
   const std::string ending = lower_extension(file);
@@ -101,18 +102,19 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
   asset.mesh = load_mesh(file, options, &warnings);
   if (asset.mesh.material_files.empty()) return asset;
   std::vector<Warning>
-      mtl_warnings;  // All but missing files are reported where the materials are baked
+      // Only missing MTL files are reported here; the bake of materials reports the rest
+      mtl_warnings;
   try {
     asset.materials = load_materials(asset.mesh, file, &mtl_warnings, options.outside);
     std::copy_if(mtl_warnings.begin(), mtl_warnings.end(), std::back_inserter(warnings),
                  [](const Warning& warning) { return warning.code == "mtl-missing"; });
   } catch (const Error& error) {
-    warnings.push_back({"materials-unread", error.message() + " It has no effect.", 1});
+    warnings.push_back({"materials-unread", error.message() + " The file has no effect.", 1});
   }
   return asset;
 }
 
-/// Appends the nodes and materials of a file.
+/// Appends the nodes and materials of a file to those of all files.
 void add_beside(const Asset& file, Asset& all) {
   const auto first = static_cast<std::uint32_t>(all.nodes.size());
   for (AssetNode node : file.nodes) {
@@ -129,9 +131,9 @@ void add_beside(const Asset& file, Asset& all) {
   if (all.scene.empty()) all.scene = file.scene;
 }
 
-/// Materials of several files, in the order of the joined mesh.
-std::vector<Material> by_name(const std::vector<Material>& materials,
-                              const std::vector<std::string>& names) {
+/// The materials in the order of the joined mesh's names; default ones for names without a material.
+std::vector<Material> order_by_name(const std::vector<Material>& materials,
+                                    const std::vector<std::string>& names) {
   std::vector<Material> result;
   for (const std::string& name : names) {
     const auto found =
@@ -150,17 +152,18 @@ std::vector<Material> by_name(const std::vector<Material>& materials,
 
 void move_uvs(const std::vector<std::size_t>& group_of,
               const std::function<Vec2(std::size_t, const Vec2&)>& move, Mesh& mesh) {
-  std::vector<Vec2> pool;
-  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> moved;  // by group
+  std::vector<Vec2> new_uvs;
+  // new index of each pair of group and UV
+  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> new_index;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t& uv : mesh.uv_triangles[t]) {
       const auto [entry, added] =
-          moved.try_emplace({group_of[t], uv}, static_cast<std::uint32_t>(pool.size()));
-      if (added) pool.push_back(move(group_of[t], mesh.uvs[uv]));
+          new_index.try_emplace({group_of[t], uv}, static_cast<std::uint32_t>(new_uvs.size()));
+      if (added) new_uvs.push_back(move(group_of[t], mesh.uvs[uv]));
       uv = entry->second;
     }
   }
-  mesh.uvs = std::move(pool);
+  mesh.uvs = std::move(new_uvs);
   mesh.other_uvs.clear();
 }
 
@@ -204,21 +207,21 @@ MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions
   result.first.push_back(triangles);
   const bool join = inputs.size() > 1 || named;
   result.mesh = join ? join_meshes(meshes, &warnings) : std::move(meshes[0]);
-  name_materials(result);
+  keep_named_materials(result);
   return result;
 }
 
-void name_materials(MeshFiles& files) {
+void keep_named_materials(MeshFiles& files) {
   std::vector<Material>& materials = files.beside.materials;
-  if (!materials.empty()) materials = by_name(materials, files.mesh.material_names);
+  if (!materials.empty()) materials = order_by_name(materials, files.mesh.material_names);
 }
 
-std::string in_words(const std::vector<std::string>& files) {
-  constexpr std::size_t kMost = 3;
+std::string quote_files(const std::vector<std::string>& files) {
+  constexpr std::size_t kMaxListedFiles = 3;
   std::string text;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const bool last = i + 1 == files.size();
-    if (i + 1 == kMost && files.size() > kMost) {
+    if (i + 1 == kMaxListedFiles && files.size() > kMaxListedFiles) {
       return text + " and " + std::to_string(files.size() - i) + " more";
     }
     text += (i == 0 ? "'" : last ? " and '" : ", '") + files[i] + "'";
@@ -229,18 +232,19 @@ std::string in_words(const std::vector<std::string>& files) {
 void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings) {
   if (low.files.size() < 2 || low.mesh.uv_triangles.empty()) return;
   std::vector<std::uint32_t> owner(std::size_t{kGridCells} * kGridCells, kNone);
-  std::vector<const std::string*> counted(owner.size(),
-                                          nullptr);  // the last file that shares a cell
-  std::map<std::pair<std::string, std::string>, Shared> pairs;
+  std::vector<const std::string*> last_overlapping(
+      owner.size(),
+      nullptr);  // the last file that overlaps each cell
+  std::map<std::pair<std::string, std::string>, UvOverlap> pairs;
   for (std::uint32_t t = 0; t < low.mesh.triangles.size(); ++t) {
-    over_cells(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
+    for_each_cell_inside(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
       std::uint32_t& known = owner[std::size_t{y} * kGridCells + x];
       if (known == kNone) known = t;
       const std::string &a = low.file_of(known), &b = low.file_of(t);
-      const std::string*& last = counted[std::size_t{y} * kGridCells + x];
-      if (&a == &b || last == &b || same_place(low.mesh, known, t)) return;
+      const std::string*& last = last_overlapping[std::size_t{y} * kGridCells + x];
+      if (&a == &b || last == &b || has_same_uvs(low.mesh, known, t)) return;
       last = &b;
-      Shared& shared = pairs[{a, b}];
+      UvOverlap& shared = pairs[{a, b}];
       if (shared.cells++ == 0) {
         shared.u = (x + 0.5) / kGridCells;
         shared.v = (y + 0.5) / kGridCells;
@@ -252,67 +256,70 @@ void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings)
         " overlap on %s of the unit square, at UV (%.4g, %.4g) ",
         percent(static_cast<double>(shared.cells) / (double{kGridCells} * kGridCells), 2).c_str(),
         shared.u, shared.v);
-    warnings.push_back({"files-overlap",
-                        "UVs of '" + files.first + "' and '" + files.second + "'" + text +
-                            "for one, and all LOW share one map: lay them out side by side, add " +
-                            option("unwrap") + ", or bake them apart.",
-                        shared.cells});
+    warnings.push_back(
+        {"files-overlap",
+         "UVs of '" + files.first + "' and '" + files.second + "'" + text +
+             "for example, but all LOW files share one map: place the layouts side by side, add " +
+             option("unwrap") + ", or bake them separately.",
+         shared.cells});
   }
 }
 
 namespace {
 
-constexpr Word<UpAxis> kUps[] = {
+constexpr Word<UpAxis> kUpAxisNames[] = {
     {"+x", UpAxis::x},       {"+y", UpAxis::y},       {"+z", UpAxis::z},
     {"-x", UpAxis::minus_x}, {"-y", UpAxis::minus_y}, {"-z", UpAxis::minus_z},
     {"x", UpAxis::x},        {"y", UpAxis::y},        {"z", UpAxis::z}};
-constexpr Word<double> kUnits[] = {
+constexpr Word<double> kUnitMetres[] = {
     {"cm", 0.01}, {"ft", 0.3048}, {"in", 0.0254}, {"m", 1}, {"mm", 0.001}};
 
 }  // namespace
 
 UpAxis parse_up(const std::string& text) {
-  if (const UpAxis* const up = Words(kUps).find(lower_case(text))) return *up;
+  if (const UpAxis* const up = Words(kUpAxisNames).find(lower_case(text))) return *up;
   fail_usage(option("up") + " '" + text + "': write x, y, z, -x, -y or -z.");
 }
 
 namespace {
 
 double parse_unit(const std::string& text) {
-  if (const double* const unit = Words(kUnits).find(lower_case(text))) return *unit;
+  if (const double* const unit = Words(kUnitMetres).find(lower_case(text))) return *unit;
   double metres = 0;
   const char* const end = text.data() + text.size();
   const auto [stop, status] = std::from_chars(text.data(), end, metres);
-  constexpr double kMost = 1e9;
-  if (status == std::errc() && stop == end && metres >= 1 / kMost && metres <= kMost) return metres;
+  constexpr double kMaxUnitMetres = 1e9;
+  if (status == std::errc() && stop == end && metres >= 1 / kMaxUnitMetres &&
+      metres <= kMaxUnitMetres)
+    return metres;
   fail_usage(option("unit") + " '" + text +
-             "': write mm, cm, m, in, ft, or metres, such as 0.01: 1e-9 to 1e9.");
+             "': write mm, cm, m, in, ft, or a number of metres from 1e-9 to 1e9, such as 0.01.");
 }
 
-/// Values of an option by side, HIGH or LOW.
-struct Values {
+/// Values of an option for both sides, for HIGH, or for LOW.
+struct SideValues {
   std::optional<std::string> both, high, low;
 
-  /// \throws Error(usage) if a side is given twice
-  Values(const char* flag, const std::vector<std::string>& texts) {
+  /// Parses texts such as "y", "high=y" and "low=y". \throws Error(usage) if a side is given twice
+  SideValues(const char* flag, const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
-      std::optional<std::string>* to = &both;
-      if (text.starts_with("high=")) to = &high;
-      if (text.starts_with("low=")) to = &low;
-      refuse_if(to->has_value(),
-                option_of(flag) + " '" + text + "' is there twice: leave one out.");
-      *to = to == &both ? text : text.substr(text.find('=') + 1);
+      std::optional<std::string>* side_value = &both;
+      if (text.starts_with("high=")) side_value = &high;
+      if (text.starts_with("low=")) side_value = &low;
+      refuse_if(side_value->has_value(),
+                option_of(flag) + " '" + text + "' is given twice: leave one out.");
+      *side_value = side_value == &both ? text : text.substr(text.find('=') + 1);
     }
   }
-  const std::optional<std::string>& own(MeshSide side) const {
+  const std::optional<std::string>& value_of_side(MeshSide side) const {
     static const std::optional<std::string> none;
     return side == MeshSide::high ? high : side == MeshSide::low ? low : none;
   }
 };
 
 bool has_extension(const std::string& file, const std::vector<std::string>& extensions) {
-  const std::string own = lower_extension(file);
-  return std::find(extensions.begin(), extensions.end(), own) != extensions.end();
+  const std::string value_of_side = lower_extension(file);
+  return std::find(extensions.begin(), extensions.end(), value_of_side) != extensions.end();
 }
 
 }  // namespace
@@ -322,29 +329,33 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
   struct Flag {
     const char* name;
     const std::vector<std::string>* texts;
-    std::vector<std::string> told;  // by files of these
+    std::vector<std::string>
+        stating_formats;  // extensions of file formats that state the option's value themselves
   };
   const Flag flags[] = {{"--up", &arguments.up, {".gltf", ".glb", ".fbx", ".dae", ".3ds", ".x"}},
                         {"--unit", &arguments.unit, {".gltf", ".glb", ".fbx", ".dae"}},
                         {"--uv-set", &arguments.uv_set, {}}};
   for (const Flag& flag : flags) {
-    const Values values(flag.name, *flag.texts);
-    refuse_if(values.low && low.empty(),
-              option_of(flag.name) + " low= is for a LOW of yours: give it, or leave it out.");
+    const SideValues values(flag.name, *flag.texts);
+    refuse_if(
+        values.low && low.empty(),
+        option_of(flag.name) + " low= needs a given LOW: name one, or leave this option out.");
     const auto needs = [&](const std::string& file) {
-      return !is_height_field(file) && !has_extension(file, flag.told);
+      return !is_height_field(file) && !has_extension(file, flag.stating_formats);
     };
     const auto any = [&](const std::vector<std::string>& files) {
       return std::any_of(files.begin(), files.end(), needs);
     };
     refuse_if(values.high && high.empty(),
-              option_of(flag.name) + " high= is for a HIGH: give it, or leave it out.");
+              option_of(flag.name) + " high= needs a HIGH: name one, or leave this option out.");
     refuse_if(values.high && std::all_of(high.begin(), high.end(), is_height_field),
-              option_of(flag.name) + " high= is for meshes, and HIGH is a height field.");
+              option_of(flag.name) +
+                  " high= applies to meshes, but HIGH is a height field: leave it out.");
     if (values.both && !any(high) && !any(low) && !any(others)) {
       fail_usage(option_of(flag.name, *values.both) +
-                 " applies to files that do not state it, but these do: leave it out, or write " +
-                 option_of(flag.name, "high=" + *values.both) + " to override HIGH's own.");
+                 " applies to files that do not state this themselves, but all given files do: "
+                 "leave it out, or write " +
+                 option_of(flag.name, "high=" + *values.both) + " to override HIGH's file.");
     }
   }
   for (const MeshSide side : {MeshSide::high, MeshSide::low}) load_options(arguments, side);
@@ -366,7 +377,7 @@ ShadingOptions parse_shading(const std::string& text) {
   return options;
 }
 
-std::string shading_word(const ShadingOptions& options) {
+std::string shading_rule_name(const ShadingOptions& options) {
   switch (options.rule) {
     case ShadingRule::automatic:
       return "auto";
@@ -385,16 +396,17 @@ std::string shading_word(const ShadingOptions& options) {
 LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side) {
   LoadMeshOptions options;
   options.outside = arguments.allow_outside;
-  const Values up("--up", arguments.up), unit("--unit", arguments.unit);
-  const Values uv_set("--uv-set", arguments.uv_set);
-  options.override_up = up.own(side).has_value();
-  if (const auto& text = options.override_up ? up.own(side) : up.both) options.up = parse_up(*text);
-  options.override_unit = unit.own(side).has_value();
-  if (const auto& text = options.override_unit ? unit.own(side) : unit.both) {
+  const SideValues up("--up", arguments.up), unit("--unit", arguments.unit);
+  const SideValues uv_set("--uv-set", arguments.uv_set);
+  options.override_up = up.value_of_side(side).has_value();
+  if (const auto& text = options.override_up ? up.value_of_side(side) : up.both)
+    options.up = parse_up(*text);
+  options.override_unit = unit.value_of_side(side).has_value();
+  if (const auto& text = options.override_unit ? unit.value_of_side(side) : unit.both) {
     options.metres = parse_unit(*text);
   }
   if (side == MeshSide::other) return options;  // occluders need no UVs
-  if (const auto& text = uv_set.own(side) ? uv_set.own(side) : uv_set.both) {
+  if (const auto& text = uv_set.value_of_side(side) ? uv_set.value_of_side(side) : uv_set.both) {
     const char* const end = text->data() + text->size();
     const auto [stop, status] = std::from_chars(text->data(), end, options.uv_set);
     if (status != std::errc() || stop != end) {

@@ -1,4 +1,4 @@
-// Spelling of options in messages: as flags, Python keywords or members.
+// Spells options in messages as flags, Python keywords or members.
 #include "kiln/message.h"
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 namespace kiln {
 namespace {
 
-/// Options and functions in the library's messages that are no members of a job, and whose flag differs from their last
-/// word.
+/// Spellings of options and functions that are no members of a job, and whose flag differs from the last word of the
+/// name.
 struct Spelling {
   std::string_view name, flag, keyword;
 };
@@ -31,7 +31,7 @@ const Spelling* find_spelling(std::string_view name) {
   return found == kSpellings.end() ? nullptr : found;
 }
 
-/// The flag's name without dashes: "max_distance" of "match.max_distance".
+/// The flag's name without dashes and with underscores: "max_distance" of "match.max_distance".
 std::string key_of(std::string_view name) {
   const OptionRow* const row = find_option(name);
   if (row == nullptr) return std::string(name.substr(name.rfind('.') + 1));

@@ -1,4 +1,4 @@
-// A build without file formats: jobs are there, and say that they read and write files.
+// Stubs for builds without file formats: each function throws an error that says so.
 #include "kiln/asset.h"
 #include "kiln/error.h"
 #include "kiln/job.h"
@@ -10,8 +10,8 @@ namespace {
 
 [[noreturn]] void fail() {
   throw Error(ErrorCode::usage,
-              "A job reads and writes files, and this build of Kiln has no file formats: build it "
-              "with KILN_WITH_IO=ON, or call bake().",
+              "Jobs need file formats, but this build of Kiln has none: build it with "
+              "KILN_WITH_IO=ON, or call bake().",
               "no-files");
 }
 
@@ -43,7 +43,7 @@ Job job_from_json(std::string_view /*json*/) { fail(); }
 std::string options_json() { fail(); }
 std::string job_schema() { fail(); }
 
-// There is no table of options by which to spell them: they keep their names.
+// Without the table of options, options keep their names.
 std::string option_as_flag(std::string_view name, std::string_view /*value*/) {
   return std::string(name);
 }

@@ -1,4 +1,4 @@
-// Makes the materials of open shells double-sided.
+// Makes materials of open shells double-sided.
 #pragma once
 
 #include <optional>
@@ -11,9 +11,9 @@
 
 namespace kiln {
 
-/// Makes each material double-sided whose open shells show many back faces to views from outside (find_open_shells()).
-/// \param is_stated  per material, true if a file states whether back faces are shown: such materials stay as they are
-/// \param materials  of the mesh, in the order of Mesh::material_names
+/// Makes a material double-sided if views from outside see many back faces of its open shells; see find_open_shells().
+/// \param is_stated  per material, true if a file states whether back faces are shown: such materials are unchanged
+/// \param materials  materials of the mesh, in the order of Mesh::material_names
 /// \returns the warning `double-sided`; nullopt if no material changed
 std::optional<Warning> show_backs_of_shells(const Mesh& mesh, const std::vector<bool>& is_stated,
                                             std::span<AssetMaterial> materials);

@@ -1,4 +1,4 @@
-// Errors about options, in builds with and without files.
+// OptionError: errors that name options. Builds without file formats include this file, too.
 #include "kiln/option_error.h"
 
 #include <utility>

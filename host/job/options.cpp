@@ -1,4 +1,4 @@
-// Options of a job by name: conversion from and to text and JSON.
+// Accesses options of a job by name: text and JSON in both directions.
 #include "kiln/options.h"
 
 #include <algorithm>
@@ -13,18 +13,20 @@
 namespace kiln {
 namespace {
 
-/// The name of a row in Python and JSON: "max_distance".
+/// The name of an option in Python and JSON, such as "max_distance".
 std::string key_of(const OptionRow& row) {
   std::string name = lower_case(row.flag.substr(row.flag.find_first_not_of('-')));
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 }
 
-bool is_position(const OptionRow& row) { return !row.flag.starts_with('-'); }
-/// True for --high and --low, whose files are in one list with the first file in JSON.
-bool is_more_files(const OptionRow& row) { return row.flag == "--high" || row.flag == "--low"; }
+bool is_positional(const OptionRow& row) { return !row.flag.starts_with('-'); }
+/// True for the rows of --high and --low. JSON lists their files together with the first input of the side.
+bool is_further_files_row(const OptionRow& row) {
+  return row.flag == "--high" || row.flag == "--low";
+}
 
-/// True if a name is one of a row's members, such as "bake.width, bake.height", with or without "bake.".
+/// True if a row's members, such as "bake.width, bake.height", include a name, with or without "bake." before it.
 bool has_member(const OptionRow& row, std::string_view name) {
   std::string_view rest = row.value.member;
   for (;;) {
@@ -43,29 +45,30 @@ std::string key_of_name(std::string_view name) {
   return key;
 }
 
-const OptionRow& row_named(std::string_view name) {
+const OptionRow& require_option(std::string_view name) {
   if (const OptionRow* const row = find_option(name)) return *row;
   std::vector<std::string> known;
   for (const OptionRow& row : bake_rows()) {
-    if (!is_more_files(row)) known.push_back(key_of(row));
+    if (!is_further_files_row(row)) known.push_back(key_of(row));
   }
-  const std::string near = nearest_word(key_of_name(name), known);
-  fail_usage("A job has no option '" + std::string(name) + "'" +
-             (near.empty() ? ": options_json() lists them." : "; did you mean " + near + "?"));
+  const std::string suggestion = nearest_word(key_of_name(name), known);
+  fail_usage(
+      "A job has no option '" + std::string(name) + "'" +
+      (suggestion.empty() ? ": options_json() lists them." : "; did you mean " + suggestion + "?"));
 }
 
 void set_row(Job& job, const OptionRow& row, const OptionWords& words) {
-  if (is_position(row) && row.flag != "--out") {
+  if (is_positional(row) && row.flag != "--out") {
     std::vector<JobInput>& inputs = row.flag == "HIGH" ? job.high : job.low.given;
     inputs.assign(words.begin(), words.end());
     return;
   }
   const std::string name = key_of(row);
-  refuse_if(words.empty(), option(name) + " was given nothing: leave it out, or give a value.");
+  refuse_if(words.empty(), option(name) + " has no value: give one, or leave the option out.");
   refuse_if(words.size() > 1 && !row.value.repeats,
             option(name) + " was given " + std::to_string(words.size()) + " values: give it one.");
   for (const std::string& word : words) {
-    refuse_if(word.empty(), option(name) + " was given nothing: leave it out, or give a value.");
+    refuse_if(word.empty(), option(name) + " has no value: give one, or leave the option out.");
   }
   try {
     row.value.set(&job, option(name), words);
@@ -75,7 +78,7 @@ void set_row(Job& job, const OptionRow& row, const OptionWords& words) {
   job.given.insert(row.flag);
 }
 
-/// Splits "a,b" if the option is a list with a separator.
+/// Splits a text such as "a,b" into words if the option is a list with a separator.
 OptionWords split(const OptionRow& row, std::string_view value) {
   OptionWords words;
   while (row.value.delimiter != 0) {
@@ -88,31 +91,31 @@ OptionWords split(const OptionRow& row, std::string_view value) {
   return words;
 }
 
-/// Joins numbers to one word: "64x32" for a size, else "0,0,1".
-std::string numbers_in_one(const OptionRow& row, const Json& value) {
+/// Joins the numbers of a JSON list to one word: "64x32" for a size, else "0,0,1".
+std::string join_numbers(const OptionRow& row, const Json& value) {
   std::string text = written(value);
   if (row.value.type == "size") std::replace(text.begin(), text.end(), ',', 'x');
   return text;
 }
 
-/// Converts a JSON value to words. A list of only numbers is one value, such as a direction or a size.
-OptionWords words_of(const OptionRow& row, const Json& value) {
+/// Converts a JSON value to the words of an option. A list of only numbers is one word, such as a direction or a size.
+OptionWords words_from_json(const OptionRow& row, const Json& value) {
   const auto is_numbers = [](const Json& list) {
     return list.is_array() && !list.elements().empty() &&
            std::all_of(list.elements().begin(), list.elements().end(),
                        [](const Json& element) { return element.is_number(); });
   };
-  if (is_numbers(value)) return {numbers_in_one(row, value)};
+  if (is_numbers(value)) return {join_numbers(row, value)};
   if (value.is_array()) {
     OptionWords words;
     for (const Json& element : value.elements()) {
       if (is_numbers(element)) {
-        words.push_back(numbers_in_one(row, element));
+        words.push_back(join_numbers(row, element));
         continue;
       }
       refuse_if(element.is_array() || element.is_object() || element.is_null(),
-                option(key_of(row)) + ": an element of the list is " + element.dump() +
-                    ": give texts or numbers.");
+                option(key_of(row)) + ": one element of the list is " + element.dump() +
+                    ": use only texts and numbers.");
       words.push_back(written(element));
     }
     return words;
@@ -121,15 +124,16 @@ OptionWords words_of(const OptionRow& row, const Json& value) {
     OptionWords words;
     for (const std::string& key : value.keys()) {
       const Json& part = value.at(key);
-      words.push_back(key + "=" + (is_numbers(part) ? numbers_in_one(row, part) : written(part)));
+      words.push_back(key + "=" + (is_numbers(part) ? join_numbers(row, part) : written(part)));
     }
     return words;
   }
   return {written(value)};
 }
 
-/// Converts a word to JSON: a number or boolean if the option's type is one and the text is valid JSON, else a string.
-Json json_of(const OptionRow& row, const std::string& word) {
+/// Converts a word to JSON: to a number or boolean if the option's type is one and the text is valid JSON, else to a
+/// string.
+Json json_from_word(const OptionRow& row, const std::string& word) {
   if (row.value.type == "flag") return word == "true";
   const bool is_number = row.value.type == "whole" || row.value.type == "number";
   const Json value = is_number ? Json::parse(word) : Json();
@@ -139,17 +143,17 @@ Json json_of(const OptionRow& row, const std::string& word) {
 Json names_json(const std::vector<JobInput>& inputs) {
   Json names = Json::array();
   for (const JobInput& input : inputs) {
-    refuse_if(input.asset != nullptr, "The mesh '" + input.name +
-                                          "' is in memory: a job of JSON names files. Save it, "
-                                          "and name its file.");
+    refuse_if(input.asset != nullptr,
+              "The mesh '" + input.name +
+                  "' is in memory, but JSON can only name files: save the mesh, and use its path.");
     names.push_back(input.name);
   }
   return names.size() == 1 ? names[0] : names;
 }
 
-bool differs(const OptionRow& row, const Job& job) {
-  static const Job none;
-  return row.value.write(&job) != row.value.write(&none);
+bool differs_from_default(const OptionRow& row, const Job& job) {
+  static const Job defaults;
+  return row.value.write(&job) != row.value.write(&defaults);
 }
 
 }  // namespace
@@ -157,7 +161,7 @@ bool differs(const OptionRow& row, const Job& job) {
 const OptionRow* find_option(std::string_view name) {
   const std::string key = key_of_name(name);
   for (const OptionRow& row : bake_rows()) {
-    if (!is_more_files(row) && key_of(row) == key) return &row;
+    if (!is_further_files_row(row) && key_of(row) == key) return &row;
   }
   for (const OptionRow& row : bake_rows()) {
     if (has_member(row, name)) return &row;
@@ -166,16 +170,16 @@ const OptionRow* find_option(std::string_view name) {
 }
 
 void set_option(Job& job, std::string_view name, std::string_view value) {
-  const OptionRow& row = row_named(name);
+  const OptionRow& row = require_option(name);
   set_row(job, row, split(row, value));
 }
 
 void set_option(Job& job, std::string_view name, const std::vector<std::string>& values) {
-  set_row(job, row_named(name), values);
+  set_row(job, require_option(name), values);
 }
 
 std::vector<std::string> option_values(const Job& job, std::string_view name) {
-  const OptionRow& row = row_named(name);
+  const OptionRow& row = require_option(name);
   if (row.flag == "HIGH") return high_files(job);
   if (row.flag == "LOW") return low_files(job);
   return row.value.write(&job);
@@ -184,34 +188,34 @@ std::vector<std::string> option_values(const Job& job, std::string_view name) {
 std::set<std::string> options_given(const Job& job) {
   std::set<std::string> given = job.given;
   for (const OptionRow& row : bake_rows()) {
-    if (differs(row, job)) given.insert(row.flag);
+    if (differs_from_default(row, job)) given.insert(row.flag);
   }
   return given;
 }
 
 bool is_given(const Job& job, std::string_view name) {
-  const OptionRow& row = row_named(name);
+  const OptionRow& row = require_option(name);
   if (row.flag == "HIGH") return !job.high.empty();
   if (row.flag == "LOW") return !job.low.given.empty();
-  return job.given.contains(row.flag) || differs(row, job);
+  return job.given.contains(row.flag) || differs_from_default(row, job);
 }
 
 std::string to_json(const Job& job) {
   const MatchOptions& match = job.bake.match;
   refuse_if(
       match.cage_mesh != nullptr || match.saved != nullptr || !job.bake.occlusion.by_others.empty(),
-      "A cage, a match or an occluder is in memory: a job of JSON names files. Save it, and "
-      "name its file.");
+      "A cage, a match or an occluder is in memory, but JSON can only name files: save it, and use "
+      "its path.");
   Json json = Json::object();
   if (!job.high.empty()) json["high"] = names_json(job.high);
   if (!job.low.given.empty()) json["low"] = names_json(job.low.given);
   const std::set<std::string> given = options_given(job);
   for (const OptionRow& row : bake_rows()) {
-    if (is_position(row) || is_more_files(row) || !given.contains(row.flag)) continue;
+    if (is_positional(row) || is_further_files_row(row) || !given.contains(row.flag)) continue;
     const OptionWords words = row.value.write(&job);
     if (words.empty()) continue;
     Json value = Json::array();
-    for (const std::string& word : words) value.push_back(json_of(row, word));
+    for (const std::string& word : words) value.push_back(json_from_word(row, word));
     json[key_of(row)] = row.value.repeats ? value : value[0];
   }
   return json.dump(1);
@@ -222,9 +226,9 @@ void set_options(Job& job, std::string_view text) {
   refuse_if(!json.is_object(),
             "A job is a JSON object, such as {\"high\": \"statue.glb\", \"out\": \"maps\"}.");
   for (const std::string& key : json.keys()) {
-    const OptionRow& row = row_named(key);
+    const OptionRow& row = require_option(key);
     const Json& value = json.at(key);
-    if (!value.is_null()) set_row(job, row, words_of(row, value));
+    if (!value.is_null()) set_row(job, row, words_from_json(row, value));
   }
 }
 
@@ -235,15 +239,15 @@ Job job_from_json(std::string_view text) {
 }
 
 std::string options_json() {
-  const Job none;
-  return rows_json(bake_rows(), &none).dump(1);
+  const Job defaults;
+  return rows_json(bake_rows(), &defaults).dump(1);
 }
 
 std::string job_schema() {
   Json properties = Json::object();
   Json required = Json::array();
   for (const OptionRow& row : bake_rows()) {
-    if (is_more_files(row)) continue;
+    if (is_further_files_row(row)) continue;
     const OptionValue& value = row.value;
     Json property = Json::object();
     const bool is_number = value.type == "whole" || value.type == "number";
@@ -251,21 +255,22 @@ std::string job_schema() {
                              : value.type == "whole" ? "integer"
                              : is_number             ? "number"
                                                      : "string";
-    Json one = {{"type", type}};
-    if (is_number && value.low) one["minimum"] = *value.low;
-    if (is_number && value.high) one["maximum"] = *value.high;
-    if (value.type == "choice" && !value.choices.empty()) one["enum"] = value.choices;
-    Json ways = Json::array({one});
-    // Numbers may be replaced by a word or a fraction.
-    if (is_number) ways.push_back({{"type", "string"}});
+    Json plain = {{"type", type}};
+    if (is_number && value.low) plain["minimum"] = *value.low;
+    if (is_number && value.high) plain["maximum"] = *value.high;
+    if (value.type == "choice" && !value.choices.empty()) plain["enum"] = value.choices;
+    Json alternatives = Json::array({plain});
+    // a word such as "inf", or a fraction, may stand for a number
+    if (is_number) alternatives.push_back({{"type", "string"}});
     if (!is_number && value.type != "flag" && value.type != "choice")
-      ways.push_back({{"type", "number"}});
-    if (value.type == "flag or choice") ways.push_back({{"type", "boolean"}});
-    if (value.repeats || is_position(row)) {
-      ways.push_back({{"type", "array"}, {"items", {{"type", Json::array({"string", "number"})}}}});
-      ways.push_back({{"type", "object"}});
+      alternatives.push_back({{"type", "number"}});
+    if (value.type == "flag or choice") alternatives.push_back({{"type", "boolean"}});
+    if (value.repeats || is_positional(row)) {
+      alternatives.push_back(
+          {{"type", "array"}, {"items", {{"type", Json::array({"string", "number"})}}}});
+      alternatives.push_back({{"type", "object"}});
     }
-    property["anyOf"] = ways;
+    property["anyOf"] = alternatives;
     property["description"] = row.help;
     properties[key_of(row)] = property;
     if (row.required) required.push_back(key_of(row));

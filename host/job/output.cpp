@@ -1,4 +1,4 @@
-// The files of a bake.
+// Writes the files of a bake: maps, packed images, meshes, and the match.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,17 +21,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kReasons = "reasons";
-constexpr const char* kClusters = "clusters";
-constexpr const char* kLayers = "layers";
+constexpr const char* kReasonsName = "reasons";
+constexpr const char* kClustersName = "clusters";
+constexpr const char* kLayersName = "layers";
 
-/// A file beside the maps.
-fs::path beside(const Job& job, const SetNames& names, const std::string& what,
-                const char* extension) {
+/// Path of a file beside the maps: STEM_WHAT.TILE and the extension.
+fs::path path_beside_maps(const Job& job, const SetNames& names, const std::string& what,
+                          const char* extension) {
   return fs::path(out_folder(job)) / (names.stem + "_" + what + names.tile + extension);
 }
 
-/// File of a map for one of several clusters of directions.
+/// Name of a map of one cluster of visibility directions.
 std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
 }
@@ -46,20 +46,21 @@ bool has_clusters(const std::string& map) {
   });
 }
 
-/// Integer formats clamp what lies beyond the range.
+/// Warns of texels beyond the map's range, which integer formats clamp.
 void warn_of_clamped(const RunContext& run, const BakedMap& map, const std::string& name,
                      std::span<const std::uint8_t> coverage) {
   const RangeExcess excess = beyond_range(map, coverage);
   if (holds_floats(run.job.image) || excess.texels == 0) return;
   const std::string example =
       formatted("%.6g at texel column %u, row %u", double{excess.value}, excess.x, excess.y);
-  run.log.warnings.push_back(
-      {"beyond-range",
-       with_commas(excess.texels) + " texels of the map " + name +
-           " lie beyond its range and are clamped, for example " + example + ": give " +
-           option("range", std::string(map.kind.name) + "=LO,HI") + " that holds them, or " +
-           option("format", "exr") + ", which holds values as they are.",
-       excess.texels});
+  run.log.warnings.push_back({"beyond-range",
+                              with_commas(excess.texels) + " texels of the map " + name +
+                                  " exceed its range and are clamped, for example " + example +
+                                  ": give " +
+                                  option("range", std::string(map.kind.name) + "=LO,HI") +
+                                  " with a range that contains them, or " +
+                                  option("format", "exr") + ", which stores values unclamped.",
+                              excess.texels});
 }
 
 Json range_json(const std::vector<ValueRange>& ranges) {
@@ -68,7 +69,7 @@ Json range_json(const std::vector<ValueRange>& ranges) {
   return json;
 }
 
-/// The levels of a map's mip-map, and the file that each is in.
+/// Describes the mip levels of a map, with the file of each.
 Json describe_levels(const BakedMap& map, const std::vector<fs::path>& files) {
   Json levels = Json::array();
   for (std::size_t level = 0; level <= map.mips.size(); ++level) {
@@ -99,20 +100,21 @@ void drop_unwritten(const RunHooks& hooks, BakedLayout& baked) {
   });
 }
 
-void announce(const RunContext& run, const fs::path& path, JobOutputs& outputs) {
-  if (run.job.in_memory) return run.log.progress(kAtSave, "encoding");
+void register_output(const RunContext& run, const fs::path& path, JobOutputs& outputs) {
+  if (run.job.in_memory) return run.log.progress(kProgressAtSave, "encoding");
   outputs.files.push_back(path.string());
-  run.log.progress(kAtSave, "writing " + path.string());
+  run.log.progress(kProgressAtSave, "writing " + path.string());
 }
 
 namespace {
 
-/// A texel's side on the low poly, world units, in the mean.
+/// Mean length of a texel's side on the low poly, world units.
 double texel_side(const Mesh& low, const BakeReport& report) {
   double area = 0;
   for (std::size_t i = 0; i < low.triangles.size(); ++i) {
     const Triangle& t = low.triangles[i];
-    if (!std::isfinite(low.uvs[low.uv_triangles[i][0]].x)) continue;  // of another texture set
+    // triangles of other texture sets have no finite UVs
+    if (!std::isfinite(low.uvs[low.uv_triangles[i][0]].x)) continue;
     std::array<std::array<double, 3>, 2> side{};
     const Vec3 &a = low.positions[t[0]], &b = low.positions[t[1]], &c = low.positions[t[2]];
     side[0] = {double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
@@ -126,59 +128,62 @@ double texel_side(const Mesh& low, const BakeReport& report) {
   return std::sqrt(area / texels);
 }
 
-/// Says so where files of the format hold a map's values too coarsely, or not at all.
-/// \param ranges  of integers; else none
+/// Warns if the file format stores the values of a map with steps that are too coarse, or overflows.
+/// \param ranges  ranges of an integer format; empty for floats
 void warn_of_format(const BakeScene& scene, const BakeResult& result, const BakedMap& map,
                     const std::string& name, const std::vector<ValueRange>& ranges) {
-  constexpr float kMostHalf = 65520,
-                  kLeastHalf = 0x1p-14F;  // from here on infinite; full precision
-  constexpr int kHalfBits = 10, kFloatBits = 23, kLastHalfBit = -24;
+  // Magnitudes that round to infinity in half precision, and below which half precision loses bits.
+  constexpr float kMinHalfOverflow = 65520, kMinNormalHalf = 0x1p-14F;
+  constexpr int kHalfMantissaBits = 10, kFloatMantissaBits = 23, kMinHalfExponent = -24;
   const SaveImageOptions& image = scene.run.job.image;
   const ImageFormat format = image.format;
-  const bool half = format == ImageFormat::exr_half;
+  const bool is_half = format == ImageFormat::exr_half;
   if (map.info.low != 0 || map.info.high != 0) return;
-  float most = 0;
+  float max_magnitude = 0;
   for (std::size_t i = 0; i < map.image.pixels.size(); ++i) {
     const auto state = TexelState{result.coverage[i / map.image.channels]};
     const float value = std::abs(map.image.pixels[i]);
-    if (state == TexelState::baked && std::isfinite(value)) most = std::max(most, value);
+    if (state == TexelState::baked && std::isfinite(value))
+      max_magnitude = std::max(max_magnitude, value);
   }
-  if (most == 0) return;
+  if (max_magnitude == 0) return;
   const auto warn = [&](const char* code, const std::string& what) {
     scene.run.log.warnings.push_back(
         {code,
          "The map " + name + " " + what +
              (format == ImageFormat::exr_float || format == ImageFormat::tiff_float
-                  ? "Give a nearer " + option("origin") + ", or none."
+                  ? "Set an " + option("origin") + " nearer to the mesh, or none."
                   : "Use " + option("format", "exr32") + "."),
          1});
   };
   const auto number = [](double value) { return formatted("%.3g", value); };
-  if (half && most >= kMostHalf) {
+  if (is_half && max_magnitude >= kMinHalfOverflow) {
     return warn("map-overflow",
-                "reaches " + number(double{most}) +
-                    ", but half precision ends at 65504: such texels are infinite. ");
+                "reaches " + number(double{max_magnitude}) +
+                    ", but half precision ends at 65504: larger texels become infinite. ");
   }
-  if (half && most < kLeastHalf) {
-    return warn("map-steps", "has values of at most " + number(double{most}) +
-                                 ", which half precision holds in steps of " +
-                                 number(std::exp2(kLastHalfBit)) + ". ");
+  if (is_half && max_magnitude < kMinNormalHalf) {
+    return warn("map-steps", "has values of at most " + number(double{max_magnitude}) +
+                                 ", which half precision stores in steps of " +
+                                 number(std::exp2(kMinHalfExponent)) + ". ");
   }
-  const bool places = obeys(map.info, "encoding.origin") &&
-                      std::any_of(maps().begin(), maps().end(),
-                                  [&](const MapInfo& info) { return info.kind == map.kind; });
-  if (!places) return;
-  double step = std::exp2(std::ilogb(most) - (half ? kHalfBits : kFloatBits));
+  const bool stores_positions = obeys(map.info, "encoding.origin") &&
+                                std::any_of(maps().begin(), maps().end(), [&](const MapInfo& info) {
+                                  return info.kind == map.kind;
+                                });
+  if (!stores_positions) return;
+  double step =
+      std::exp2(std::ilogb(max_magnitude) - (is_half ? kHalfMantissaBits : kFloatMantissaBits));
   if (!holds_floats(image)) {
     step = 0;
     for (const auto [low, high] : ranges) {
       step = std::max(step, (double{high} - low) / (holds_bytes(image) ? 255 : 65535));
     }
   }
-  const double texel = texel_side(scene.low.mesh, result.report);
-  if (step > texel) {
+  const double texel_size = texel_side(scene.low.mesh, result.report);
+  if (step > texel_size) {
     warn("map-steps", "is stored in steps of " + number(step) + ", but its texels are " +
-                          number(texel) + " apart. ");
+                          number(texel_size) + " apart. ");
   }
 }
 
@@ -208,16 +213,16 @@ void store(const BakeScene& scene, BakedMap& map, const std::string& name, Baked
     pad_for_mips(map, baked.result.coverage);
   }
   if (!holds_bytes(options) || writes_gltf(scene.run.job)) return;
-  SaveImageOptions used = options;
-  used.use = texture_use(map, baked.options);
-  stored.errors[name] =
-      describe(stored_error(map.image, used, baked.result.coverage),
-               used.use == TextureUse::normal || used.use == TextureUse::tangent_normal);
+  SaveImageOptions file_options = options;
+  file_options.use = texture_use(map, baked.options);
+  stored.errors[name] = describe(
+      stored_error(map.image, file_options, baked.result.coverage),
+      file_options.use == TextureUse::normal || file_options.use == TextureUse::tangent_normal);
 }
 
 namespace {
 
-/// Writes an image with its mip chain.
+/// Writes an image with its mip levels.
 void save_with_mips(const BakeScene& scene, const BakedMap& map, const std::string& name,
                     TextureUse use, std::vector<ImageText> texts, BakedLayout& baked,
                     JobOutputs& outputs) {
@@ -229,7 +234,7 @@ void save_with_mips(const BakeScene& scene, const BakedMap& map, const std::stri
   const std::vector<fs::path> files = map_files(
       out_folder(scene.run.job), names.stem + "_" + name + names.tile, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
-    announce(scene.run, files[level], outputs);
+    register_output(scene.run, files[level], outputs);
     if (!map.mips.empty() && holds_mips(options)) {
       save_mipmapped(map.image, map.mips, files[level], options);
     } else {
@@ -239,7 +244,7 @@ void save_with_mips(const BakeScene& scene, const BakedMap& map, const std::stri
   if (baked.options.encoding.mips) baked.stored.mips[name] = describe_levels(map, files);
 }
 
-/// Writes files whose channels are those of maps.
+/// Writes the packed images of --pack.
 void save_packs(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs) {
   const SaveImageOptions& image = scene.run.job.image;
   for (const Pack& pack : parse_packs(scene.run.job)) {
@@ -251,7 +256,7 @@ void save_packs(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs)
     BakedMap joined;
     joined.image =
         packed(pack, [&](const std::string& map) -> const Image& { return map_of(map).image; });
-    std::size_t levels = 64;  // more than there are
+    std::size_t levels = 64;  // more than any image has
     std::vector<ValueRange> ranges;
     std::string units;
     bool scaled = false;
@@ -268,7 +273,8 @@ void save_packs(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs)
       scaled = scaled || !map.unit.empty();
       units += map.unit.empty() ? "1" : map.unit;
       levels = std::min(levels, map.mips.size());
-      if (obeys(map.info, "encoding.origin")) joined.origin = map.origin;  // the same in all
+      // all maps of positions have the same origin
+      if (obeys(map.info, "encoding.origin")) joined.origin = map.origin;
     }
     for (std::size_t level = 0; level < levels; ++level) {
       joined.mips.push_back(packed(
@@ -285,7 +291,7 @@ void save_packs(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs)
   }
 }
 
-/// Writes all maps: a file each, or a layer each of one file.
+/// Writes all maps, each to a file, or as layers of one file.
 void save_maps(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs) {
   const Job& job = scene.run.job;
   std::vector<ImageLayer> layers;
@@ -301,30 +307,30 @@ void save_maps(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs) 
     }
   }
   if (!layers.empty()) {
-    const fs::path path = beside(job, scene.names(), kLayers, ".exr");
-    announce(scene.run, path, outputs);
+    const fs::path path = path_beside_maps(job, scene.names(), kLayersName, ".exr");
+    register_output(scene.run, path, outputs);
     save_layers(layers, path, job.image);
   }
   save_packs(scene, baked, outputs);
 }
 
-/// Files of maps whose low poly has a name.
+/// Appends the paths of all files of one layout's maps.
 void add_map_outputs(const Job& job, const SetNames& names, std::vector<fs::path>& outputs) {
   const auto& [stem, tile, match] = names;
   const fs::path folder = out_folder(job);
   for (const Pack& pack : parse_packs(job)) {
     outputs.push_back(folder / (stem + "_" + pack.name + tile + extension(job.image)));
   }
-  if (job.layers) outputs.push_back(beside(job, names, kLayers, ".exr"));
-  for (const std::string& map : job.layers ? std::vector<std::string>() : all_maps(job)) {
+  if (job.layers) outputs.push_back(path_beside_maps(job, names, kLayersName, ".exr"));
+  for (const std::string& map : job.layers ? std::vector<std::string>() : all_map_names(job)) {
     outputs.push_back(folder / (stem + "_" + map + tile + extension(job.image)));
     for (std::uint32_t k = 1; k < job.bake.match.visibility.clusters && has_clusters(map); ++k) {
       outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + tile + extension(job.image)));
     }
   }
   if (job.bake.match.visibility.clusters > 1)
-    outputs.push_back(beside(job, names, kClusters, ".exr"));
-  if (job.reasons) outputs.push_back(beside(job, names, kReasons, ".png"));
+    outputs.push_back(path_beside_maps(job, names, kClustersName, ".exr"));
+  if (job.reasons) outputs.push_back(path_beside_maps(job, names, kReasonsName, ".png"));
   if (!job.save_match.empty()) {
     outputs.emplace_back(match_file(job.save_match, names));
   }
@@ -411,8 +417,8 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
 
 namespace {
 
-/// A texel's reason as its colour.
-Image picture_of(const Reasons& reasons) {
+/// Draws the reason of each texel in the colour of its ReasonInfo.
+Image draw_reasons(const Reasons& reasons) {
   const auto infos = reason_infos();
   Image image;
   image.width = reasons.width;
@@ -442,7 +448,7 @@ void save_low_and_maps(const BakeScene& scene, const Source& source, const std::
       const TextureSet set = scene.set != nullptr ? scene.set->set : TextureSet();
       outputs.maps.push_back({name, set.name, set.tile, std::move(map)});
     }
-    return run.log.progress(kAtSave, "encoding");
+    return run.log.progress(kProgressAtSave, "encoding");
   }
   if (writes_gltf(job)) {
     if (asset.pictures.empty() || !baked.result.maps.empty()) {
@@ -459,15 +465,15 @@ void save_low_and_maps(const BakeScene& scene, const Source& source, const std::
     if (scene.sets.empty()) write_obj_with_mtl(scene, asset, outputs);
   } else if (low.made) {
     const fs::path path = folder / (low.stem + ".obj");
-    announce(run, path, outputs);
+    register_output(run, path, outputs);
     Mesh written = with_hulls(low.mesh, low.hulls);
     move_material_files(written, fs::path(low_source(job)).parent_path(), folder);
     save_obj(written, path);
   }
   if (!baked.result.maps.empty()) save_maps(scene, baked, outputs);
   if (baked.result.clusters) {
-    const fs::path path = beside(job, scene.names(), kClusters, ".exr");
-    announce(run, path, outputs);
+    const fs::path path = path_beside_maps(job, scene.names(), kClustersName, ".exr");
+    register_output(run, path, outputs);
     save_clusters(*baked.result.clusters, path);
   }
   for (const std::string& stem : std::set{low.stem, scene.names().stem}) {
@@ -478,20 +484,20 @@ void save_low_and_maps(const BakeScene& scene, const Source& source, const std::
 void save_found_cage(const BakeScene& scene, const MatchInputs& inputs, JobOutputs& outputs) {
   const std::string& path = scene.run.job.save_cage;
   if (path.empty()) return;
-  announce(scene.run, path, outputs);
+  register_output(scene.run, path, outputs);
   save_cage(*inputs.cage_mesh(), scene.low.mesh, path);
 }
 
 void save_beside_maps(const BakeScene& scene, const BakedLayout& baked, JobOutputs& outputs) {
   const Job& job = scene.run.job;
   if (baked.reasons) {
-    const fs::path path = beside(job, scene.names(), kReasons, ".png");
-    announce(scene.run, path, outputs);
-    save_image(picture_of(*baked.reasons), path, {ImageFormat::png8});
+    const fs::path path = path_beside_maps(job, scene.names(), kReasonsName, ".png");
+    register_output(scene.run, path, outputs);
+    save_image(draw_reasons(*baked.reasons), path, {ImageFormat::png8});
   }
   if (job.save_match.empty()) return;
   const std::string path = match_file(job.save_match, scene.names());
-  announce(scene.run, path, outputs);
+  register_output(scene.run, path, outputs);
   save_match(*baked.result.match, path);
 }
 

@@ -1,4 +1,4 @@
-// A bake whose low poly, map and match are planned together.
+// Bakes whose low poly, map and match are planned together.
 #include "kiln/plan.h"
 
 #include <algorithm>
@@ -14,49 +14,52 @@
 namespace kiln {
 
 LowPolyPlanOptions low_poly_options(const BakeScene& scene, const BakeOptions& bake) {
-  const Job& a = scene.run.job;
+  const Job& job = scene.run.job;
   LowPolyPlanOptions options;
-  const Message name = option(a.low.make.max_angle.empty() ? "max_error" : "max_angle");
-  if (const std::string bound = angle_bound(a); !bound.empty()) {
+  const Message name = option(job.low.make.max_angle.empty() ? "max_error" : "max_angle");
+  if (const std::string bound = angle_bound(job); !bound.empty()) {
     options.max_error = parse_degrees(name, bound);
   }
-  options.bounds = map_bounds(a);
-  options.choose_rays = !a.given.contains("--ao-rays");
-  if (!a.low.make.screen.empty())
-    options.screen = parse_pixels(option("screen"), a.low.make.screen);
-  if (!a.low.make.max_outline.empty())
-    options.max_outline = parse_outline_bound(a.low.make.max_outline);
-  options.choose_match = a.match_auto;
-  options.choose_samples = !a.given.contains("--samples");
-  if (a.given.contains("--format")) {
-    const bool bytes = holds_bytes(a.image);
+  options.bounds = map_bounds(job);
+  options.choose_rays = !job.given.contains("--ao-rays");
+  if (!job.low.make.screen.empty())
+    options.screen = parse_pixels(option("screen"), job.low.make.screen);
+  if (!job.low.make.max_outline.empty())
+    options.max_outline = parse_outline_bound(job.low.make.max_outline);
+  options.choose_match = job.match_auto;
+  options.choose_samples = !job.given.contains("--samples");
+  if (job.given.contains("--format")) {
+    const bool bytes = holds_bytes(job.image);
     options.bits = bytes ? 8 : 16;
   }
   options.bake = bake;
   options.height_field = scene.high.input.heights.has_value();
-  options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
-  options.density = a.density;
+  options.unwrap = unwrap_options(job.unwrap_method, options.bake.width).method;
+  options.density = job.density;
   const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
                              options.bake.own_maps.empty() && options.bake.variants.empty();
-  options.may_leave_map_out = normals_alone && a.packs.empty() && !a.layers && a.save_match.empty();
+  options.may_leave_map_out =
+      normals_alone && job.packs.empty() && !job.layers && job.save_match.empty();
   return options;
 }
 
 namespace {
 
-std::string size_text(std::uint32_t size) {
+std::string format_size(std::uint32_t size) {
   return size == 0 ? "none" : std::to_string(size) + " x " + std::to_string(size);
 }
 
-std::string kib(std::uint64_t bytes) {
+std::string format_kib(std::uint64_t bytes) {
   return formatted("%.1f", static_cast<double>(bytes) / 1024);
 }
 
-std::string degrees(double angle) {
+std::string format_degrees(double angle) {
   return formatted(angle > 0 && angle < 0.001 ? "below 0.001" : "%.3g", angle);
 }
 
-bool same(const Candidate& a, const Candidate& b) { return a.faces == b.faces && a.size == b.size; }
+bool is_same_candidate(const Candidate& a, const Candidate& b) {
+  return a.faces == b.faces && a.size == b.size;
+}
 
 Json trial_json(const Candidate& trial) {
   return {{"faces", trial.faces},
@@ -89,62 +92,65 @@ Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place) {
   if (plan.chosen.measured <= plan.wanted) {
     if (!(plan.max_outline > 0 && plan.chosen.silhouette_mismatch > plan.max_outline))
       return bounds_not_reached(plan.bounds, plan.chosen.size);
-    const std::string differ = formatted(
-        "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of ",
+    const std::string mismatch = formatted(
+        "Outlines differ by %.2g%% of the pixels that either mesh covers%s, more than the %.2g%% "
+        "of ",
         100 * plan.chosen.silhouette_mismatch, place.c_str(), 100 * plan.max_outline);
     return {"outlines-not-reached",
-            differ + option("max_outline") +
-                ": no low poly that was looked at comes nearer. Accept more, or simplify with " +
+            mismatch + option("max_outline") +
+                ": no low poly that was tried differs less. Allow a larger difference, or simplify "
+                "with " +
                 option("faces") + ".",
             1};
   }
   const std::string reached = formatted(
-      " is expected to reach a mean error of %.3g degrees%s; what is written reaches %.3g. Allow a "
-      "larger map, or accept more.",
+      " is expected to reach a mean error of %.3g degrees%s; the one written reaches %.3g. Allow a "
+      "larger map, or a larger error.",
       plan.wanted, place.c_str(), plan.chosen.measured);
   return {"error-not-reached", "No low poly with maps up to the given " + option("size") + reached,
           1};
 }
 
 Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size) {
-  Message text = "With maps of " + size_text(size) + " texels these are further off than " +
-                 option("max_error") + " asks for:";
+  Message text = "With maps of " + format_size(size) +
+                 " texels, these maps exceed the errors that " + option("max_error") + " allows:";
   for (const MapReached& map : bounds) {
     if (!map.reached()) text += " " + describe(map) + ".";
   }
   return {"error-not-reached",
           text + " Allow a larger " + option("size") + ", give more " + option("ao_rays") +
-              " to maps of rays, or accept more.",
+              " to maps that use them, or allow larger errors.",
           1};
 }
 
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings) {
-  const std::uint64_t vertices = split_vertices(low), dense = high.positions.size();
-  if (2 * vertices <= dense) return;
+  const std::uint64_t vertices = split_vertices(low), high_vertices = high.positions.size();
+  if (2 * vertices <= high_vertices) return;
   warnings.push_back({"low-heavy",
                       "The low poly has " + with_commas(vertices) +
-                          " vertices, more than half of the high poly's " + with_commas(dense) +
-                          ": ask for fewer faces, or accept more error.",
+                          " vertices, more than half of the high poly's " +
+                          with_commas(high_vertices) +
+                          ": use fewer faces, or allow a larger error.",
                       vertices});
 }
 
 void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
                      std::vector<Warning>& warnings) {
-  constexpr double kMuch = 0.05;
+  constexpr double kMaxSilhouetteMismatch = 0.05;
   const Candidate& chosen = plan.chosen;
-  if (plan.max_outline > 0 || !(chosen.silhouette_mismatch > kMuch)) return;
+  if (plan.max_outline > 0 || !(chosen.silhouette_mismatch > kMaxSilhouetteMismatch)) return;
   const std::string text = formatted(
-      "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
-      "covers, one alone does. Thin or small parts shrink or are lost, which rendered "
-      "normals do not tell. Bound that (",
+      "The outlines of the low poly and the high poly differ%s: of the pixels that either covers, "
+      "%.1f%% are covered by only one of them. Thin or small parts shrink or are lost, which "
+      "rendered normals do not show. Limit this (",
       place.c_str(), 100 * chosen.silhouette_mismatch);
   warnings.push_back(
-      {"outlines", text + option("max_outline", "2%") + "), or ask for a smaller angle.", 1});
+      {"outlines", text + option("max_outline", "2%") + "), or use a smaller angle.", 1});
 }
 
 PlannedLow make_plan(const BakeScene& scene, const Source& source, const BakeOptions& bake) {
   LowPolyPlanOptions options = low_poly_options(scene, bake);
-  watch_plan(scene, options);
+  forward_plan_to_hook(scene, options);
   PlannedLow planned;
   planned.plan = plan_low_poly(source, scene.high.mesh(), options);
   if (planned.plan.cancelled) throw Cancelled{};
@@ -154,7 +160,7 @@ PlannedLow make_plan(const BakeScene& scene, const Source& source, const BakeOpt
   return planned;
 }
 
-BakeResult take_plan(PlannedLow& planned, LowMesh& low) {
+BakeResult move_plan_result(PlannedLow& planned, LowMesh& low) {
   LowPolyPlan& plan = planned.plan;
   low.mesh = plan.low;
   low.mesh.name = low.stem;
@@ -176,27 +182,29 @@ std::vector<std::string> trade_table(const LowPolyPlan& plan) {
   std::sort(rows.begin(), rows.end(),
             [](const Candidate& a, const Candidate& b) { return a.size < b.size; });
   for (const Candidate& row : rows) {
-    Candidate known = row;
+    Candidate measured_row = row;
     for (const Candidate& trial : plan.candidates) {
-      if (same(trial, row)) known = trial;
+      if (is_same_candidate(trial, row)) measured_row = trial;
     }
-    const bool made = known.measured >= 0;
+    const bool is_measured = measured_row.measured >= 0;
     text = formatted("%9s %9s %12s %10s %10s  %s%s", with_commas(row.faces).c_str(),
-                     with_commas(row.vertices).c_str(), size_text(row.size).c_str(),
-                     kib(row.bytes.total()).c_str(),
-                     degrees(made ? known.measured : row.expected).c_str(),
-                     made ? ("measured, ± " + degrees(known.standard_error)).c_str() : "expected",
-                     same(row, plan.chosen) ? "  <- chosen" : "");
+                     with_commas(row.vertices).c_str(), format_size(row.size).c_str(),
+                     format_kib(row.bytes.total()).c_str(),
+                     format_degrees(is_measured ? measured_row.measured : row.expected).c_str(),
+                     is_measured
+                         ? ("measured, ± " + format_degrees(measured_row.standard_error)).c_str()
+                         : "expected",
+                     is_same_candidate(row, plan.chosen) ? "  <- chosen" : "");
     lines.emplace_back(text);
   }
   if (plan.max_outline > 0) {
-    text = formatted("outlines differ by %.2g%% of what either mesh covers",
+    text = formatted("outlines differ by %.2g%% of the pixels that either mesh covers",
                      100 * plan.chosen.silhouette_mismatch);
     lines.emplace_back(text);
   }
   if (plan.chosen.size == 0 && plan.reached) {
-    lines.push_back("no map needed: normals at the vertices are within " + degrees(plan.wanted) +
-                    " degrees");
+    lines.push_back("no map needed: normals at the vertices are within " +
+                    format_degrees(plan.wanted) + " degrees");
   }
   return lines;
 }
@@ -225,7 +233,7 @@ Json low_poly_plan_json(const LowPolyPlan& plan, std::uint32_t screen) {
             {"measure", plan.seconds_measure}}}};
 }
 
-void watch_plan(const BakeScene& scene, LowPolyPlanOptions& options) {
+void forward_plan_to_hook(const BakeScene& scene, LowPolyPlanOptions& options) {
   const RunHooks& hooks = scene.run.hooks;
   if (!hooks.on_plan) return;
   options.on_measured = [&hooks, stem = scene.low.stem](const LowPolyPlan& plan) {

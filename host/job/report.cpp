@@ -1,4 +1,4 @@
-// The report of a bake, as JSON.
+// Builds the report of a bake as JSON.
 #include "job/map_words.h"
 #include "job/stages.h"
 #include "kiln/plan.h"
@@ -64,7 +64,7 @@ Json seconds(const StageSeconds& stages, const BakeReport& report, double total)
 
 }  // namespace
 
-/// Number of samples for each reason, with an example; the colour is that of NAME_reasons.png.
+/// Lists the number of samples for each reason, with an example each. The colour is that of NAME_reasons.png.
 Json reasons_json(const Reasons& reasons) {
   const auto infos = reason_infos();
   Json list = Json::array();
@@ -84,8 +84,8 @@ Json reasons_json(const Reasons& reasons) {
 
 namespace {
 
-/// Keys that only some bakes have.
-void add_parts(const RunOutcome& outcome, Json& json) {
+/// Adds the keys that only some bakes have.
+void add_optional_keys(const RunOutcome& outcome, Json& json) {
   const BakeScene& scene = outcome.scene;
   const BakedLayout& baked = outcome.baked;
   const StoredMaps& stored = baked.stored;
@@ -93,7 +93,7 @@ void add_parts(const RunOutcome& outcome, Json& json) {
   const Job& job = scene.run.job;
   const LowMesh& low = scene.low;
   const bool one_layout = scene.sets.empty();
-  // Values at 0 and 1 of integer formats, a channel each.
+  // the values that integer formats store as 0 and 1, per channel
   if (one_layout && !stored.ranges.empty()) json["ranges"] = stored.ranges;
   if (one_layout && !stored.errors.empty()) json["stored_errors"] = stored.errors;
   if (stored.origin) json["origin"] = *stored.origin;
@@ -151,8 +151,8 @@ void add_parts(const RunOutcome& outcome, Json& json) {
   json["low"]["density_spread"] = low.unwrapped->density_spread;
 }
 
-/// The user's LOW as it was read, and several files.
-void add_files(const BakeScene& scene, Json& json) {
+/// Adds facts about the files of a given LOW, and the paths if a side has several files.
+void add_input_files(const BakeScene& scene, Json& json) {
   const Job& job = scene.run.job;
   if (job.high.size() > 1) json["inputs"]["high"]["files"] = high_files(job);
   if (job.low.given.empty()) return;
@@ -197,8 +197,8 @@ Json report_json(const RunOutcome& outcome, const Device& device, const Source& 
                  {"peak_device_bytes", report.peak_device_bytes}}},
                {"outputs", outcome.outputs.files},
                {"warnings", describe(scene.run.log.warnings)}};
-  add_parts(outcome, json);
-  add_files(scene, json);
+  add_optional_keys(outcome, json);
+  add_input_files(scene, json);
   return json;
 }
 

@@ -7,43 +7,42 @@
 namespace kiln {
 namespace {
 
-struct Follows {
+struct CausedBy {
   std::string_view code;
   std::string_view cause;
-  bool in_high = false;  // the cause is a warning about the high poly's file
+  bool in_high = false;  // true: the cause is a warning about the high poly's file
 };
 
-constexpr std::array kFollows = {
-    // Warnings of the high poly.
-    Follows{"source-skipped", "degenerate-triangles", true},
-    Follows{"source-skipped", "non-finite-vertices", true},
-    Follows{"source-rounded", "rounded-triangles", true},
-    Follows{"coarse-source", "coarse-coordinates", true},
-    // Warnings of the low poly and its UVs.
-    Follows{"low-degenerate", "rounded-triangles"},
-    Follows{"coarse-low", "coarse-coordinates"},
-    // the low poly is stored in the high poly's frame
-    Follows{"coarse-low", "coarse-coordinates", true},
-    Follows{"low-degenerate", "degenerate-triangles"},
-    Follows{"low-degenerate", "non-finite-vertices"},
-    Follows{"uv-degenerate", "missing-uvs"},
-    Follows{"uv-degenerate", "non-finite-uvs"},
-    Follows{"uv-missing", "missing-uvs"},
-    Follows{"uv-missing", "non-finite-uvs"},
-    Follows{"uv-outside", "missing-uvs"},
-    Follows{"uv-outside", "non-finite-uvs"},
-    Follows{"no-texels", "missing-uvs"},
-    Follows{"no-texels", "non-finite-uvs"},
-    Follows{"no-texels", "uv-degenerate"},
-    Follows{"no-texels", "uv-missing"},
-    Follows{"no-texels", "uv-outside"},
-    // Warnings of the bake about misses. An error bound that was not reached decides the exit code, so it is always
-    // printed.
-    Follows{"many-misses", "high-inside-out"},
-    Follows{"many-misses", "coarse-views"},
-    Follows{"many-misses", "short-rays"},
-    Follows{"many-misses", "uv-source-degenerate"},
-    Follows{"many-misses", "uv-source-outside"},
+constexpr std::array kCauses = {
+    // warnings of the high poly, caused by others of its file
+    CausedBy{"source-skipped", "degenerate-triangles", true},
+    CausedBy{"source-skipped", "non-finite-vertices", true},
+    CausedBy{"source-rounded", "rounded-triangles", true},
+    CausedBy{"coarse-source", "coarse-coordinates", true},
+    // warnings of the low poly and its UVs
+    CausedBy{"low-degenerate", "rounded-triangles"},
+    CausedBy{"coarse-low", "coarse-coordinates"},
+    // The low poly is stored relative to the high poly's origin.
+    CausedBy{"coarse-low", "coarse-coordinates", true},
+    CausedBy{"low-degenerate", "degenerate-triangles"},
+    CausedBy{"low-degenerate", "non-finite-vertices"},
+    CausedBy{"uv-degenerate", "missing-uvs"},
+    CausedBy{"uv-degenerate", "non-finite-uvs"},
+    CausedBy{"uv-missing", "missing-uvs"},
+    CausedBy{"uv-missing", "non-finite-uvs"},
+    CausedBy{"uv-outside", "missing-uvs"},
+    CausedBy{"uv-outside", "non-finite-uvs"},
+    CausedBy{"no-texels", "missing-uvs"},
+    CausedBy{"no-texels", "non-finite-uvs"},
+    CausedBy{"no-texels", "uv-degenerate"},
+    CausedBy{"no-texels", "uv-missing"},
+    CausedBy{"no-texels", "uv-outside"},
+    // Warnings of the bake about misses. A missed error bound decides the exit code, so that it is always printed.
+    CausedBy{"many-misses", "high-inside-out"},
+    CausedBy{"many-misses", "coarse-views"},
+    CausedBy{"many-misses", "short-rays"},
+    CausedBy{"many-misses", "uv-source-degenerate"},
+    CausedBy{"many-misses", "uv-source-outside"},
 };
 
 }  // namespace
@@ -57,7 +56,7 @@ std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size
   };
   std::vector<Warning> roots;
   for (const Warning& warning : warnings) {
-    const bool follows = std::any_of(kFollows.begin(), kFollows.end(), [&](const Follows& row) {
+    const bool follows = std::any_of(kCauses.begin(), kCauses.end(), [&](const CausedBy& row) {
       return warning.code == row.code && has(row.cause, row.in_high);
     });
     if (!follows) roots.push_back(warning);

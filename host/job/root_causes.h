@@ -1,4 +1,4 @@
-// Selects the warnings to print: those that are not caused by another one.
+// Selects the warnings to print: those that no other warning causes.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 
 namespace kiln {
 
-/// The warnings that are not caused by another one, in their order. Reports contain all warnings.
+/// Returns the warnings that no other warning causes, in their order. Reports contain all warnings.
 /// \param of_high  number of leading warnings about the high poly's file; the others are about the low poly, or the
-///                 bake
+/// bake
 std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size_t of_high);
 
 }  // namespace kiln

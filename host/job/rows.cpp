@@ -15,15 +15,16 @@
 namespace kiln {
 namespace {
 
-using Flagged = const Message&;
-using Given = const OptionWords&;
+using OptionName = const Message&;
+using ValueWords = const OptionWords&;
 
-#define AT(member) KILN_MEMBER(Job, member)
+#define JOB_MEMBER(member) KILN_MEMBER(Job, member)
 
 // ---- Conversions of values ---------------------------------------------------------------------
 
-/// A value that is only checked by name. \throws Error(usage)
-std::string checked(const Message& flag, std::string text, const std::vector<std::string>& names) {
+/// Returns a name if it is one of the allowed ones. \throws Error(usage) otherwise
+std::string require_one_of(const Message& flag, std::string text,
+                           const std::vector<std::string>& names) {
   if (const std::string problem = one_of(names)(text); !problem.empty()) {
     fail_usage(flag + problem);
   }
@@ -42,36 +43,37 @@ std::vector<std::string> all_match_names() {
   return names;
 }
 
-/// The first file of HIGH or LOW, which names outputs.
+/// The value of the positional HIGH or LOW: the first file of a side, whose name decides the names of outputs.
 template <typename Inputs>
 OptionValue first_input_value(const char* member, Inputs inputs) {
   return value_of<Job>(
       member, "text", "FILE",
-      [=](Job& job, Flagged, Given words) { set_first(inputs(job), words.back()); },
+      [=](Job& job, OptionName, ValueWords words) { set_first(inputs(job), words.back()); },
       [=](Job& job) { return inputs(job).empty() ? Json() : Json(inputs(job).front().name); });
 }
 
-/// Further files of HIGH or LOW.
+/// The value of --high or --low: further files of a side.
 template <typename Inputs>
 OptionValue more_inputs_value(const char* member, Inputs inputs) {
   OptionValue value = value_of<Job>(
       member, "list", "TEXT",
-      [=](Job& job, Flagged, Given words) {
-        std::vector<JobInput>& all = inputs(job);
-        if (all.empty()) all.emplace_back("");  // which its own option is to name
-        all.erase(all.begin() + 1, all.end());
-        all.insert(all.end(), words.begin(), words.end());
+      [=](Job& job, OptionName, ValueWords words) {
+        std::vector<JobInput>& side_inputs = inputs(job);
+        // a placeholder until the positional option names the first file
+        if (side_inputs.empty()) side_inputs.emplace_back("");
+        side_inputs.erase(side_inputs.begin() + 1, side_inputs.end());
+        side_inputs.insert(side_inputs.end(), words.begin(), words.end());
       },
       [=](Job& job) { return Json(more_names(inputs(job))); });
   value.repeats = true;
   return value;
 }
 
-/// Size of all sets, or NAME=SIZE of one.
+/// The value of --size: the size of all texture sets, or NAME=SIZE for one of them.
 OptionValue size_value() {
   OptionValue value = value_of<Job>(
       "bake.width, bake.height, set_sizes", "size", "N|WxH|NAME=N|NAME=WxH",
-      [](Job& job, Flagged flag, Given words) {
+      [](Job& job, OptionName flag, ValueWords words) {
         job.set_sizes.clear();
         bool given = false;
         for (const std::string& word : words) {
@@ -96,8 +98,8 @@ OptionValue size_value() {
         return job.bake.width == job.bake.height ? width
                                                  : width + "x" + std::to_string(job.bake.height);
       });
-  value.words_back = [](const void* of) {
-    const Job& job = *static_cast<const Job*>(of);
+  value.words_back = [](const void* object) {
+    const Job& job = *static_cast<const Job*>(object);
     OptionWords words = {std::to_string(job.bake.width) + "x" + std::to_string(job.bake.height)};
     for (const SetSize& size : job.set_sizes) {
       words.push_back(size.set + "=" + std::to_string(size.width) + "x" +
@@ -109,11 +111,11 @@ OptionValue size_value() {
   return value;
 }
 
-/// Names of maps, and NAME=FILE of the user's own.
+/// The value of --maps: names of maps, variants, and NAME=FILE of the user's own maps.
 OptionValue maps_value() {
   OptionValue value = value_of<Job>(
       "bake.maps", "list", "MAP,...",
-      [](Job& job, Flagged flag, Given words) {
+      [](Job& job, OptionName flag, ValueWords words) {
         std::vector<MapKind>& maps = job.bake.maps;
         maps.clear();
         job.own_maps.clear();
@@ -127,17 +129,17 @@ OptionValue maps_value() {
             job.own_maps.push_back(word);
             continue;
           }
-          const MapKind map = find_map(checked(flag, word, map_names())).kind;
+          const MapKind map = find_map(require_one_of(flag, word, map_names())).kind;
           if (std::find(maps.begin(), maps.end(), map) == maps.end()) maps.push_back(map);
         }
       },
       [](Job& job) {
         Json names = Json::array();
-        for (const MapKind map : named_maps(job)) names.push_back(map.name);
+        for (const MapKind map : maps_or_default(job)) names.push_back(map.name);
         return names;
       });
-  value.words_back = [](const void* of) {
-    const Job& job = *static_cast<const Job*>(of);
+  value.words_back = [](const void* object) {
+    const Job& job = *static_cast<const Job*>(object);
     OptionWords words;
     for (const MapKind map : job.bake.maps) words.emplace_back(map.name);
     words.insert(words.end(), job.own_maps.begin(), job.own_maps.end());
@@ -153,7 +155,9 @@ OptionValue maps_value() {
 OptionValue gutter_value() {
   OptionValue value = value_of<Job>(
       "bake.encoding.gutter", "whole", "N|inf",
-      [](Job& job, Flagged, Given words) { job.bake.encoding.gutter = parse_gutter(words.back()); },
+      [](Job& job, OptionName, ValueWords words) {
+        job.bake.encoding.gutter = parse_gutter(words.back());
+      },
       [](Job& job) {
         const std::int32_t gutter = job.bake.encoding.gutter;
         return gutter < 0 ? std::string("inf") : std::to_string(gutter);
@@ -169,17 +173,17 @@ OptionValue match_value() {
   for (std::string& name : all_match_names()) names.push_back(std::move(name));
   OptionValue value = value_of<Job>(
       "bake.match.method", "choice", one_of(names).words(),
-      [names](Job& job, Flagged flag, Given words) {
-        const std::string name = checked(flag, words.back(), names);
+      [names](Job& job, OptionName flag, ValueWords words) {
+        const std::string name = require_one_of(flag, words.back(), names);
         job.match_auto = name == kAutomatic;
         if (!job.match_auto) job.bake.match.method = find_match(name).method;
       },
-      [](Job& job) { return match_word(job); });
+      [](Job& job) { return match_name(job); });
   value.choices = names;
   return value;
 }
 
-/// A chain of fallback matches, and at its end the fill for misses.
+/// The value of --fallback: a chain of matches, which may end with the fill for misses.
 OptionValue fallback_value() {
   std::vector<std::string> names;
   for (const MatchInfo& match : matches()) {
@@ -188,12 +192,12 @@ OptionValue fallback_value() {
   for (const auto& [name, policy] : kMisses) names.emplace_back(name);
   OptionValue value = value_of<Job>(
       "bake.match.fallback, bake.encoding.miss", "list", one_of(names).words(),
-      [names](Job& job, Flagged flag, Given words) {
+      [names](Job& job, OptionName flag, ValueWords words) {
         std::vector<MatchMethod>& chain = job.bake.match.fallback;
         chain.clear();
         job.bake.encoding.miss = MissPolicy::keep;
         for (const std::string& word : words) {
-          const std::string name = checked(flag, word, names);
+          const std::string name = require_one_of(flag, word, names);
           if (const MissPolicy* const end = Words(kMisses).find(name)) {
             job.bake.encoding.miss = *end;
             if (&word == &words.back()) continue;
@@ -221,11 +225,11 @@ OptionValue fallback_value() {
   return value;
 }
 
-/// A distance, or auto.
+/// The value of --cage: a distance, or "auto".
 OptionValue cage_value() {
   OptionValue value = value_of<Job>(
       "bake.match.cage", "length", "D|P%|auto",
-      [](Job& job, Flagged, Given words) {
+      [](Job& job, OptionName, ValueWords words) {
         job.cage_auto = words.back() == kAutomatic;
         job.bake.match.cage =
             job.cage_auto ? std::nullopt : std::optional(parse_cage(words.back()));
@@ -241,7 +245,7 @@ OptionValue cage_value() {
 OptionValue views_value() {
   OptionValue value = value_of<Job>(
       "bake.match.views.count", "whole", "N|auto",
-      [](Job& job, Flagged, Given words) {
+      [](Job& job, OptionName, ValueWords words) {
         ViewOptions& views = job.bake.match.views;
         views.automatic = words.back() == kAutomatic;
         views.count = views.automatic ? std::nullopt : std::optional(parse_views(words.back()));
@@ -252,8 +256,8 @@ OptionValue views_value() {
                : views.count   ? std::to_string(*views.count)
                                : std::string("default");
       });
-  value.words_back = [](const void* of) {
-    const ViewOptions& views = static_cast<const Job*>(of)->bake.match.views;
+  value.words_back = [](const void* object) {
+    const ViewOptions& views = static_cast<const Job*>(object)->bake.match.views;
     if (views.automatic) return OptionWords{kAutomatic};
     return views.count ? OptionWords{std::to_string(*views.count)} : OptionWords();
   };
@@ -263,18 +267,18 @@ OptionValue views_value() {
   return value;
 }
 
-/// "0,1,0".
+/// Formats three numbers as "0,1,0".
 template <typename Three>
-std::string three_text(const Three& values) {
+std::string format_three(const Three& values) {
   return formatted("%.9g,%.9g,%.9g", static_cast<double>(values[0]), static_cast<double>(values[1]),
                    static_cast<double>(values[2]));
 }
-std::string direction_text(const Vec3& d) { return three_text(std::array{d.x, d.y, d.z}); }
+std::string format_direction(const Vec3& d) { return format_three(std::array{d.x, d.y, d.z}); }
 
 OptionValue directions_value() {
   OptionValue value = value_of<Job>(
       "bake.match.views.directions", "list", "X,Y,Z",
-      [](Job& job, Flagged flag, Given words) {
+      [](Job& job, OptionName flag, ValueWords words) {
         std::vector<Vec3>& directions = job.bake.match.views.directions;
         directions.clear();
         for (const std::string& word : words) {
@@ -283,7 +287,7 @@ OptionValue directions_value() {
       },
       [](Job& job) {
         Json list = Json::array();
-        for (const Vec3& d : job.bake.match.views.directions) list.push_back(direction_text(d));
+        for (const Vec3& d : job.bake.match.views.directions) list.push_back(format_direction(d));
         return list;
       });
   value.repeats = true;
@@ -293,30 +297,30 @@ OptionValue directions_value() {
 OptionValue light_value() {
   return value_of<Job>(
       "bake.light.direction", "direction", "X,Y,Z",
-      [](Job& job, Flagged flag, Given words) {
+      [](Job& job, OptionName flag, ValueWords words) {
         job.bake.light.direction = parse_direction(flag, words.back());
       },
-      [](Job& job) { return direction_text(job.bake.light.direction); });
+      [](Job& job) { return format_direction(job.bake.light.direction); });
 }
 
 OptionValue origin_value() {
   return value_of<Job>(
              "bake.encoding.origin", "place", "X,Y,Z",
-             [](Job& job, Flagged flag, Given words) {
+             [](Job& job, OptionName flag, ValueWords words) {
                job.bake.encoding.origin = parse_place(flag, words.back());
              },
              [](Job& job) {
                const auto& origin = job.bake.encoding.origin;
-               return origin ? Json(three_text(*origin)) : Json();
+               return origin ? Json(format_three(*origin)) : Json();
              })
       .in("world units");
 }
 
-/// A name, or a file with a list.
+/// The value of --view-weight: a name, or a file with a list.
 OptionValue view_weight_value() {
   OptionValue value = value_of<Job>(
       "bake.match.visibility.likelihood", "choice", "NAME|FILE",
-      [](Job& job, Flagged, Given words) {
+      [](Job& job, OptionName, ValueWords words) {
         const ViewLikelihood* const known = Words(kLikelihoods).find(words.back());
         job.bake.match.visibility.likelihood = known != nullptr ? *known : ViewLikelihood::list;
         job.view_weights = known != nullptr ? "" : words.back();
@@ -330,12 +334,12 @@ OptionValue view_weight_value() {
   return value;
 }
 
-/// Occluders: high, low, and files.
+/// The value of --ao-occluders: high, low, and files.
 OptionValue occluders_value() {
   OptionValue value = value_of<Job>(
       "bake.occlusion.by_high, bake.occlusion.by_low, bake.occlusion.by_others", "list",
       "high|low|FILE,...",
-      [](Job& job, Flagged, Given words) {
+      [](Job& job, OptionName, ValueWords words) {
         OcclusionOptions& occlusion = job.bake.occlusion;
         occlusion.by_high = occlusion.by_low = false;
         job.occluders.clear();
@@ -360,25 +364,26 @@ OptionValue occluders_value() {
 OptionValue force_uv_value() {
   return value_of<Job>(
       "bake.match.uv.max_overlap, bake.match.uv.max_distance", "flag", "",
-      [](Job& job, Flagged, Given) {
+      [](Job& job, OptionName, ValueWords) {
         job.bake.match.uv.max_overlap = job.bake.match.uv.max_distance =
             std::numeric_limits<double>::infinity();
       },
       [](Job& job) { return std::isinf(job.bake.match.uv.max_overlap); });
 }
 
-/// A switch with an optional method.
+/// The value of --unwrap: a switch with an optional method.
 OptionValue unwrap_value() {
   const std::vector<std::string> names = {"charts", "pairs", "squares"};
   OptionValue value = value_of<Job>(
       "unwrap_method", "flag or choice", "[=charts|pairs|squares]",
-      [names](Job& job, Flagged flag, Given words) {
+      [names](Job& job, OptionName flag, ValueWords words) {
         job.unwrap = true;
-        job.unwrap_method = words.back() == "true" ? "given" : checked(flag, words.back(), names);
+        job.unwrap_method =
+            words.back() == "true" ? "given" : require_one_of(flag, words.back(), names);
       },
       [](Job& job) { return job.unwrap; });
-  value.words_back = [](const void* of) {
-    const Job& job = *static_cast<const Job*>(of);
+  value.words_back = [](const void* object) {
+    const Job& job = *static_cast<const Job*>(object);
     if (!job.unwrap) return OptionWords();
     return OptionWords{job.unwrap_method == "given" ? "true" : job.unwrap_method};
   };
@@ -386,15 +391,15 @@ OptionValue unwrap_value() {
   return value;
 }
 
-/// Format of map files, and of a GLB's textures, which may be JPEGs.
+/// The value of --format: the format of map files, and of a GLB's textures, which may be JPEGs.
 OptionValue format_value() {
   std::vector<std::string> names = names_of(Words(kFormats));
   names.insert(std::lower_bound(names.begin(), names.end(), "jpeg"), "jpeg");
   names.insert(std::lower_bound(names.begin(), names.end(), "png"), "png");
   OptionValue value = value_of<Job>(
       "image.format, pictures.format", "choice", one_of(names).words(),
-      [names](Job& job, Flagged flag, Given words) {
-        const std::string word = checked(flag, words.back(), names);
+      [names](Job& job, OptionName flag, ValueWords words) {
+        const std::string word = require_one_of(flag, words.back(), names);
         const bool is_jpeg = word == "jpeg";
         job.image.format = is_jpeg || word == "png" ? ImageFormat::png8 : Words(kFormats).at(word);
         job.pictures.format = is_jpeg                                 ? PictureFormat::jpeg
@@ -413,21 +418,24 @@ OptionValue format_value() {
 OptionValue bytes_value() {
   OptionValue value = value_of<Job>(
       "max_bytes", "bytes", "BYTES|500K|2M",
-      [](Job& job, Flagged flag, Given words) { job.max_bytes = parse_bytes(flag, words.back()); },
+      [](Job& job, OptionName flag, ValueWords words) {
+        job.max_bytes = parse_bytes(flag, words.back());
+      },
       [](Job& job) { return job.max_bytes == 0 ? Json() : Json(job.max_bytes); });
   return value;
 }
 
-/// A switch with an optional value; without one it is on.
+/// The value of --dither: a switch with an optional value; without one it is on.
 OptionValue dither_value() {
   const std::vector<std::string> names = names_of(Words(kDithers));
   OptionValue value = value_of<Job>(
       "image.dither, pictures.dither", "flag or choice", "[on|off|auto]",
-      [names](Job& job, Flagged flag, Given words) {
+      [names](Job& job, OptionName flag, ValueWords words) {
         const std::string& word = words.back();
-        job.pictures.dither = word == "true"    ? Dither::on
-                              : word == "false" ? Dither::off
-                                                : Words(kDithers).at(checked(flag, word, names));
+        job.pictures.dither = word == "true" ? Dither::on
+                              : word == "false"
+                                  ? Dither::off
+                                  : Words(kDithers).at(require_one_of(flag, word, names));
         job.image.dither = job.pictures.dither == Dither::on;
       },
       [](Job& job) {
@@ -441,7 +449,7 @@ void check_screen(const Message& flag, const std::string& text) { parse_pixels(f
 void check_degrees(const Message& flag, const std::string& text) { parse_degrees(flag, text); }
 void check_outline(const Message&, const std::string& text) { parse_outline_bound(text); }
 
-std::string maps_in_words() {
+std::string list_maps() {
   std::string text;
   for (const MapInfo& map : maps()) {
     text += (text.empty() ? "" : "; ") + std::string(map.kind.name) + ": " + std::string(map.holds);
@@ -449,7 +457,7 @@ std::string maps_in_words() {
   return text;
 }
 
-std::string matches_in_words() {
+std::string list_matches() {
   std::string text;
   for (const MatchInfo& match : matches()) {
     text += std::string(match.method.name) + ": " + std::string(match.searches) + "; ";
@@ -459,13 +467,13 @@ std::string matches_in_words() {
 
 // ---- The table ------------------------------------------------------------------------------------
 
-constexpr const char *kFiles = "More files", *kMap = "The map",
-                     *kOcclusion = "Occlusion (--maps ao, bent_normal, thickness)",
-                     *kShadow = "Shadow (--maps shadow)", *kTextures = "Textures of HIGH",
-                     *kMatch = "The match", *kViews = "The depth views (--match views)",
-                     *kVisibility = "Visibility (--match visibility, hybrid)",
-                     *kLow = "The low poly", *kRun = "The run",
-                     *kHeights =
+constexpr const char *kFilesGroup = "More files", *kMapGroup = "The map",
+                     *kOcclusionGroup = "Occlusion (--maps ao, bent_normal, thickness)",
+                     *kShadowGroup = "Shadow (--maps shadow)", *kTexturesGroup = "Textures of HIGH",
+                     *kMatchGroup = "The match", *kViewsGroup = "The depth views (--match views)",
+                     *kVisibilityGroup = "Visibility (--match visibility, hybrid)",
+                     *kLowGroup = "The low poly", *kRunGroup = "The run",
+                     *kHeightsGroup =
                          "The height field (HIGH is a PNG, EXR or TIFF; --match is uv then)";
 
 std::vector<OptionRow> make_rows() {
@@ -479,635 +487,591 @@ std::vector<OptionRow> make_rows() {
       {.flag = "LOW",
        .value = first_input_value(
            "low", [](Job & job) -> auto& { return job.low.given; }),
-       .help = "The low poly, with UVs; left out, Kiln makes one from HIGH (of a height field a "
-               "plane, or "
-               "with --faces or --max-error a simplified one)",
+       .help = "The low poly, with UVs. If it is left out, Kiln makes one from HIGH: a plane for a "
+               "height field, else a simplified mesh (--faces, --max-error)",
        .key = "-"},
       {.flag = "--out",
-       .value = text(AT(out), "DIR"),
-       .help = "Folder for the maps (made where it is missing)",
+       .value = text(JOB_MEMBER(out), "DIR"),
+       .help = "Folder for the maps, created if it is missing; or an asset, NAME.glb, NAME.gltf or "
+               "NAME.obj",
        .key = "-",
        .required = true},
 
       {.flag = "--high",
-       .group = kFiles,
+       .group = kFilesGroup,
        .value = more_inputs_value(
            "high", [](Job & job) -> auto& { return job.high; }),
-       .help = "Another file of the high poly, beside HIGH. May be given again. Names stay; a file "
-               "without groups or objects is one of the file's name",
+       .help =
+           "A further file of the high poly, besides HIGH; may be given several times. Parts keep "
+           "their names; a file without groups or objects becomes one part with the file's name",
        .key = "-"},
       {.flag = "--low",
-       .group = kFiles,
+       .group = kFilesGroup,
        .value = more_inputs_value(
            "low", [](Job & job) -> auto& { return job.low.given; }),
-       .help =
-           "Another file of the low poly, beside LOW. May be given again. All share one UV layout "
-           "and one map; where they overlap, a warning says so",
+       .help = "A further file of the low poly, besides LOW; may be given several times. All files "
+               "share one UV layout and one map; Kiln warns if their UVs overlap",
        .key = "-"},
 
       {.flag = "--size",
-       .group = kMap,
+       .group = kMapGroup,
        .value = size_value().in("texels"),
-       .help =
-           "Texels: one side, or WxH, 1 to 16384; NAME=SIZE: of a texture set alone, may be given "
-           "several times"},
+       .help = "Size of the maps in texels: the length of both sides, or WxH, each 1 to 16384. "
+               "NAME=SIZE sets the size of one texture set; may be given several times"},
       {.flag = "--sets",
-       .group = kMap,
-       .value = choice(AT(sets), Words(kSets)),
-       .help =
-           "Texture sets, each with maps of its own: a set a material, object or UDIM tile of LOW, "
-           "or none (one); auto: by material or tile where they overlap otherwise. Where Kiln lays "
-           "LOW out, material and object give each a square of its own (auto for a GLB: material, "
-           "where UVs of HIGH's materials overlap), and one makes an atlas"},
+       .group = kMapGroup,
+       .value = choice(JOB_MEMBER(sets), Words(kSets)),
+       .help = "Texture sets, each with its own maps: one per material, object or UDIM tile of "
+               "LOW, or none for a single map. auto: per material or tile if their UVs overlap. If "
+               "Kiln unwraps LOW, material and object give each a layout of its own, and one makes "
+               "an atlas; auto is then material for a GLB if the UVs of HIGH's materials overlap"},
       {.flag = "--alpha",
-       .group = kMap,
-       .value = choice(AT(alpha), Words(kAlphas)),
-       .help = "Alpha mode of a GLB's, glTF's or OBJ's materials with opacity. auto: as HIGH's "
-               "materials have it, or mask where none is transparent"},
+       .group = kMapGroup,
+       .value = choice(JOB_MEMBER(alpha), Words(kAlphas)),
+       .help = "Alpha mode of materials with opacity in a GLB, glTF or OBJ. auto: the mode of "
+               "HIGH's materials, or mask if none of them is transparent"},
       {.flag = "--double-sided",
-       .group = kMap,
-       .value = choice(AT(double_sided), Words(kSides)),
-       .help =
-           "Whether the materials of a GLB or glTF show back faces. auto: as the inputs' do; where "
-           "no glTF says it, where views see many backs of an open mesh"},
+       .group = kMapGroup,
+       .value = choice(JOB_MEMBER(double_sided), Words(kSides)),
+       .help = "Whether materials of a GLB or glTF show back faces. auto: as in the input files; "
+               "if these do not state it, yes for open meshes whose back faces many views show"},
       {.flag = "--maps",
-       .group = kMap,
+       .group = kMapGroup,
        .value = maps_value(),
        .help =
-           "Which maps, separated by commas. NAME=MAP:OPTION=VALUE: another one of a kind, with "
-           "options of its own, such as ao_near=ao:ao-distance=2%. NAME=FILE.cl: one of your "
-           "own, a function in OpenCL C: a program with your rights. " +
-           maps_in_words()},
+           "Maps to bake, separated by commas. NAME=MAP:OPTION=VALUE bakes a further map of the "
+           "same kind with options of its own, such as ao_near=ao:ao-distance=2%. NAME=FILE.cl "
+           "bakes your own map, a function in OpenCL C, which runs with your rights. " +
+           list_maps()},
       {.flag = "--space",
-       .group = kMap,
-       .value = choice(AT(bake.encoding.space), Words(kSpaces)),
-       .help = "Of the normals: tangent (MikkTSpace), object, or each face's own"},
+       .group = kMapGroup,
+       .value = choice(JOB_MEMBER(bake.encoding.space), Words(kSpaces)),
+       .help = "Space of the normals: tangent (MikkTSpace), object, or each face's own"},
       {.flag = "--bitangent",
-       .group = kMap,
-       .value = choice(AT(bake.encoding.bitangent), Words(kBitangents)),
-       .help =
-           "--space tangent: where the shader computes the third axis: pixel (MikkTSpace, Blender, "
-           "Unreal) or vertex (Unity). Render with the same"},
+       .group = kMapGroup,
+       .value = choice(JOB_MEMBER(bake.encoding.bitangent), Words(kBitangents)),
+       .help = "With --space tangent: where the shader computes the bitangent: per pixel "
+               "(MikkTSpace, Blender, Unreal) or per vertex (Unity). Render with the same"},
       {.flag = "--flip-y",
-       .group = kMap,
-       .value = toggle(AT(bake.encoding.flip_y)),
-       .help = "Green points down (DirectX); the default is up (OpenGL)"},
+       .group = kMapGroup,
+       .value = toggle(JOB_MEMBER(bake.encoding.flip_y)),
+       .help = "Green points down (DirectX); by default it points up (OpenGL)"},
       {.flag = "--two-component",
-       .group = kMap,
-       .value = toggle(AT(bake.encoding.two_component)),
-       .help = "Leave out the third component: z = sqrt(1-x^2-y^2)"},
+       .group = kMapGroup,
+       .value = toggle(JOB_MEMBER(bake.encoding.two_component)),
+       .help = "Omit the third component of normals, z = sqrt(1-x^2-y^2)"},
       {.flag = "--format",
-       .group = kMap,
+       .group = kMapGroup,
        .value = format_value(),
-       .help = "png16, png8 (png), exr (half), exr32 (float), tiff16, tiff8, tiff32 (float), tga "
-               "or webp "
-               "(8 bits); ktx2 or dds (with --mips; normals BC5, grey BC4, else RGBA8). Of a GLB's "
-               "pictures: png8, webp, or jpeg (what has alpha, and normals: PNG)"},
+       .help = "File format of maps: png16, png8 (png), exr (half), exr32 (float), tiff16, tiff8, "
+               "tiff32 (float), tga or webp (8 bits), ktx2 or dds (with --mips; normals in BC5, "
+               "grey maps in BC4, others in RGBA8). For the textures of a GLB: png8, webp, or jpeg "
+               "(textures with alpha and normal maps stay PNG)"},
       {.flag = "--quality",
-       .group = kMap,
-       .value = whole(AT(pictures.quality), 1, 100).or_none(),
-       .help =
-           "Of a GLB's pictures in webp or jpeg, but normals: lossy, 1 to 100 (default: webp is "
-           "lossless, jpeg has 90)"},
+       .group = kMapGroup,
+       .value = whole(JOB_MEMBER(pictures.quality), 1, 100).or_none(),
+       .help = "Lossy quality of a GLB's webp or jpeg textures except normal maps, 1 to 100 "
+               "(default: webp is lossless, jpeg uses 90)"},
       {.flag = "--normal-error",
-       .group = kMap,
-       .value = number(AT(pictures.max_normal_error), 0, 45).or_none().in("degrees"),
-       .help = "Of a GLB in webp or jpeg: normals are lossy, too, in the least quality that keeps "
-               "their mean error within so many degrees (default: they are lossless)"},
+       .group = kMapGroup,
+       .value = number(JOB_MEMBER(pictures.max_normal_error), 0, 45).or_none().in("degrees"),
+       .help = "Lossy normal maps in a GLB of webp or jpeg textures: Kiln chooses the lowest "
+               "quality that keeps the mean error within this many degrees (default: normal maps "
+               "are lossless)"},
       {.flag = "--fallback-textures",
-       .group = kMap,
-       .value = toggle(AT(pictures.fallback)),
-       .help = "Of a GLB in webp: PNGs stand beside, so that no extension is required"},
+       .group = kMapGroup,
+       .value = toggle(JOB_MEMBER(pictures.fallback)),
+       .help = "For a GLB with webp textures: also store each texture as PNG, so that readers need "
+               "no extension"},
       {.flag = "--mesh-compression",
-       .group = kMap,
-       .value = choice(AT(mesh_compression), Words(kMeshCompressions)),
-       .help =
-           "Of a GLB's triangles: meshopt (with KHR_mesh_quantization), draco, or none. Readers "
-           "need the extension"},
+       .group = kMapGroup,
+       .value = choice(JOB_MEMBER(mesh_compression), Words(kMeshCompressions)),
+       .help = "Compression of a GLB's triangles: meshopt (with KHR_mesh_quantization), draco, or "
+               "none. Readers must support the extension"},
       {.flag = "--max-bytes",
-       .group = kMap,
+       .group = kMapGroup,
        .value = bytes_value(),
-       .help = "Of a GLB: the least rendered error within so many bytes, such as 500K (K, M, G: "
-               "thousands; KiB, MiB, GiB: 1024). Sizes and encodings of its pictures follow, up to "
-               "--size: PNG and JPEG, or --format alone; and the faces, without LOW, --faces and "
-               "--max-error P%"},
+       .help = "Largest size of a GLB, such as 500K (K, M, G: thousands; KiB, MiB, GiB: 1024). "
+               "Within it, Kiln minimises the rendered error: it chooses sizes (up to --size) and "
+               "encodings (PNG and JPEG, or only --format) of the textures; and the number of "
+               "faces, without LOW, --faces and --max-error P%"},
       {.flag = "--dither",
-       .group = kMap,
+       .group = kMapGroup,
        .value = dither_value(),
-       .help =
-           "png8, tga, webp: ordered dither instead of rounding: on (where no word follows), off, "
-           "or auto: where a channel changes by less than a step over 32 texels. In a GLB auto "
-           "is the default"},
+       .help = "Ordered dithering instead of rounding for png8, tga and webp: on (also if no value "
+               "is given), off, or auto: only where a channel changes by less than one step over "
+               "32 texels. auto is the default in a GLB"},
       {.flag = "--raw",
-       .group = kMap,
-       .value = toggle(AT(bake.encoding.raw)),
-       .help = "EXR: components in [-1, 1] instead of n/2 + 1/2"},
+       .group = kMapGroup,
+       .value = toggle(JOB_MEMBER(bake.encoding.raw)),
+       .help = "EXR: store components in [-1, 1] instead of n/2 + 1/2"},
       {.flag = "--samples",
-       .group = kMap,
-       .value = whole(AT(bake.samples), 1, 16),
-       .help = "N: N x N samples a texel, averaged"},
+       .group = kMapGroup,
+       .value = whole(JOB_MEMBER(bake.samples), 1, 16),
+       .help = "Supersampling: N x N samples per texel, averaged"},
       {.flag = "--gutter",
-       .group = kMap,
+       .group = kMapGroup,
        .value = gutter_value(),
-       .help = "Padding: texels filled around charts, or inf. Without it, GLBs and maps of a low "
-               "poly that "
-               "Kiln lays out are filled everywhere so that mip levels keep the charts' mean"},
+       .help = "Padding: number of texels filled around charts, or inf. By default, in a GLB and "
+               "in layouts that Kiln makes, all background is filled so that mip levels keep the "
+               "mean of the charts"},
       {.flag = "--mips",
-       .group = kMap,
-       .value = toggle(AT(bake.encoding.mips)),
-       .help =
-           "Also the mip-maps, filtered within charts. EXR, ktx2, dds: in the map's file. PNG: "
-           "NAME_MAP.mip01.png and so on down to 1x1, which sort in the order that toktx and ktx "
-           "create take them"},
+       .group = kMapGroup,
+       .value = toggle(JOB_MEMBER(bake.encoding.mips)),
+       .help = "Also write mip levels, filtered within charts. EXR, ktx2 and dds store them in the "
+               "map's file. PNG gets files NAME_MAP.mip01.png and so on down to 1x1, whose sorted "
+               "names are the order in which toktx and ktx create expect them"},
 
       {.flag = "--ao-by",
-       .group = kOcclusion,
-       .value = choice(AT(bake.occlusion.by), Words(kOcclusionBy)),
-       .help = "What gathers ao and bent_normal: rays; views (depth views of all that darkens, "
-               "from all "
-               "around: no grain); or auto (views where they are expected to be faster)"},
+       .group = kOcclusionGroup,
+       .value = choice(JOB_MEMBER(bake.occlusion.by), Words(kOcclusionBy)),
+       .help = "Method for ao and bent_normal: rays; views (depth views of all occluders from all "
+               "around, without noise); or auto (views if they are expected to be faster)"},
       {.flag = "--ao-views",
-       .group = kOcclusion,
-       .value = whole(AT(bake.occlusion.views), 16, 4096),
-       .help = "With --ao-by views: their directions, 16 to 4096"},
+       .group = kOcclusionGroup,
+       .value = whole(JOB_MEMBER(bake.occlusion.views), 16, 4096),
+       .help = "With --ao-by views: number of their directions, 16 to 4096"},
       {.flag = "--ao-rays",
-       .group = kOcclusion,
-       .value = whole(AT(bake.occlusion.rays), 1, 4096),
-       .help = "Rays a sample, 1 to 4096: more rays, less grain in ambient occlusion (ao), bent "
-               "normals "
-               "and thickness. --samples multiplies them"},
+       .group = kOcclusionGroup,
+       .value = whole(JOB_MEMBER(bake.occlusion.rays), 1, 4096),
+       .help = "Rays per sample, 1 to 4096. More rays reduce the noise of ambient occlusion (ao), "
+               "bent normals and thickness. --samples multiplies the number"},
       {.flag = "--ao-distance",
-       .group = kOcclusion,
-       .value = length(AT(bake.occlusion.distance)),
-       .help =
-           "How far away something still darkens ambient occlusion and bends normals (default: all "
-           "of HIGH); the thickness that the map of it shows as white (default: 10%). World units, "
-           "or P% of HIGH's diagonal"},
+       .group = kOcclusionGroup,
+       .value = length(JOB_MEMBER(bake.occlusion.distance)),
+       .help = "Largest distance at which surfaces still occlude in ao and bent_normal (default: "
+               "no limit); for the map thickness, the thickness shown as white (default: 10%). "
+               "World units, or P% of HIGH's diagonal"},
       {.flag = "--ao-falloff",
-       .group = kOcclusion,
-       .value = choice(AT(bake.occlusion.falloff), Words(kFalloffs)),
-       .help =
-           "Weight of an occluder of ao and bent_normal by its distance x, a share of "
-           "--ao-distance "
-           "(default: HIGH's diagonal): 1 (none), 1 - x (linear), or 1 - x^2 (3 - 2x) (smooth)"},
+       .group = kOcclusionGroup,
+       .value = choice(JOB_MEMBER(bake.occlusion.falloff), Words(kFalloffs)),
+       .help = "Weight of an occluder in ao and bent_normal at the distance x, as a share of "
+               "--ao-distance (default: HIGH's diagonal): 1 (none), 1 - x (linear), or 1 - x^2 (3 "
+               "- 2x) (smooth)"},
       {.flag = "--ao-ignore-back-faces",
-       .group = kOcclusion,
-       .value = toggle(AT(bake.occlusion.back_faces), false),
-       .help = "Only faces that look at a point darken it: for open meshes, whose insides show. "
-               "thickness always takes both sides",
+       .group = kOcclusionGroup,
+       .value = toggle(JOB_MEMBER(bake.occlusion.back_faces), false),
+       .help = "Only front faces occlude: for open meshes, whose inside is visible. The map "
+               "thickness always uses both sides",
        .key = "ao_back_faces"},
       {.flag = "--ao-occluders",
-       .group = kOcclusion,
+       .group = kOcclusionGroup,
        .value = occluders_value(),
-       .help = "What darkens ao, bends bent_normal and casts shadow: high, low, and mesh files in "
-               "HIGH's "
+       .help = "What occludes in ao, bent_normal and shadow: high, low, and mesh files in HIGH's "
                "space, such as a ground, separated by commas"},
       {.flag = "--part-occlusion",
-       .group = kOcclusion,
-       .value = choice(AT(bake.occlusion.own_part), Words(kPartOcclusion)),
-       .help = "With --match-by: what of HIGH and LOW darkens a part: all, or its own part alone "
-               "(own), "
-               "as if the parts were pulled apart. Meshes of --ao-occluders darken every part"},
+       .group = kOcclusionGroup,
+       .value = choice(JOB_MEMBER(bake.occlusion.own_part), Words(kPartOcclusion)),
+       .help = "With --match-by: which parts of HIGH and LOW occlude a part: all, or only the part "
+               "itself (own), as if the parts were moved apart. Meshes of --ao-occluders occlude "
+               "every part"},
       {.flag = "--ao-error",
-       .group = kOcclusion,
-       .value = number(AT(bake.occlusion.max_error), 0, 1, true).or_none(),
-       .help =
-           "Of ao, such as 2/255 or 0.01: the root mean square error to reach. Texels begin with a "
-           "quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels that need "
-           "it cast more, up to 4096. What was reached is measured and printed. 1: as near as "
-           "all of --ao-rays, which are cast where smoothing is not; a GLB or glTF has that where "
-           "nothing is said of rays, views and error"},
+       .group = kOcclusionGroup,
+       .value = number(JOB_MEMBER(bake.occlusion.max_error), 0, 1, true).or_none(),
+       .help = "Root mean square error that ao has to reach, such as 2/255 or 0.01. Texels start "
+               "with a quarter of --ao-rays; noise is smoothed where this does not blur edges, and "
+               "texels with too much noise cast more rays, up to 4096. Kiln measures and prints "
+               "the error reached. 1: the error of all --ao-rays without smoothing, which are cast "
+               "where smoothing does not suffice; this is the default of a GLB or glTF if no "
+               "option sets rays, views or error"},
       {.flag = "--light",
-       .group = kShadow,
+       .group = kShadowGroup,
        .value = light_value(),
-       .help = "X,Y,Z: where the light of the map shadow comes from, object space"},
+       .help = "X,Y,Z: direction towards the light of the map shadow, in object space"},
       {.flag = "--map-seconds",
-       .group = kMap,
-       .value = number(AT(bake.own_map_seconds), 1, 86400).in("seconds"),
-       .help = "Time limit of a map of your own for each 65,536 samples, and for compiling it, 1 "
-               "to 86400 "
-               "seconds; beyond it the run ends"},
+       .group = kMapGroup,
+       .value = number(JOB_MEMBER(bake.own_map_seconds), 1, 86400).in("seconds"),
+       .help = "Time limit for your own maps in seconds, 1 to 86400, for compilation and for each "
+               "65,536 samples; the bake ends with an error if it is exceeded"},
       {.flag = "--light-angle",
-       .group = kShadow,
-       .value = number(AT(bake.light.angle_degrees), 0, 90).in("degrees"),
-       .help =
-           "Diameter of its disc as seen, degrees, 0 (a point) to 90: soft shadows, by --ao-rays. "
-           "The sun's is 0.53"},
+       .group = kShadowGroup,
+       .value = number(JOB_MEMBER(bake.light.angle_degrees), 0, 90).in("degrees"),
+       .help = "Apparent diameter of the light in degrees, 0 (a point) to 90: makes shadows soft; "
+               "--ao-rays sets the number of rays. The sun has 0.53"},
       {.flag = "--origin",
        .group = "Position (--maps position)",
        .value = origin_value(),
-       .help =
-           "X,Y,Z: what positions are measured from, world units (default: 0; the middle of HIGH, "
-           "rounded, where that is farther from 0 than 16 of its diagonals)"},
+       .help = "X,Y,Z: origin of the map position, in world units (default: 0, or the rounded "
+               "centre of HIGH if that is farther from 0 than 16 of its diagonals)"},
       {.flag = "--curvature-radius",
        .group = "Curvature (--maps curvature)",
-       .value = length(AT(bake.curvature_radius)),
-       .help = "Curvature is the mean over HIGH's surface this far around the point (default "
-               "0.5%, but 3 facets of smooth parts at least). World units, or P% of HIGH's "
-               "diagonal"},
+       .value = length(JOB_MEMBER(bake.curvature_radius)),
+       .help =
+           "Radius of the surface around a point over which curvature is averaged (default 0.5%, "
+           "and at least 3 facets of smooth parts). World units, or P% of HIGH's diagonal"},
       {.flag = "--range",
-       .group = kMap,
-       .value = texts(AT(ranges)),
-       .help = "MAP=LO,HI: the values of a map that are 0 and 1 in a PNG, instead of those of its "
-               "rule. "
-               "May be given again"},
+       .group = kMapGroup,
+       .value = texts(JOB_MEMBER(ranges)),
+       .help = "MAP=LO,HI: the values of a map that a PNG stores as 0 and 1, instead of the map's "
+               "default range. May be given several times"},
 
       {.flag = "--transfer",
-       .group = kTextures,
-       .value = texts(AT(transfers)),
-       .help =
-           "FILE[:NAME][:srgb|linear|normal]: bakes a picture over HIGH's UVs into the map NAME "
-           "(default: FILE's name), filtered over each texel's area. srgb (default of PNG): "
-           "colours, "
-           "filtered in linear light. linear (default of EXR): numbers. normal: a tangent-space "
-           "normal map. mtl:roughness and the like: the pictures that HIGH's materials name. NAME "
-           "color or opacity: for these maps. May be given again"},
+       .group = kTexturesGroup,
+       .value = texts(JOB_MEMBER(transfers)),
+       .help = "FILE[:NAME][:srgb|linear|normal]: bakes a texture on HIGH's UVs into the map NAME "
+               "(default: the file's name), filtered over the area of each texel. srgb (default "
+               "for PNG): colours, filtered in linear light. linear (default for EXR): numbers. "
+               "normal: a tangent-space normal map. mtl:roughness and the like: the textures of "
+               "HIGH's materials. NAME color or opacity: the texture for these maps. May be given "
+               "several times"},
       {.flag = "--high-normal-map",
-       .group = kTextures,
-       .value = choice(AT(high_normal_map), Words(kNormalTextureFormats)),
-       .help = "What HIGH's normal maps hold (--transfer FILE:NAME:normal, mtl:normals). gl: three "
-               "channels, +Y up. dx: +Y down. two-channel, two-channel-dx: x and y alone, as BC5 "
-               "and DXT5nm have them. auto: gl, or two-channel where a picture shows it; a warning "
-               "says so"},
+       .group = kTexturesGroup,
+       .value = choice(JOB_MEMBER(high_normal_map), Words(kNormalTextureFormats)),
+       .help =
+           "Convention of HIGH's normal maps (--transfer FILE:NAME:normal, mtl:normals). gl: three "
+           "channels, +Y up. dx: +Y down. two-channel, two-channel-dx: only x and y, as in BC5 and "
+           "DXT5nm. auto: gl, or two-channel if the texture looks like it, with a warning"},
       {.flag = "--no-fill-high",
-       .group = kTextures,
-       .value = toggle(AT(bake.fill_high), false),
-       .help = "Also average the background of HIGH's pictures, out of its charts, where charts "
-               "have no padding: seams of its colour"},
+       .group = kTexturesGroup,
+       .value = toggle(JOB_MEMBER(bake.fill_high), false),
+       .help = "Do not pad HIGH's textures before filtering: the background then bleeds into the "
+               "edges of charts without padding"},
       {.flag = "--alpha-test",
-       .group = kTextures,
-       .value = number(AT(alpha_test), 0, 1).or_none(),
-       .help =
-           "Above 0, to 1: parts of HIGH that are less opaque are not there, for any match and "
-           "map: "
-           "leaves on cards. By --transfer FILE:opacity, or by the pictures that HIGH's materials "
-           "name (map_d, or the alpha of map_Kd)"},
+       .group = kTexturesGroup,
+       .value = number(JOB_MEMBER(alpha_test), 0, 1).or_none(),
+       .help = "Treats parts of HIGH with an opacity below this value as holes for all matches and "
+               "maps, as for leaves on cards: above 0, up to 1. The opacity comes from --transfer "
+               "FILE:opacity, or from the textures of HIGH's materials (map_d, or the alpha of "
+               "map_Kd)"},
       {.flag = "--pack",
-       .group = kMap,
-       .value = texts(AT(packs)),
-       .help = "NAME=MAP[.r],MAP,MAP: also writes these maps' channels as the channels of one "
-               "file; 0 to "
-               "1 is a number. Such as orm=ao,roughness,metallic. May be given again"},
+       .group = kMapGroup,
+       .value = texts(JOB_MEMBER(packs)),
+       .help = "NAME=MAP[.r],MAP,MAP: also writes channels of maps as the channels of one file, "
+               "such as orm=ao,roughness,metallic. A number from 0 to 1 is a constant channel. May "
+               "be given several times"},
       {.flag = "--layers",
-       .group = kMap,
-       .value = toggle(AT(layers)),
-       .help = "EXR: all maps as the layers of one file, NAME_layers.exr, instead of a file each"},
+       .group = kMapGroup,
+       .value = toggle(JOB_MEMBER(layers)),
+       .help = "EXR: write all maps as layers of one file, NAME_layers.exr, instead of one file "
+               "per map"},
       {.flag = "--id-by",
-       .group = kMap,
-       .value = choice(AT(bake.id_by), Words(kIdSources)),
-       .help =
-           "What the map id tells apart: connected parts, or HIGH's materials, groups, objects or "
-           "colours (of vertices or faces). --json has the legend"},
+       .group = kMapGroup,
+       .value = choice(JOB_MEMBER(bake.id_by), Words(kIdSources)),
+       .help = "What has a colour of its own in the map id: connected parts, or HIGH's materials, "
+               "groups, objects or colours (of vertices or faces). --json contains the legend"},
       {.flag = "--report-error",
-       .group = kMap,
-       .value = toggle(AT(bake.report.errors)),
-       .help = "Also compares each map at 2,000 texels with a finer evaluation: 16 times as many "
-               "points, "
-               "4096 rays"},
+       .group = kMapGroup,
+       .value = toggle(JOB_MEMBER(bake.report.errors)),
+       .help = "Also compare each map at 2,000 texels with a finer evaluation: 16 times as many "
+               "points, 4096 rays"},
 
       {.flag = "--match",
-       .group = kMatch,
+       .group = kMatchGroup,
        .value = match_value(),
        .help =
-           "Which point of HIGH a texel stands for. " + matches_in_words() +
+           "How the point of HIGH for a texel is found. " + list_matches() +
            "auto: the cheapest match and the smallest map (up to --size) that reach --max-angle",
        .beside_auto = true},
       {.flag = "--max-angle",
-       .group = kMatch,
-       .value = text(AT(low.make.max_angle), "DEGREES", check_degrees).in("degrees"),
-       .help =
-           "For --match auto: the mean angle to reach, in degrees, between rendered normals and "
-           "HIGH's (default: what a larger map would not lower by 5%)"},
+       .group = kMatchGroup,
+       .value = text(JOB_MEMBER(low.make.max_angle), "DEGREES", check_degrees).in("degrees"),
+       .help = "For --match auto: largest mean angle in degrees between rendered normals and "
+               "HIGH's (default: an angle that a larger map would not reduce by 5%)"},
       {.flag = "--fallback",
-       .group = kMatch,
+       .group = kMatchGroup,
        .value = fallback_value(),
-       .help = "What decides samples that the match misses: a chain such as ray,closest. Its end "
-               "is low "
-               "(LOW's normal), fill (from around) or mark (in magenta)",
+       .help = "Matches for samples that the match misses, in order, such as ray,closest. The list "
+               "may end with a fill for the rest: low (LOW's normal), fill (interpolated from "
+               "neighbours) or mark (magenta)",
        .beside_auto = true},
       {.flag = "--fallback-blend",
-       .group = kMatch,
-       .value = whole(AT(bake.match.fallback_blend), 0, 256).in("texels"),
-       .help = "TEXELS: the way over which the match's normals blend into the fallback's, so that "
-               "the map "
-               "has no step",
+       .group = kMatchGroup,
+       .value = whole(JOB_MEMBER(bake.match.fallback_blend), 0, 256).in("texels"),
+       .help = "Width in texels over which the match's normals blend into those of the fallback, "
+               "so that the map has no step",
        .beside_auto = true},
       {.flag = "--max-distance",
-       .group = kMatch,
-       .value = length(AT(bake.match.max_distance)),
-       .help =
-           "How far to look each way: world units, or P% of HIGH's diagonal (default 2%); with a "
-           "cage, the ray's length from the cage inward (default: twice the cage); with --cage "
-           "auto, "
-           "how far above LOW a part of HIGH may begin (default 4%)",
+       .group = kMatchGroup,
+       .value = length(JOB_MEMBER(bake.match.max_distance)),
+       .help = "Search distance in both directions: world units, or P% of HIGH's diagonal (default "
+               "2%). With a cage: length of the inward ray (default: twice the cage). With --cage "
+               "auto: how far above LOW a part of HIGH may begin (default 4%)",
        .beside_auto = true},
       {.flag = "--near-distance",
-       .group = kMatch,
-       .value = length(AT(bake.match.near_distance)),
-       .help = "Without a cage: look so far first, and up to --max-distance only where nothing is "
-               "there, so that what crowds around is not taken for the surface. Default: off; of a "
-               "LOW that Kiln makes 4 times its mean deviation, 0.25% at least",
+       .group = kMatchGroup,
+       .value = length(JOB_MEMBER(bake.match.near_distance)),
+       .help =
+           "Without a cage: search first within this distance, and up to --max-distance only if "
+           "nothing is found, so that surfaces nearby are not mistaken for the matching one. "
+           "Default: off; for a LOW that Kiln makes, 4 times its mean deviation, at least 0.25%",
        .beside_auto = true},
       {.flag = "--cage",
-       .group = kMatch,
+       .group = kMatchGroup,
        .value = cage_value(),
-       .help = "Cast from this far outside, inward, first hit: D or P%; or auto, found for each "
-               "vertex. "
-               "For parts that float over LOW, cut through it or lie on it",
+       .help = "Start rays at this distance outside LOW, cast them inward, and use the first hit: "
+               "a length, or P% of HIGH's diagonal; or auto, a distance found for each vertex. For "
+               "parts that float above LOW, intersect it or lie on it",
        .beside_auto = true},
       {.flag = "--cage-mesh",
-       .group = kMatch,
-       .value = text(AT(cage_mesh), "FILE"),
-       .help = "Cast from this mesh: LOW with its vertices moved, what --save-cage wrote, or any "
-               "closed "
-               "hull around LOW",
+       .group = kMatchGroup,
+       .value = text(JOB_MEMBER(cage_mesh), "FILE"),
+       .help = "Start rays from this mesh: LOW with moved vertices, a cage of --save-cage, or any "
+               "closed hull around LOW",
        .excludes = "--cage",
        .option = "match.cage_mesh",
        .beside_auto = true},
       {.flag = "--save-cage",
-       .group = kMatch,
-       .value = text(AT(save_cage), "FILE"),
-       .help = "--cage auto: also write the cage, an OBJ of two shells or an EXR of distances and "
-               "directions. Correct a vertex of it, and bake with --cage-mesh",
+       .group = kMatchGroup,
+       .value = text(JOB_MEMBER(save_cage), "FILE"),
+       .help = "With --cage auto: also write the cage, as OBJ with two shells, or as EXR with "
+               "distances and directions. Its vertices can be edited for --cage-mesh",
        .option = "match.cage_mesh",
        .beside_auto = true},
       {.flag = "--ray",
-       .group = kMatch,
-       .value = choice(AT(bake.match.ray.rule), Words(kRayRules)),
-       .help = "Which face a ray takes: outermost, which is what a viewer sees, but nothing beyond "
-               "LOW's "
-               "own folds and parts; or nearest, outward first",
+       .group = kMatchGroup,
+       .value = choice(JOB_MEMBER(bake.match.ray.rule), Words(kRayRules)),
+       .help = "Which hit of a ray counts: outermost, the face that a viewer sees, limited to "
+               "LOW's own folds and parts; or nearest, with outward hits preferred",
        .beside_auto = true},
       {.flag = "--direction",
-       .group = kMatch,
-       .value = choice(AT(bake.match.ray.direction), Words(kRayDirections)),
+       .group = kMatchGroup,
+       .value = choice(JOB_MEMBER(bake.match.ray.direction), Words(kRayDirections)),
        .help =
-           "Where rays leave to: auto, LOW's own normal, turned to the averaged one at hard edges; "
-           "averaged; face, LOW's own normal alone, which leaves gaps at edges; or painted, as "
-           "LOW's "
-           "vertex colours say: red along its own normal, black averaged",
+           "Direction of rays: auto, LOW's normal, blended into the averaged normal at hard edges; "
+           "averaged; face, only LOW's own normal, which leaves gaps at edges; or painted by LOW's "
+           "vertex colours: red for its own normal, black for the averaged one",
        .in_fallback = false,
        .beside_auto = true},
       {.flag = "--edge-width",
-       .group = kMatch,
-       .value = length(AT(bake.match.ray.edge_width)),
-       .help = "--direction auto: how near to a hard edge rays turn, D or P% (default: for each "
-               "edge two "
-               "fifths of the width of HIGH's bevel there)",
+       .group = kMatchGroup,
+       .value = length(JOB_MEMBER(bake.match.ray.edge_width)),
+       .help = "With --direction auto: distance to a hard edge within which rays bend, as a length "
+               "or P% of HIGH's diagonal (default: for each edge two fifths of the width of HIGH's "
+               "bevel there)",
        .in_fallback = false,
        .beside_auto = true},
       {.flag = "--match-by",
-       .group = kMatch,
-       .value = choice(AT(parts_by), Words(kPartsByWords)),
-       .help =
-           "Which part of HIGH a texel may find: all, or its own part alone. name: the group or "
-           "object X_low of LOW takes X_high and X_high_* of HIGH, or X_lp that of X_hp, X_lo that "
-           "of "
-           "X_hi; group, object, material: the one of the same name; list: as --match-list says",
+       .group = kMatchGroup,
+       .value = choice(JOB_MEMBER(parts_by), Words(kPartsByWords)),
+       .help = "Which parts of HIGH a texel may match: all, or only the corresponding part. name: "
+               "the group or object X_low of LOW matches X_high and X_high_* of HIGH, X_lp matches "
+               "X_hp, and X_lo matches X_hi. group, object, material: the one with the same name. "
+               "list: the pairs in --match-list",
        .option = "match.parts",
        .in_fallback = false},
       {.flag = "--low-names",
-       .group = kMatch,
-       .value = texts(AT(part_names.low), ','),
-       .help = "--match-by name: patterns of LOW's names; the first * is the part's name",
+       .group = kMatchGroup,
+       .value = texts(JOB_MEMBER(part_names.low), ','),
+       .help = "With --match-by name: patterns of LOW's names; the first * is the name of the part",
        .option = "match.parts",
        .in_fallback = false},
       {.flag = "--high-names",
-       .group = kMatch,
-       .value = texts(AT(part_names.high), ','),
-       .help = "--match-by name: patterns of HIGH's names; the first * is the part's name",
+       .group = kMatchGroup,
+       .value = texts(JOB_MEMBER(part_names.high), ','),
+       .help =
+           "With --match-by name: patterns of HIGH's names; the first * is the name of the part",
        .option = "match.parts",
        .in_fallback = false},
       {.flag = "--match-list",
-       .group = kMatch,
-       .value = text(AT(match_list), "FILE"),
-       .help = "--match-by list: a file of lines LOW = HIGH, HIGH with names of groups or objects; "
-               "* is "
-               "any text",
+       .group = kMatchGroup,
+       .value = text(JOB_MEMBER(match_list), "FILE"),
+       .help = "With --match-by list: a file of lines LOW = HIGH, HIGH with names of groups or "
+               "objects; * matches any text",
        .option = "match.parts",
        .in_fallback = false},
       {.flag = "--uv-copies",
-       .group = kMatch,
-       .value = choice(AT(bake.match.uv_copies), Words(kUvCopies)),
-       .help = "Of parts of LOW that have the same UVs, which is baked: plain (copies that are not "
-               "mirrored), mirrored, or first (by the order of triangles)"},
-      triangulate_row<Job>(kLow, "LOW, HIGH, cage and occluders"),
+       .group = kMatchGroup,
+       .value = choice(JOB_MEMBER(bake.match.uv_copies), Words(kUvCopies)),
+       .help = "Which of several parts of LOW with the same UVs is baked: plain (copies that are "
+               "not mirrored), mirrored, or first (in the order of triangles)"},
+      triangulate_row<Job>(kLowGroup, "LOW, HIGH, cage and occluders"),
       {.flag = "--tangents",
-       .group = kLow,
-       .value = choice(AT(file_tangents), Words(kTangents)),
-       .help =
-           "Tangents of the map: file, LOW's own where its file has them, else MikkTSpace's; or "
-           "mikktspace, in any case"},
+       .group = kLowGroup,
+       .value = choice(JOB_MEMBER(file_tangents), Words(kTangents)),
+       .help = "Tangents for the map: file, the tangents in LOW's file if it has any, else "
+               "MikkTSpace; or mikktspace in any case"},
       {.flag = "--split-at-seams",
-       .group = kLow,
-       .value = toggle(AT(split_at_seams)),
-       .help =
-           "Make LOW's UV seams hard edges, so that no gradient runs across them. The LOW that has "
-           "them is written beside the maps: use it"},
+       .group = kLowGroup,
+       .value = toggle(JOB_MEMBER(split_at_seams)),
+       .help = "Make LOW's UV seams hard edges, so that normals do not interpolate across them. "
+               "Kiln writes the LOW with hard edges beside the maps: use that mesh"},
       {.flag = "--recall",
-       .group = kMatch,
-       .value = whole(AT(bake.report.recall), 0, 1U << 20),
-       .help = "Number of places of HIGH that are checked: is there a texel that stands for each? "
-               "0: no "
-               "check",
+       .group = kMatchGroup,
+       .value = whole(JOB_MEMBER(bake.report.recall), 0, 1U << 20),
+       .help = "Number of places of HIGH at which Kiln checks whether a texel represents them; 0: "
+               "no check",
        .in_fallback = false,
        .beside_auto = true},
       {.flag = "--reasons",
-       .group = kMatch,
-       .value = toggle(AT(reasons)),
-       .help = "Also writes NAME_reasons.png: why each texel found its point or none, and says how "
-               "many "
-               "and where",
+       .group = kMatchGroup,
+       .value = toggle(JOB_MEMBER(reasons)),
+       .help = "Also write NAME_reasons.png, which shows why each texel found its point or none, "
+               "and print the number and an example of each reason",
        .option = "match.ray.rule",
        .in_fallback = false},
       {.flag = "--two-sided",
-       .group = kMatch,
-       .value = toggle(AT(bake.match.two_sided)),
-       .help = "Also hit back faces of HIGH (scans of mixed winding)"},
+       .group = kMatchGroup,
+       .value = toggle(JOB_MEMBER(bake.match.two_sided)),
+       .help = "Also hit back faces of HIGH (for scans with mixed winding)"},
       {.flag = "--traversal",
-       .group = kMatch,
-       .value = choice(AT(traversal), Words(kTraversals)),
-       .help =
-           "Ray kernels for CPUs, for GPUs, or by the device (auto). Maps are the same to the bit"},
+       .group = kMatchGroup,
+       .value = choice(JOB_MEMBER(traversal), Words(kTraversals)),
+       .help = "Ray kernels for CPUs, for GPUs, or chosen by the device (auto). Maps are identical "
+               "to the bit"},
       {.flag = "--save-match",
-       .group = kMatch,
-       .value = text(AT(save_match), "FILE"),
-       .help = "Write the correspondence (EXR)"},
+       .group = kMatchGroup,
+       .value = text(JOB_MEMBER(save_match), "FILE"),
+       .help = "Also write the correspondence (EXR)"},
       {.flag = "--load-match",
-       .group = kMatch,
-       .value = text(AT(load_match), "FILE"),
-       .help = "Use a saved correspondence instead of matching",
+       .group = kMatchGroup,
+       .value = text(JOB_MEMBER(load_match), "FILE"),
+       .help = "Use a saved correspondence instead of a search",
        .excludes = "--save-match"},
       {.flag = "--force-uv",
-       .group = kMatch,
+       .group = kMatchGroup,
        .value = force_uv_value(),
-       .help =
-           "--match uv: bake even where HIGH's UV triangles overlap much or the layouts disagree",
+       .help = "With --match uv: bake even if many of HIGH's UV triangles overlap, or if the "
+               "layouts disagree",
        .in_fallback = false},
 
       {.flag = "--views",
-       .group = kViews,
+       .group = kViewsGroup,
        .value = views_value(),
-       .help = "N directions, spread evenly, or auto: chosen by what they see (default: 12; 1 "
-               "where both "
-               "meshes are height fields)"},
+       .help = "Number of directions, evenly distributed, or auto: chosen by what they see "
+               "(default: 12, or 1 if both meshes are height fields)"},
       {.flag = "--view",
-       .group = kViews,
+       .group = kViewsGroup,
        .value = directions_value(),
-       .help = "X,Y,Z: a view of your own, from the mesh to the viewer, beside the --views; may be "
-               "given "
-               "again (--views 0: only your own)"},
+       .help = "X,Y,Z: a direction of your own, from the mesh to the viewer, in addition to "
+               "--views; may be given several times (--views 0: only your own)"},
       {.flag = "--view-size",
-       .group = kViews,
-       .value = whole(AT(bake.match.views.size), 16, 8192).or_none().in("pixels"),
-       .help = "Pixels a side of a view (default: by the density of HIGH, up to two a sample)"},
+       .group = kViewsGroup,
+       .value = whole(JOB_MEMBER(bake.match.views.size), 16, 8192).or_none().in("pixels"),
+       .help = "Side of a depth view in pixels (default: from the density of HIGH, up to two per "
+               "sample)"},
       {.flag = "--view-criterion",
-       .group = kViews,
-       .value = choice(AT(bake.match.views.criterion), Words(kCriteria)),
-       .help = "Which view decides a sample: the least depth difference, the least true distance, "
-               "or the "
-               "best angle"},
+       .group = kViewsGroup,
+       .value = choice(JOB_MEMBER(bake.match.views.criterion), Words(kCriteria)),
+       .help = "Which view decides a sample: the one with the smallest depth difference, the "
+               "smallest true distance, or the best angle"},
       {.flag = "--no-view-refine",
-       .group = kViews,
-       .value = toggle(AT(bake.match.views.refine), false),
+       .group = kViewsGroup,
+       .value = toggle(JOB_MEMBER(bake.match.views.refine), false),
        .help = "Keep the point on the view's line (as in the paper) instead of moving it to the "
-               "normal's",
+               "line along the normal",
        .key = "view_refine"},
 
       {.flag = "--visibility-at",
-       .group = kVisibility,
-       .value = choice(AT(bake.match.visibility.at), Words(kVisibilityAt)),
-       .help =
-           "Where directions are gathered: face (averaged at vertices), vertex or texel (smoothed, "
-           "across seams too)"},
+       .group = kVisibilityGroup,
+       .value = choice(JOB_MEMBER(bake.match.visibility.at), Words(kVisibilityAt)),
+       .help = "Where directions are averaged: face (then averaged at vertices), vertex, or texel "
+               "(smoothed, also across seams)"},
       {.flag = "--directions",
-       .group = kVisibility,
-       .value = whole(AT(bake.match.visibility.directions), 1, 4096),
-       .help = "How many directions look at LOW, 1 to 4096"},
+       .group = kVisibilityGroup,
+       .value = whole(JOB_MEMBER(bake.match.visibility.directions), 1, 4096),
+       .help = "Number of directions from which LOW is seen, 1 to 4096"},
       {.flag = "--visibility-test",
-       .group = kVisibility,
-       .value = choice(AT(bake.match.visibility.test), Words(kVisibilityTests)),
-       .help = "What finds out what they see: views (pictures of LOW, as in the paper), rays (no "
-               "pixels, "
-               "and slower), or auto: views"},
+       .group = kVisibilityGroup,
+       .value = choice(JOB_MEMBER(bake.match.visibility.test), Words(kVisibilityTests)),
+       .help = "How visibility is tested: views (depth views of LOW, as in the paper), rays "
+               "(independent of pixels, slower), or auto: views"},
       {.flag = "--visibility-size",
-       .group = kVisibility,
-       .value = whole(AT(bake.match.visibility.view_size), 16, 2048).in("pixels"),
-       .help = "Pixels a side of these pictures"},
+       .group = kVisibilityGroup,
+       .value = whole(JOB_MEMBER(bake.match.visibility.view_size), 16, 2048).in("pixels"),
+       .help = "Side of these depth views in pixels"},
       {.flag = "--visibility-smooth",
-       .group = kVisibility,
-       .value = whole(AT(bake.match.visibility.smoothing), 0, 256),
-       .help = "Rounds of smoothing texels' directions, 3 x 3 texels each"},
+       .group = kVisibilityGroup,
+       .value = whole(JOB_MEMBER(bake.match.visibility.smoothing), 0, 256),
+       .help = "Number of smoothing passes over the texels' directions, 3 x 3 texels each"},
       {.flag = "--view-weight",
-       .group = kVisibility,
+       .group = kVisibilityGroup,
        .value = view_weight_value(),
-       .help =
-           "From where LOW will be looked at: all, horizon, up (+Y), or a file with a line \"X Y Z "
-           "WEIGHT\" a direction to the viewer; each of --directions takes the weight of the line "
-           "nearest to it"},
+       .help = "Directions from which viewers will see LOW: all, horizon, up (+Y), or a file with "
+               "lines \"X Y Z WEIGHT\" of a direction to the viewer; each of --directions uses the "
+               "weight of the nearest line"},
       {.flag = "--visibility-clusters",
-       .group = kVisibility,
-       .value = whole(AT(bake.match.visibility.clusters), 1, 4),
-       .help =
-           "K: with --match visibility, K maps (NAME_normal, NAME_normal_1, ...): where the "
-           "directions that see a texel scatter, a map for each cluster of them. NAME_clusters.exr "
-           "has the clusters' directions: use the map of the one that is nearest to the view",
+       .group = kVisibilityGroup,
+       .value = whole(JOB_MEMBER(bake.match.visibility.clusters), 1, 4),
+       .help = "With --match visibility: K maps (NAME_normal, NAME_normal_1, ...). Where the "
+               "directions that see a texel scatter, each cluster of them has its own map. "
+               "NAME_clusters.exr holds the directions of the clusters: render with the map whose "
+               "direction is nearest to the view",
        .in_fallback = false},
       {.flag = "--visibility-deviation",
-       .group = kVisibility,
-       .value = number(AT(bake.match.visibility.cluster_deviation), 0, 1),
-       .help = "Standard deviation of directions, 0 to 1, above which they are parted into "
-               "clusters; that "
-               "of an open plane is 0.745",
+       .group = kVisibilityGroup,
+       .value = number(JOB_MEMBER(bake.match.visibility.cluster_deviation), 0, 1),
+       .help = "Standard deviation of directions, 0 to 1, above which they are split into "
+               "clusters; an open plane has 0.745",
        .in_fallback = false},
 
-      height_row<Job>(kHeights),
-      extent_row<Job>(kHeights),
-      no_data_row<Job>(kHeights),
+      height_row<Job>(kHeightsGroup),
+      extent_row<Job>(kHeightsGroup),
+      no_data_row<Job>(kHeightsGroup),
 
       {.flag = "--faces",
-       .group = kLow,
-       .value = whole(AT(low.make.faces), 1, 100000000).or_none(),
+       .group = kLowGroup,
+       .value = whole(JOB_MEMBER(low.make.faces), 1, 100000000).or_none(),
        .help = "Without LOW: simplify HIGH to N triangles"},
       {.flag = "--keep-hulls",
-       .group = kLow,
-       .value = toggle(AT(keep_hulls)),
-       .help =
-           "Bake onto LOW's collision hulls, and from HIGH's: objects or groups named UCX_, UBX_, "
-           "USP_, UCP_, or ending in -colonly, -convcolonly, of LOW also -col, -convcol, which "
-           "are left out else"},
+       .group = kLowGroup,
+       .value = toggle(JOB_MEMBER(keep_hulls)),
+       .help = "Keep collision hulls, which are left out otherwise: objects or groups of LOW and "
+               "HIGH whose names begin with UCX_, UBX_, USP_ or UCP_, or end in -colonly or "
+               "-convcolonly; of LOW also -col and -convcol"},
       {.flag = "--keep-parts",
-       .group = kLow,
-       .value = toggle(AT(low.make.keep_parts)),
+       .group = kLowGroup,
+       .value = toggle(JOB_MEMBER(low.make.keep_parts)),
        .help = "With --faces: keep parts of HIGH that are smaller than the low poly's deviation",
        .key = "-"},
-      clean_row<Job>(kLow),
-      keep_inner_row<Job>(kLow),
+      clean_row<Job>(kLowGroup),
+      keep_inner_row<Job>(kLowGroup),
       {.flag = "--max-error",
-       .group = kLow,
-       .value = text(AT(low.make.max_error), "P%|MAP=E,..."),
+       .group = kLowGroup,
+       .value = text(JOB_MEMBER(low.make.max_error), "P%|MAP=E,..."),
        .help =
-           "Without LOW and --faces: normal=DEGREES, the fewest bytes of low poly and maps whose "
-           "rendered normals are this near on average; or P%, few triangles that stay within this "
-           "share of the diagonal (default 0.2%). With --match auto and without --max-angle: "
-           "that angle, by its older name. normal=DEGREES,MAP=E...: errors of several maps at once "
-           "(degrees, world units, colour differences, or shares of 1 such as 2/255)"},
+           "Without LOW and --faces. normal=DEGREES: the low poly and maps with the fewest bytes "
+           "whose rendered normals have this mean error; further maps may follow, MAP=E (in "
+           "degrees, world units, colour differences, or shares of 1 such as 2/255). P%: a low "
+           "poly with few triangles that deviates by at most this share of the diagonal (default "
+           "0.2%). With --match auto and without --max-angle: the older name of --max-angle"},
       {.flag = "--screen",
-       .group = kLow,
-       .value = text(AT(low.make.screen), "PIXELS", check_screen).in("pixels"),
-       .help =
-           "With --max-error normal=DEGREES: the largest size at which the mesh will be seen, the "
-           "longer of its width and height, such as 600px; finer detail than a pixel then does not "
-           "count"},
+       .group = kLowGroup,
+       .value = text(JOB_MEMBER(low.make.screen), "PIXELS", check_screen).in("pixels"),
+       .help = "With --max-error normal=DEGREES: the largest size on screen, the longer of width "
+               "and height, such as 600px; detail below a pixel then does not count"},
       {.flag = "--max-outline",
-       .group = kLow,
-       .value = text(AT(low.make.max_outline), "P%", check_outline),
-       .help =
-           "With --max-error normal=DEGREES: outlines may differ by this share of what either mesh "
-           "covers in pictures, such as 2%; rendered normals tell little of them"},
+       .group = kLowGroup,
+       .value = text(JOB_MEMBER(low.make.max_outline), "P%", check_outline),
+       .help = "With --max-error normal=DEGREES: largest difference of outlines, as a share of the "
+               "pixels that either mesh covers, such as 2%; rendered normals hardly show it"},
       {.flag = "--lod",
-       .group = kLow,
-       .value = whole(AT(low.make.lods), 2, 8).or_none(),
+       .group = kLowGroup,
+       .value = whole(JOB_MEMBER(low.make.lods), 2, 8).or_none(),
        .help = "With --screen: N low polys, 2 to 8, each planned for half the size on screen of "
-               "the one "
-               "before (NAME_lod0, NAME_lod1...; beside an --out NAME.glb NAME_lod1.glb...; "
-               "NAME_lods.json says "
-               "which takes over where)"},
+               "the previous one (NAME_lod0, NAME_lod1...; with --out NAME.glb also "
+               "NAME_lod1.glb...; NAME_lods.json states the sizes at which they switch)"},
       {.flag = "--lod-growth",
-       .group = kLow,
-       .value = number(AT(low.make.lod_growth), 1, 4),
-       .help = "With --lod: each level may be off by so many times the one before, 1 (default, all "
-               "by the "
-               "same) to 4"},
+       .group = kLowGroup,
+       .value = number(JOB_MEMBER(low.make.lod_growth), 1, 4),
+       .help = "With --lod: factor from 1 to 4 by which the error bound grows per level (default "
+               "1: the same bound for all)"},
       {.flag = "--lod-uvs",
-       .group = kLow,
-       .value = choice(AT(low.make.lods_share_uvs), Words(kLodUvs)),
-       .help =
-           "With --lod: own, each level has its layout and maps, or shared, the first one's maps "
-           "serve all"},
+       .group = kLowGroup,
+       .value = choice(JOB_MEMBER(low.make.lods_share_uvs), Words(kLodUvs)),
+       .help = "With --lod: own, each level has its own layout and maps; or shared, all levels use "
+               "the maps of the first one"},
       {.flag = "--unwrap",
-       .group = kLow,
+       .group = kLowGroup,
        .value = unwrap_value(),
        .help =
-           "Give LOW new UVs, and write it beside the maps. How the low poly is laid out, with LOW "
-           "or "
-           "without: --unwrap=charts (few large ones, default), --unwrap=pairs (of triangles) or "
-           "--unwrap=squares (pairs in equal squares, to compare with)"},
-      density_row<Job>(kLow, "the high poly", AT(density)),
+           "Make new UVs for LOW, and write it beside the maps. The method also applies to a low "
+           "poly that Kiln makes: --unwrap=charts (few large charts, default), --unwrap=pairs (of "
+           "triangles) or --unwrap=squares (pairs in equal squares, for comparison)"},
+      density_row<Job>(kLowGroup, "the high poly", JOB_MEMBER(density)),
 
       {.flag = "--max-missed",
-       .group = kRun,
-       .value = number(AT(max_missed_percent), 0, 100).in("percent"),
-       .help = "Exit with 1 where more than P percent of the samples are missed",
+       .group = kRunGroup,
+       .value = number(JOB_MEMBER(max_missed_percent), 0, 100).in("percent"),
+       .help = "Exit with status 1 if more than P percent of the samples are missed",
        .key = "max_missed_percent"},
       {.flag = "--force",
-       .group = kRun,
-       .value = toggle(AT(force)),
-       .help = "Write over a low poly that Kiln did not write, and over maps of another LOW",
+       .group = kRunGroup,
+       .value = toggle(JOB_MEMBER(force)),
+       .help = "Overwrite a low poly that Kiln did not write, and maps of another LOW",
        .key = "-"},
-      device_row<Job>(kRun),
-      json_row<Job>(kRun),
-      quiet_row<Job>(kRun),
+      device_row<Job>(kRunGroup),
+      json_row<Job>(kRunGroup),
+      quiet_row<Job>(kRunGroup),
   };
 }
 
@@ -1124,6 +1088,6 @@ std::span<const OptionRow> bake_rows() {
   return rows;
 }
 
-#undef AT
+#undef JOB_MEMBER
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// The stages of a run, in their order.
+// Runs the stages of a job in their order.
 #include "job/run.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 namespace kiln {
 namespace {
 
-/// Warns of a list of likely views that gives all of them one weight.
+/// Warns if all directions of a list of weights have the same weight.
 void warn_about_weights(const Job& job, const VisibilityOptions& visibility,
                         std::vector<Warning>& warnings) {
   const std::vector<VisibilityOptions::Likelihood>& list = visibility.likelihoods;
@@ -31,13 +31,12 @@ void warn_about_weights(const Job& job, const VisibilityOptions& visibility,
   warnings.push_back({"equal-view-weights",
                       "'" + job.view_weights + "' gives all views the same weight, as " +
                           option("view_weight", "all") +
-                          " does. Each "
-                          "direction takes the weight of the nearest line: add lines with less "
-                          "weight for sides that nobody looks from.",
+                          " does. Each direction uses the weight of the nearest line: add lines "
+                          "with smaller weights for directions without viewers.",
                       1});
 }
 
-/// Folders are made, and files that must not be written over are looked for, before any work.
+/// Creates output folders, and rejects outputs that would overwrite foreign files, before any work.
 void prepare_outputs(const Job& job, const RunHooks& hooks) {
   check_outputs(job, {}, hooks);
   if (job.in_memory) return;
@@ -45,34 +44,36 @@ void prepare_outputs(const Job& job, const RunHooks& hooks) {
   for (const std::string& file : {job.json, job.save_match, job.save_cage}) prepare_parent(file);
 }
 
-/// An asset that Kiln makes whole has the texture sets of its source.
-void use_sets_of_high(Job& job, const LoadedHigh& high, RunLog& log) {
+/// If Kiln makes the whole asset, it uses the texture sets of HIGH's materials, unless --sets is given.
+void adopt_texture_sets_of_high(Job& job, const LoadedHigh& high, RunLog& log) {
   if (job.sets || asset_file(job).empty() || !job.low.given.empty()) return;
   job.sets = SetsBy::material;
-  if (!lays_out_sets(job) || choose_texture_sets(high.mesh()) != SetsBy::material) {
+  if (!unwraps_sets(job) || choose_texture_sets(high.mesh()) != SetsBy::material) {
     job.sets.reset();
     return;
   }
-  log.line("texture sets: a material each, as HIGH has them (" + option("sets", "one") +
-           " bakes an atlas of all)");
+  log.line("texture sets: one per material, as in HIGH (" + option("sets", "one") +
+           " bakes one atlas)");
 }
 
-/// The report of a low poly that was simplified in this run, or by the caller; null: none.
+/// The report of the simplified low poly, made by this run or by the caller; null if there is none.
 const SimplifyReport* simplified_of(const Job& job, const LowMesh& low) {
   if (low.simplified) return &*low.simplified;
   return job.low.given.size() == 1 ? job.low.given.front().simplified.get() : nullptr;
 }
 
-/// The search distance of a low poly that Kiln made follows from its deviation. The job gets it for reports.
-void widen_search(Job& job, const LoadedHigh& high, const LowMesh& low, BakeOptions& options) {
-  const SimplifyReport* const made = simplified_of(job, low);
-  if (made == nullptr || high.is_height_field() || job.cage_auto || has_cage_mesh(job)) return;
-  look_as_far(*made, options.match);
+/// Searches as far as the simplified low poly deviates. The job gets the distance, too, since the report states it.
+void apply_search_distance(Job& job, const LoadedHigh& high, const LowMesh& low,
+                           BakeOptions& options) {
+  const SimplifyReport* const simplify_report = simplified_of(job, low);
+  if (simplify_report == nullptr || high.is_height_field() || job.cage_auto || has_cage_mesh(job))
+    return;
+  look_as_far(*simplify_report, options.match);
   job.bake.match.near_distance = options.match.near_distance;
 }
 
-/// LOW as far as it can be known before the bake: a planned one has a name alone.
-LowMesh start_low(const Job& job, const LoadedHigh& high, RunLog& log) {
+/// Prepares LOW before the bake. A planned low poly only has a name at this time.
+LowMesh prepare_low_unless_planned(const Job& job, const LoadedHigh& high, RunLog& log) {
   LowMesh low;
   if (plans_low_poly(job)) {
     low.stem = low_stem(job);
@@ -86,47 +87,47 @@ LowMesh start_low(const Job& job, const LoadedHigh& high, RunLog& log) {
   return low;
 }
 
-/// Warnings on how LOW and HIGH fit each other.
-void compare_meshes(const Job& job, const LoadedHigh& high, const LowMesh& low,
-                    const MatchOptions& match, RunLog& log) {
+/// Warns if LOW and HIGH do not suit each other.
+void warn_of_mesh_mismatch(const Job& job, const LoadedHigh& high, const LowMesh& low,
+                           const MatchOptions& match, RunLog& log) {
   if (job.low.given.empty()) {
-    if (plans_low_poly(job) || onto_plane(job)) return;
+    if (plans_low_poly(job) || bakes_onto_plane(job)) return;
     warn_of_heavy_low(low.mesh, high.mesh(), log.warnings);
     if (!low.simplified) return;
-    warn_of_lost_shape(*low.simplified, "Ask for more " + option("faces") + ".", log.warnings);
+    warn_of_lost_shape(*low.simplified, "Use more " + option("faces") + ".", log.warnings);
   } else if (high.may_face_inwards() && !match.two_sided) {
-    const Message inside_out = why_inside_out(high.mesh(), low.mesh);
+    const Message inside_out = explain_inside_out(high.mesh(), low.mesh);
     if (!inside_out.empty()) log.warnings.push_back({"high-inside-out", inside_out, 1});
   }
 }
 
-/// Time of planning, without the bake of the result.
-double planning(const BakeReport& report, double all) {
+/// Seconds spent on planning, without the bake of the result.
+double planning_seconds(const BakeReport& report, double all) {
   const double baked = report.seconds_build + report.seconds_texels + report.seconds_match +
                        report.seconds_detail + report.seconds_recall + report.seconds_image +
                        report.seconds_mips + report.seconds_errors;
   return std::max(0.0, all - baked);
 }
 
-/// More was missed than --max-missed allows.
+/// The failure message of a bake that missed more samples than --max-missed allows.
 Message too_many_missed(const Job& job, const BakeResult& result, const LowMesh& low,
                         double missed) {
   Message message = "'" + low.path +
                     "': " + formatted("%.4g%% of the samples were missed, but ", missed) +
                     option("max_missed") + formatted(" is %.4g. ", job.max_missed_percent);
-  if (!result.maps.empty()) message += missed_place(result, low.mesh);
+  if (!result.maps.empty()) message += describe_missed_place(result, low.mesh);
   if (!job.load_match.empty()) {
     return message + " Save the match again with a longer " + option("max_distance") + ".";
   }
-  const MatchMethod around = nearest_match();
-  const Message fallback = "add " + option("fallback", around.name) + ".";
-  const bool far = job.match_auto || chain_obeys(job, "match.max_distance");
-  if (!far) return message + " To find them, " + fallback;
+  const MatchMethod nearest = nearest_match();
+  const Message fallback = "add " + option("fallback", nearest.name) + ".";
+  const bool uses_distance = job.match_auto || chain_obeys(job, "match.max_distance");
+  if (!uses_distance) return message + " To find them, " + fallback;
   return message + " Raise " + option("max_distance") +
-         (matches_by(job, around) ? "." : ", or " + fallback);
+         (matches_by(job, nearest) ? "." : ", or " + fallback);
 }
 
-/// The limit that the result exceeds; empty: none.
+/// The failure message if the result exceeds a limit of the job; empty if it does not.
 Message failure_of(const Job& job, const RunOutcome& outcome) {
   const BakeReport& report = outcome.baked.result.report;
   const LowMesh& low = outcome.scene.low;
@@ -148,12 +149,12 @@ Message failure_of(const Job& job, const RunOutcome& outcome) {
   if (!reached || misses_angle(outcome.baked.planned) ||
       std::any_of(outcome.scene.sets.begin(), outcome.scene.sets.end(),
                   [&](const BakedSet& set) { return misses_angle(set.planned); })) {
-    return "the error asked for was not reached.";
+    return "the requested error was not reached.";
   }
   return {};
 }
 
-/// Warnings that the library's reports hold.
+/// Collects the warnings of the library's reports in the log.
 void collect_warnings(const RunOutcome& outcome, const Source& source, RunLog& log) {
   const LowMesh& low = outcome.scene.low;
   if (low.simplified) log.warn(low.simplified->warnings);
@@ -164,18 +165,18 @@ void collect_warnings(const RunOutcome& outcome, const Source& source, RunLog& l
   log.warn(outcome.baked.result.report.warnings);
 }
 
-JobResult run_stages(const std::function<Device()>& open, const Job& given, const RunHooks& hooks,
-                     RunLog& log) {
+JobResult run_stages(const std::function<Device()>& open_device, const Job& given,
+                     const RunHooks& hooks, RunLog& log) {
   Stopwatch watch;
   StageSeconds seconds;
-  Job job = settled(given);
+  Job job = resolve_job(given);
   const RunContext run{job, hooks, log};
   BakeOptions options = options_of(job);
   prepare_outputs(job, hooks);
   if (hooks.on_start) hooks.on_start();
-  const Device device = open();
+  const Device device = open_device();
 
-  // The high poly.
+  // Stage: the high poly
   LoadedHigh high;
   high.prepared = hooks.high;
   if (high.prepared == nullptr) {
@@ -194,11 +195,11 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
   seconds.load = watch.lap();
   warn_about_weights(job, options.match.visibility, log.warnings);
 
-  // The low poly, and what the match reads beside both.
-  if (!plans_low_poly(job)) use_sets_of_high(job, high, log);
-  LowMesh low = start_low(job, high, log);
-  if (!plans_low_poly(job)) widen_search(job, high, low, options);
-  compare_meshes(job, high, low, options.match, log);
+  // Stage: the low poly, and the inputs of the match
+  if (!plans_low_poly(job)) adopt_texture_sets_of_high(job, high, log);
+  LowMesh low = prepare_low_unless_planned(job, high, log);
+  if (!plans_low_poly(job)) apply_search_distance(job, high, low, options);
+  warn_of_mesh_mismatch(job, high, low, options.match, log);
   (job.low.given.empty() ? seconds.low : seconds.load) += watch.lap();
   MatchInputs match_inputs;
   match_inputs.read(job, high.mesh(), low.mesh, log.warnings);
@@ -210,7 +211,7 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
 
   std::optional<Source> built;
   if (high.prepared == nullptr) {
-    log.progress(kAtSource, "preparing the high poly");
+    log.progress(kProgressAtSource, "preparing the high poly");
     if (hooks.make_source) {
       built = hooks.make_source(device, high.input.mesh, job.traversal);
     } else {
@@ -223,7 +224,7 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
   FoundSets found = find_sets({run, high, low}, source, options);
   job.sets = found.by;
   const BakeScene scene{run, high, low, found.sets};
-  judge_seams(scene, source, options, low);
+  choose_seam_normals(scene, source, options, low);
   seconds.low += watch.lap();
   if (job.cage_auto) {
     match_inputs.find_cage(source, low.mesh, options, log.warnings);
@@ -232,7 +233,7 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
   }
   options.report.keep_match = options.report.keep_match || needs_asset_match(scene);
 
-  // The maps. Those of several texture sets are written one set after the other.
+  // Stage: the maps. If LOW has several texture sets, this stage writes them as well, one after the other.
   const bool planned = plans_low_poly(job);
   PlannedLow plan;
   AssetParts asset;
@@ -250,10 +251,10 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
   if (planned && !job.given.contains("--format")) {
     job.image.format = plan.plan.chosen.bits == 8 ? ImageFormat::png8 : ImageFormat::png16;
   }
-  const double making = watch.lap();
-  if (planned || job.match_auto) seconds.plan = planning(baked.result.report, making);
+  const double bake_seconds = watch.lap();
+  if (planned || job.match_auto) seconds.plan = planning_seconds(baked.result.report, bake_seconds);
 
-  // The files.
+  // Stage: the files
   if (hooks.on_baked) {
     BakedJob result{baked.result, baked.planned, planned ? &plan.plan : nullptr,
                     low.simplified ? &*low.simplified : nullptr};
@@ -285,7 +286,7 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
   result.report = to_text(report_json(outcome, device, source));
   add_summary(outcome, source.stats());
   if (!job.json.empty() && job.json != "-") save_text(job.json, result.report);
-  log.goes_on(1, "done");
+  log.report_progress(1, "done");
   result.causes = root_causes(log.warnings, warnings_of_high);
   result.failure = failure_of(job, outcome);
   result.files = std::move(outputs.files);

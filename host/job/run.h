@@ -1,4 +1,4 @@
-// kiln::run() with what its callers within Kiln add: the command, Python and `kiln run`.
+// run_job(): kiln::run() with hooks for callers within Kiln, which are the command, Python and `kiln run`.
 #pragma once
 
 #include <functional>
@@ -19,20 +19,20 @@
 
 namespace kiln {
 
-/// Progress of a run, its warnings, and the lines that summarise it. Stages append to it.
+/// Collects the warnings and summary lines of a run, and reports its progress. Stages append to it.
 class RunLog {
  public:
-  /// \param on_line  receives each line at once; may be empty
+  /// Creates an empty log. \param on_line  receives each summary line at once; may be empty
   RunLog(Progress progress, std::function<void(const Message&)> on_line)
       : progress_(std::move(progress)), on_line_(std::move(on_line)) {}
 
-  /// Reports the share of the whole work that is done. \returns false if the caller cancels
-  bool goes_on(double share, std::string_view stage) const {
+  /// Reports the completed share of the whole run, 0 to 1. \returns false if the caller cancels
+  bool report_progress(double share, std::string_view stage) const {
     return !progress_ || progress_(share, stage);
   }
-  /// The same. \throws Cancelled
+  /// report_progress() that throws if the caller cancels. \throws Cancelled
   void progress(double share, std::string_view stage) const {
-    if (!goes_on(share, stage)) throw Cancelled{};
+    if (!report_progress(share, stage)) throw Cancelled{};
   }
   void line(const Message& text) {
     if (on_line_) on_line_(text);
@@ -50,52 +50,55 @@ class RunLog {
   std::function<void(const Message&)> on_line_;
 };
 
-/// A high poly on the device, repaired and with the normals that it is baked with.
+/// A high poly that is already on the device, repaired, and with its final normals.
 struct PreparedHigh {
   const Source& source;
   const Mesh& mesh;
   std::span<const Material> materials =
-      {};                      ///< Of the mesh; empty: read from the file that Job::high names
-  bool height_field = false;   ///< The mesh is that of a height field
-  bool faces_inwards = false;  ///< inward_parts() found some
+      {};  ///< Materials of the mesh; empty: they are read from the file that Job::high names
+  bool height_field = false;   ///< True if the mesh is that of a height field
+  bool faces_inwards = false;  ///< True if inward_parts() found parts that face inwards
 };
 
 /// Results of a bake before they are written. RunHooks::on_baked may move them out, except for result.report.
 struct BakedJob {
   BakeResult& result;
-  std::optional<PlannedBake>& planned;  ///< With --match auto
-  const LowPolyPlan* plan;              ///< Null: the low poly was not planned
-  const SimplifyReport* simplified;     ///< Null: the low poly was given
+  std::optional<PlannedBake>& planned;  ///< The plan of --match auto; nullopt without it
+  const LowPolyPlan* plan;              ///< The plan of the low poly; null if it was not planned
+  /// The report of the simplified low poly; null if LOW was given
+  const SimplifyReport* simplified;
 };
 
-/// Additions of a caller to a run: the command draws plans, Python bakes from its sources and samples functions.
+/// What a caller adds to a run: the command draws plans; Python bakes from its own sources, and samples functions.
 struct RunHooks {
-  /// Names of the files that draw_plan may write.
+  /// Returns the names of the files that draw_plan may write.
   std::function<std::vector<std::string>(const std::string& stem)> plan_files;
   std::function<void()> on_start;  ///< Called after options are checked, before anything is read
-  /// Called as soon as a plan is chosen, before its maps are baked at their full quality.
+  /// Called as soon as a plan is chosen, before its maps are baked in full quality.
   std::function<void(const LowPolyPlan&, const std::string& stem)> on_plan;
-  /// \returns false if it was cancelled
+  /// Draws a plan into files of a folder. \returns false if the caller cancelled
   std::function<bool(const LowPolyPlan&, const std::string& folder, const std::string& stem,
                      std::vector<std::string>& outputs, std::vector<Warning>& warnings)>
       draw_plan;
   std::function<void(const Message&)> line;  ///< Receives each line of the summary at once
-  /// Makes the source of a high poly, or returns one of the same mesh from another run. Empty: it is made.
+  /// Makes the source of a high poly, or returns one of the same mesh from another run. Empty: run_job() makes it.
   std::function<Source(const Device&, const Mesh&, RayTraversal)> make_source;
 
-  const PreparedHigh* high = nullptr;  ///< Replaces Job::high, which then only names it
-  /// Returns images by the names of their slots in a material. They replace the maps of these names. Called once, with
-  /// the points of the high poly that the texels match. Values are as files hold them.
+  const PreparedHigh* high = nullptr;  ///< Replaces Job::high, which is then used only for its name
+  /// Returns images for texture slots of a material, by the names of the slots. They replace the maps of the same
+  /// names. Called once, with the points of the high poly that the texels match. The values must be as files store
+  /// them.
   std::function<std::map<std::string, Image>(const Match&, const Mesh& high)> sample;
-  std::set<std::string> not_written;  ///< Maps that are baked, but not written into the asset
-  bool needs_uvs = false;             ///< Unwrap the low poly even if its plan needs no map
-  bool writes = true;                 ///< False: on_baked takes the maps
+  /// Names of maps that are baked, but not written into the asset
+  std::set<std::string> not_written;
+  bool needs_uvs = false;  ///< Unwraps the low poly even if its plan needs no map
+  bool writes = true;      ///< False if on_baked takes the maps, so that no file is written
   std::function<void(BakedJob&)>
-      on_baked;  ///< Called before anything is written; for one texture set only
+      on_baked;  ///< Called before anything is written, and only for a LOW of one texture set
 };
 
-/// run() with hooks. Cancelled is no error here, but JobResult::cancelled. \param device  called once the options are
-/// checked
+/// Runs a job with hooks. A cancelled run returns JobResult::cancelled instead of throwing.
+/// \param device  opens the device; called once the options are checked
 JobResult run_job(const std::function<Device()>& device, const Job& job, const Progress& progress,
                   const RunHooks& hooks);
 

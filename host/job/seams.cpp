@@ -1,4 +1,4 @@
-// Whether hard edges at UV seams suit a low poly's map.
+// Decides whether hard edges at UV seams improve the normals of a baked low poly.
 #include <algorithm>
 #include <optional>
 
@@ -9,17 +9,18 @@
 namespace kiln {
 namespace {
 
-/// Mean error of rendered normals of a low poly with a small map of its own, degrees; none where nothing matched.
+/// Mean error in degrees of rendered normals for a low poly with a small trial map; nullopt if no texel matched.
 std::optional<double> rendered_error(const BakeScene& scene, const Source& source, const Mesh& low,
-                                     const BakeOptions& full, const ScreenPictures& pictures) {
-  constexpr std::uint32_t kMaxSize = 256;  // texels
-  const BakeOptions plain;
-  BakeOptions options = full;
+                                     const BakeOptions& bake_options,
+                                     const ScreenPictures& pictures) {
+  constexpr std::uint32_t kMaxSize = 256;  // texels per side
+  const BakeOptions defaults;
+  BakeOptions options = bake_options;
   options.width = std::min(options.width, kMaxSize);
   options.height = std::min(options.height, kMaxSize);
-  options.maps = plain.maps;
-  options.encoding.space = plain.encoding.space;
-  options.encoding.bitangent = plain.encoding.bitangent;
+  options.maps = defaults.maps;
+  options.encoding.space = defaults.encoding.space;
+  options.encoding.bitangent = defaults.encoding.bitangent;
   options.encoding.flip_y = options.encoding.two_component = options.encoding.raw =
       options.encoding.mips = false;
   options.report = {.recall = 0};
@@ -35,35 +36,38 @@ std::optional<double> rendered_error(const BakeScene& scene, const Source& sourc
 
 }  // namespace
 
-void judge_seams(const BakeScene& scene, const Source& source, const BakeOptions& options,
-                 LowMesh& low) {
-  // A warning is given only if splitting the seams reduces the error at least to this share.
-  constexpr double kWorthWarning = 0.98;
-  constexpr std::uint32_t kPictureSize = 64;  // pixels
+void choose_seam_normals(const BakeScene& scene, const Source& source, const BakeOptions& options,
+                         LowMesh& low) {
+  // A warning requires that split seams reduce the error at least to this share.
+  constexpr double kMaxErrorRatio = 0.98;
+  constexpr std::uint32_t kPictureSize = 64;  // pixels per side
   if (!low.unsplit && !low.seam_warning) return;
   std::vector<Warning>& warnings = scene.run.log.warnings;
-  // No trial: a saved match is valid for one size of the map and for LOW unchanged, and one trial map would overlay
-  // the layouts of several sets.
+  // No trial is possible here: a saved match is valid only for one map size and an unchanged LOW, and a single trial
+  // map would overlay the layouts of several sets.
   if (has_saved_match(scene.run.job) || !scene.sets.empty()) {
     if (low.seam_warning) warnings.push_back(*low.seam_warning);
     return;
   }
   const ScreenPictures pictures(source, kPictureSize);
   const Mesh other = low.unsplit ? std::move(*low.unsplit) : split_at_seams(low.mesh);
-  const Mesh &whole = low.unsplit ? other : low.mesh, &split = low.unsplit ? low.mesh : other;
-  const std::optional<double> of_whole = rendered_error(scene, source, whole, options, pictures);
-  const std::optional<double> of_split = rendered_error(scene, source, split, options, pictures);
+  const Mesh &unsplit_mesh = low.unsplit ? other : low.mesh,
+             &split_mesh = low.unsplit ? low.mesh : other;
+  const std::optional<double> unsplit_error =
+      rendered_error(scene, source, unsplit_mesh, options, pictures);
+  const std::optional<double> split_error =
+      rendered_error(scene, source, split_mesh, options, pictures);
   if (low.seam_warning) {
-    if (of_whole && of_split && *of_split < kWorthWarning * *of_whole) {
+    if (unsplit_error && split_error && *split_error < kMaxErrorRatio * *unsplit_error) {
       warnings.push_back(*low.seam_warning);
     }
     return;
   }
-  if (!of_whole || !of_split || *of_split <= *of_whole) return;
+  if (!unsplit_error || !split_error || *split_error <= *unsplit_error) return;
   const std::string text = formatted(
-      ": with hard edges at its seams, LOW and its map are %.3g degrees "
-      "off HIGH's normals; as they are, %.3g. Its normals were left as they are.",
-      *of_split, *of_whole);
+      ": with hard edges at its seams, LOW with its map deviates by %.3g degrees from HIGH's "
+      "normals; without, by %.3g. Its normals were left as they are.",
+      *split_error, *unsplit_error);
   warnings.push_back({"seams-kept", option("split_at_seams") + text, low.soft_seams});
   low.mesh = other;
 }

@@ -1,4 +1,4 @@
-// Texture sets: several layouts of one low poly, each with maps of its own.
+// Bakes texture sets: several UV layouts of one low poly, each with maps of its own.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -17,27 +17,28 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostOfName = 100;  // bytes, of the 255 that a file's name may have
+// Bytes of a texture set's name in a file name, which may have 255 in all.
+constexpr std::size_t kMaxNameBytes = 100;
 
-/// The beginning of a long text, not cut within a letter of UTF-8.
-std::string beginning(const std::string& text) {
-  std::size_t end = std::min(text.size(), kMostOfName);
+/// Truncates a text to kMaxNameBytes without splitting a UTF-8 sequence.
+std::string truncate_name(const std::string& text) {
+  std::size_t end = std::min(text.size(), kMaxNameBytes);
   while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) {
     --end;
   }
   return text.substr(0, end);
 }
 
-/// "Texture set 'glass'", for messages.
-std::string set_in_words(const TextureSet& set) {
-  std::string name = beginning(set.name);
+/// Names a texture set in messages, such as "Texture set 'glass'".
+std::string set_label(const TextureSet& set) {
+  std::string name = truncate_name(set.name);
   std::replace(name.begin(), name.end(), '\n', ' ');
   return "Texture set '" + name + (name.size() < set.name.size() ? "...'" : "'") +
          (set.tile.empty() ? "" : ", tile " + set.tile);
 }
 
-/// A name as files may have it on any system, and MTL files and shells may name them.
-std::string file_word(const std::string& name) {
+/// Replaces characters that file systems, MTL files or shells do not accept in file names.
+std::string safe_file_name(const std::string& name) {
   constexpr std::string_view kForbidden = "/\\:*?\"'`<>|#%&$;!";
   std::string word;
   for (const char c : name) {
@@ -45,37 +46,38 @@ std::string file_word(const std::string& name) {
     const bool plain = byte > 0x20 && byte != 0x7F && kForbidden.find(c) == std::string_view::npos;
     word += plain ? c : '_';
   }
-  word = beginning(word);
+  word = truncate_name(word);
   return word.empty() ? "set" : word;
 }
 
-/// Names that differ, whatever a file system takes for the same: also where the map `bent_normal` of the set `wood`
-/// and the map `normal` of `wood_bent` would have one.
-void name_files(const Job& job, std::vector<BakedSet>& sets) {
+/// Gives each set a name for its files. Names differ in more than case, and no combination of set and map occurs twice,
+/// as would "bent_normal" of `wood` and "normal" of `wood_bent`.
+void assign_file_names(const Job& job, std::vector<BakedSet>& sets) {
   std::vector<std::string> endings = {""};
-  for (const std::string& map : all_maps(job)) endings.push_back("_" + map);
+  for (const std::string& map : all_map_names(job)) endings.push_back("_" + map);
   for (const Pack& pack : parse_packs(job)) endings.push_back("_" + pack.name);
-  std::set<std::string> taken;
+  std::set<std::string> used_names;
   const BakedSet* last = nullptr;
   for (BakedSet& set : sets) {
-    const BakedSet* const before = std::exchange(last, &set);
-    if (before != nullptr && !set.set.tile.empty() && before->set.name == set.set.name) {
-      set.word = before->word;  // another tile of the same
+    const BakedSet* const previous_set = std::exchange(last, &set);
+    if (previous_set != nullptr && !set.set.tile.empty() &&
+        previous_set->set.name == set.set.name) {
+      set.word = previous_set->word;  // tiles of one set share its name
       continue;
     }
-    const std::string plain = file_word(set.set.name);
+    const std::string plain = safe_file_name(set.set.name);
     const auto is_free = [&](const std::string& ending) {
-      return !taken.contains(lower_case(set.word + ending));
+      return !used_names.contains(lower_case(set.word + ending));
     };
     std::size_t k = 1;
     for (set.word = plain; !std::all_of(endings.begin(), endings.end(), is_free);) {
       set.word = plain + "_" + std::to_string(++k);
     }
-    for (const std::string& ending : endings) taken.insert(lower_case(set.word + ending));
+    for (const std::string& ending : endings) used_names.insert(lower_case(set.word + ending));
   }
 }
 
-void size_sets(const Job& job, const BakeOptions& options, std::vector<BakedSet>& sets) {
+void assign_sizes(const Job& job, const BakeOptions& options, std::vector<BakedSet>& sets) {
   for (BakedSet& set : sets) {
     set.width = options.width;
     set.height = options.height;
@@ -91,38 +93,39 @@ void size_sets(const Job& job, const BakeOptions& options, std::vector<BakedSet>
     if (found) continue;
     std::string names;
     for (const BakedSet& set : sets) {
-      names += (names.empty() ? "'" : ", '") + beginning(set.set.name) + "'";
+      names += (names.empty() ? "'" : ", '") + truncate_name(set.set.name) + "'";
     }
-    fail_usage(option("size") + " '" + beginning(size.set) +
-               "=...' names no texture set of LOW; they are " + names + ".");
+    fail_usage(option("size") + " '" + truncate_name(size.set) +
+               "=...' names no texture set of LOW; its sets are " + names + ".");
   }
 }
 
-/// Warns of materials or objects that have no area in UV space, and so no set.
+/// Warns of materials or objects without area in UV space, which form no set.
 void warn_of_left_out(const Mesh& low, const FoundSets& found, RunLog& log) {
-  const SetsBy by = found.by;
-  if (by == SetsBy::udim) return;
-  const auto& names = by == SetsBy::material ? low.material_names : low.object_names;
-  const auto& of = by == SetsBy::material ? low.materials : low.objects;
+  const SetsBy criterion = found.by;
+  if (criterion == SetsBy::udim) return;
+  const auto& names = criterion == SetsBy::material ? low.material_names : low.object_names;
+  const auto& set_of_triangle = criterion == SetsBy::material ? low.materials : low.objects;
   std::vector<std::uint64_t> triangles(names.size());
-  for (const std::uint32_t name : of) ++triangles[name];
-  std::set<std::string_view> there;
-  for (const BakedSet& set : found.sets) there.insert(set.set.name);
+  for (const std::uint32_t name : set_of_triangle) ++triangles[name];
+  std::set<std::string_view> names_of_sets;
+  for (const BakedSet& set : found.sets) names_of_sets.insert(set.set.name);
   std::uint64_t count = 0;
   std::string example;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (there.contains(names[i]) || triangles[i] == 0) continue;
-    if (count++ == 0) example = beginning(names[i]);
+    if (names_of_sets.contains(names[i]) || triangles[i] == 0) continue;
+    if (count++ == 0) example = truncate_name(names[i]);
   }
   if (count == 0) return;
-  log.warnings.push_back({"set-without-uvs",
-                          plural(count, "texture set") + " of LOW, such as '" + example + "', " +
-                              (count == 1 ? "has" : "have") +
-                              " no area in UV space and so no map. Unwrap what is seen of it.",
-                          count});
+  log.warnings.push_back(
+      {"set-without-uvs",
+       plural(count, "texture set") + " of LOW, such as '" + example + "', " +
+           (count == 1 ? "has" : "have") +
+           " no area in UV space and therefore no map. Unwrap its visible faces.",
+       count});
 }
 
-/// Warnings of all sets: one that several have in the same words stands once.
+/// Collects the warnings of all sets. A warning that several sets have with the same text is kept once.
 class SetWarnings {
  public:
   void add(const std::string& set, const Warning& warning) {
@@ -146,35 +149,36 @@ class SetWarnings {
 
  private:
   struct Entry {
-    std::string set;  ///< The first that has it
+    std::string set;  ///< The first set with the warning
     Warning warning;
-    std::size_t more = 0;  ///< Sets that have it, too
+    std::size_t more = 0;  ///< Number of further sets with the warning
   };
   std::vector<Entry> list_;
   std::map<std::pair<std::string, std::string>, std::size_t>
-      index_;  ///< In list_, by code and message.
+      index_;  ///< Index in list_, by code and message
 };
 
-/// Each set tells of the surface near its own triangles.
-void add_to(std::optional<HighCoverageReport>& sum, const std::optional<HighCoverageReport>& set) {
+/// Adds the coverage report of a set to the sum. Reports are weighted, since each covers only the surface near its set.
+void accumulate(std::optional<HighCoverageReport>& sum,
+                const std::optional<HighCoverageReport>& set) {
   if (!set) return;
   if (!sum) sum.emplace();
-  const double all = sum->weight + set->weight;
+  const double total_weight = sum->weight + set->weight;
   const auto join = [&](double before, double more) {
-    return all > 0 ? (before * sum->weight + more * set->weight) / all : 0;
+    return total_weight > 0 ? (before * sum->weight + more * set->weight) / total_weight : 0;
   };
-  const double kept = join(sum->largest, 0), largest = join(0, set->largest);
-  if (largest > kept) sum->where = set->where;
-  sum->largest = std::max(kept, largest);
+  const double previous_largest = join(sum->largest, 0), largest = join(0, set->largest);
+  if (largest > previous_largest) sum->where = set->where;
+  sum->largest = std::max(previous_largest, largest);
   sum->lost = join(sum->lost, set->lost);
   sum->by_copies = join(sum->by_copies, set->by_copies);
   sum->places += set->places;
-  sum->weight = all;
+  sum->weight = total_weight;
 }
 
-/// Sums over all sets.
-void add_to(BakeReport& sum, const BakeReport& report) {
-  sum.mean_abs_distance +=  // times samples, until all are there
+/// Adds the report of a set to the sum of all sets.
+void accumulate(BakeReport& sum, const BakeReport& report) {
+  sum.mean_abs_distance +=  // a sum over samples; bake_sets() divides it by their number
       report.mean_abs_distance * static_cast<double>(report.samples - report.missed);
   for (std::uint64_t BakeReport::*count :
        {&BakeReport::texels, &BakeReport::samples, &BakeReport::outward, &BakeReport::inward,
@@ -193,7 +197,7 @@ void add_to(BakeReport& sum, const BakeReport& report) {
   sum.curvature_radius = std::max(sum.curvature_radius, report.curvature_radius);
   sum.uv_copies_differ = std::max(sum.uv_copies_differ, report.uv_copies_differ);
   sum.peak_device_bytes = std::max(sum.peak_device_bytes, report.peak_device_bytes);
-  add_to(sum.recall, report.recall);
+  accumulate(sum.recall, report.recall);
   sum.occlusion = report.occlusion;
   sum.ids = report.ids;
   sum.edges = report.edges;
@@ -202,7 +206,7 @@ void add_to(BakeReport& sum, const BakeReport& report) {
   sum.visibility = report.visibility;
 }
 
-/// \param first_file  the first of the set's files among all
+/// Describes a texture set for the report. \param first_file  index of the set's first file in JobOutputs::files
 Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& baked,
               const JobOutputs& outputs, std::size_t first_file) {
   const BakeReport& report = baked.result.report;
@@ -236,8 +240,8 @@ Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& bak
   return json;
 }
 
-/// \param chosen  by --sets, and not by what overlaps
-FoundSets sets_by(const BakeScene& scene, const BakeOptions& options, SetsBy by, bool chosen) {
+/// Makes texture sets by a criterion, and checks them. \param chosen  true if --sets chose the criterion
+FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy by, bool chosen) {
   RunLog& log = scene.run.log;
   Job job = scene.run.job;
   job.sets = by;
@@ -249,32 +253,32 @@ FoundSets sets_by(const BakeScene& scene, const BakeOptions& options, SetsBy by,
   const auto is_moved = [](const BakedSet& set) { return set.set.tile_u + set.set.tile_v > 0; };
   refuse_if(chain_obeys(job, "match.uv") &&
                 (by == SetsBy::udim || std::any_of(found.sets.begin(), found.sets.end(), is_moved)),
-            option("match", match_word(job)) +
+            option("match", match_name(job)) +
                 " finds points at the same UV of the unit square, but LOW's UVs lie on several "
                 "UDIM tiles: choose another match, or " +
                 option("sets", "none") + " for one map of the unit square.");
   warn_of_left_out(scene.low.mesh, found, log);
-  size_sets(job, options, found.sets);
-  name_files(job, found.sets);
+  assign_sizes(job, options, found.sets);
+  assign_file_names(job, found.sets);
   check_outputs(job, found.sets, scene.run.hooks);
   std::erase_if(log.warnings, [](const Warning& w) { return w.code == "files-overlap"; });
   if (!chosen) {
-    log.line(std::to_string(found.sets.size()) + " texture sets, a " +
+    log.line(std::to_string(found.sets.size()) + " texture sets, one per " +
              (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSets), job.sets)) +
-             " each: their UVs overlap (" + option("sets", "none") + " bakes one map)");
+             ": their UVs overlap (" + option("sets", "none") + " bakes one map)");
   }
   return found;
 }
 
-/// A mesh for a trial: keeps the UVs of a few thousand triangles of a large LOW, and of all triangles whose UVs coincide
-/// with theirs in any tile. Its tangents are placeholders, since MikkTSpace takes long.
-Mesh thinned(Mesh low) {
+/// Makes a mesh for a trial bake: a few thousand triangles of a large LOW keep their UVs, and so do all triangles whose
+/// UVs coincide with theirs in any tile. Its tangents are placeholders, since MikkTSpace is slow.
+Mesh thin_uvs(Mesh low) {
   constexpr double kTriangles = 8192;
-  // Cells along a side of the unit square; the triangles of a hashed selection of the cells are kept.
+  // Grid cells along a side of the unit square. A hash selects the cells whose triangles keep their UVs.
   constexpr double kCells = 1024;
-  constexpr std::uint32_t kOrders = 1U << 16U;
+  constexpr std::uint32_t kHashValues = 1U << 16U;
   const double share = kTriangles / static_cast<double>(low.triangles.size());
-  const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
+  const auto nan_uv = static_cast<std::uint32_t>(low.uvs.size());
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   low.uvs.push_back({kNaN, kNaN});
   low.tangents.assign(3 * low.triangles.size(), {{1, 0, 0}, 1});
@@ -287,20 +291,21 @@ Mesh thinned(Mesh low) {
     if (!std::isfinite(u) || !std::isfinite(v)) continue;
     const auto column = static_cast<std::uint32_t>((u - std::floor(u)) * kCells);
     const auto row = static_cast<std::uint32_t>((v - std::floor(v)) * kCells);
-    const std::uint32_t order = (column * 0x9E3779B1U ^ row * 0x85EBCA77U) * 0xC2B2AE3DU >> 16U;
-    if (order >= share * kOrders) corners = {nowhere, nowhere, nowhere};
+    const std::uint32_t hash = (column * 0x9E3779B1U ^ row * 0x85EBCA77U) * 0xC2B2AE3DU >> 16U;
+    if (hash >= share * kHashValues) corners = {nan_uv, nan_uv, nan_uv};
   }
   return low;
 }
 
-/// True if charts of several tiles have the same UVs there, but stand for other places of HIGH.
-bool are_tiles(const Mesh& low, const Source& source, const MatchOptions& match) {
-  constexpr double kMostDiffer =
-      0.05;  // of their area: from there on a warning would say what is lost
+/// True if charts of several UDIM tiles have the same UVs within their tiles, but represent different places of HIGH.
+bool tiles_show_different_surfaces(const Mesh& low, const Source& source,
+                                   const MatchOptions& match) {
+  constexpr double kMaxCopyDifference =
+      0.05;  // largest share of the copies' area that may differ; with more, one map would lose visible detail
   constexpr std::uint32_t kTrialSize = 16;
   try {
     if (find_texture_sets(low, SetsBy::udim).size() < 2) return false;
-    // By plain rays: what LOW's layout is does not depend on how it is baked.
+    // The trial uses plain rays, since the meaning of LOW's layout does not depend on the bake's options.
     BakeOptions options;
     options.width = options.height = kTrialSize;
     options.match.max_distance = match.max_distance;
@@ -308,14 +313,14 @@ bool are_tiles(const Mesh& low, const Source& source, const MatchOptions& match)
     options.match.two_sided = match.two_sided;
     options.match.uv_copies = match.uv_copies;
     options.report.recall = 0;
-    return bake(source, thinned(low), options).report.uv_copies_differ > kMostDiffer;
+    return bake(source, thin_uvs(low), options).report.uv_copies_differ > kMaxCopyDifference;
   } catch (const Error&) {
-    return false;  // The bake itself will say what is wrong.
+    return false;  // the bake itself reports the error
   }
 }
 
-/// True if a match was saved for each tile.
-bool has_matches_of_tiles(const Mesh& low, const std::string& path) {
+/// True if a saved match exists for each tile.
+bool has_tile_matches(const Mesh& low, const std::string& path) {
   std::error_code none;
   if (std::filesystem::exists(path, none)) return false;
   try {
@@ -332,19 +337,19 @@ FoundSets find_sets(const BakeScene& scene, const Source& source, const BakeOpti
   const Job& job = scene.run.job;
   const Mesh& low = scene.low.mesh;
   const bool chosen = job.sets.has_value();
-  SetsBy by = SetsBy::none;
-  if (no_sets(job).empty() && !low.uv_triangles.empty()) {
-    by = chosen ? *job.sets : choose_texture_sets(low);
-    const bool by_uvs = chain_obeys(job, "match.uv");  // Those of the unit square.
-    if (!chosen && by == SetsBy::none && !by_uvs &&
-        (job.load_match.empty() ? are_tiles(low, source, options.match)
-                                : has_matches_of_tiles(low, job.load_match))) {
-      by = SetsBy::udim;
+  SetsBy criterion = SetsBy::none;
+  if (explain_single_set(job).empty() && !low.uv_triangles.empty()) {
+    criterion = chosen ? *job.sets : choose_texture_sets(low);
+    const bool by_uvs = chain_obeys(job, "match.uv");  // a match by UVs only knows the unit square
+    if (!chosen && criterion == SetsBy::none && !by_uvs &&
+        (job.load_match.empty() ? tiles_show_different_surfaces(low, source, options.match)
+                                : has_tile_matches(low, job.load_match))) {
+      criterion = SetsBy::udim;
     }
   }
-  if (by != SetsBy::none) return sets_by(scene, options, by, chosen);
+  if (criterion != SetsBy::none) return make_sets(scene, options, criterion, chosen);
   refuse_if(!job.set_sizes.empty(), option("size", "NAME=SIZE") +
-                                        " is for texture sets, but LOW has one alone: give " +
+                                        " is for texture sets, but LOW has only one: give " +
                                         option("sets", "material") +
                                         ", "
                                         "object or udim, or " +
@@ -354,9 +359,9 @@ FoundSets find_sets(const BakeScene& scene, const Source& source, const BakeOpti
 
 namespace {
 
-/// bake_layout() of a set, whose errors name the set.
+/// Bakes one set by bake_layout(); errors name the set.
 BakedLayout bake_set(const BakeScene& scene, const Source& source, const BakeOptions& options) {
-  const std::string name = set_in_words(scene.set->set);
+  const std::string name = set_label(scene.set->set);
   try {
     return bake_layout(scene, source, options);
   } catch (const Cancelled&) {
@@ -381,7 +386,7 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
   }
   LowMesh low_of_set = low;
   low_of_set.mesh.tangents = tangents_of(low.mesh);
-  low_of_set.made = false;  // It was written.
+  low_of_set.made = false;  // the low poly is already written
   BakeReport sum;
   SetWarnings warnings;
   const double share = 1.0 / static_cast<double>(sets.size());
@@ -411,10 +416,10 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
     own.insert(own.end(), first, run.log.warnings.end());
     run.log.warnings.erase(first, run.log.warnings.end());
     for (const Warning& warning : own) {
-      // UVs that are missing are those of other sets.
-      if (warning.code != "uv-missing") warnings.add(set_in_words(set.set), warning);
+      // triangles without UVs belong to other sets
+      if (warning.code != "uv-missing") warnings.add(set_label(set.set), warning);
     }
-    add_to(sum, baked.result.report);
+    accumulate(sum, baked.result.report);
     sums.stored.add_common(baked.stored);
     done += share;
   }

@@ -1,4 +1,4 @@
-// The stages of a run as functions, and the values that they pass on: see run.cpp for their order.
+// Declares the stages of a run as functions, and the values that they pass on. run.cpp shows their order.
 #pragma once
 
 #include <array>
@@ -30,19 +30,20 @@
 
 namespace kiln {
 
-/// Shares of the whole work at which stages begin, for a steady progress bar.
-inline constexpr double kAtLow = 0.08, kAtSource = 0.15, kAtBake = 0.3, kAtSave = 0.8;
+/// Progress of the whole run, 0 to 1, at which each stage begins.
+inline constexpr double kProgressAtLow = 0.08, kProgressAtSource = 0.15, kProgressAtBake = 0.3,
+                        kProgressAtSave = 0.8;
 
-/// Inputs of every stage. run_stages() refines the job between stages; no stage changes it.
+/// Inputs of every stage. run_stages() refines the job between stages; stages never change it.
 struct RunContext {
   const Job& job;
   const RunHooks& hooks;
   RunLog& log;
 };
 
-/// The high poly as it is baked: read, repaired and shaded, or prepared by the caller.
+/// The high poly in its final form: read, repaired and shaded, or prepared by the caller.
 struct LoadedHigh {
-  HighPolyInput input;  ///< Without a mesh where it was prepared
+  HighPolyInput input;  ///< Has no mesh if `prepared` is set
   CleanReport cleaned;  ///< Repairs of input.mesh
   const PreparedHigh* prepared = nullptr;
 
@@ -55,7 +56,7 @@ struct LoadedHigh {
   }
 };
 
-/// Numbers of polygons of a low poly's files.
+/// Numbers of quads and larger polygons in the files of a low poly.
 struct PolygonCounts {
   std::uint64_t quads = 0, larger = 0;
 };
@@ -63,124 +64,131 @@ struct PolygonCounts {
 /// The low poly: read, made from the high poly, or planned.
 struct LowMesh {
   Mesh mesh;
-  std::string path;   ///< Of its file, for messages
-  std::string stem;   ///< Of the maps' names
-  Asset beside;       ///< MeshFiles::beside of one that was read
-  Mesh hulls;         ///< MeshFiles::hulls of one that was read
-  bool made = false;  ///< Kiln made it, or its UVs or normals: it is written beside the maps
+  std::string path;  ///< The path of its file, for messages
+  std::string stem;  ///< Stem of the names of its maps
+  Asset beside;      ///< MeshFiles::beside of a low poly that was read
+  Mesh hulls;        ///< MeshFiles::hulls of a low poly that was read
+  /// True if Kiln made the mesh, its UVs or its normals, so that it is written beside the maps
+  bool made = false;
   PolygonCounts polygons;
-  std::uint64_t soft_seams = 0;  ///< Before any were split
-  std::optional<Mesh> unsplit;   ///< The mesh before seams were split, until judge_seams()
-  std::optional<Warning>
-      seam_warning;  ///< To be given where splitting seams helps, by judge_seams()
+  std::uint64_t soft_seams = 0;  ///< Number of soft seams before any split
+  /// The mesh before its seams were split; choose_seam_normals() may restore it
+  std::optional<Mesh> unsplit;
+  /// A warning that choose_seam_normals() gives if a split at seams reduces the error
+  std::optional<Warning> seam_warning;
   std::optional<SimplifyReport> simplified;
   std::optional<UnwrapReport> unwrapped;
 };
 
-/// Times of stages outside the library's own reports, seconds.
+/// Seconds of the stages that no report of the library covers.
 struct StageSeconds {
   double load = 0, low = 0, build = 0, cage = 0, plan = 0, save = 0;
 };
 
-/// One of LOW's texture sets, the size of its maps, and what was found while they were baked.
+/// A texture set of LOW with the size of its maps, and results of its bake.
 struct BakedSet {
   TextureSet set;
   std::uint32_t width = 0, height = 0;
-  std::string word;                    ///< In names of files
-  std::optional<PlannedBake> planned;  ///< With --match auto; without its maps
-  std::optional<Reasons> reasons;      ///< With --reasons
+  std::string word;                    ///< The set's part of file names
+  std::optional<PlannedBake> planned;  ///< The plan of --match auto, without its maps
+  std::optional<Reasons> reasons;      ///< The reasons of --reasons
 };
 
-/// Beginning and end of names of files of a set, or of the only layout.
+/// Parts of the file names of a set, or of the only layout.
 struct SetNames {
-  std::string stem;   ///< "low_glass" of a material or object
-  std::string tile;   ///< ".1001" of a UDIM tile
-  std::string match;  ///< "_glass" or ".1001", of a saved match
+  std::string stem;   ///< Stem with the material or object: "low_glass"
+  std::string tile;   ///< Suffix of a UDIM tile: ".1001"
+  std::string match;  ///< Suffix of a saved match: "_glass" or ".1001"
 };
 
-/// The meshes and the texture sets of a bake. A view: all members outlive it.
+/// The meshes and texture sets of a bake. A view: all members outlive it.
 struct BakeScene {
   const RunContext& run;
   const LoadedHigh& high;
   const LowMesh& low;
-  std::span<const BakedSet> sets = {};  ///< Empty: one layout
-  const BakedSet* set = nullptr;  ///< Of `sets`, that is baked and written; null: the only layout
+  std::span<const BakedSet> sets = {};  ///< Empty if LOW has one layout
+  /// The element of `sets` that is being baked; null for the only layout
+  const BakedSet* set = nullptr;
 
-  SetNames names() const;  ///< Of the files of `set`
+  SetNames names() const;  ///< Parts of the file names of `set`
 };
 
-/// Facts of written maps, by their names.
+/// Properties of written maps by the maps' names, for the report.
 struct StoredMaps {
-  Json mips;                                    ///< Levels and their files
-  Json ranges = Json::object();                 ///< Values at 0 and 1 of integer formats
-  Json variant_ids = Json::object();            ///< Legends
-  Json errors = Json::object();                 ///< Of formats of 8 bits, and of lossy pictures
-  std::optional<std::array<double, 3>> origin;  ///< Of maps of positions
+  Json mips;                          ///< Mip levels and their files
+  Json ranges = Json::object();       ///< The values that integer formats store as 0 and 1
+  Json variant_ids = Json::object();  ///< Legends of variants of the map id
+  Json errors = Json::object();  ///< Rounding errors of formats of 8 bits and of lossy pictures
+  std::optional<std::array<double, 3>> origin;  ///< The origin of position maps
 
-  /// Adds what holds for the maps of all layouts.
+  /// Adds those properties of another layout's maps that hold for all layouts.
   void add_common(const StoredMaps& other);
 };
 
-/// Maps of one layout: of the whole low poly, of a texture set, or of a level of detail.
+/// The baked maps of one layout: of the whole low poly, of a texture set, or of a level of detail.
 struct BakedLayout {
   BakeOptions options;
   /// The match that options.match.saved points to; null if none was loaded
   std::shared_ptr<const Match> saved_match;
   BakeResult result;
-  std::map<std::string, Image> own_images;  ///< Of RunHooks::sample
-  bool own_images_alone = false;       ///< The maps of `result` serve these, and are not written
-  std::optional<PlannedBake> planned;  ///< With --match auto; without its maps
-  std::optional<Reasons> reasons;      ///< With --reasons
+  std::map<std::string, Image> own_images;  ///< Images of RunHooks::sample, by the name of a map
+  /// True if `own_images` replace all maps; `result` then has a map for transfers alone, which is not written
+  bool own_images_alone = false;
+  std::optional<PlannedBake> planned;  ///< The plan of --match auto, without its maps
+  std::optional<Reasons> reasons;      ///< The reasons of --reasons
   StoredMaps stored;
 };
 
 /// A low poly that was planned together with its maps.
 struct PlannedLow {
-  LowPolyPlan plan;                      ///< Its mesh and maps are moved out by take_plan()
-  std::optional<BytePlan> within_bytes;  ///< Its trials, for Job::max_bytes; its plan is `plan`
-  std::optional<LodChain> lods;          ///< Its first level's plan is `plan`
-  Json lod_levels = Json::array();       ///< Levels that were written
+  LowPolyPlan plan;  ///< The plan, whose mesh and maps move_plan_result() moves out
+  /// Trials of a plan within Job::max_bytes; `plan` is its result
+  std::optional<BytePlan> within_bytes;
+  std::optional<LodChain> lods;     ///< All levels of detail; `plan` is that of the first one
+  Json lod_levels = Json::array();  ///< Descriptions of the written levels
 };
 
 struct HighPolyView;
 
-/// Encodings of the pictures of a GLB within Job::max_bytes: all that may be chosen, and the choice.
+/// The encoding of a GLB's pictures within Job::max_bytes: the candidates and the choice.
 struct FittedPictures {
-  std::vector<PictureLadder> ladders;         ///< Of all sets
-  std::vector<std::size_t> sets;              ///< Per ladder
-  std::vector<AssetPictures> described;       ///< Per set, without pictures
-  std::optional<double> surface;              ///< Area of LOW, once a set needs it
-  std::shared_ptr<const HighPolyView> shown;  ///< For errors of rendered normals
-  std::vector<TrialPicture> pictures;         ///< The choice, a ladder each
-  std::uint64_t bytes = 0;                    ///< Of the file
-  double error = 0;                           ///< Steps of 1/255
+  std::vector<PictureLadder> ladders;    ///< Candidates of each picture of all sets
+  std::vector<std::size_t> sets;         ///< Index of each ladder's texture set
+  std::vector<AssetPictures> described;  ///< Pictures of each set, without their data
+  std::optional<double> surface;         ///< Surface area of LOW; computed when a set needs it
+  /// Views of the high poly, to measure errors of rendered normals
+  std::shared_ptr<const HighPolyView> shown;
+  std::vector<TrialPicture> pictures;  ///< The chosen encoding of each ladder
+  std::uint64_t bytes = 0;             ///< Size of the GLB
+  double error = 0;                    ///< Error of the chosen pictures, in steps of 1/255
 };
 
 /// Parts of an asset, collected from its texture sets.
 struct AssetParts {
-  std::vector<std::shared_ptr<const AssetPictures>> pictures;  ///< One a set
-  /// Per triangle of LOW, the material of HIGH that its texels match where that is transparent or double-sided, or
-  /// kNoMaterial. Empty: not known.
+  std::vector<std::shared_ptr<const AssetPictures>> pictures;  ///< Encoded pictures of each set
+  /// Per triangle of LOW, the transparent or double-sided material of HIGH that its texels match, else kNoMaterial.
+  /// Empty: unknown.
   std::vector<std::uint32_t> materials_hit;
   static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
-  bool has_opacity = false;              ///< Of the pictures
-  bool own_opacity = false;              ///< An image of RunHooks::sample is the opacity
-  std::optional<FittedPictures> fitted;  ///< With Job::max_bytes
+  bool has_opacity = false;  ///< True if the pictures have opacity
+  bool own_opacity = false;  ///< True if an image of RunHooks::sample is the opacity
+  /// Candidates and choice of encodings within Job::max_bytes
+  std::optional<FittedPictures> fitted;
 };
 
-/// What a run has written, or holds in memory.
+/// The outputs of a run, on disk or in memory.
 struct JobOutputs {
   std::vector<std::string> files;
-  std::vector<std::byte> glb;  ///< With Job::in_memory
-  std::vector<JobMap> maps;    ///< With Job::in_memory; values as files hold them
+  std::vector<std::byte> glb;  ///< The encoded GLB of a job in memory
+  std::vector<JobMap> maps;    ///< The maps of a job in memory, with values as files store them
 };
 
-/// Everything that the report and the summary describe. A view: all members outlive it.
+/// All results that the report and the summary describe. A view: all members outlive it.
 struct RunOutcome {
   const BakeScene& scene;
   const MatchInputs& match_inputs;
-  const BakedLayout& baked;   ///< Of several sets: their sums
-  const PlannedLow* planned;  ///< Null: the low poly was not planned
+  const BakedLayout& baked;   ///< The baked layout; for several sets, the sums of their reports
+  const PlannedLow* planned;  ///< The plan of the low poly; null if it was not planned
   const AssetParts& asset;
   const Json& set_reports;
   const JobOutputs& outputs;
@@ -188,147 +196,157 @@ struct RunOutcome {
   double total_seconds;
 };
 
-/// Progress of a bake that is a share of all baking. \param done  share before it
+/// Reports the progress of one of several bakes as progress of the run.
+/// \param done   share of all baking that is complete before it
+/// \param share  the bake's own share
 inline Progress bake_progress(const RunLog& log, double done = 0, double share = 1) {
   return [&log, done, share](double part, std::string_view stage) {
-    return log.goes_on(kAtBake + (kAtSave - kAtBake) * (done + share * part), stage);
+    return log.report_progress(
+        kProgressAtBake + (kProgressAtSave - kProgressAtBake) * (done + share * part), stage);
   };
 }
 
-/// Removes maps that were baked for other maps alone.
+/// Removes maps that only served to bake other maps.
 void drop_unwritten(const RunHooks& hooks, BakedLayout& baked);
 
 // ---- high.cpp ----
 
-/// Reads HIGH. \param job  gets the extent of a height field that its file states
+/// Reads the meshes or the height field of HIGH. \param job  gets the extent that the file of a height field states
 LoadedHigh read_high(Job& job, RunLog& log);
-/// Repairs HIGH and gives it normals.
+/// Repairs HIGH, and computes its normals.
 void repair_high(const Job& job, LoadedHigh& high, RunLog& log);
-/// Reads the textures that the maps need, and cuts HIGH where --alpha-test finds it transparent.
+/// Reads the textures that the maps need, and removes faces of HIGH by --alpha-test.
 void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLog& log);
 
 // ---- low.cpp ----
 
-/// Reads LOW, makes it from HIGH, or unwraps a given one.
+/// Reads LOW, makes it from HIGH, or unwraps a given one, as the job says.
 LowMesh prepare_low(const Job& job, const LoadedHigh& high, RunLog& log);
-/// Warns of a low poly that has more than half of the high poly's vertices.
+/// Warns of a low poly with more than half as many vertices as the high poly.
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings);
 
 // ---- seams.cpp ----
 
-/// Splitting seams changes the normals of corners. The former normals may suit better, as weighted normals of bevels
-/// do: the smaller error of rendered normals decides.
-void judge_seams(const BakeScene& scene, const Source& source, const BakeOptions& options,
-                 LowMesh& low);
+/// Chooses between the normals before and after a split at UV seams. A split changes the normals of corners, and the
+/// former ones may suit better, as weighted normals of bevels do; the smaller error of rendered normals decides.
+void choose_seam_normals(const BakeScene& scene, const Source& source, const BakeOptions& options,
+                         LowMesh& low);
 
 // ---- maps.cpp ----
 
-/// Bakes the maps of a layout, and judges them. \param options  with size and progress
+/// Bakes the maps of a layout, and checks them. \param options  including size and progress
 BakedLayout bake_layout(const BakeScene& scene, const Source& source, BakeOptions options);
-/// bake(). Where layouts disagree over a height field, the error states the likely reason.
+/// Calls bake(). If the layouts of LOW and a height field disagree, the error states the likely reason.
 BakeResult bake_from(const HighPolyInput& high, const Source& source, const Mesh& low,
                      const BakeOptions& options);
-/// Plans the low poly with its maps. \param low  gets the mesh of the plan; scene.low is `low`
-/// \param planned  gets what was tried
+/// Plans the low poly together with its maps.
+/// \param low  gets the planned mesh; scene.low must be this object
+/// \param planned  gets the plan and its trials
 BakedLayout bake_planned_low(const BakeScene& scene, const Source& source, BakeOptions options,
                              LowMesh& low, PlannedLow& planned);
 
 // ---- plan.cpp ----
 
-/// Options of the plan.
+/// Converts the job's options to those of a plan.
 LowPolyPlanOptions low_poly_options(const BakeScene& scene, const BakeOptions& options);
-/// Warning about maps whose errors exceed their bounds even at the plan's largest size.
+/// The warning about maps whose errors exceed their bounds even at the plan's largest size.
 Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size);
-/// Chooses the low poly, its map and the match together.
+/// Plans the low poly, its map and the match together.
 PlannedLow make_plan(const BakeScene& scene, const Source& source, const BakeOptions& options);
-/// Moves the mesh and the maps of a plan out of it. \returns the maps
-BakeResult take_plan(PlannedLow& planned, LowMesh& low);
-/// \param place  which of several low polys, as in "at 600 pixels "; may be empty
+/// Moves the mesh and the maps out of a plan. \returns the maps
+BakeResult move_plan_result(PlannedLow& planned, LowMesh& low);
+/// The warning about a plan that misses its bounds. \param place  names one of several low polys, such as "at 600
+/// pixels "; may be empty
 Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place = {});
-/// Warns where pictures show that outlines differ much.
+/// Warns if the outlines of low poly and high poly differ by more than 5% of their pixels.
 void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
                      std::vector<Warning>& warnings);
-/// Trade-offs between faces and texels, as lines of a table.
+/// The trade-off between faces and texels as lines of a table.
 std::vector<std::string> trade_table(const LowPolyPlan& plan);
 Json low_poly_plan_json(const LowPolyPlan& plan, std::uint32_t screen);
-/// Reports a plan to RunHooks::on_plan as soon as it is chosen.
-void watch_plan(const BakeScene& scene, LowPolyPlanOptions& options);
+/// Makes a plan call RunHooks::on_plan as soon as it is chosen.
+void forward_plan_to_hook(const BakeScene& scene, LowPolyPlanOptions& options);
 
 // ---- bytes.cpp ----
 
-/// make_plan() within Job::max_bytes. \throws Error(usage) where nothing fits
+/// Runs make_plan() within Job::max_bytes. \throws Error(usage) if no plan fits
 PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const BakeOptions& options);
-/// Encodes the maps of a set, or of the only layout, in all ways that may be chosen.
-/// \param planned  the low poly's plan; null: it was not planned
+/// Encodes the maps of a set, or of the only layout, in all allowed formats, sizes and qualities.
+/// \param planned  the low poly's plan; null if it was not planned
 void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMaps& maps,
                     const BakeOptions& options, const PlannedLow* planned, AssetParts& asset);
-/// Chooses the pictures of all sets. \param file_bytes  of the asset with AssetParts::pictures
-/// \throws Error(usage) where even the smallest are too large
+/// Chooses the encodings of the pictures of all sets.
+/// \param file_bytes  returns the size of the asset with AssetParts::pictures
+/// \throws Error(usage) if even the smallest pictures exceed the limit
 void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_bytes,
                   AssetParts& asset);
 Json bytes_json(const RunOutcome& outcome);
-/// Trials and the choice, as lines.
+/// The trials and the choice as lines of a table.
 std::vector<std::string> bytes_table(const RunOutcome& outcome);
 
 // ---- lods.cpp ----
 
-/// Plans and bakes a chain of low polys; the first is the run's.
+/// Plans and bakes a chain of low polys. The first one is the low poly of the run.
 PlannedLow make_lods(const BakeScene& scene, const Source& source, const BakeOptions& options);
-/// Writes all levels, and NAME_lods.json. \param first  the first level's maps
+/// Writes all levels of detail, and NAME_lods.json. \param first  maps of the first level
 void save_lods(const BakeScene& scene, const Source& source, PlannedLow& planned,
                BakedLayout& first, AssetParts& asset, JobOutputs& outputs);
-/// The GLB or glTF of a level.
+/// Path of the GLB or glTF of a level.
 std::string lod_asset(const Job& job, std::size_t level);
-/// The levels, as lines of a table.
+/// The levels of detail as lines of a table.
 std::vector<std::string> lod_table(const LodChain& chain);
-/// NAME_lods.json.
+/// Name of the file that lists the levels: NAME_lods.json.
 std::string lods_file(const Job& job);
 
 // ---- sets.cpp ----
 
-/// The texture sets of LOW.
+/// The texture sets of LOW, and the criterion that separates them.
 struct FoundSets {
   SetsBy by = SetsBy::none;
-  std::vector<BakedSet> sets;  ///< Empty: one layout
+  std::vector<BakedSet> sets;  ///< Empty if LOW has one layout
 };
-/// Parts LOW into its texture sets. \throws Error(usage), Error(input)
+/// Splits LOW into its texture sets. \throws Error(usage), Error(input)
 FoundSets find_sets(const BakeScene& scene, const Source& source, const BakeOptions& options);
-/// Bakes one set after the other, and writes all but an asset. \param set_reports  gets the report of each
+/// Bakes one set after the other, and writes all but the asset.
+/// \param set_reports  gets one report per set
 /// \returns sums over all sets
 BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMesh& low,
                       std::vector<BakedSet>& sets, const Source& source, const BakeOptions& options,
                       AssetParts& asset, Json& set_reports, JobOutputs& outputs);
-/// Writes the asset of all sets, where one is asked for. \param sums  of bake_sets()
+/// Writes the asset of all sets, if the output is one. \param sums  the result of bake_sets()
 void write_asset_of_sets(const BakeScene& scene, const BakedLayout& sums, const Json& set_reports,
                          AssetParts& asset, JobOutputs& outputs);
 
 // ---- asset.cpp ----
 
-/// LOW as it is written, with the collision hulls that were taken off.
+/// Returns LOW together with its collision hulls.
 Mesh with_hulls(const Mesh& low, const Mesh& hulls);
-/// Adds to the maps of an asset without --maps those that HIGH's materials and colours have. \returns true if the job changed
+/// Adds the maps of HIGH's materials and vertex colours to an asset's maps, unless --maps is given.
+/// \returns true if the job changed
 bool add_material_maps(Job& job, const LoadedHigh& high, RunLog& log);
-/// True if a GLB's materials need the match: LOW's do not name those of HIGH that they show.
+/// True if the materials of a GLB depend on the match, because LOW's materials do not have the names of HIGH's.
 bool needs_asset_match(const BakeScene& scene);
 /// Encodes the maps of a set, or of the only layout, as pictures. \param planned  see fit_asset_maps()
 void encode_asset_maps(const BakeScene& scene, const Source& source, const PlannedLow* planned,
                        BakedLayout& baked, AssetParts& asset);
-/// Finds AssetParts::materials_hit of the triangles that have texels, where the match was kept.
+/// Computes AssetParts::materials_hit for the triangles with texels, if the match was kept.
 void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetParts& asset);
-/// JSON that states how an asset was made. \param errors  see StoredMaps
+/// Returns JSON that states how an asset was made. \param errors  StoredMaps::errors
 std::string asset_extras(const BakeScene& scene, const BakeReport& report, const Json& errors,
                          const Json& set_reports);
-/// Bytes of a GLB with a low poly and the scene's materials, without pictures and asset_extras().
+/// Size in bytes of a GLB with a low poly and the scene's materials, without pictures and asset_extras().
 std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low);
-/// Writes LOW with all sets' pictures as one asset. \param file  NAME.glb or NAME.gltf \param extras  of asset_extras()
+/// Writes LOW with the pictures of all sets as one asset.
+/// \param file  NAME.glb or NAME.gltf
+/// \param extras  the result of asset_extras()
 void write_asset(const BakeScene& scene, const std::string& file, const std::string& extras,
                  AssetParts& asset, JobOutputs& outputs);
-/// Writes LOW with an MTL that names its maps.
+/// Writes LOW as OBJ, with an MTL that names its maps.
 void write_obj_with_mtl(const BakeScene& scene, const AssetParts& asset, JobOutputs& outputs);
 
 // ---- output.cpp ----
 
-/// The legend of a map of names.
+/// Converts the legend of the map id to JSON.
 inline Json ids_json(const std::vector<IdEntry>& ids) {
   Json json = Json::array();
   for (const IdEntry& id : ids) {
@@ -337,27 +355,28 @@ inline Json ids_json(const std::vector<IdEntry>& ids) {
   return json;
 }
 
-/// Notes a file that is written next. \throws Cancelled
-void announce(const RunContext& run, const std::filesystem::path& path, JobOutputs& outputs);
-/// True if maps are padded by pad_for_mips(): those of a glTF or of UVs that Kiln lays out, unless a padding was chosen.
+/// Appends the file to the outputs before it is written, and reports progress. \throws Cancelled
+void register_output(const RunContext& run, const std::filesystem::path& path, JobOutputs& outputs);
+/// True if pad_for_mips() pads the maps: those of a glTF, and those of UVs that Kiln makes, unless a padding was given.
 bool pads_for_mips(const Job& job);
-/// Converts a map from values to what a file of the format holds. Pads it, except those of a glTF, which
-/// encode_asset_maps() pads.
+/// Converts a map to the values that its file format stores, and records their properties. Pads maps except those of a
+/// glTF, which encode_asset_maps() pads.
 void store(const BakeScene& scene, BakedMap& map, const std::string& name, BakedLayout& baked);
-/// Before any work: refuses to write over an input, or over an OBJ of the user's.
+/// Rejects outputs that would overwrite an input or a foreign OBJ, before any work.
 /// \param sets  LOW's texture sets, once they are known
 void check_outputs(const Job& job, std::span<const BakedSet> sets = {}, const RunHooks& hooks = {});
 SetNames names_of(const Job& job, const BakedSet& set);
-/// A saved match's file: of a set MATCH_SET.exr, or MATCH.1001.exr.
+/// Path of a saved match, which for a texture set is MATCH_SET.exr or MATCH.1001.exr.
 std::string match_file(const std::string& path, const SetNames& names);
-/// Writes LOW, if Kiln made it, with the maps of a layout. Several sets share one asset, which is written after them.
-/// \param file  the asset of a GLB or glTF \param planned  see fit_asset_maps()
+/// Writes the maps of a layout, and LOW if Kiln made it. Several sets share one asset, which is written after them.
+/// \param file  path of a GLB or glTF
+/// \param planned  see fit_asset_maps()
 void save_low_and_maps(const BakeScene& scene, const Source& source, const std::string& file,
                        const PlannedLow* planned, BakedLayout& baked, AssetParts& asset,
                        JobOutputs& outputs);
-/// Writes what is asked for beside the maps of a layout: reasons and the match.
+/// Writes the requested files beside the maps of a layout: reasons and the match.
 void save_beside_maps(const BakeScene& scene, const BakedLayout& baked, JobOutputs& outputs);
-/// Writes the cage that --cage auto found, where that is asked for.
+/// Writes the cage that --cage auto found, if --save-cage requests it.
 void save_found_cage(const BakeScene& scene, const MatchInputs& inputs, JobOutputs& outputs);
 
 // ---- report.cpp ----
@@ -368,7 +387,7 @@ Json reasons_json(const Reasons& reasons);
 
 // ---- summary.cpp ----
 
-/// Adds lines on the result, a line a topic.
+/// Adds the lines of the summary to the log.
 void add_summary(const RunOutcome& outcome, const Source::Stats& source);
 
 }  // namespace kiln

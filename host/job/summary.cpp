@@ -1,4 +1,4 @@
-// Summary of a bake.
+// Writes the summary of a bake: one line per topic.
 
 #include "base/percent.h"
 #include "job/map_words.h"
@@ -14,8 +14,8 @@ std::string percent(std::uint64_t part, std::uint64_t whole) {
       "%.2f%%", whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole));
 }
 
-/// "outward 60.12%, inward 39.80%": the ways that found something.
-std::string shares(const BakeReport& report) {
+/// Lists the matches that found points, with their shares: "outward 60.12%, inward 39.80%".
+std::string describe_match_shares(const BakeReport& report) {
   std::string text;
   for (const auto& [name, count] :
        {std::pair{"outward", report.outward},
@@ -29,19 +29,19 @@ std::string shares(const BakeReport& report) {
   return text.empty() ? "none" : text;
 }
 
-/// One line about the views.
+/// Summarises the views in one line.
 std::string summary(const ViewReport& views, double diagonal) {
   std::string text;
   const std::size_t count = views.directions.size();
   text = formatted(
-      "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the high "
-      "poly has triangles smaller than that",
+      "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the high poly's area "
+      "has smaller triangles",
       count, count == 1 ? "" : "s", views.size, views.size,
       views.height_field ? " (a height field)" : "", 100 * views.pixel / diagonal,
       100 * views.undersampled);
   std::string line = text;
   if (!views.coverage.empty()) {
-    line += "; seen after each:";
+    line += "; share of the surface seen after each view:";
     for (const double share : views.coverage) {
       line += formatted(" %.1f%%", 100 * share);
     }
@@ -49,93 +49,93 @@ std::string summary(const ViewReport& views, double diagonal) {
   return line;
 }
 
-/// One line about visibility.
+/// Summarises visibility in one line.
 std::string summary(const VisibilityReport& visibility, std::uint32_t clusters) {
   return formatted(
-      "visibility from %u directions by %s at %s %s in %.2f s; %s seen from none of them "
-      "(%s have no neighbour that is seen, and keep the normal); standard deviation %.3f%s",
+      "visibility from %u directions by %s at %s %s in %.2f s; %s are seen from none (%s of these "
+      "have no seen neighbour, and keep the normal); standard deviation %.3f%s",
       visibility.directions, visibility.by_rays ? "rays" : "views",
       with_commas(visibility.places).c_str(), visibility.width != 0 ? "texels" : "vertices",
       visibility.seconds, with_commas(visibility.unseen).c_str(),
       with_commas(visibility.without).c_str(), visibility.mean_deviation,
-      clusters > 1 ? ("; " + with_commas(visibility.clustered) + " parted into clusters").c_str()
+      clusters > 1 ? ("; " + with_commas(visibility.clustered) + " split into clusters").c_str()
                    : "");
 }
 
-/// "rays, 512 x 512".
-std::string trial_in_words(const PlanTrial& trial) {
+/// Names a trial's match and size, such as "rays, 512 x 512".
+std::string describe_trial(const PlanTrial& trial) {
   return std::string(trial.method.name) + ", " + std::to_string(trial.width) + " x " +
          std::to_string(trial.height);
 }
 
-/// One line about a plan.
+/// Summarises a plan of match and map in one line.
 std::string summary(const PlannedBake& planned) {
   const std::string text = formatted(
-      "chose %s: rendered normals are %.3g degrees off (mean over %u pictures of %u x %u; 95%%: "
-      "%.3g; without the map %.3g; wanted %.3g)",
-      trial_in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees, kPlanViews,
+      "chose %s: rendered normals deviate by %.3g degrees (mean over %u pictures of %u x %u; 95th "
+      "percentile %.3g; without the map %.3g; requested %.3g)",
+      describe_trial(planned.chosen).c_str(), planned.chosen.error.mean_degrees, kPlanViews,
       kPlanPixels, kPlanPixels, planned.chosen.error.p95_degrees, planned.without_map.mean_degrees,
       planned.wanted);
   std::string line = text;
   line += "; tried";
   for (const PlanTrial& trial : planned.trials) {
     line += formatted("%s %s: %.3g", &trial == planned.trials.data() ? "" : ";",
-                      trial_in_words(trial).c_str(), trial.error.mean_degrees);
+                      describe_trial(trial).c_str(), trial.error.mean_degrees);
   }
-  line += "; with an endless map";
+  line += "; with a map of unlimited size";
   for (const PlanLimit& limit : planned.limits) {
     line += formatted("%s %s: %.3g", &limit == planned.limits.data() ? "" : ";",
                       std::string(limit.method.name).c_str(), limit.error.mean_degrees);
   }
   if (planned.least > 0) {
-    line += formatted("; any way: at least %.3g", planned.least);
+    line += formatted("; with any match at least %.3g", planned.least);
   }
   return line;
 }
 
-/// One line about the layouts.
+/// Summarises the agreement of the UV layouts in one line.
 std::string summary(const UvReport& uv, double diagonal) {
   return formatted(
-      "layouts: %s of the high poly's samples covered twice; surfaces %s of the "
-      "diagonal apart at the same UV on average, 95%% of the samples within %s",
+      "layouts: %s of the high poly's samples are covered twice; surfaces at the same UV are %s of "
+      "the diagonal apart on average, 95%% of the samples within %s",
       percent(uv.overlapping, uv.covered).c_str(),
       kiln::percent(uv.mean_distance / diagonal).c_str(),
       kiln::percent(uv.p95_distance / diagonal).c_str());
 }
 
-/// "cage: 0.25% to 1.8% of the diagonal out, 0.25% to 0.6% in".
+/// Summarises a cage in one line, such as "cage: 0.25% to 1.8% of the diagonal out, 0.25% to 0.6% in".
 std::string summary(const CageReport& cage, double diagonal) {
   const double percents = 100 / diagonal;
-  const std::string text = formatted("cage: %.3g%% to %.3g%% of the diagonal out",
+  const std::string text = formatted("cage: %.3g%% to %.3g%% of the diagonal outward",
                                      percents * cage.outward_least, percents * cage.outward_most);
   std::string line = text;
   if (cage.kind != CageKind::shells) return line;
-  return line + formatted(", %.3g%% to %.3g%% in", percents * cage.inward_least,
+  return line + formatted(", %.3g%% to %.3g%% inward", percents * cage.inward_least,
                           percents * cage.inward_most);
 }
 
-/// One line about where rays turn.
+/// Summarises in one line how far from hard edges rays bend.
 std::string summary(const EdgeReport& edges, double diagonal) {
   const std::string text = formatted(
-      "hard edges: rays turn within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
+      "hard edges: rays bend within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
       100 * edges.median / diagonal, 100 * edges.least / diagonal, 100 * edges.most / diagonal);
   if (edges.found == 0) return text;
   return text +
          (", by HIGH's bevels at " + with_commas(edges.found) + " of " + with_commas(edges.edges));
 }
 
-/// One line about what is on no texel.
+/// States in one line how much of the visible high poly has a texel.
 std::string summary(const HighCoverageReport& recall) {
-  return formatted("recall: texels hold %.2f%% of HIGH's visible surface near LOW",
+  return formatted("recall: texels represent %.2f%% of HIGH's visible surface near LOW",
                    100 * (1 - recall.lost));
 }
 
-std::string of_set(const BakedSet& set) {
+std::string set_prefix(const BakedSet& set) {
   return "texture set '" + set.word + "'" + (set.set.tile.empty() ? "" : ", tile " + set.set.tile) +
          ": ";
 }
 
-/// A line for each reason but that all is well. \param samples  of which percentages are
+/// Adds a line for each reason except Reason::found. \param samples  number of all samples, for percentages
 void add_reasons(RunLog& console, const Reasons& reasons, std::uint64_t samples,
                  const std::string& set = {}) {
   const auto infos = reason_infos();
@@ -162,7 +162,7 @@ std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
       "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
       "%.3g units (%s)%s",
       with_commas(report.texels).c_str(), with_commas(map_texels).c_str(),
-      percent(found, report.samples).c_str(), shares(report).c_str(),
+      percent(found, report.samples).c_str(), describe_match_shares(report).c_str(),
       with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
       report.mean_abs_distance, of_diagonal(report.mean_abs_distance / source.diagonal).c_str(),
       searched.c_str());
@@ -220,7 +220,7 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
     for (const MapReached& map : planned->bounds) console.line(set + describe(map));
   };
   add_plan("", baked.planned);
-  for (const BakedSet& set : scene.sets) add_plan(of_set(set), set.planned);
+  for (const BakedSet& set : scene.sets) add_plan(set_prefix(set), set.planned);
   if (plan != nullptr) {
     for (const MapReached& map : plan->bounds) console.line(describe(map));
   }
@@ -232,7 +232,7 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
   if (report.uv) console.line(summary(*report.uv, source.diagonal));
   if (outcome.match_inputs.parts()) {
     console.line(std::to_string(outcome.match_inputs.parts()->count) +
-                 " parts, each matched with its own alone");
+                 " pairs of parts, each matched separately");
   }
   if (report.uv_copies > 0) {
     console.line("mirrored and repeated UVs: " + with_commas(report.uv_copies) +
@@ -242,7 +242,7 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
   if (report.edges.edges != 0) console.line(summary(report.edges, source.diagonal));
   if (baked.reasons) add_reasons(console, *baked.reasons, report.samples);
   for (const BakedSet& set : scene.sets) {
-    if (set.reasons) add_reasons(console, *set.reasons, report.samples, of_set(set));
+    if (set.reasons) add_reasons(console, *set.reasons, report.samples, set_prefix(set));
   }
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {
@@ -257,11 +257,11 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
   add_totals(console, report, scene.sets.empty() ? map_texels : set_texels, source, outcome.seconds,
              outcome.total_seconds);
   for (const MapError& error : report.errors) {
-    console.line(formatted(
-        "error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, most %.3g %s (%s texels)",
-        std::string(error.kind.name).c_str(), std::string(error.against).c_str(), error.rms,
-        error.mean, error.p95, error.max, std::string(error.unit).c_str(),
-        with_commas(error.texels).c_str()));
+    console.line(
+        formatted("error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, max %.3g %s (%s texels)",
+                  std::string(error.kind.name).c_str(), std::string(error.against).c_str(),
+                  error.rms, error.mean, error.p95, error.max, std::string(error.unit).c_str(),
+                  with_commas(error.texels).c_str()));
   }
   for (const std::string& output : outcome.outputs.files) console.line("wrote " + output);
 }

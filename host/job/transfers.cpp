@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool asks(const BakeOptions& options, std::string_view option) {
-  const auto takes = [&](MapKind map) { return map_takes(map.name, option); };
+bool needs_texture(const BakeOptions& options, std::string_view option) {
+  const auto takes = [&](MapKind map) { return map_uses(map.name, option); };
   return std::any_of(options.maps.begin(), options.maps.end(), takes) ||
          std::any_of(options.variants.begin(), options.variants.end(),
                      [&](const MapVariant& map) { return takes(map.kind); });
@@ -26,7 +26,7 @@ bool asks(const BakeOptions& options, std::string_view option) {
 
 bool has_pictures(const Texture& texture) { return !texture.images.empty(); }
 
-/// Reads each material file once, on first use.
+/// Reads HIGH's materials on first use, and once.
 class Materials {
  public:
   Materials(const Job& arguments, const Mesh& high, std::vector<Warning>& warnings,
@@ -51,11 +51,11 @@ class Materials {
     read_ =
         load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
     for (std::size_t i = before; i < warnings_.size(); ++i) {
-      // Material names are merged across joined files, so a part of the map would show another file's material.
+      // Joined files share materials by name, so that a part of the map would show the material of another file.
       if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;
-      throw Error(ErrorCode::input, in_words(high_files(arguments_)) +
-                                        " have materials of the same name that are not the same: " +
-                                        warnings_[i].message);
+      throw Error(ErrorCode::input,
+                  quote_files(high_files(arguments_)) +
+                      " have different materials of the same name: " + warnings_[i].message);
     }
     return *read_;
   }
@@ -76,12 +76,12 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials, con
   Texture texture = kiln::load_texture(transfer.file, &high, &warnings);
   texture.kind = transfer.kind.value_or(texture.kind);
   texture.normal_format = arguments.high_normal_map;
-  if (map_takes(transfer.name, "opacity")) {
-    // Uses the alpha channel if there is one, else the first channel.
+  if (map_uses(transfer.name, "opacity")) {
+    // The texture's alpha channel is used if there is one, else its first channel.
     texture.kind = transfer.kind.value_or(TextureKind::linear);
     texture.channel = texture.images[0]->channels % 2 == 0 ? 3 : 0;
   } else if (texture.kind == TextureKind::srgb) {
-    // The alpha of a single picture is its opacity.
+    // The alpha of a single picture is its opacity, which weights the colours.
     texture.weighted_by_alpha.assign(texture.images.size(), true);
   }
   return texture;
@@ -96,9 +96,9 @@ bool is_transparent(const Material& m) {
 
 namespace {
 
-/// The slots that a high poly's materials set, except occlusion; and colour, if its vertices have colours.
+/// The slots that a high poly's materials set, except occlusion, and the colour slot if its vertices have colours.
 std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials) {
-  const auto any = [&](const auto& has) {
+  const auto any_material = [&](const auto& has) {
     return std::any_of(materials.begin(), materials.end(), has);
   };
   const auto has_number = [](MaterialNumber from) { return from != MaterialNumber::none; };
@@ -106,20 +106,21 @@ std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> m
   const auto add = [&](bool there, MaterialSlot slot) {
     if (there) slots.push_back(slot);
   };
-  add(!high.colors.empty() ||
-          any([&](const Material& m) { return has_number(m.color_from) || !m.color_map.empty(); }),
+  add(!high.colors.empty() || any_material([&](const Material& m) {
+    return has_number(m.color_from) || !m.color_map.empty();
+  }),
       MaterialSlot::color);
-  add(any(is_transparent), MaterialSlot::opacity);
-  add(any([](const Material& m) { return !m.normal_map.empty(); }), MaterialSlot::normal);
-  add(any([&](const Material& m) {
+  add(any_material(is_transparent), MaterialSlot::opacity);
+  add(any_material([](const Material& m) { return !m.normal_map.empty(); }), MaterialSlot::normal);
+  add(any_material([&](const Material& m) {
         return has_number(m.roughness_from) || !m.roughness_map.empty();
       }),
       MaterialSlot::roughness);
-  add(any([&](const Material& m) {
+  add(any_material([&](const Material& m) {
         return !m.metallic_map.empty() || (has_number(m.metallic_from) && m.metallic > 0);
       }),
       MaterialSlot::metallic);
-  add(any([&](const Material& m) {
+  add(any_material([&](const Material& m) {
         return !m.emission_map.empty() ||
                (has_number(m.emission_from) && m.emission != std::array<float, 3>{});
       }),
@@ -151,40 +152,39 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
   }
   std::uint64_t other_uvs = 0;
   const bool pictures = std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
-    const bool there = !m.occlusion_map.empty();
-    if (there && !has_uv_set(high, m.occlusion_map.uv_set)) ++other_uvs;
-    return there;
+    const bool has_map = !m.occlusion_map.empty();
+    if (has_map && !has_uv_set(high, m.occlusion_map.uv_set)) ++other_uvs;
+    return has_map;
   });
   if (pictures && other_uvs == 0 && occlusion) found.transfers.emplace_back("mtl:occlusion");
   if (other_uvs != 0) {
     warnings.push_back({"occlusion-left-out",
-                        "HIGH's picture of occlusion lies on a set of UVs that HIGH has not, "
-                        "and is left out; the map `ao` is of HIGH's shape.",
+                        "HIGH's occlusion texture uses a UV set that HIGH does not have, and is "
+                        "left out; the map `ao` shows the occlusion of HIGH's shape.",
                         other_uvs});
   }
   const auto clear = static_cast<std::uint64_t>(std::count_if(
       high.colors.begin(), high.colors.end(), [](const auto& c) { return c[3] < 255; }));
   const auto counts_vertices = [](const Material& m) { return m.multiplies; };
   if (clear != 0 && std::none_of(materials.begin(), materials.end(), counts_vertices)) {
-    warnings.push_back(
-        {"opacity-left-out",
-         "HIGH's vertex colours have alpha, which is left out, since no material says "
-         "that it counts: add opacity to " +
-             option("maps") + " where it does.",
-         clear});
+    warnings.push_back({"opacity-left-out",
+                        "HIGH's vertex colours have alpha, which is ignored, since no material "
+                        "uses it: add opacity to " +
+                            option("maps") + " to bake it.",
+                        clear});
   }
   return found;
 }
 
 std::vector<OwnMap> load_own_maps(const Job& a) {
-  constexpr std::size_t kMost = std::size_t{1} << 20;
+  constexpr std::size_t kMaxSourceBytes = std::size_t{1} << 20;
   std::vector<OwnMap> maps;
   for (const std::string& text : a.own_maps) {
     const std::size_t equals = text.find('=');
     OwnMap map;
     map.name = text.substr(0, equals);
     map.file = text.substr(equals + 1);
-    map.source = read_small_file(map.file, kMost, option("maps") + " '" + text + "'");
+    map.source = read_small_file(map.file, kMaxSourceBytes, option("maps") + " '" + text + "'");
     maps.push_back(std::move(map));
   }
   return maps;
@@ -192,7 +192,7 @@ std::vector<OwnMap> load_own_maps(const Job& a) {
 
 namespace {
 
-/// True if all colours are white, ignoring alpha, or if there are none.
+/// True if all colours are white, whatever their alpha, or if there are none.
 bool is_white(std::span<const std::array<std::uint8_t, 4>> colors) {
   return std::all_of(colors.begin(), colors.end(), [](const std::array<std::uint8_t, 4>& c) {
     return c[0] == 255 && c[1] == 255 && c[2] == 255;
@@ -206,25 +206,25 @@ void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
   Materials materials(arguments, high, warnings, known);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     Texture texture = load_texture(transfer, materials, high, arguments, warnings);
-    if (map_takes(transfer.name, "color")) {
+    if (map_uses(transfer.name, "color")) {
       options.color = std::move(texture);
-    } else if (map_takes(transfer.name, "opacity")) {
+    } else if (map_uses(transfer.name, "opacity")) {
       options.opacity = std::move(texture);
     } else {
       options.transfers.push_back({transfer.name, std::move(texture)});
     }
   }
   if (high.material_files.empty()) return;
-  if (asks(options, "color") && !options.color &&
+  if (needs_texture(options, "color") && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
-    // Vertex colours take precedence over a constant material colour, unless they are multiplied with it, or are white
-    // everywhere: some programs write white for meshes without colours.
+    // Vertex colours take precedence over a constant material colour, unless they multiply it or are all white, since
+    // some programs write white for meshes without colours.
     if (has_pictures(texture) || is_white(high.colors) || !texture.times_vertex_colors.empty()) {
       options.color = std::move(texture);
     }
   }
-  if ((asks(options, "opacity") || arguments.alpha_test > 0) && !options.opacity) {
+  if ((needs_texture(options, "opacity") || arguments.alpha_test > 0) && !options.opacity) {
     options.opacity = materials.texture(MaterialSlot::opacity);
   }
 }
@@ -233,8 +233,8 @@ void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& hi
                       std::vector<Warning>& warnings) {
   if (arguments.alpha_test <= 0) return;
   if (!options.opacity) {
-    throw OptionError(option("alpha_test") + ": " + in_words(high_files(arguments)) +
-                          " names no materials: give the picture, " + option("transfer") +
+    throw OptionError(option("alpha_test") + ": " + quote_files(high_files(arguments)) +
+                          " names no materials: give the texture by " + option("transfer") +
                           " "
                           "FILE:opacity.",
                       ErrorCode::input);
@@ -244,7 +244,7 @@ void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& hi
   if (report.cut + report.gone != 0) return;
   warnings.push_back({"alpha-test-idle",
                       option("alpha_test") + " found no transparent texel of " +
-                          in_words(high_files(arguments)) +
+                          quote_files(high_files(arguments)) +
                           ": check that its pictures have an alpha channel.",
                       1});
 }
@@ -262,7 +262,7 @@ bool is_name(const std::string& text) {
   });
 }
 
-/// A map's name derived from the stem of a file.
+/// Derives a map's name from the stem of a file.
 std::string name_of_file(const std::string& file) {
   std::string name = fs::path(file).stem().string();
   for (char& c : name) {
@@ -271,7 +271,7 @@ std::string name_of_file(const std::string& file) {
   return is_name(name) ? name : "t_" + name;
 }
 
-/// Splits off and returns the part after the last colon of a text, if there is one.
+/// Splits off and returns the part after the last colon of a text; nullopt if there is no colon.
 std::optional<std::string> last_part(std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return std::nullopt;
@@ -280,24 +280,23 @@ std::optional<std::string> last_part(std::string& text) {
   return part;
 }
 
-/// True for an existing file or UDIM set. Names that are too long for a file are rejected at once, since checks of all
-/// their parts would cost time in the square of their length.
-bool is_there(const std::string& file) {
+/// True for an existing file or UDIM set. Names that exceed PATH_MAX are rejected at once, since the checks of all
+/// their parts would take quadratic time.
+bool is_existing_input(const std::string& file) {
   if (file.size() >= PATH_MAX) return false;
   std::error_code ignored;
   return note_whether_file(file) || fs::exists(file, ignored) || is_picture_file(file);
 }
 
-/// Reports invalid words after a colon, if the part before the colon is a file. \throws Error(usage)
-void check_words(const std::string& text, const std::string& file) {
-  if (is_there(file)) return;
+/// Rejects an unknown word after a colon if the text before the colon is a file. \throws Error(usage)
+void reject_unknown_suffix(const std::string& text, const std::string& file) {
+  if (is_existing_input(file)) return;
   refuse_if(file.starts_with("mtl:"),
             option("transfer") + " '" + text + "': '" + text.substr(text.rfind(':') + 1) +
-                "' is no colour space, and pictures of materials keep their "
-                "names. Give mtl:SLOT or mtl:SLOT:SPACE, where SPACE is "
-                "srgb, linear or normal.");
+                "' is no colour space, and textures of materials cannot be renamed. Give mtl:SLOT "
+                "or mtl:SLOT:SPACE, where SPACE is srgb, linear or normal.");
   for (std::string rest = file; last_part(rest);) {
-    if (!is_there(rest)) continue;
+    if (!is_existing_input(rest)) continue;
     fail_usage(option("transfer") + " '" + text + "': '" + text.substr(text.rfind(':') + 1) +
                "' is no colour space. Give FILE, FILE:NAME or "
                "FILE:NAME:SPACE, where SPACE is srgb, linear or normal.");
@@ -324,11 +323,11 @@ TransferArgument parse_transfer(const std::string& text) {
   if (transfer.materials()) {
     refuse_if(!Words(kMaterialSlots).contains(transfer.name),
               option("transfer") + " '" + text +
-                  "': of materials it takes mtl:color, opacity, normals, roughness, metallic, "
-                  "emission or occlusion.");
+                  "': give mtl:color, mtl:opacity, mtl:normals, mtl:roughness, mtl:metallic, "
+                  "mtl:emission or mtl:occlusion.");
     return transfer;
   }
-  check_words(text, transfer.file);
+  reject_unknown_suffix(text, transfer.file);
   if (transfer.name.empty()) transfer.name = name_of_file(transfer.file);
   return transfer;
 }

@@ -1,4 +1,4 @@
-// Transfers: textures of the high poly that a bake reads, and the maps that it makes from them.
+// Textures of the high poly that a bake reads (--transfer), and the maps that it makes from them.
 #pragma once
 
 #include <optional>
@@ -11,37 +11,38 @@
 
 namespace kiln {
 
-/// The parts of `--transfer FILE[:name][:srgb|linear|normal]`.
+/// The parsed parts of `--transfer FILE[:name][:srgb|linear|normal]`.
 struct TransferArgument {
-  std::string file;  ///< Path, or "mtl" for the materials' textures
+  std::string file;  ///< Path, or "mtl" for the textures of materials
   std::string name;
   std::optional<TextureKind> kind;
 
   bool materials() const { return file == "mtl"; }
 };
 
-/// Allowed NAMEs in `mtl:NAME`.
+/// The names allowed in `mtl:NAME`.
 inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
     {"color", MaterialSlot::color},         {"emission", MaterialSlot::emission},
     {"metallic", MaterialSlot::metallic},   {"normals", MaterialSlot::normal},
     {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},
     {"roughness", MaterialSlot::roughness}};
 
-/// Default maps of an asset, besides `normal` and `ao`: those for which HIGH has vertex colours or materials.
+/// Default maps of an asset, besides `normal` and `ao`: those that HIGH's vertex colours or materials provide.
 struct MaterialMaps {
   std::vector<std::string> maps;       ///< Values for --maps: color, opacity
   std::vector<std::string> transfers;  ///< Values for --transfer: mtl:roughness...
 };
 
+/// Finds the default maps of an asset.
 /// \param occlusion  true: include HIGH's occlusion textures
-/// \param warnings   appended to, if textures use other UV sets, and if the alpha of vertex colours is ignored
+/// \param warnings   gets a warning if textures use missing UV sets, and if the alpha of vertex colours is ignored
 MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
                            std::vector<Warning>& warnings);
 
 /// True if a material is not opaque.
 bool is_transparent(const Material& material);
 
-/// \throws Error(usage)
+/// Parses a value of --transfer. \throws Error(usage)
 TransferArgument parse_transfer(const std::string& text);
 std::vector<TransferArgument> parse_transfers(const Job& arguments);
 

@@ -28,32 +28,32 @@ class Json {
   /// An element of a braced list. Within such a list, {value} is a list of one element, not the value itself.
   struct Element;
 
-  /// Null.
+  /// Creates null.
   Json();
   Json(std::nullptr_t);
-  /// A boolean.
+  /// Creates a boolean.
   template <std::same_as<bool> Truth>
   Json(Truth value) : Json(Number{.kind = Kind::truth, .whole = value ? 1U : 0U}) {}
-  /// An integer.
+  /// Creates an integer.
   template <std::integral Whole>
   requires(!std::same_as<Whole, bool>) Json(Whole value)
       : Json(Number{.kind = std::is_signed_v<Whole> ? Kind::whole : Kind::natural,
                     .whole = static_cast<std::uint64_t>(value)}) {}
-  /// A number. dump() writes null if it is not finite.
+  /// Creates a number. dump() writes null if it is not finite.
   Json(double value);
-  /// A string of UTF-8.
+  /// Creates a string from UTF-8 text.
   Json(const char* text);
   Json(std::string text);
   Json(std::string_view text);
-  /// The optional's value, or null.
+  /// Creates the optional's value, or null.
   template <typename Value>
   Json(const std::optional<Value>& value) : Json(value ? Json(*value) : Json()) {}
-  /// A list with the elements of a range.
+  /// Creates a list of the elements of a range.
   template <JsonList List>
   Json(const List& list) : Json(array()) {
     for (const auto& element : list) push_back(element);
   }
-  /// An object if every element is a pair of a string and a value, else a list.
+  /// Creates an object if every element is a pair of a string and a value, else a list.
   Json(std::initializer_list<Element> elements);
 
   Json(const Json& other);
@@ -62,10 +62,10 @@ class Json {
   Json& operator=(Json&& other) noexcept;
   ~Json();
 
-  /// A list, even if all elements are pairs.
+  /// Creates a list, even if all elements are pairs.
   static Json array();
   static Json array(std::initializer_list<Element> elements);
-  /// An object without keys.
+  /// Creates an object without keys.
   static Json object();
   /// Parses a text.
   /// \returns null if the text is not valid JSON, or nested deeper than kMaxJsonDepth.
@@ -98,16 +98,16 @@ class Json {
 
   /// The value of an object's key; a missing key is added with null. A null value becomes an object.
   Json& operator[](std::string_view key);
-  /// Keys of an object, in their order.
+  /// Keys of an object, in insertion order.
   const std::vector<std::string>& keys() const { return keys_; }
   /// The value at a path of keys separated by dots, such as "seconds.total"; null if there is none.
   const Json& at(std::string_view path) const;
   /// Adds all keys of another object, overwriting existing ones.
   void update(const Json& other);
 
-  /// Value of a number.
+  /// The value of a number as double.
   double number() const;
-  /// Characters of a string.
+  /// The characters of a string.
   const std::string& text() const { return text_; }
 
   /// A copy with `change` applied to every string and key.

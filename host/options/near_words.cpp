@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-/// A synonym that other programs use. Synonyms of maps and matches are in the rows of their registries.
+/// A synonym in other programs. Synonyms of maps and matches are in the rows of their registries.
 struct Alias {
   std::string_view theirs, ours;
 };
@@ -35,7 +35,7 @@ constexpr std::array kAliases = {
     Alias{"rate", "measure"},
     Alias{"extract", "volume"},
     Alias{"device", "devices"},
-    // Synonyms of flags, for each command that has the flag.
+    // Synonyms of flags. One is suggested only in commands that have the flag.
     Alias{"azimuth", "view"},
     Alias{"elevation", "view"},
     Alias{"o", "out"},
@@ -155,7 +155,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 std::string not_one_of(const std::string& word, const std::vector<std::string>& words) {
   const std::string nearest = nearest_word(word, words);
   std::string text =
-      word.empty() ? "it was given nothing" : "'" + word + "' is not one of its values";
+      word.empty() ? "the value is empty" : "'" + word + "' is not one of its values";
   if (!nearest.empty()) text += "; did you mean " + nearest + "?";
   text += nearest.empty() ? ": give " : " Give ";
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -1,4 +1,4 @@
-// Suggestions for unknown words.
+// Suggests known words for unknown ones.
 #pragma once
 
 #include <cstddef>

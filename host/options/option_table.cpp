@@ -46,19 +46,20 @@ std::string_view OptionRow::path() const {
   return member.substr(kBakePrefix.size(), member.find(',') - kBakePrefix.size());
 }
 
-bool OptionRow::serves(const MatchInfo& match) const { return obeys(match, path()); }
+bool OptionRow::applies_to(const MatchInfo& match) const { return obeys(match, path()); }
 
-bool OptionRow::serves(const MapInfo& map) const { return obeys(map, path()); }
+bool OptionRow::applies_to(const MapInfo& map) const { return obeys(map, path()); }
 
 bool OptionRow::is_match_option() const {
   return !path().empty() && std::any_of(matches().begin(), matches().end(),
-                                        [&](const MatchInfo& match) { return serves(match); });
+                                        [&](const MatchInfo& match) { return applies_to(match); });
 }
 
 bool OptionRow::is_map_option() const {
-  // Some maps show decisions of the match; the match's options do not count as options of these maps.
+  // Maps that show the match's decisions would otherwise count as users of its options.
   return !path().empty() && !path().starts_with("match.") &&
-         std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) { return serves(map); });
+         std::any_of(maps().begin(), maps().end(),
+                     [&](const MapInfo& map) { return applies_to(map); });
 }
 
 std::string written(const Json& value) {
@@ -106,13 +107,13 @@ Json rows_json(std::span<const OptionRow> rows, const void* defaults) {
     if (row.is_match_option()) {
       json["matches"] = Json::array();
       for (const MatchInfo& match : matches()) {
-        if (row.serves(match)) json["matches"].push_back(match.method.name);
+        if (row.applies_to(match)) json["matches"].push_back(match.method.name);
       }
     }
     if (row.is_map_option()) {
       json["maps"] = Json::array();
       for (const MapInfo& map : maps()) {
-        if (row.serves(map)) json["maps"].push_back(map.kind.name);
+        if (row.applies_to(map)) json["maps"].push_back(map.kind.name);
       }
     }
     list.push_back(std::move(json));

@@ -1,5 +1,5 @@
-// The option table. One row defines an option completely. Flags of commands, checks, help, options in reports, and the
-// list for programs (--help-json) are all generated from the rows.
+// The option table. One row defines an option completely: flags of commands, checks, help, options in reports, and the
+// list for programs (--help-json) are all generated from it.
 #pragma once
 
 #include <functional>
@@ -45,7 +45,7 @@ struct OptionValue {
   std::optional<double> low = {}, high = {};
   bool repeats = false;  ///< True if the flag may be repeated
   char delimiter = 0;    ///< Separator of several values in one word; 0: none
-  /// \throws Error(usage)
+  /// Sets the member from the given words. \throws Error(usage)
   std::function<void(void* job, const Message& flag, const OptionWords&)> set = {};
   std::function<Json(const void* job)> get = {};
   /// Inverse of set(): the words that set the member to its value; no words if that is impossible. If empty, the
@@ -53,7 +53,7 @@ struct OptionValue {
   std::function<OptionWords(const void* job)> words_back = {};
   OptionWords write(const void* job) const;
 
-  /// The same type, with the additional value 0, which means that the option is not set.
+  /// Returns the same type with the additional value 0, which means that the option is not set.
   OptionValue or_none() const;
   OptionValue in(std::string_view unit) const;
 };
@@ -71,8 +71,9 @@ auto setter_of(Set set) {
   };
 }
 
-/// An option of a custom type. \param set called with (Job&, flag, words) \param get called with (Job&); returns the
-/// value for reports
+/// Makes an option of a custom type.
+/// \param set  called with (Job&, flag, words)
+/// \param get  called with (Job&); returns the value for reports
 template <typename Job, typename Set, typename Get>
 OptionValue value_of(const char* member, std::string_view type, std::string_view words, Set set,
                      Get get) {
@@ -84,7 +85,7 @@ OptionValue value_of(const char* member, std::string_view type, std::string_view
           .get = getter_of<Job>(get)};
 }
 
-/// An integer within a range.
+/// Makes an option that is an integer within a range.
 template <typename Job, typename T>
 OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) {
   OptionValue value = value_of<Job>(
@@ -103,8 +104,8 @@ OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) 
   return value;
 }
 
-/// A number within a range.
-/// \param fractions true: the value is a share of 1 and may be given as a fraction such as 2/255
+/// Makes an option that is a number within a range.
+/// \param fractions  true: the value is a share of 1 and may be given as a fraction such as 2/255
 template <typename Job, typename T>
 OptionValue number(Member<Job, T> member, double low, double high, bool fractions = false) {
   OptionValue value = value_of<Job>(
@@ -122,21 +123,21 @@ OptionValue number(Member<Job, T> member, double low, double high, bool fraction
   return value;
 }
 
-/// A flag without a value. \param when_given value of the member if the flag is given
+/// Makes a flag without a value. \param when_given  value of the member if the flag is given
 template <typename Job>
 OptionValue toggle(Member<Job, bool> member, bool when_given = true) {
   return value_of<Job>(
       member.path, "flag", "",
       [=](Job& job, const Message& flag, const OptionWords& words) {
         if (words.back() != "true" && words.back() != "false") {
-          fail_usage(flag + " is given without a value: leave =" + words.back() + " out");
+          fail_usage(flag + " takes no value: leave =" + words.back() + " out");
         }
         member.of(job) = (words.back() == "true") == when_given;
       },
       [=](Job& job) { return member.of(job); });
 }
 
-/// An enumerator by its name.
+/// Makes an option that is an enumerator, given by its name.
 template <typename Job, typename T>
 OptionValue choice(Member<Job, T> member, Words<T> names) {
   std::vector<std::string> choices = names_of(names);
@@ -154,7 +155,8 @@ OptionValue choice(Member<Job, T> member, Words<T> names) {
   return value;
 }
 
-/// A string, such as a file's name. \param check throws for an invalid text; null: any text is valid
+/// Makes an option that is a string, such as a file's name.
+/// \param check  throws for an invalid text; null: any text is valid
 template <typename Job>
 OptionValue text(Member<Job, std::string> member, std::string_view shown = "TEXT",
                  void (*check)(const Message& flag, const std::string& text) = nullptr) {
@@ -167,7 +169,7 @@ OptionValue text(Member<Job, std::string> member, std::string_view shown = "TEXT
       [=](Job& job) { return member.of(job).empty() ? Json() : Json(member.of(job)); });
 }
 
-/// One of several allowed strings.
+/// Makes an option that is one of several allowed strings.
 template <typename Job>
 OptionValue word(Member<Job, std::string> member, const std::vector<std::string>& words) {
   OptionValue value = value_of<Job>(
@@ -184,8 +186,8 @@ OptionValue word(Member<Job, std::string> member, const std::vector<std::string>
   return value;
 }
 
-/// A list of strings.
-/// \param delimiter separator of the strings; 0: the flag is repeated for each string
+/// Makes an option that is a list of strings.
+/// \param delimiter  separator of the strings; 0: the flag is repeated for each string
 template <typename Job>
 OptionValue texts(Member<Job, std::vector<std::string>> member, char delimiter = 0) {
   OptionValue value = value_of<Job>(
@@ -197,7 +199,7 @@ OptionValue texts(Member<Job, std::vector<std::string>> member, char delimiter =
   return value;
 }
 
-/// A length above 0: world units, or P% of the high poly's diagonal.
+/// Makes an option that is a length above 0: world units, or P% of the high poly's diagonal.
 template <typename Job>
 OptionValue length(Member<Job, std::optional<Length>> member) {
   return value_of<Job>(
@@ -208,9 +210,9 @@ OptionValue length(Member<Job, std::optional<Length>> member) {
       [=](Job& job) { return member.of(job) ? Json(length_text(*member.of(job))) : Json(); });
 }
 
-/// An option. For bake options, the row also determines with which matches and maps the option is allowed.
+/// A row of the table. For options of bakes, it also determines with which matches and maps the option is allowed.
 struct OptionRow {
-  std::string flag;        ///< "--samples"; a positional argument has no dashes
+  std::string flag;        ///< The flag, such as "--samples"; positional arguments have no dashes
   std::string group = {};  ///< Heading of the option in help
   OptionValue value;
   std::string help;
@@ -228,8 +230,8 @@ struct OptionRow {
   bool beside_auto = false;
 
   std::string report_key() const;
-  bool serves(const MatchInfo& match) const;
-  bool serves(const MapInfo& map) const;
+  bool applies_to(const MatchInfo& match) const;
+  bool applies_to(const MapInfo& map) const;
   /// True if only some matches, or only some maps, use the option
   bool is_match_option() const;
   bool is_map_option() const;
@@ -241,10 +243,10 @@ struct OptionRow {
 /// Formats a value as one word of the command line; elements of lists are separated by commas. Empty for null.
 std::string written(const Json& value);
 
-/// The row of a flag; null if there is none.
+/// Finds the row of a flag; null if there is none.
 const OptionRow* find_row(std::span<const OptionRow> rows, std::string_view flag);
 
-/// The rows for which `wanted` returns true, all with the same heading.
+/// Selects the rows for which `wanted` returns true, and gives them the same heading.
 template <typename Wanted>
 std::vector<OptionRow> rows_below(std::span<const OptionRow> rows, const char* heading,
                                   const Wanted& wanted) {
@@ -264,13 +266,13 @@ Json values_json(std::span<const OptionRow> rows, const void* job);
 /// \param defaults  a job in which no option is set
 Json rows_json(std::span<const OptionRow> rows, const void* defaults);
 
-/// Rows of options that most commands have. The job must have a member of the row's name.
+/// Rows of options that most commands have: --device, --json, --quiet. The job must have the member that a row names.
 template <typename Job>
 OptionRow device_row(const char* group) {
   return {.flag = "--device",
           .group = group,
           .value = text(KILN_MEMBER(Job, device)),
-          .help = "OpenCL device: index or part of its name (see kiln devices)",
+          .help = "OpenCL device: its index, or a part of its name (see kiln devices)",
           .key = "-"};
 }
 template <typename Job>
@@ -278,7 +280,7 @@ OptionRow json_row(const char* group) {
   return {.flag = "--json",
           .group = group,
           .value = text(KILN_MEMBER(Job, json), "FILE"),
-          .help = "Write a report to this file, or - for standard output",
+          .help = "Write the report to this file; - means standard output",
           .key = "-"};
 }
 template <typename Job>
@@ -286,11 +288,10 @@ OptionRow quiet_row(const char* group) {
   return {.flag = "--quiet",
           .group = group,
           .value = toggle(KILN_MEMBER(Job, quiet)),
-          .help = "Leave out progress and the summary; warnings and errors stay",
+          .help = "Print neither progress nor summary; warnings and errors are still printed",
           .key = "-"};
 }
-/// --triangulate, for jobs with a member `load`.
-/// \param what text for help that names the meshes
+/// The row of --triangulate, for jobs with a member `load`. \param what  names the meshes in the help text
 template <typename Job>
 OptionRow triangulate_row(const char* group, const std::string& what) {
   return {
@@ -298,41 +299,40 @@ OptionRow triangulate_row(const char* group, const std::string& what) {
       .group = group,
       .value = choice(KILN_MEMBER(Job, load.triangulation), Words(kTriangulations)),
       .help = "How polygons of " + what +
-              " become triangles; LOW's must be as where the map is shown. auto: quads from their "
-              "first corner, larger ones Delaunay; blender: as Blender 5 draws them; fan: around "
-              "the first corner; shortest: along the shorter diagonal"};
+              " are triangulated; LOW's must be triangulated as in the program that shows the map. "
+              "auto: quads from their first corner, larger polygons by Delaunay; blender: as "
+              "Blender 5; fan: around the first corner; shortest: along the shorter diagonal"};
 }
-/// --density. \param high the command's name for the high poly
+/// The row of --density. \param high  the command's name for the high poly
 template <typename Job>
 OptionRow density_row(const char* group, const std::string& high,
                       Member<Job, TexelDensity> member) {
   return {.flag = "--density",
           .group = group,
           .value = choice(member, Words(kDensities)),
-          .help = "Of large charts that Kiln lays out: texels by area, or more where " + high +
-                  " has more detail"};
+          .help = "Texel density of large charts that Kiln makes: by area, or higher where " +
+                  high + " has more detail"};
 }
-/// --clean, for jobs with members `clean` and `keep_inner`.
+/// The row of --clean, for jobs with members `clean` and `keep_inner`.
 template <typename Job>
 OptionRow clean_row(const char* group) {
-  return {
-      .flag = "--clean",
-      .group = group,
-      .value = choice(KILN_MEMBER(Job, clean), Words(kCleanHigh)),
-      .help =
-          "Repairs of HIGH before all else: all (open edges welded within 0.001% of the diagonal, "
-          "doubled faces and floaters and "
-          "inner shells left out, pinholes filled, faces turned outwards), none, or auto: all "
-          "where Kiln makes the low poly, else turned faces alone. Each is counted in a warning"};
+  return {.flag = "--clean",
+          .group = group,
+          .value = choice(KILN_MEMBER(Job, clean), Words(kCleanHigh)),
+          .help =
+              "Repairs of HIGH before the bake: all (weld open edges within 0.001% of the "
+              "diagonal; remove duplicate faces, floaters and inner shells; fill pinholes; orient "
+              "faces outwards), none, or auto: all if Kiln makes the low poly, else only the "
+              "orientation. Each kind of repair gives a warning with its number"};
 }
 template <typename Job>
 OptionRow keep_inner_row(const char* group) {
   return {.flag = "--keep-inner",
           .group = group,
           .value = toggle(KILN_MEMBER(Job, keep_inner)),
-          .help = "--clean: keep parts of HIGH that no view from outside sees"};
+          .help = "With --clean: keep parts of HIGH that no view from outside sees"};
 }
-/// --height, for jobs with a member `heights`.
+/// The row of --height, for jobs with a member `heights`.
 template <typename Job>
 OptionRow height_row(const char* group) {
   return {.flag = "--height",
@@ -344,39 +344,38 @@ OptionRow height_row(const char* group) {
                 fail_usage(flag + " is '" + words.back() + "': give a number");
               },
               [](Job& job) { return job.heights.height; }),
-          .help = "World units of a value of 1 (PNG: white), along +Z"};
+          .help = "Height of the value 1 (white in a PNG) in world units, along +Z"};
 }
 template <typename Job>
 OptionRow no_data_row(const char* group) {
-  return {
-      .flag = "--no-data",
-      .group = group,
-      .value = value_of<Job>(
-          "heights.no_data", "text", "VALUE|none|auto",
-          [](Job& job, const Message& flag, const OptionWords& words) {
-            read_no_data(flag, words.back(), job.heights);
-          },
-          [](Job& job) { return no_data_json(job.heights); }),
-      .help =
-          "The number of pixels without a height, as the file holds it: they become holes. none: "
-          "all numbers are heights; auto: what a GeoTIFF says, or -9999 and the like where they "
-          "are far from all heights. NaN is always a hole"};
+  return {.flag = "--no-data",
+          .group = group,
+          .value = value_of<Job>(
+              "heights.no_data", "text", "VALUE|none|auto",
+              [](Job& job, const Message& flag, const OptionWords& words) {
+                read_no_data(flag, words.back(), job.heights);
+              },
+              [](Job& job) { return no_data_json(job.heights); }),
+          .help =
+              "The value that marks pixels without a height, as the file stores it: they become "
+              "holes. none: all values are heights; auto: the value that a GeoTIFF states, or "
+              "-9999 and similar values if they are far from all heights. NaN is always a hole"};
 }
 template <typename Job>
 OptionRow extent_row(const char* group) {
-  return {
-      .flag = "--extent",
-      .group = group,
-      .value = value_of<Job>(
-                   "heights.width, heights.depth", "list", "X[,Y]",
-                   [](Job& job, const Message&, const OptionWords& words) {
-                     std::tie(job.heights.width, job.heights.depth) = parse_extent(words.back());
-                   },
-                   [](Job& job) { return extent_json(job.heights); })
-                   .in("world units"),
-      .help =
-          "X or X,Y: world units that the outermost pixels span (default: the longer side is 1; Y "
-          "by the image's sides)"};
+  return {.flag = "--extent",
+          .group = group,
+          .value = value_of<Job>(
+                       "heights.width, heights.depth", "list", "X[,Y]",
+                       [](Job& job, const Message&, const OptionWords& words) {
+                         std::tie(job.heights.width, job.heights.depth) =
+                             parse_extent(words.back());
+                       },
+                       [](Job& job) { return extent_json(job.heights); })
+                       .in("world units"),
+          .help =
+              "X or X,Y: distance between the outermost pixels in world units (default: the longer "
+              "side is 1; Y follows from the image's aspect ratio)"};
 }
 
 }  // namespace kiln

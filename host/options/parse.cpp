@@ -85,7 +85,7 @@ void read_no_data(const Message& name, const std::string& word, HeightFieldOptio
   if (heights.guess_no_data || word == "none") return;
   double value = 0;
   if (!read_number(word, value)) {
-    fail_usage(name + " is '" + word + "': give the number, none or auto");
+    fail_usage(name + " is '" + word + "': give a number, none or auto");
   }
   heights.no_data = value;
   heights.guess_no_data = true;
@@ -135,7 +135,7 @@ double parse_error_bound(const std::string& text) {
 double parse_outline_bound(const std::string& text) {
   return parse_percentage(
       option("max_outline"), text,
-      "a percentage of what the meshes cover, above 0 and up to 50, such as 2%");
+      "a percentage of the pixels that the meshes cover, above 0 and up to 50, such as 2%");
 }
 
 double parse_degrees(const Message& name, const std::string& text) {
@@ -160,8 +160,8 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, cons
 
 void check_density(bool given, const std::string& method) {
   if (!given || (method != "pairs" && method != "squares")) return;
-  fail_usage(option("density") + " applies only to large charts, but " + option("unwrap", method) +
-             " makes others: leave it out, or unwrap by charts.");
+  fail_usage(option("density") + " only applies to large charts, but " + option("unwrap", method) +
+             " makes none: leave it out, or unwrap by charts.");
 }
 
 std::optional<double> fraction(std::string_view text) {
@@ -201,7 +201,7 @@ std::uint32_t parse_pixels(const Message& name, const std::string& text) {
 }
 
 std::uint64_t parse_bytes(const Message& name, const std::string& text) {
-  constexpr double kMaxGlbBytes = 4294967295.0;  // GLB stores lengths in 32 bits
+  constexpr double kMaxGlbBytes = 4294967295.0;  // a GLB stores its length in 32 bits
   const std::size_t digits = text.find_first_not_of("0123456789.");
   const std::string number = text.substr(0, digits);
   const std::string unit = digits == std::string::npos ? "" : lower_case(text.substr(digits));
@@ -277,7 +277,7 @@ std::uint32_t parse_views(const std::string& text) {
   std::uint32_t value = 0;
   if (!parse_whole(text, value) || value > 512) {
     fail_value(option("views"), text,
-               "1 to 512, or auto, or 0 where " + option("view") + " gives all of them");
+               "1 to 512, or auto, or 0 if " + option("view") + " gives all views");
   }
   return value;
 }

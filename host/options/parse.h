@@ -1,4 +1,4 @@
-// Parsers and formatters of values on the command line.
+// Parses and formats values on the command line.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@
 
 namespace kiln {
 
-/// A message part that names an option by its flag, "--max-distance".
+/// Makes a message part that names an option by its flag, such as "--max-distance".
 Message option_of(std::string_view flag, std::string_view value = {});
 
 /// Throws a message. \throws OptionError, or Error(usage) if the message names no option
@@ -98,18 +98,18 @@ std::uint32_t parse_views(const std::string& text);
 /// \throws Error(usage) if --density was given and the method makes no large charts
 void check_density(bool given, const std::string& method);
 
+/// Converts --unwrap to options of unwrap(). The padding of charts is 1/256 of the size (8 texels of 2,048), at least 2
+/// texels; pairs and squares have 2 texels.
 /// \param method  "pairs" or "squares"; anything else means charts
 /// \param size    the map's smaller side, texels
-/// \param high  high poly whose detail determines the charts' texel density; if null, density follows area.
-/// Padding of charts is 1/256 of the size (8 texels of 2,048), at least 2 texels; padding of pairs and squares is 2
-/// texels.
+/// \param high  high poly whose detail determines the charts' texel density; if null, density follows area
 UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size,
                              const Mesh* high = nullptr);
 
 /// Parses a number or a fraction such as 2/255. nullopt for all other texts, and for negative or infinite values.
 std::optional<double> fraction(std::string_view text);
 
-/// A check for shares of 1, which fraction() parses. The check replaces the text by the number.
+/// Makes a check for shares of 1 by fraction(), which replaces the text by the number.
 Check fraction_check();
 
 /// Formats a share as "1.234% of the diagonal"; from ten diagonals on as "83 times the diagonal".

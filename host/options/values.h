@@ -13,11 +13,12 @@ namespace kiln {
 /// The words that the user gave for an option; at least one.
 using OptionWords = std::vector<std::string>;
 
-/// A check of a value.
+/// Checks a value, and may normalise it.
 class Check {
  public:
+  /// Creates a check.
   /// \param function  returns the error in a value, worded as a continuation of the option's name; empty if the value
-  ///                  is valid. The function may normalise the value
+  /// is valid. The function may normalise the value
   /// \param words  allowed values, for help
   Check(std::function<std::string(std::string&)> function, std::string_view words)
       : function_(std::move(function)), words_(words) {}

@@ -70,7 +70,7 @@ TEST(BakeCache, LeavesWhatIsUnchanged) {
   const fs::path folder = make_studio({"a", "b"});
   write(folder / "job.toml", kStudioJob);
   for (const auto& [name, state] : states(folder))
-    EXPECT_EQ(state, "baked: it was not baked before");
+    EXPECT_EQ(state, "baked: no earlier bake is recorded");
   const auto files = bytes_of(folder / "out");
   const auto time = fs::last_write_time(folder / "out/a/a_low_normal.png");
   for (int i = 0; i < 2; ++i) {
@@ -87,7 +87,7 @@ TEST(BakeCache, LeavesWhatIsUnchanged) {
   EXPECT_EQ(all["a"], "unchanged");
   EXPECT_EQ(all["b"], "baked: assets/b_high.obj changed");
   EXPECT_TRUE(bytes_of(folder / "out") == files);
-  EXPECT_EQ(states(folder, {"--rebake"})["a"], "baked: all assets were requested");
+  EXPECT_EQ(states(folder, {"--rebake"})["a"], "baked: --rebake was given");
   EXPECT_EQ(states(folder, {"--no-cache"})["a"], "baked");
 }
 
@@ -141,7 +141,7 @@ TEST(BakeCache, RestoresOutputsThatWereRemovedOrChanged) {
   std::string bytes = read(folder / "out/a/a_low_normal.png");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   write(folder / "out/a/a_low_normal.png", bytes);
-  EXPECT_EQ(state(folder), "restored: out/a/a_low_normal.png is not as it was written");
+  EXPECT_EQ(state(folder), "restored: out/a/a_low_normal.png changed after it was written");
   EXPECT_TRUE(bytes_of(folder / "out") == files);
   fs::remove_all(folder / "out");
   EXPECT_EQ(state(folder).substr(0, 8), "restored");
@@ -185,7 +185,7 @@ TEST(BakeCache, DetectsEntriesThatWereChanged) {
     text[text.size() / 2] = static_cast<char>(text[text.size() / 2] ^ 1);
     write(entry.path(), text);
   }
-  EXPECT_EQ(state(folder), "restored: it was not baked before");
+  EXPECT_EQ(state(folder), "restored: no earlier bake is recorded");
 }
 
 TEST(BakeCache, SharesResultsBetweenFolders) {
@@ -196,7 +196,7 @@ TEST(BakeCache, SharesResultsBetweenFolders) {
   const fs::path other = scratch_folder();
   fs::copy(folder / "assets", other / "assets", fs::copy_options::recursive);
   write(other / "job.toml", kStudioJob);
-  EXPECT_EQ(state(other, {"--cache", cache}), "restored: it was not baked before");
+  EXPECT_EQ(state(other, {"--cache", cache}), "restored: no earlier bake is recorded");
   EXPECT_TRUE(bytes_of(other / "out") == bytes_of(folder / "out"));
   EXPECT_EQ(state(other, {"--cache", cache}), "unchanged");
   // Of other inputs nothing is taken.
@@ -357,7 +357,7 @@ TEST_P(BakeCacheInputs, AreSeenToChange) {
         "[defaults]\nsize = 16\nout = \"out/{name}\"\n[[bake]]\nlow = "
         "\"assets/{name}_low.obj\"\nhigh = \"assets/{name}_high*.obj\"\n" +
             std::string(c.options));
-  ASSERT_EQ(state(folder), "baked: it was not baked before");
+  ASSERT_EQ(state(folder), "baked: no earlier bake is recorded");
   ASSERT_EQ(state(folder), "unchanged");
   c.change(folder);
   const std::string after = state(folder);
@@ -390,7 +390,7 @@ TEST(BakeCache, PlansAndWritesDepfiles) {
   const std::string job = (folder / "job.toml").string(), depfile = (folder / "out.d").string();
   ProcessResult result = call_kiln({"run", job, "--plan"});
   EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_NE(result.output.find("a: bake: it was not baked before"), std::string::npos)
+  EXPECT_NE(result.output.find("a: bake: no earlier bake is recorded"), std::string::npos)
       << result.output;
   EXPECT_FALSE(fs::exists(folder / "out"));
   states(folder, {"--depfile", depfile});

@@ -84,7 +84,7 @@ TEST(Checks, GoldenMapsHoldWithinLimits) {
   EXPECT_EQ(run(folder).exit_code, 0);
   // A map that is not written any more.
   write(folder / "golden/out/a_low_normal.png", "x");
-  expect_exit(run(folder), 1, {"a_low_normal.png", "no map of its name"});
+  expect_exit(run(folder), 1, {"a_low_normal.png", "no map with its name"});
 }
 
 TEST(Checks, TheMaskSaysWhichTexelsOfGoldenMapsCount) {

@@ -113,7 +113,7 @@ TEST(Baseline, SaysWhatChangedAndHowMuchWorseItIs) {
   EXPECT_TRUE(found["same"]["what"].empty());
   EXPECT_EQ(found["new"]["state"], "new");
   EXPECT_NEAR(found["degrees"]["worse"], 2, 1e-9);
-  EXPECT_EQ(found["degrees"]["what"][0], "rendered normals are 3.00 degrees off, not 1.00");
+  EXPECT_EQ(found["degrees"]["what"][0], "rendered normals deviate by 3.00 degrees, formerly 1.00");
   EXPECT_NEAR(found["missed"]["worse"], 1, 1e-9);
   EXPECT_EQ(found["missed"]["what"][0], "1% of the samples are missed, not 0%");
   EXPECT_EQ(found["pixels"]["what"][0], "normal has other pixels");
@@ -296,7 +296,7 @@ TEST(Page, IsOpenedClickedSortedAndFiltered) {
   EXPECT_EQ(page["problems"], json::array());
   // Four pictures and two maps.
   EXPECT_EQ(page["pictures"], json::array({0, 6, 6}));
-  EXPECT_NE(page["changes"][0].get<std::string>().find("it failed, which it did not before"),
+  EXPECT_NE(page["changes"][0].get<std::string>().find("it failed, but succeeded before"),
             std::string::npos);
   EXPECT_NE(page["changes"][1].get<std::string>().find("normal has other pixels"),
             std::string::npos);

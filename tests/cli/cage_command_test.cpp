@@ -123,7 +123,7 @@ TEST(CageCommand, SaysWhereACopyServesAsAHull) {
       {"bake", folder / "high.obj", folder / "low.obj", "--cage-mesh", folder / "cage.obj", "--out",
        folder / "out", "--size", "64", "--json", folder / "r.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_NE(result.errors.find("serves as a closed hull, not as a copy of the low poly: faces of"),
+  EXPECT_NE(result.errors.find("is used as a closed hull, not as a copy of the low poly: faces of"),
             std::string::npos)
       << result.errors;
   const nlohmann::json report = read_json(folder / "r.json");

@@ -163,10 +163,10 @@ TEST(Friction, NamesTheValueThatWasMeant) {
            {{"--format", "pgn16"}, {"did you mean png16?", "png8"}},
            {{"--fallback", "none"}, {"did you mean mark?"}},
            {{"--maps", "shadow", "--light", "sun"}, {"--light 'sun'", "X,Y,Z"}},
-           {{"--maps", ""}, {"--maps", "was given nothing", "curvature"}},
+           {{"--maps", ""}, {"--maps", "the value is empty", "curvature"}},
            {{"--match", "clsest"}, {"did you mean closest?"}},
            {{"--ao-rays", "many"}, {"--ao-rays is 'many'", "1 to 4096"}},
-           {{"--ao-rays"}, {"--ao-rays was given nothing"}},
+           {{"--ao-rays"}, {"--ao-rays has no value"}},
            {{"--out", "again"}, {"--out was given 2 times"}},
            {{"--maps", "normal", "ao"}, {"'ao' is one word too many", "normal,ao"}}}) {
     Words all = {"bake", "a", "b", "--out", "c"};
@@ -175,7 +175,7 @@ TEST(Friction, NamesTheValueThatWasMeant) {
   }
   expect_refused(call_kiln({"bake", "a", "b", "c"}), {"'c' is one word too many", "--out"});
   expect_refused(call_kiln({"bake", "--out", "c", "--", "-a", "b", "--quiet"}),
-                 {"'--quiet' is one word too many", "behind '--' all words are files"});
+                 {"'--quiet' is one word too many", "all words after '--' are files"});
 }
 
 TEST(Friction, KnowsFlagsOfEveryCommandByOtherNames) {

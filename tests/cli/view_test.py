@@ -242,7 +242,7 @@ class View(unittest.TestCase):
         other = {"emissiveTexture": {"index": 1, "texCoord": 1}, "emissiveFactor": [1, 1, 1]}
         write_gltf(file, {"pbrMetallicRoughness": base, **other}, [WHOLE, CORNER], [[RED] * 4, [WHITE, BLACK, BLACK, BLACK]])
         page = self.folder / "two.html"
-        self.assertRegex(run_kiln("view", file, "--out", page), "'paint': its picture of emission lies on UV set 1.*left out")
+        self.assertRegex(run_kiln("view", file, "--out", page), "'paint': its picture of emission uses UV set 1.*left out")
         found = pictures_of(page, [("color", ["mode-color"])], self.folder)["color"]
         self.assertGreater(found["mean"][0], 200)
 

@@ -35,7 +35,7 @@ void take(const std::vector<std::string>& words, const std::string& source) {
     options.own_maps.push_back({word.substr(0, equals), source, word.substr(equals + 1)});
   }
   const std::vector<kiln::MapRow> rows = kiln::own_rows(options);
-  if (rows.size() != count || kiln::all_maps(job).size() != count + job.bake.maps.size()) {
+  if (rows.size() != count || kiln::all_map_names(job).size() != count + job.bake.maps.size()) {
     std::abort();
   }
   if (options.maps.size() + count > 0) kiln::validate(options);

@@ -230,7 +230,7 @@ def test_broadcast_arrays_are_counted_first():
 @pytest.mark.no_device
 def test_rows_that_are_one_in_memory_are_no_mesh():
     faces = np.broadcast_to(np.array([0, 1, 2], np.uint32), (2, 3))
-    with pytest.raises(kiln.Error, match="one and the same in memory"):
+    with pytest.raises(kiln.Error, match="share one place in memory"):
         kiln.Mesh(SQUARE, faces)
     # One row has no other, a copy has rows of its own, and one colour may be that of all vertices.
     assert len(kiln.Mesh(SQUARE, faces[:1]).faces) == 1

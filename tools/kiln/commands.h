@@ -1,4 +1,4 @@
-// The subcommands. Each add_...() function adds its options to the command line and returns the function to run.
+// Declares the commands. Each add_...() function adds its options to the command line and returns the function to run.
 #pragma once
 
 #include <array>
@@ -9,34 +9,35 @@
 
 namespace kiln::cli {
 
-/// Runs a parsed subcommand; returns the exit code.
+/// Runs a parsed command, and returns the exit code.
 using Run = std::function<int()>;
 
-/// A command of a program.
+/// A command of the program, for its list of commands.
 struct CommandEntry {
   std::string_view name;
-  Run (*add)(Command& app);  ///< nullptr: kiln-lab runs the command, and only help lists it here
+  /// Null: kiln-lab runs the command, and this program only lists it in help
+  Run (*add)(Command& app);
 };
 
 /// The commands that kiln-lab runs (tools/lab), with their help texts.
 inline constexpr std::array<std::array<std::string_view, 2>, 3> kLabCommands = {{
     {"measure",
-     "Rate the matches on two meshes; one mesh's UVs; or, with --study, how errors depend on "
-     "views, faces and map size"},
+     "Rate the matches on two meshes, or the UVs of one; with --study, measure how errors depend "
+     "on views, faces and map size"},
     {"chart",
-     "Speed against accuracy of every match, or of every way to map a volume: a plot, "
-     "a table and the figures"},
+     "Chart speed against accuracy of every match, or of every way to map a volume: a plot, a "
+     "table and the figures"},
     {"gallery",
-     "Pictures of every match side by side: the low poly with each map, where each is "
-     "wrong, and where texels land on HIGH"},
+     "Draw pictures of every match side by side: the low poly with each map, the errors, and the "
+     "points on HIGH of the texels"},
 }};
-/// The lab command that the words run or request help for; nullptr if it is none.
+/// Returns the lab command that the words run or request help for; null if they do not.
 const char* asked_of_lab(int argc, char** argv);
 
-/// Replaces this process by kiln-lab with the same words. It is searched beside this program and in the installation
-/// folder.
-/// \param command  for the message
-/// \returns the exit code, after a message, if it cannot be run
+/// Replaces this process by kiln-lab with the same words. kiln-lab is searched for beside this program and in the
+/// installation folder.
+/// \param command  name of the command, for the message
+/// \returns the exit code, after a message, if kiln-lab cannot be started
 int run_lab(const char* command, char** argv);
 /// Adds a lab command without its options, for help.
 Command* name_lab_command(Command& app, std::string_view name);

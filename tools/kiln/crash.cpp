@@ -19,19 +19,19 @@
 namespace kiln::cli {
 namespace {
 
-// In the environment of a run that was begun anew: "1" as it was, "2" with an empty cache.
+// Environment variable of a repeated run: "1" for the second try, "2" for the third, which uses an empty kernel cache.
 constexpr const char* kRetry = "KILN_RETRY";
 
 int tries_before = 0;
 bool may_retry = false;
-std::atomic<std::int64_t> handling{0};  // the thread whose crash is handled
+std::atomic<std::int64_t> crashed_thread{0};  // number of the thread that handles a crash; 0: none
 static_assert(std::atomic<std::int64_t>::is_always_lock_free);
 
-void say(const char* text) { os::write_error(text); }
+void write_error(const char* text) { os::write_error(text); }
 
 int read_tries() {
-  const char* tries = std::getenv(kRetry);
-  return tries == nullptr ? 0 : *tries == '1' ? 1 : 2;
+  const char* repeats = std::getenv(kRetry);
+  return repeats == nullptr ? 0 : *tries == '1' ? 1 : 2;
 }
 
 void prepare_retry(char** argv) {
@@ -41,59 +41,58 @@ void prepare_retry(char** argv) {
 }
 
 constexpr const char* kCrashed =
-    "kiln: The OpenCL driver crashed; lines above may say why. Else memory may have run out within "
-    "it, or "
-    "PoCL's cache of kernels is damaged or on a full disk: remove it, or set POCL_CACHE_DIR to "
-    "another folder.\n";
+    "kiln: The OpenCL driver crashed; see the lines above for a reason. Otherwise it may have run "
+    "out of memory, or PoCL's kernel cache is damaged or its disk full: remove the cache, or set "
+    "POCL_CACHE_DIR to another folder.\n";
 
 constexpr const char* kNoLinker =
-    "kiln: The OpenCL driver gave up: PoCL links kernels with the program 'ld', and no folder of "
-    "PATH has one. "
-    "Install it (apt install binutils), or add its folder to PATH.\n";
+    "kiln: The OpenCL driver failed: PoCL links kernels with the program 'ld', which is not in "
+    "PATH. Install it (apt install binutils), or add its folder to PATH.\n";
 bool has_linker = true;
 
 constexpr const char* kNoTopology =
-    "kiln: The OpenCL driver gave up: PoCL reads from /sys which processors there are, and it is "
-    "not mounted here. "
-    "Mount it (mount -t sysfs sys /sys).\n";
+    "kiln: The OpenCL driver failed: PoCL needs /sys to detect the processors, but it is not "
+    "mounted. Mount it (mount -t sysfs sys /sys).\n";
 bool has_topology = true;
 
-// For drivers of Windows, among which PoCL is rare.
+// Message for systems on which the process cannot restart itself (Windows), where PoCL is rare.
 constexpr const char* kCrashedOnce =
-    "kiln: The OpenCL driver crashed; lines above may say why. Else memory may have run out within "
-    "it. Kiln begins a run anew by itself on Linux alone: run it once more, or update the "
-    "driver.\n";
+    "kiln: The OpenCL driver crashed; see the lines above for a reason. Otherwise it may have run "
+    "out of memory. Run the command again, or update the driver.\n";
 
-/// Maps of the user's are native code. None of the thread's own state is asked for: the map may have written over it.
+/// Ends the process after a crash in the user's own map, which is native code. The map may have overwritten the
+/// thread's stack, so that no thread-local state is read.
 [[noreturn]] void end_by_own_map(const char* name) {
-  say("kiln: The map ");
-  say(name);
-  say(" made the driver crash, or its compiler: recursion, arrays larger than its threads' stack, "
-      "places beyond an array, division of integers by 0, or expressions of too many terms. Mend "
-      "its function.\n");
+  write_error("kiln: The map ");
+  write_error(name);
+  write_error(
+      " crashed the driver or its compiler. Possible causes are recursion, arrays larger than a "
+      "thread's stack, accesses beyond an array, division of integers by 0, and expressions with "
+      "too many terms. Correct its function.\n");
   std::_Exit(static_cast<int>(ErrorCode::input));
 }
 
 [[noreturn]] void end_by_driver() {
-  say(!os::can_restart() ? kCrashedOnce
-      : !has_topology    ? kNoTopology
-      : !has_linker      ? kNoLinker
-                         : kCrashed);
+  write_error(!os::can_restart() ? kCrashedOnce
+              : !has_topology    ? kNoTopology
+              : !has_linker      ? kNoLinker
+                                 : kCrashed);
   std::_Exit(static_cast<int>(ErrorCode::device));
 }
 
 void on_crash(int number) {
   std::int64_t first = 0;
-  if (!handling.compare_exchange_strong(first, os::thread_number())) {
+  if (!crashed_thread.compare_exchange_strong(first, os::thread_number())) {
     if (first == os::thread_number())
-      std::_Exit(static_cast<int>(ErrorCode::device));  // within the handler
-    os::stop_thread();  // on two threads at once: the first ends the process
+      std::_Exit(static_cast<int>(ErrorCode::device));  // the handler itself crashed
+    // Two threads crashed at once: the first one ends the process, so this one waits.
+    os::stop_thread();
   }
   remove_temporary_files();
   if (const char* map = running_own_map()) end_by_own_map(map);
   if (!in_driver() && os::on_main_thread()) {
     if (os::is_abort(number)) {
-      say("kiln: Memory ran out, or a library gave up: see the lines above.\n");
+      write_error("kiln: Out of memory, or a library aborted: see the lines above.\n");
       std::_Exit(static_cast<int>(ErrorCode::internal));
     }
     os::crash_unhandled(number);
@@ -103,7 +102,7 @@ void on_crash(int number) {
   end_by_driver();
 }
 
-/// LLVM within PoCL ends the process by exit() where it cannot write.
+/// Handles exit() calls of LLVM within PoCL, which it makes if it cannot write a file.
 void on_exit_within() {
   if (!in_driver() && os::on_main_thread()) return;
   remove_temporary_files();
@@ -112,12 +111,12 @@ void on_exit_within() {
   end_by_driver();
 }
 
-/// Handles uncaught exceptions: on a driver's thread, or in a noexcept function.
+/// Handles uncaught exceptions, which occur on threads of a driver or in noexcept functions.
 [[noreturn]] void on_terminate() {
   remove_temporary_files();
   if (const char* map = running_own_map()) end_by_own_map(map);
   if (in_driver() || !os::on_main_thread()) end_by_driver();
-  say("kiln: Memory ran out, or an error came while another was handled.\n");
+  write_error("kiln: Out of memory, or an error occurred while another one was handled.\n");
   std::_Exit(static_cast<int>(ErrorCode::internal));
 }
 
@@ -126,10 +125,10 @@ void on_exit_within() {
 void retry() noexcept {
   if (!may_retry || !has_linker || !has_topology) return;
   may_retry = false;
-  say(tries_before == 1 ? "kiln: The OpenCL driver failed again; PoCL's cache of kernels "
-                          "(POCL_CACHE_DIR) may be damaged or its disk full. Trying once more with "
-                          "an empty one.\n"
-                        : "kiln: The OpenCL driver failed. Trying a second time.\n");
+  write_error(tries_before == 1
+                  ? "kiln: The OpenCL driver failed again; PoCL's kernel cache (POCL_CACHE_DIR) "
+                    "may be damaged or its disk full. Trying once more with an empty cache.\n"
+                  : "kiln: The OpenCL driver failed. Trying a second time.\n");
   os::restart();
 }
 
@@ -141,30 +140,31 @@ void catch_crashes(char** argv) noexcept {
     has_topology = std::filesystem::exists("/sys/devices/system/cpu", error);
   }
   std::set_terminate(on_terminate);
-  if (std::atexit(on_exit_within) != 0) say("kiln: A handler could not be set.\n");
+  if (std::atexit(on_exit_within) != 0)
+    write_error("kiln: The handler for exits could not be installed.\n");
   os::catch_crashes(on_crash);
 }
 
 bool supervised(int& exit_code) {
   if (read_tries() != 2) return false;
-  // Made here, and removed here: no variable names a folder that is removed.
+  // The folder is created and removed in this process, so that no environment variable can name a folder to remove.
   const std::filesystem::path folder = os::create_temporary_folder("kiln-cache-");
-  const bool made = !folder.empty();
+  const bool has_folder = !folder.empty();
   os::SplitEnd end;
-  if (made && os::shared_level(folder).empty()) end = os::split_process();
+  if (has_folder && os::shared_level(folder).empty()) end = os::split_process();
   if (end.kind == os::SplitEnd::Kind::copy) {
     os::set_variable("POCL_CACHE_DIR", folder.string().c_str());
-    // What is thrown away is not worth compiling twice.
+    // This cache is discarded, so binaries of kernels need not be kept.
     os::set_variable("KILN_KEEP_BINARIES", "0");
     return false;
   }
   exit_code = end.exit_code;
   std::error_code error;
   if (end.kind == os::SplitEnd::Kind::failed) {
-    say(kCrashed);
+    write_error(kCrashed);
     exit_code = static_cast<int>(ErrorCode::device);
   }
-  if (made) std::filesystem::remove_all(folder, error);
+  if (has_folder) std::filesystem::remove_all(folder, error);
   return true;
 }
 

@@ -1,23 +1,23 @@
-// Handling of crashes in OpenCL drivers: exceptions on the driver's threads, aborts, and invalid memory accesses.
+// Handles crashes in OpenCL drivers: exceptions on the driver's threads, aborts, and invalid memory accesses.
 #pragma once
 
 namespace kiln::cli {
 
-/// If a driver crashes, one message is written and nothing unfinished is left behind. The exit
-/// code is that of a device. Memory or files may have been short for a moment: the run is begun
-/// once more as it was. PoCL crashes, too, where its cache of kernels is damaged or on a full disk:
-/// where the second run fails, a third has an empty cache of its own. All kernels are compiled
-/// again for it. A crash of Kiln's own stays a crash.
-/// \param argv  of main(), kept
+/// Installs the handlers. If a driver crashes, one message is printed, temporary files are removed, and the exit code
+/// is that of device errors. Memory or disk space may have been short for a moment, so the run is repeated once without
+/// changes. PoCL also crashes if its kernel cache is damaged or its disk is full, so a third run uses an empty cache of
+/// its own, for which all kernels are compiled again. Crashes in Kiln's own code are not handled.
+/// \param argv  argument of main(); must stay valid
 void catch_crashes(char** argv) noexcept;
 
-/// Begins the run anew: first as it was, then with an empty cache of PoCL's. Does nothing where both were
-/// done, or cannot be.
+/// Restarts the run: first without changes, then with an empty cache of PoCL. Returns if both were done already, or if
+/// the process cannot restart.
 void retry() noexcept;
 
-/// In a run that was begun anew for the second time: makes an empty cache, runs the command as a child, waits for it and
-/// removes that cache.
-/// \returns true where the run is over; \param exit_code  is its exit code then
+/// In the third try, creates an empty kernel cache, runs the command in a child process, waits for it, and removes the
+/// cache.
+/// \param exit_code  receives the child's exit code if the result is true
+/// \returns true if the run is over
 bool supervised(int& exit_code);
 
 }  // namespace kiln::cli

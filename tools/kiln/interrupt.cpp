@@ -10,7 +10,7 @@ namespace kiln::cli {
 namespace {
 
 void on_deadline() {
-  if (placing_outputs()) return;  // in a moment all of them are there
+  if (placing_outputs()) return;  // the outputs will be complete in a moment
   remove_temporary_files();
   os::write_error("\nCancelled.\n");
   std::_Exit(kExitCancelled);

@@ -1,12 +1,12 @@
-// Ctrl-C.
+// Handles interrupts such as Ctrl-C.
 #pragma once
 
 namespace kiln::cli {
 
-/// From now on an interrupt (SIGINT, SIGTERM, SIGHUP; on Windows
-/// Ctrl-C, Ctrl-Break and a closed console) sets a flag that the work polls; the work has
-/// a third of a second to end. Then the process removes its temporary files and exits with 130.
-/// Outputs that are being put in place are finished first.
+/// Installs the handlers for interrupts (SIGINT, SIGTERM, SIGHUP; on Windows Ctrl-C, Ctrl-Break and a closed console).
+/// An interrupt sets a flag that the work polls, and the work gets a third of a second to end. Then the process removes
+/// its temporary files and exits with status 130. Outputs that are being moved to their destinations are completed
+/// first.
 void catch_interrupts();
 
 bool interrupted();

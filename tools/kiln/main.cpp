@@ -1,4 +1,4 @@
-// The `kiln` program. Commands for comparisons and studies are run by kiln-lab.
+// The `kiln` program. Commands for comparisons and studies are in a program of their own, kiln-lab.
 #include "commands.h"
 #include "program.h"
 

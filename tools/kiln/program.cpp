@@ -27,13 +27,13 @@ std::uint64_t parse_memory(const char* flag, const std::string& text) {
   }
   refuse_if(error != std::errc() || rest != end || !(value >= 0x1p26 && value <= 0x1p60),
             std::string(flag) + ": '" + text +
-                "' is no size: give one from 64M up, such as 500M, 4G or 2T.");
+                "' is not a size: give 64M or more, such as 500M, 4G or 2T.");
   return static_cast<std::uint64_t>(value);
 }
 
 namespace {
 
-/// Adds --memory-limit to all commands. It takes effect as soon as it is parsed.
+/// Adds --memory-limit to all commands. The limit takes effect as soon as the flag is parsed.
 void add_memory_option(Command& app) {
   for (Command* command : app.commands()) {
     command
@@ -42,7 +42,8 @@ void add_memory_option(Command& app) {
             [](const Option::Words& words) {
               set_memory_limit(parse_memory("--memory-limit", words.back()));
             },
-            "The most memory to take, such as 4G (default: three quarters of what is free)")
+            "Largest amount of memory to use, such as 4G (default: three quarters of the free "
+            "memory)")
         ->type_name("SIZE")
         ->group("The run");
   }
@@ -87,30 +88,31 @@ Program::Program(std::span<const CommandEntry> commands)
       continue;
     }
     name_lab_command(app_, entry.name);
-    run = []() -> int { throw std::logic_error("kiln-lab was not asked"); };  // see asked_of_lab()
+    // such commands never get here; see asked_of_lab()
+    run = []() -> int { throw std::logic_error("kiln-lab runs this command"); };
   }
   add_memory_option(app_);
 }
 
 Run Program::parse(std::vector<std::string> words) {
-  // `kiln help COMMAND` as in git.
+  // `kiln help COMMAND` works as in git.
   if (!words.empty() && words[0] == "help") {
     words.erase(words.begin());
     if (words.size() > 1) words.resize(1);
     words.push_back("--help");
   }
   if (words == std::vector<std::string>{"version"}) words[0] = "--version";
-  // CLI11 would only report that a command is missing.
+  // CLI11 would only report that a command is missing, so unknown commands are reported here.
   if (words.empty() || (!words[0].starts_with('-') && commands_.count(words[0]) == 0)) {
-    std::vector<std::string> known;
-    for (const auto& [name, run] : commands_) known.push_back(name);
+    std::vector<std::string> known_commands;
+    for (const auto& [name, run] : commands_) known_commands.push_back(name);
     if (words.empty()) {
       throw UsageError("give a command, such as kiln bake HIGH LOW --out DIR; there are " +
-                       in_list(known));
+                       in_list(known_commands));
     }
-    const std::string nearest = nearest_word(words[0], known);
+    const std::string nearest = nearest_word(words[0], known_commands);
     throw UsageError("there is no command '" + words[0] + "'" +
-                     (nearest.empty() ? "; there are " + in_list(known)
+                     (nearest.empty() ? "; there are " + in_list(known_commands)
                                       : "; did you mean kiln " + nearest + "?"));
   }
   if (!app_.parse(std::move(words))) return {};
@@ -124,7 +126,7 @@ std::string Program::explain(const UsageError& error) const {
   if (const auto mark = std::find(words.begin(), words.end(), "--");
       mark != words.end() && mark + 1 != words.end()) {
     return "'" + *(mark + 1) +
-           "' is one word too many: behind '--' all words are files. Put options before it";
+           "' is one word too many: all words after '--' are files. Put options before it";
   }
   for (const std::string& word : words) {
     if (!word.starts_with("-")) continue;
@@ -133,9 +135,10 @@ std::string Program::explain(const UsageError& error) const {
   if (!words.empty() && chosen != nullptr) {
     const std::string start = "'" + words.front() + "' is one word too many. ";
     const Option* const out = chosen->find_option("--out");
-    return start + (out != nullptr && out->count() == 0
-                        ? "The flag for the output is --out"
-                        : "A list has commas and no blanks, such as normal,ao");
+    return start +
+           (out != nullptr && out->count() == 0
+                ? "The flag for the output is --out"
+                : "Separate the items of a list by commas without blanks, such as normal,ao");
   }
   return error.what();
 }

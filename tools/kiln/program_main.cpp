@@ -32,7 +32,8 @@ int cancelled() {
   return kiln::cli::kExitCancelled;
 }
 
-/// Names the OpenCL driver that a package of Kiln brings along (tools/package), for machines that have none.
+/// Sets the OpenCL driver in a package of Kiln (tools/package), if there is one, as the driver for machines without
+/// any.
 void offer_own_driver() {
   std::array<char, 4096> folder{};
   kiln::os::own_folder(folder);
@@ -43,17 +44,17 @@ void offer_own_driver() {
     kiln::os::set_variable("KILN_OPENCL_DRIVER", driver.string().c_str());
 }
 
-/// All that may throw.
+/// Parses and runs the command line. Exceptions other than UsageError and Error are left to the caller.
 int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands) {
   using namespace kiln;
   cli::Program program(commands);
   cli::Run command;
   try {
     command = program.parse({argv + 1, argv + argc});
-    if (!command) return 0;  // --help, --version
+    if (!command) return 0;  // --help or --version was handled
   } catch (const UsageError& error) {
     cli::print_line(stderr, "kiln: " + program.explain(error));
-    cli::print_line(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.");
+    cli::print_line(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for the accepted options.");
     return static_cast<int>(ErrorCode::usage);
   }
   // Removes empty folders that the run created, however it ends.
@@ -67,13 +68,13 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
     OutputSet outputs;
     const int result = command();
     if (result == cli::kExitCancelled) return cancelled();
-    // First, so that no file is placed if it fails.
+    // standard output is finished first, so that no file is placed if that fails
     cli::finish_output();
     outputs.commit();
     tidy.success = result == 0;
     return result;
   } catch (const Error& error) {
-    // An interrupt during compilation shows up as a driver error.
+    // An interrupt during the compilation of a kernel appears as an error of the driver.
     if (cli::interrupted()) return cancelled();
     if (std::string_view(error.id()) == "kernel-cache") cli::retry();
     cli::print_line(stderr, "kiln: " + error.message().text(option_as_flag));
@@ -88,7 +89,7 @@ int kiln::cli::run_program(int argc, char** argv, std::span<const CommandEntry> 
     return run_words(argc, argv, commands);
   } catch (const std::bad_alloc&) {
     std::fputs(
-        "kiln: Memory ran out, or --memory-limit was reached. Use a smaller --size, fewer "
+        "kiln: Out of memory, or --memory-limit was reached. Use a smaller --size, fewer "
         "--samples or a "
         "lighter mesh, or raise --memory-limit.\n",
         stderr);
@@ -108,7 +109,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
     return static_cast<int>(ErrorCode::output);
   }
   os::prepare_streams();
-  // PoCL installs a process-wide handler for arithmetic traps; ours to decide, so not wanted.
+  // PoCL would install a process-wide handler for arithmetic traps, which a library must not decide.
   if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr) os::set_variable("POCL_SIGFPE_HANDLER", "0");
   int exit_code = static_cast<int>(ErrorCode::internal);
   if (cli::supervised(exit_code)) return exit_code;
@@ -119,7 +120,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   cli::catch_interrupts();
   exit_code = run_program(argc, argv, commands);
   if (driver_failed()) {
-    // Its handlers at exit would wait for locks that it holds for good.
+    // The driver's exit handlers would wait forever for locks that it still holds.
     std::fflush(nullptr);
     std::_Exit(exit_code);
   }

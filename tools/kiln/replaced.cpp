@@ -1,5 +1,5 @@
-// Replacements of the C++ library's allocation, for the programs. Not in a library: its callers' blocks are none of its
-// business.
+// Replaces the C++ library's allocation functions in the programs. This is not in the library, whose users choose their
+// own allocator.
 #include <cstddef>
 #include <cstdlib>
 #include <new>
@@ -7,8 +7,8 @@
 #include "base/memory.h"
 #include "cl/driver_state.h"
 
-// Blocks of the programs' own threads beyond --memory-limit are refused, as if the system had none.
-// NOLINTBEGIN(cppcoreguidelines-no-malloc): what they are made of
+// Allocations of the programs' own threads beyond --memory-limit are refused, as if the system had no memory left.
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): allocation functions must use malloc
 void* operator new(std::size_t bytes) {
   if (kiln::in_driver() || kiln::may_take(bytes)) {
     if (void* const block = std::malloc(bytes == 0 ? 1 : bytes)) return block;

@@ -1,5 +1,5 @@
-// Replacements of functions of glibc, for the programs. Not in a library: its callers' threads and handlers are none of
-// its business. Drivers call these functions, too.
+// Replaces functions of glibc in the programs, so that crashes in OpenCL drivers are caught; drivers call these
+// functions as well. This is not in the library, whose users own their threads and signal handlers.
 #include <alloca.h>
 #include <dlfcn.h>
 #include <pthread.h>
@@ -19,66 +19,67 @@
 #ifdef __GLIBC__
 namespace {
 
-constexpr std::size_t kGuardBytes = std::size_t{1} << 28;  // of addresses, not of memory
-constexpr std::size_t kWallBytes = std::size_t{1} << 24;   // likewise
+constexpr std::size_t kGuardBytes = std::size_t{1} << 28;       // address space, not memory
+constexpr std::size_t kStackGuardBytes = std::size_t{1} << 24;  // address space, not memory
 
-struct Begun {
+struct ThreadStart {
   void* (*begin)(void*);
   void* with;
-  bool has_wall;
+  bool has_guard;
 };
 
-/// Addresses within this thread's stack that nothing can write to, while this lives. Above a thread's stack lies what the
-/// C library and the kernel know of the thread: where a map of the user's writes on beyond an array, it comes to the wall
-/// first, and on_crash() runs.
-class Wall {
+/// Write-protected pages within a thread's stack, for the lifetime of this object. The C library and the kernel store
+/// data of a thread above its stack. If the user's own map writes beyond an array, it hits these pages first, and
+/// on_crash() runs.
+class StackGuard {
  public:
-  /// \param room  kWallBytes and two pages
-  explicit Wall(char* room) {
+  /// Protects the pages. \param room  address of kStackGuardBytes and two pages on the stack
+  explicit StackGuard(char* room) {
     const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    const std::size_t beyond = reinterpret_cast<std::uintptr_t>(room) % page;
-    begin_ = room + (beyond == 0 ? 0 : page - beyond);
-    stands_ = mprotect(begin_, kWallBytes, PROT_NONE) == 0;
+    const std::size_t misalignment = reinterpret_cast<std::uintptr_t>(room) % page;
+    begin_ = room + (misalignment == 0 ? 0 : page - misalignment);
+    is_protected_ = mprotect(begin_, kStackGuardBytes, PROT_NONE) == 0;
   }
-  ~Wall() {
-    if (stands_) mprotect(begin_, kWallBytes, PROT_READ | PROT_WRITE);
+  ~StackGuard() {
+    if (is_protected_) mprotect(begin_, kStackGuardBytes, PROT_READ | PROT_WRITE);
   }
-  Wall(const Wall&) = delete;
+  StackGuard(const StackGuard&) = delete;
 
  private:
   char* begin_;
-  bool stands_;
+  bool is_protected_;
 };
 
-/// Below the wall.
-__attribute__((noinline)) void* run_below(const Begun& begun) {
-  if (!begun.has_wall) return begun.begin(begun.with);
-  const Wall wall(static_cast<char*>(alloca(kWallBytes + 2 * sysconf(_SC_PAGESIZE))));
-  return begun.begin(begun.with);
+/// Runs the thread's function below the protected pages.
+__attribute__((noinline)) void* run_below_guard(const ThreadStart& start) {
+  if (!start.has_guard) return start.begin(start.with);
+  const StackGuard guard(static_cast<char*>(alloca(kStackGuardBytes + 2 * sysconf(_SC_PAGESIZE))));
+  return start.begin(start.with);
 }
 
-/// A thread with a stack for handlers: where kernels overflow a driver's, on_crash() has no other.
+/// Starts a thread with an alternate signal stack, which on_crash() needs if a kernel has overflowed the driver's
+/// stack.
 void* begin_thread(void* given) {
-  const std::unique_ptr<Begun> begun(static_cast<Begun*>(given));
+  const std::unique_ptr<ThreadStart> start(static_cast<ThreadStart*>(given));
   thread_local std::array<char, std::size_t{1} << 16> room;
   stack_t stack{};
   stack.ss_sp = room.data();
   stack.ss_size = room.size();
   sigaltstack(&stack, nullptr);
-  return run_below(*begun);
+  return run_below_guard(*start);
 }
 
 }  // namespace
 
-/// Stands before the C library's, for drivers' threads. Below their stacks lies far more than the one page that the C
-/// library keeps free: a kernel with large arrays steps over a page, into another thread's stack, and what it overwrites
-/// there would end the process without a word.
+/// Overrides the C library's function for threads of drivers. Their stacks get a far larger guard than the single page
+/// of the C library. A kernel with large arrays can step over one page into the stack of another thread, and what it
+/// overwrites there would end the process without a message.
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
                               void* (*begin)(void*), void* with) {
   static const auto next =
       reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
-  auto* const begun = new (std::nothrow) Begun{begin, with, false};
-  if (begun == nullptr) return EAGAIN;
+  auto* const start = new (std::nothrow) ThreadStart{begin, with, false};
+  if (start == nullptr) return EAGAIN;
   pthread_attr_t guarded;
   if (attributes != nullptr) {
     guarded = *attributes;
@@ -88,25 +89,26 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
   std::size_t bytes = 0;
   void* stack = nullptr;
   int status = pthread_attr_getstack(&guarded, &stack, &bytes);
-  // Who brings a stack has measured it: its end is known then, which is null else.
-  begun->has_wall = reinterpret_cast<std::uintptr_t>(stack) + bytes == 0;
-  if (status == 0 && begun->has_wall) {
+  // The thread gets a guard unless its caller provides the stack, whose size must stay as given. The stack's address is
+  // null unless the caller has provided it.
+  start->has_guard = reinterpret_cast<std::uintptr_t>(stack) + bytes == 0;
+  if (status == 0 && start->has_guard) {
     pthread_attr_getstacksize(&guarded, &bytes);
-    status = pthread_attr_setstacksize(&guarded, bytes + 2 * kWallBytes);
+    status = pthread_attr_setstacksize(&guarded, bytes + 2 * kStackGuardBytes);
   }
   if (status == 0) status = pthread_attr_setguardsize(&guarded, kGuardBytes);
-  if (status == 0) status = next(thread, &guarded, begin_thread, begun);
+  if (status == 0) status = next(thread, &guarded, begin_thread, start);
   if (attributes == nullptr) pthread_attr_destroy(&guarded);
   if (status == 0) return status;
-  // This is for short address space (ulimit -v).
-  begun->has_wall = false;
-  status = next(thread, attributes, begin_thread, begun);
-  if (status != 0) delete begun;
+  // Without enough address space (ulimit -v), the thread is started without guards.
+  start->has_guard = false;
+  status = next(thread, attributes, begin_thread, start);
+  if (status != 0) delete start;
   return status;
 }
 
-/// Stands before the C library's: LLVM within PoCL takes the handlers of crashes for its own, and for a moment sets none
-/// while it gives them back, in which a second thread's crash would end the process without a word.
+/// Overrides the C library's function. LLVM within PoCL replaces the handlers of crashes, and for a moment removes them
+/// all while it restores them; a crash of another thread in that moment would end the process without a message.
 extern "C" int sigaction(int number, const struct sigaction* action,
                          struct sigaction* before) noexcept {
   static const auto next = reinterpret_cast<decltype(&sigaction)>(dlsym(RTLD_NEXT, "sigaction"));

@@ -23,7 +23,7 @@ using Path = std::array<char, 4096>;
 const char* asked_of_lab(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
-    // Flags before the command (--help, --version) and the word `help` belong to the program.
+    // Flags before the command (--help, --version) and the word `help` are for this program.
     if (word.starts_with('-') || (i == 1 && word == "help")) continue;
     const auto is_it = [&](const auto& command) { return command[0] == word; };
     return std::any_of(kLabCommands.begin(), kLabCommands.end(), is_it) ? argv[i] : nullptr;
@@ -31,7 +31,7 @@ const char* asked_of_lab(int argc, char** argv) {
   return nullptr;
 }
 
-// No memory is taken before the programs were tried: whatever fails, kiln-lab does or does not start.
+// Allocates no memory before the programs were tried, so that kiln-lab starts even if memory is short.
 int run_lab(const char* command, char** argv) {
   Path folder{}, beside{}, installed{};
   os::own_folder(folder);
@@ -44,14 +44,15 @@ int run_lab(const char* command, char** argv) {
     if (error != ENOENT) reason = error;
   }
   if (reason == ENOSYS) {
-    std::fprintf(
-        stderr,
-        "kiln: %s is run by kiln-lab, which there is not for this system: run it on Linux.\n",
-        command);
+    std::fprintf(stderr,
+                 "kiln: %s needs the program kiln-lab, which does not exist for this system: run "
+                 "it on Linux.\n",
+                 command);
     return static_cast<int>(ErrorCode::internal);
   }
   std::fprintf(
-      stderr, "kiln: %s is run by kiln-lab, which cannot be started, neither as %s nor as %s: %s. ",
+      stderr,
+      "kiln: %s needs the program kiln-lab, which cannot be started, neither as %s nor as %s: %s. ",
       command, beside.data(), installed.data(), std::strerror(reason));
   std::error_code error;
   const std::filesystem::path cache = std::filesystem::canonical(

@@ -13,9 +13,9 @@
 namespace kiln::cli {
 namespace {
 
-constexpr double kAtSave = 0.98;  // share of the progress
+constexpr double kProgressAtSave = 0.98;  // share of the progress at which saving starts
 
-/// The index of the median; of an even number the lower one.
+/// Index of the median; of an even number of values, the lower of the two middle ones.
 std::size_t median_index(const std::vector<double>& values) {
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -31,13 +31,13 @@ double error_of(const Mark& mark, const Measure& measure) {
 bool is_on_front(const Mark& mark, const std::vector<Mark>& marks, const Measure& measure) {
   const double error = error_of(mark, measure);
   return std::none_of(marks.begin(), marks.end(), [&](const Mark& other) {
-    const double others = error_of(other, measure);
-    return other.seconds <= mark.seconds && others <= error &&
-           (other.seconds < mark.seconds || others < error);
+    const double other_error = error_of(other, measure);
+    return other.seconds <= mark.seconds && other_error <= error &&
+           (other.seconds < mark.seconds || other_error < error);
   });
 }
 
-/// The tables and the following lines, for chart.md and the terminal.
+/// All tables, and the lines after them, for chart.md and the terminal.
 std::vector<std::string> lines_of(const ChartGroup& group) {
   std::vector<std::string> lines;
   for (const ChartTable& table : group.tables) {
@@ -50,16 +50,16 @@ std::vector<std::string> lines_of(const ChartGroup& group) {
   return lines;
 }
 
-/// Data files by their suffix: rows of all groups, with the group's number.
+/// Data files by their suffix. Each contains the rows of all groups, with the group's number.
 std::map<std::string, Json> data_of(const char* key, const std::vector<ChartGroup>& groups) {
   std::map<std::string, Json> files;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     for (const ChartTable& table : groups[i].tables) {
       if (table.data == nullptr) continue;
       for (const Json& row : table.rows.elements()) {
-        Json numbered = {{key, i + 1}};
-        numbered.update(row);
-        files[table.data].push_back(std::move(numbered));
+        Json row_with_number = {{key, i + 1}};
+        row_with_number.update(row);
+        files[table.data].push_back(std::move(row_with_number));
       }
     }
   }
@@ -70,8 +70,8 @@ std::map<std::string, Json> data_of(const char* key, const std::vector<ChartGrou
 
 bool time_in_turns(std::vector<Mark>& marks, std::uint32_t repeat,
                    const std::function<Json(std::size_t mark, const std::string& note)>& run) {
-  for (std::uint32_t turn = 1; turn <= repeat; ++turn) {
-    const std::string note = ", run " + std::to_string(turn) + " of " + std::to_string(repeat);
+  for (std::uint32_t round = 1; round <= repeat; ++round) {
+    const std::string note = ", run " + std::to_string(round) + " of " + std::to_string(repeat);
     for (std::size_t i = 0; i < marks.size(); ++i) {
       Json seconds = run(i, note);
       if (seconds.is_null()) return false;
@@ -89,9 +89,9 @@ Json finish_marks(std::vector<Mark>& marks, const char* counted,
       mark.run_seconds.push_back(run.at(counted).number());
       totals.push_back(run.at("total").number());
     }
-    const std::size_t middle = median_index(mark.run_seconds);
-    mark.seconds = mark.run_seconds[middle];
-    Json seconds = mark.runs[middle];
+    const std::size_t median = median_index(mark.run_seconds);
+    mark.seconds = mark.run_seconds[median];
+    Json seconds = mark.runs[median];
     if (seconds.is_object()) seconds["total"] = totals[median_index(totals)];
     const auto [least, most] =
         std::minmax_element(mark.run_seconds.begin(), mark.run_seconds.end());
@@ -130,7 +130,7 @@ Json chart_panel(const std::vector<Mark>& marks, const Measure& measure) {
 
 bool ChartKind::look(const Progress&) {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (!is_readable_file(inputs[i])) read(i);  // throws the error in the file
+    if (!is_readable_file(inputs[i])) read(i);  // an unreadable file throws its error here
   }
   return true;
 }
@@ -179,10 +179,10 @@ int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
   double seconds_load = run.watch.lap(), seconds_chart = 0;
   std::vector<ChartGroup> groups;
   Json measured = Json::array();
-  const double step = kAtSave / static_cast<double>(kind.inputs.size());
+  const double step = kProgressAtSave / static_cast<double>(kind.inputs.size());
   for (std::size_t i = 0; i < kind.inputs.size(); ++i) {
-    const double before = step * static_cast<double>(i);
-    const Progress show = run.within(before, before + step);
+    const double start = step * static_cast<double>(i);
+    const Progress show = run.within(start, start + step);
     if (!show(0, "reading " + kind.inputs[i])) return kExitCancelled;
     kind.read(i);
     seconds_load += run.watch.lap();
@@ -193,9 +193,9 @@ int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
     seconds_chart += run.watch.lap();
   }
 
-  if (!run.console.progress(kAtSave, "writing")) return kExitCancelled;
+  if (!run.console.progress(kProgressAtSave, "writing")) return kExitCancelled;
   run.warnings = std::move(kind.warnings);
-  run.of_settings = std::move(kind.of_settings);
+  run.settings_warnings = std::move(kind.settings_warnings);
   const auto save = [&](const std::string& ending, const std::string& text) {
     run.outputs.push_back((folder / (kChartName + ending)).string());
     save_text(run.outputs.back(), text);

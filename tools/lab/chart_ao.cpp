@@ -1,4 +1,4 @@
-// Chart of ambient occlusion, speed against error: by rays, by smoothed rays, and by depth views.
+// Charts ambient occlusion, speed against error: by rays, by smoothed rays, and by depth views.
 #include <algorithm>
 #include <optional>
 
@@ -11,8 +11,8 @@
 namespace kiln::cli {
 namespace {
 
-/// --ao-error first casts a quarter of its rays, and more only where the error bound requires it, which a bound of 1
-/// never does.
+/// With --ao-error, a bake first casts this fraction of its rays, and casts more only if the error bound requires it,
+/// which a bound of 1 never does.
 constexpr std::uint32_t kSmoothedShare = 4;
 
 const Measure& ao_measure() {
@@ -22,7 +22,7 @@ const Measure& ao_measure() {
   return measure;
 }
 
-/// All settings: 8 to 1024 rays, plain and smoothed; 64 to 512 views.
+/// All settings: 8 to 1024 rays, with and without smoothing; 64 to 512 views.
 std::vector<AoSetting> all_settings() {
   std::vector<AoSetting> settings;
   const auto add = [&](const std::string& family, const char* what, std::uint32_t count,
@@ -45,9 +45,9 @@ std::vector<AoSetting> all_settings() {
 
 double rms_of(const Mark& mark) { return mark.figures.at("rms").number(); }
 
-/// Adds the setting that is best by one figure within a limit of another to the report and the lines; if none is within
-/// the limit, the nearest one.
-/// \param key  in the report
+/// Adds the setting with the best value of one figure whose other figure is within a limit to the report and the lines.
+/// If none is within the limit, the nearest one is added.
+/// \param key  key in the report
 template <class Bounded, class Wanted>
 void choose(const char* key, double limit, const std::string& unit, const Bounded& bounded,
             const Wanted& wanted, const std::vector<Mark>& marks, ChartGroup& group) {
@@ -89,7 +89,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
             const std::vector<AoSetting>& settings, Steps& steps, ChartGroup& group) {
   const Source source(device, high);
   BakeOptions bake_with;
-  // All settings apply to this map.
+  // All settings are for this map.
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
                       return obeys(map, "occlusion.max_error") && obeys(map, "occlusion.views");
                     })->kind};
@@ -105,13 +105,13 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     if (baked.report.errors.empty()) {
-      throw Error(ErrorCode::input, "'" + low.name + "' has no texel at " +
-                                        std::to_string(*a.size) +
-                                        " texels a side that its high poly is found for, so "
-                                        "there is no ambient occlusion to compare: use a larger "
-                                        "--size.");
+      throw Error(ErrorCode::input,
+                  "'" + low.name + "' has no texel at " + std::to_string(*a.size) +
+                      " texels a side at which a point of the high poly is found, so no ambient "
+                      "occlusion can be compared: use a larger --size.");
     }
-    const MapError& e = baked.report.errors.front();  // against rays from the same points
+    // the error against more rays from the same points
+    const MapError& e = baked.report.errors.front();
     marks.push_back({setting.name, setting.label, setting.family});
     marks.back().figures =
         fields("name label family flags rms mean p95 max texels against",

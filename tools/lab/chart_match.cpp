@@ -1,4 +1,4 @@
-// Chart of all matches, speed against accuracy.
+// Charts all matches, speed against accuracy.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -27,11 +27,12 @@ std::string chain_text(const std::vector<MatchMethod>& fallback) {
   return names.empty() ? "low" : names;
 }
 
-/// Texels per side for Tarini's measures, with one sample each.
+/// Texels per side for Tarini's measures, with one sample per texel.
 constexpr std::uint32_t kAssessedSize = 256;
 
 /// Measures by Tarini et al. 2003, sections 4.1, 4.2.1 and 4.3; then rendered normals against the high poly's over
-/// held-out views; then the map against the reference's, over texels that both have and that the reference matched.
+/// held-out views; then the map against the reference map, over texels that both maps have and that the reference
+/// matched.
 std::vector<Measure> measures(double degrees_without_map = 0) {
   return {{"object_space", "object_space_percent",
            "Object space: from what the map shows to what the high poly shows",
@@ -46,11 +47,11 @@ std::vector<Measure> measures(double degrees_without_map = 0) {
            "Mean angle, degrees"},
           {"map_error", "map_error.mean_angle_degrees", "", ""}};
 }
-constexpr std::size_t kDrawnMeasures = 4;  // number of these measures in the plot
+constexpr std::size_t kDrawnMeasures = 4;  // number of measures in the plot, from the first one on
 
-/// Columns of the table of settings.
+/// Columns of the table of all settings.
 const std::vector<Column>& columns() {
-  static const std::vector<Column> all = {
+  static const std::vector<Column> all_columns = {
       {"setting", "name"},
       {"seconds", "seconds.correspondence", 4},
       {"bake", "seconds.total", 3},
@@ -64,10 +65,11 @@ const std::vector<Column>& columns() {
       {"uniformity %", "uniformity_percent", 2, 1, "on_front.uniformity"},
       {"distance %", "match_distance_percent", 4},
       {"folded %", "fold_rate", 2, 100}};
-  return all;
+  return all_columns;
 }
 
-// Styles also differ in shape and lightness (colours by Okabe and Ito, distinguishable with colour blindness).
+// Styles differ in shape and lightness as well, since colours (by Okabe and Ito, distinguishable with colour blindness)
+// may be printed in grey.
 constexpr MarkStyle kStyles[] = {{"rays", "rays", "^", "#222222"},
                                  {"views", "depth views", "o", "#0072b2"},
                                  {"views_rays", "views, then rays", "d", "#009e73"},
@@ -103,14 +105,15 @@ class MatchChart : public ChartKind {
     seconds_title = "Seconds to match, hierarchy and views included";
     styles = kStyles;
     about =
-        "Seconds: from the high poly on the device to the correspondence; the bake beside it has "
-        "all but files. Errors are mean angles of the map against rays with 4×4 samples a texel, "
+        "Seconds: from the high poly on the device to the correspondence; the times of bakes "
+        "include all but files. Errors are mean angles of the map against rays with 4×4 samples a "
+        "texel, "
         "and of rendered normals against the high poly's. Object space, normalised image space "
-        "and uniformity are those of Tarini et al. 2003. *: nothing else is both faster and "
-        "closer.";
+        "and uniformity are those of Tarini et al. 2003. *: no other setting is both faster and "
+        "more accurate.";
   }
 
-  /// Reads low polys first.
+  /// Reads all low polys first, so that invalid ones are reported early.
   bool look(const Progress& progress) override {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       if (!progress(0, "reading " + low_path(i))) return false;
@@ -121,7 +124,7 @@ class MatchChart : public ChartKind {
 
   void read(std::size_t i) override { high_ = read_high(a_, inputs[i], warnings); }
 
-  /// Bakes with every setting once for the errors, then in turns for the seconds, each time from a new Source. Errors
+  /// Bakes once with every setting for the errors, then in turns for the seconds, each time from a new Source. Errors
   /// are equal in every run, so one run suffices for them.
   std::optional<ChartGroup> measure(const Device& device, std::size_t i,
                                     const Progress& progress) override {
@@ -138,7 +141,7 @@ class MatchChart : public ChartKind {
                            {describe(high, inputs[i]), describe(low, low_path(i)),
                             source_->stats().diagonal, kChartReference, choose()});
     steps_ = Steps(progress);
-    // A bake with measurements counts as two without.
+    // A bake with measurements counts as two bakes without.
     steps_.count = static_cast<double>((marks_.size() + ao_.size()) * (2 + a_.repeat));
     if (!measure_settings(group_.report)) return std::nullopt;
     const auto run = [&](std::size_t k, const std::string& note) {
@@ -146,12 +149,13 @@ class MatchChart : public ChartKind {
     };
     if (!time_in_turns(marks_, a_.repeat, run)) return std::nullopt;
     group_.report.update(finish_marks(marks_, "correspondence", measures()));
-    const double none = group_.report.at("normal_error_without_map.mean_angle_degrees").number();
-    group_.tables.push_back(
-        {"Without a map, rendered normals are " + fixed_text(none, 3) + " degrees off.", columns(),
-         group_.report.at("settings"), ".csv"});
+    const double degrees_without_map =
+        group_.report.at("normal_error_without_map.mean_angle_degrees").number();
+    group_.tables.push_back({"Without a map, rendered normals are " +
+                                 fixed_text(degrees_without_map, 3) + " degrees off.",
+                             columns(), group_.report.at("settings"), ".csv"});
     for (std::size_t m = 0; m < kDrawnMeasures; ++m) {
-      group_.panels.push_back(chart_panel(marks_, measures(none)[m]));
+      group_.panels.push_back(chart_panel(marks_, measures(degrees_without_map)[m]));
     }
     if (!ao_.empty() && !add_ao(device, high, low, a_, ao_, steps_, group_)) return std::nullopt;
     return group_;
@@ -162,20 +166,20 @@ class MatchChart : public ChartKind {
 
   struct Baked {
     BakeResult result;
-    Json seconds;  ///< Null if cancelled
+    Json seconds;  ///< Seconds of the run; null if cancelled
   };
 
-  /// Selects the settings that suit the pair. \returns the others, with reasons
+  /// Selects the settings that suit the pair. \returns all other settings, with reasons
   Json choose() {
     const UvOptions uv = uv_options(high_);
     std::vector<LeftOut> left_out;
     settings_.clear();
     marks_.clear();
     for (const ChartSetting& setting : wanted_) {
-      if (const std::optional<LeftOut> left =
-              unfit(setting.bake.match.method, "The setting " + setting.name, *source_, high_.mesh,
-                    *low_, uv, !a_.settings.empty())) {
-        left_out.push_back({setting.name, left->reason});
+      if (const std::optional<LeftOut> unsuitable =
+              explain_unsuitable(setting.bake.match.method, "The setting " + setting.name, *source_,
+                                 high_.mesh, *low_, uv, !a_.settings.empty())) {
+        left_out.push_back({setting.name, unsuitable->reason});
         continue;
       }
       settings_.push_back(setting);
@@ -189,7 +193,7 @@ class MatchChart : public ChartKind {
     return describe_left_out(left_out, "setting");
   }
 
-  /// A setting's bake options with size, search distance (unless a cage sets it), and the found cage.
+  /// The bake options of a setting with size, search distance (unless a cage sets it), and the found cage.
   BakeOptions bake_options(const ChartSetting& setting, std::uint32_t size, const Source& source,
                            std::optional<FoundCage>& cage) const {
     BakeOptions bake_with = setting.bake;
@@ -202,8 +206,8 @@ class MatchChart : public ChartKind {
     return bake_with;
   }
 
-  /// Bakes a setting. Seconds: "total" is the wall-clock time from the mesh to the map, both in host memory; the match
-  /// alone starts with the high poly on the device.
+  /// Bakes with a setting. "total" is the wall-clock time in seconds from the mesh to the map, both in host memory; the
+  /// time of the match alone starts with the high poly on the device.
   Baked bake_setting(std::size_t i, const std::string& stage) {
     if (!steps_.at(stage)) return {};
     Stopwatch watch;
@@ -224,7 +228,7 @@ class MatchChart : public ChartKind {
     return baked;
   }
 
-  /// A setting's first bake, which is measured; cached until then. \returns null if cancelled
+  /// The first bake of a setting, which is measured, and cached until then. \returns null if cancelled
   const BakeResult* first_bake(std::size_t i) {
     if (first_.contains(i)) return &first_[i];
     Baked baked = bake_setting(i, "baking with " + marks_[i].label);
@@ -248,7 +252,7 @@ class MatchChart : public ChartKind {
 
   /// A mask of texels that both maps cover and that the reference matched.
   Image common_texels(const BakeResult& reference, const BakeResult& other) const {
-    constexpr std::uint8_t kBaked = 1, kMissed = 2;  // see BakeResult::coverage
+    constexpr std::uint8_t kBaked = 1, kMissed = 2;  // values of BakeResult::coverage
     Image mask{*a_.size, *a_.size, 1, std::vector<float>(reference.coverage.size())};
     for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
       const bool covered = other.coverage[i] == kBaked || other.coverage[i] == kMissed;
@@ -257,7 +261,7 @@ class MatchChart : public ChartKind {
     return mask;
   }
 
-  /// Adds a setting's views to its figures, and marks an automatic number of views in the plot.
+  /// Adds a setting's views to its figures, and labels its mark if the number of views was chosen automatically.
   void describe_views_of(std::size_t i, const ViewReport& views) {
     const ViewOptions& options = settings_[i].bake.match.views;
     marks_[i].figures.update(
@@ -270,12 +274,13 @@ class MatchChart : public ChartKind {
       group_.note = "views of " + std::to_string(views.size) + "² pixels where none are named";
   }
 
-  /// Measures the errors of every setting. \returns false if cancelled
+  /// Measures the errors of all settings. \returns false if cancelled
   bool measure_settings(Json& report) {
-    // The reference's map comes first, and settings with adaptive views, since held-out views must avoid these.
+    // The map of the reference must exist first; so must settings with adaptive views, since held-out views must differ
+    // from these.
     first_.clear();
     const BakeResult* reference = nullptr;
-    std::vector<Vec3> used;
+    std::vector<Vec3> used_views;
     for (std::size_t i = 0; i < marks_.size(); ++i) {
       const MatchOptions& match = settings_[i].bake.match;
       const bool is_reference = marks_[i].name == kChartReference;
@@ -288,11 +293,11 @@ class MatchChart : public ChartKind {
       if (!obeys(find_match(match.method.name), "match.views.count")) continue;
       const std::vector<Vec3> more =
           early != nullptr ? early->report.views->directions : spread_views(*match.views.count);
-      used.insert(used.end(), more.begin(), more.end());
+      used_views.insert(used_views.end(), more.begin(), more.end());
     }
-    const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
+    const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used_views, kMinHeldOutAngle);
     report["measured_from"] =
-        describe_views(held_out, *a_.pixels, least_angle_degrees(held_out, used));
+        describe_views(held_out, *a_.pixels, least_angle_degrees(held_out, used_views));
     if (!steps_.at("drawing the high poly")) return false;
     const NormalReference pictures(Scene(*device_, high_.mesh), high_.mesh, angles_of(held_out),
                                    *a_.pixels);
@@ -306,21 +311,20 @@ class MatchChart : public ChartKind {
       const ImageDifference error = compare_images(reference->maps[0].image, map, &mask);
       if (error.compared == 0) {
         const std::string size = std::to_string(*a_.size);
-        throw Error(ErrorCode::input,
-                    "'" + low_->name + "' has no texel at " + size + " x " + size +
-                        " for which rays find '" + high_.mesh.name +
-                        "', so there is nothing to compare: use a larger --size.");
+        throw Error(ErrorCode::input, "'" + low_->name + "' has no texel at " + size + " x " +
+                                          size + " for which rays find '" + high_.mesh.name +
+                                          "', so no errors can be measured: use a larger --size.");
       }
       const Scene scene(*device_, *low_, {&map});
       const NormalError picture = pictures.compare(scene);
       check_seen(picture, high_.mesh, *low_);
       if (i == 0) report["normal_error_without_map"] = describe(pictures.compare(scene, true));
-      const MatchAssessment assessed = assess_setting(settings_[i], used);
+      const MatchAssessment assessed = assess_setting(settings_[i], used_views);
       if (assessed.cancelled) return false;
       if (result.report.views) describe_views_of(i, *result.report.views);
       add_figures(result.report, error, picture, assessed, marks_[i].figures);
       max_distance = std::max(max_distance, result.report.max_distance);
-      add_warnings(result.report.warnings, of_settings);
+      add_warnings(result.report.warnings, settings_warnings);
       if (first != reference) first_.erase(i);
       steps_.done += 1;
     }
@@ -352,13 +356,13 @@ class MatchChart : public ChartKind {
   std::vector<AoSetting> ao_;
   std::vector<Mesh> lows_;
   HighPolyInput high_;
-  // The pair that is measured.
+  // the pair that is being measured
   const Device* device_ = nullptr;
   const Mesh* low_ = nullptr;
   std::optional<Source> source_;
   std::vector<ChartSetting> settings_;
-  std::vector<Mark> marks_;                  ///< In the order of the settings
-  std::map<std::size_t, BakeResult> first_;  ///< See first_bake()
+  std::vector<Mark> marks_;                  ///< marks in the order of the settings
+  std::map<std::size_t, BakeResult> first_;  ///< results of first_bake()
   ChartGroup group_;
   Steps steps_{nullptr};
 };

@@ -1,4 +1,5 @@
-// `kiln chart HIGH --plan`: bytes against error of low polys with all face counts and map sizes, compared with plans.
+// `kiln chart HIGH --plan`: charts bytes against error of low polys with all face counts and map sizes, and compares
+// them with plans.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -21,18 +22,18 @@
 namespace kiln::cli {
 namespace {
 
-/// Bits per channel of all maps of the grids. Plans choose their own.
+/// Bits per channel of all maps in grids; plans choose their own.
 constexpr std::uint32_t kGridBits = 8;
 constexpr std::uint32_t kMinFaces = 125, kMaxFaces = 16000, kSmallestMap = 16;
-/// Maximum ratio of the bytes of mesh and map: beyond it, further steps hardly change the error.
+/// Maximum ratio of the bytes of mesh and map, in both directions. Beyond it, further steps hardly change the error.
 constexpr std::uint64_t kMaxBytesRatio = 16;
 constexpr std::uint32_t kViews = 30, kPixels = 128;
-/// Samples are chosen as in plans.
+/// The number of samples is chosen as in plans.
 constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
-/// Default errors to plan for: geometric interpolations between the worst and the best error, at these shares.
+/// Shares at which default errors to plan for are interpolated geometrically between the worst and the best error.
 constexpr double kDefaultErrorShares[] = {0.25, 0.5, 0.75};
-/// Share of the progress at which plans follow the grids.
-constexpr double kAtPlans = 0.7;
+/// Share of the progress at which plans start, after the grids.
+constexpr double kProgressAtPlans = 0.7;
 
 /// Quantises a map to kGridBits per channel.
 Image rounded(Image map) {
@@ -53,19 +54,19 @@ Json json_of(const LowPolyBytes& b) {
 
 std::string map_text(double size) { return size == 0 ? "no map" : text_of(size) + "²"; }
 
-/// Charts each high poly: builds and measures a grid, then plans. Pictures are from 30 directions that plans do not
-/// use.
+/// Charts each high poly: builds and measures a grid, then plans. Errors are measured in pictures from 30 directions
+/// that plans do not use.
 class PlansChart : public ChartKind {
  public:
   explicit PlansChart(const ChartArguments& a) : ChartKind(a, "mesh", "meshes") {
     about =
         "Bytes of low poly and maps against the mean angle of rendered normals, degrees. Plans "
-        "choose faces, map size and bits; beside them is the front of all faces and map sizes, "
-        "whose maps have " +
+        "choose faces, map size and bits; the front has the smallest files at each angle among all "
+        "charted faces and map sizes, whose maps have " +
         std::to_string(kGridBits) + " bits a channel.";
     if (!a.screen.empty()) screen_ = parse_pixels("--screen", a.screen);
     for (const std::string& text : a.max_errors) {
-      // A bound may have the map's name: "normal=1.5".
+      // An error may be prefixed by the map's name: "normal=1.5".
       const std::string bound = normal_bound(text);
       errors_.push_back(parse_degrees("--max-error", bound.empty() ? text : bound));
     }
@@ -77,7 +78,7 @@ class PlansChart : public ChartKind {
     if (!high_.heights) clean_high(high_.mesh, CleanOptions(), warnings);
   }
 
-  /// \throws Error(input) where HIGH has too few faces
+  /// Measures one high poly. \throws Error(input) if HIGH has too few faces
   std::optional<ChartGroup> measure(const Device& device, std::size_t i,
                                     const Progress& progress) override {
     device_ = &device;
@@ -86,8 +87,8 @@ class PlansChart : public ChartKind {
     plans_ = Json::array();
     const Mesh& high = high_.mesh;
     std::vector<std::uint32_t> faces;
-    const std::size_t most = std::min<std::size_t>(kMaxFaces, high.triangles.size() / 2);
-    for (std::uint32_t f = kMinFaces; f <= most; f *= 2) faces.push_back(f);
+    const std::size_t max_faces = std::min<std::size_t>(kMaxFaces, high.triangles.size() / 2);
+    for (std::uint32_t f = kMinFaces; f <= max_faces; f *= 2) faces.push_back(f);
     if (faces.empty()) {
       throw Error(ErrorCode::input, "'" + high.name + "' has " +
                                         std::to_string(high.triangles.size()) +
@@ -97,20 +98,22 @@ class PlansChart : public ChartKind {
     on_screen_.reset();
     source_.emplace(device, high);
     add_warnings(source_->warnings(), warnings);
-    const std::vector<Vec3> seen = held_out_views(kPlanViews, spread_views(12));  // by plans
-    reference_.emplace(Scene(device, high), high, angles_of(held_out_views(kViews, seen)), kPixels);
+    // directions that plans use
+    const std::vector<Vec3> held_out = held_out_views(kPlanViews, spread_views(12));
+    reference_.emplace(Scene(device, high), high, angles_of(held_out_views(kViews, held_out)),
+                       kPixels);
     if (screen_ != 0) on_screen_.emplace(*source_, screen_, kViews);
     at_ = 0;
     for (const std::uint32_t count : faces) {
       if (!add_faces(count)) return std::nullopt;
-      at_ += kAtPlans / static_cast<double>(faces.size());
+      at_ += kProgressAtPlans / static_cast<double>(faces.size());
     }
     mark_front();
     std::vector<double> errors = errors_.empty() ? errors_between() : errors_;
     std::sort(errors.rbegin(), errors.rend());
     for (const double error : errors) {
       if (!add_plan(error)) return std::nullopt;
-      at_ += (1 - kAtPlans) / static_cast<double>(errors.size());
+      at_ += (1 - kProgressAtPlans) / static_cast<double>(errors.size());
     }
     return group_of(inputs[i]);
   }
@@ -121,9 +124,9 @@ class PlansChart : public ChartKind {
     for (const ChartGroup& group : groups) {
       panels.push_back(group.panels[0]);
       for (const char* list : {"points", "plans"}) {
-        for (const Json& made : group.report.at(list).elements()) {
-          least = std::min(least, kib(bytes_of(made)));
-          most = std::max(most, kib(bytes_of(made)));
+        for (const Json& measured_point : group.report.at(list).elements()) {
+          least = std::min(least, kib(bytes_of(measured_point)));
+          most = std::max(most, kib(bytes_of(measured_point)));
         }
       }
     }
@@ -133,17 +136,17 @@ class PlansChart : public ChartKind {
   }
 
  private:
-  /// Adds a face count with maps of all sizes. \returns false if cancelled
+  /// Adds a face count with maps of all sizes to the grid. \returns false if cancelled
   bool add_faces(std::uint32_t faces) {
     const std::string stage = std::to_string(faces) + " faces";
     if (!progress_(at_, stage)) return false;
     SimplifyOptions options;
     options.faces = faces;
     const Mesh simple = simplify(high_.mesh, options);
-    // Simplification stops at the faces that the shape needs.
+    // Simplification stops at the number of faces that the shape needs.
     const auto count = static_cast<double>(simple.triangles.size());
-    const bool again = !points_.empty() && points_.back().at("faces").number() == count;
-    if (simple.triangles.empty() || again) return true;
+    const bool is_repeated = !points_.empty() && points_.back().at("faces").number() == count;
+    if (simple.triangles.empty() || is_repeated) return true;
     if (!add_point(simple, 0)) return false;
     for (std::uint32_t size = kSmallestMap; size <= *a_.size; size *= 2) {
       if (!progress_(at_, stage) || !add_point(simple, size)) return false;
@@ -196,7 +199,7 @@ class PlansChart : public ChartKind {
     return reference_->compare(Scene(*device_, low, normal)).mean_degrees;
   }
 
-  /// The points for which `wanted` is true, by rising bytes.
+  /// The points for which `wanted` is true, in order of increasing bytes.
   template <class Wanted>
   std::vector<Json> points_of(const Wanted& wanted) const {
     std::vector<Json> some;
@@ -207,7 +210,7 @@ class PlansChart : public ChartKind {
     return some;
   }
 
-  /// The Pareto front: no other point has fewer bytes and a lower error.
+  /// The Pareto front: points for which no other point has both fewer bytes and a lower error.
   std::vector<Json> front() const {
     double least = 1e300;
     std::vector<Json> some = points_of([](const Json&) { return true; });
@@ -222,14 +225,14 @@ class PlansChart : public ChartKind {
   void mark_front() {
     for (const Json& best : front()) {
       for (Json& point : points_) {
-        const bool same =
+        const bool is_same =
             bytes_of(point) == bytes_of(best) && degrees_of(point) == degrees_of(best);
-        if (same) point["front"] = true;
+        if (is_same) point["front"] = true;
       }
     }
   }
 
-  /// The default errors, rounded to two digits.
+  /// The default errors to plan for, rounded to two digits.
   std::vector<double> errors_between() const {
     const std::vector<Json> points = front();
     const double worst = degrees_of(points.front()), best = degrees_of(points.back());
@@ -242,7 +245,8 @@ class PlansChart : public ChartKind {
     return errors;
   }
 
-  /// Bytes of the front at an error; null if it does not reach it. Interpolates linearly in log-log scale.
+  /// Bytes of the front at an error, interpolated linearly in log-log scale; null if the front does not reach the
+  /// error.
   Json bytes_at(double degrees) const {
     const std::vector<Json> points = front();
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -283,7 +287,7 @@ class PlansChart : public ChartKind {
     return true;
   }
 
-  /// The plot: curves of the grid by map size, its front, and rings at plans.
+  /// The plot: curves of the grid by map size, its front, and rings at the plans.
   Json panel(const std::string& title) const {
     Json panel = plot_panel("Mean angle between rendered normals, degrees");
     panel["title"] = title;
@@ -326,8 +330,8 @@ class PlansChart : public ChartKind {
     const Column faces = {"faces", "faces", 0}, map = {"map", "size", 0};
     const Column measured = {"measured °", "mean_degrees", 3};
     group.tables = {{"", {}, points_, ".csv"},
-                    {"Plans (map 0: none). Their bytes are told in times those of the front at the "
-                     "same angle, too.",
+                    {"Plans (map 0: no map). The last column divides a plan's bytes by those of "
+                     "the front at the same angle.",
                      {{"wanted °", "wanted_degrees", 3},
                       measured,
                       faces,
@@ -341,19 +345,21 @@ class PlansChart : public ChartKind {
     return group;
   }
 
-  std::uint32_t screen_ = 0;  ///< LowPolyPlanOptions::screen, also of the grid; 0: 128² pictures
-  /// Errors to plan for, degrees; empty: three between best and worst
+  /// LowPolyPlanOptions::screen for plans and grid; 0: pictures of 128² pixels
+  std::uint32_t screen_ = 0;
+  /// Errors to plan for in degrees; empty: three between the best and the worst
   std::vector<double> errors_;
   HighPolyInput high_;
-  // The current high poly.
+  // the high poly that is being measured
   const Device* device_ = nullptr;
   Progress progress_;
-  double at_ = 0;  ///< Share of the progress
+  double at_ = 0;  ///< share of the progress at which this high poly starts
   std::optional<Source> source_;
   std::optional<NormalReference> reference_;
-  std::optional<ScreenPictures> on_screen_;  ///< Replaces the reference, with --screen
-  std::vector<Json> points_;                 ///< By faces, size
-  Json plans_;                               ///< By falling error
+  /// reference pictures with --screen, which replace the others
+  std::optional<ScreenPictures> on_screen_;
+  std::vector<Json> points_;  ///< points of the grid, by faces and size
+  Json plans_;                ///< plans, by decreasing error
 };
 
 }  // namespace

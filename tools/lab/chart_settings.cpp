@@ -1,4 +1,4 @@
-// Settings that `kiln chart` compares, by name.
+// Lists the settings that `kiln chart` compares, by name.
 #include <algorithm>
 #include <sstream>
 
@@ -8,12 +8,12 @@
 namespace kiln::cli {
 namespace {
 
-/// A compared setting, by its flags of `kiln bake`.
-struct Named {
+/// A compared setting, as flags of `kiln bake`.
+struct NamedSetting {
   const char *name, *label, *family, *flags;
 };
 
-constexpr Named kSettings[] = {
+constexpr NamedSetting kSettings[] = {
     {"ray", "rays", "rays", ""},
     {"ray_2x2", "rays, 2×2 samples", "rays", "--samples 2"},
     {"ray_4x4", "rays, 4×4 samples", "rays", "--samples 4"},
@@ -26,7 +26,7 @@ constexpr Named kSettings[] = {
     {"views_12_1024", "12 views, 1024²", "views", "--match views --views 12 --view-size 1024"},
     {"views_12_2048", "12 views, 2048²", "views", "--match views --views 12 --view-size 2048"},
     {"views_12_4096", "12 views, 4096²", "views", "--match views --views 12 --view-size 4096"},
-    // The method of Wang, Froehlich and Goebel 2003: least depth difference, without refinement of points.
+    // The method of Wang, Froehlich and Goebel 2003: smallest depth difference, without refinement of points.
     {"paper_12", "12 views as in the paper", "paper",
      "--match views --views 12 --view-criterion depth --no-view-refine true"},
     {"views_12_ray", "12 views, then rays", "views_rays",
@@ -41,8 +41,8 @@ constexpr Named kSettings[] = {
     {"hybrid", "hybrid, texels", "visibility", "--match hybrid --visibility-at texel"},
     {"uv", "same UVs", "uv", "--match uv"}};
 
-/// Compared only by name: other directions and cages, for hard surfaces.
-constexpr Named kHardOnly[] = {
+/// Settings that are only compared if they are named: other directions and cages, for hard surfaces.
+constexpr NamedSetting kHardOnly[] = {
     {"ray_nearest", "nearest face, averaged", "directions", "--ray nearest --direction averaged"},
     {"ray_averaged", "averaged", "directions", "--direction averaged"},
     {"ray_face", "face", "directions", "--direction face"},
@@ -50,7 +50,7 @@ constexpr Named kHardOnly[] = {
     {"cage_3", "cage 3%", "cages", "--cage 3%"},
     {"cage_3_averaged", "cage 3%, averaged", "cages", "--cage 3% --direction averaged"}};
 
-ChartSetting setting_of(const Named& row) {
+ChartSetting setting_of(const NamedSetting& row) {
   const Job job = bake_job(row.flags);
   return {row.name, row.label, row.family, job.bake, job.cage_auto};
 }
@@ -63,13 +63,13 @@ Job bake_job(const std::string& flags) {
   for (std::string flag, value; words >> flag >> value;) {
     find_row(bake_rows(), flag)->value.set(&job, flag, {value});
   }
-  job.bake.maps = named_maps(job);
+  job.bake.maps = maps_or_default(job);
   return job;
 }
 
 std::vector<ChartSetting> chart_settings() {
   std::vector<ChartSetting> settings;
-  for (const Named& row : kSettings) settings.push_back(setting_of(row));
+  for (const NamedSetting& row : kSettings) settings.push_back(setting_of(row));
   add_other_matches(matches(), settings);
   return settings;
 }
@@ -88,7 +88,7 @@ void add_other_matches(std::span<const MatchInfo> rows, std::vector<ChartSetting
 
 std::vector<ChartSetting> all_chart_settings() {
   std::vector<ChartSetting> settings = chart_settings();
-  for (const Named& row : kHardOnly) settings.push_back(setting_of(row));
+  for (const NamedSetting& row : kHardOnly) settings.push_back(setting_of(row));
   return settings;
 }
 

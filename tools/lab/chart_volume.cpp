@@ -1,4 +1,4 @@
-// Chart of maps from volumes, speed against accuracy: directly from the voxels, or baked from the full contour.
+// Charts maps from volumes, speed against accuracy: made directly from the voxels, or baked from the full contour.
 #include <algorithm>
 #include <utility>
 
@@ -20,17 +20,19 @@ namespace {
 
 constexpr std::uint32_t kLargest = 8192;
 
-/// Ways to make a map of a volume's surface.
+/// A way to make the map of a volume's surface.
 struct VolumeWay {
-  std::string name, label, family;  ///< See Mark; the name excludes the map size
-  /// Flags of `kiln bake` for the full contour; nullopt: no bake
+  std::string name, label, family;  ///< As in Mark; the name excludes the map size
+  /// Flags of `kiln bake` for a bake from the full contour; nullopt: no bake
   std::optional<std::string> flags;
-  bool every_size;  ///< Also at half and twice the size
+  bool every_size;  ///< True if the way is also charted at half and at twice the size
 };
-bool is_plain(const VolumeWay& way) { return way.name == "none"; }  ///< The low poly's own normals
-bool is_direct(const VolumeWay& way) { return way.name == "direct"; }  ///< extract()'s map
+/// True for the low poly's own normals, without a map.
+bool is_plain(const VolumeWay& way) { return way.name == "none"; }
+/// True for the map that extract() makes.
+bool is_direct(const VolumeWay& way) { return way.name == "direct"; }
 
-/// The compared settings.
+/// All ways that are compared.
 std::vector<VolumeWay> volume_ways() {
   return {{"none", "no map", "none", std::nullopt, false},
           {"direct", "direct", "direct", std::nullopt, true},
@@ -40,23 +42,23 @@ std::vector<VolumeWay> volume_ways() {
           {"closest", "nearest points", "closest", "--match closest", true}};
 }
 
-/// Mean angles: of the map's texels to the field's gradient along the shading normal; of rendered normals to the full
-/// contour's, over held-out views.
+/// Mean angles: between the map's texels and the field's gradient along the shading normal; and between rendered
+/// normals and those of the full contour, over held-out views.
 const std::vector<Measure>& measures() {
-  static const std::vector<Measure> all = {
+  static const std::vector<Measure> all_measures = {
       {"gradient_error", "gradient_error.mean_angle_degrees",
        "Error of the map: angle to the volume's gradient", "Mean angle, degrees"},
       {"normal_error", "normal_error.mean_angle_degrees",
        "Error of the picture: rendered normals to the full contour's", "Mean angle, degrees"}};
-  return all;
+  return all_measures;
 }
 
-/// One map size. The low poly with its UVs is shared by all ways.
+/// The data of one map size. All ways share the low poly and its UVs.
 struct Sized {
   std::uint32_t size = 0;
   ExtractResult low_poly;
   std::optional<GradientReference> along_normals, along_faces;
-  std::optional<ExtractReport> timed;  ///< Report of the current run
+  std::optional<ExtractReport> timed;  ///< Report of the extraction in the current run
   double seconds = 0;                  ///< Seconds of that extraction
 };
 
@@ -73,7 +75,8 @@ Json json_of(const GradientError& e) {
        e.p99_degrees, e.max_degrees});
 }
 
-// Styles also differ in shape and lightness (colours by Okabe and Ito, distinguishable with colour blindness).
+// Styles differ in shape and lightness as well, since colours (by Okabe and Ito, distinguishable with colour blindness)
+// may be printed in grey.
 constexpr MarkStyle kStyles[] = {{"none", "no map", "+", "#777777"},
                                  {"direct", "direct", "s", "#d55e00"},
                                  {"rays", "contour baked by rays", "^", "#222222"},
@@ -103,8 +106,8 @@ class VolumesChart : public ChartKind {
         "Seconds: from the volume in memory to low poly and object-space map there. Errors are "
         "angles: of the map's texels to the volume's gradient, along the shading normal and along "
         "the triangle's, and of rendered normals to the full contour's. Missed: samples of the "
-        "bake that found nothing; empty: texels that the map leaves without a normal. *: nothing "
-        "else is both faster and closer.";
+        "bake that found no point; empty: texels without a normal. *: no other setting is both "
+        "faster and more accurate.";
   }
 
   void read(std::size_t i) override { volume_ = read_volume(inputs[i], a_.surface, warnings); }
@@ -164,7 +167,7 @@ class VolumesChart : public ChartKind {
   }
 
  private:
-  /// The map of a mark, and the way it is made.
+  /// The map of a mark, and how it is made.
   struct Task {
     const VolumeWay* way;
     Sized* sized;
@@ -181,22 +184,22 @@ class VolumesChart : public ChartKind {
     bake.width = bake.height = size;
     bake.encoding.space = NormalMapSpace::object;
     bake.match.max_distance = a_.search_distance();
-    // Charts have just their border around them, and none may write into another's.
+    // The padding is limited to the border of charts, so that charts do not overwrite each other.
     bake.encoding.gutter = static_cast<std::int32_t>(extract_.border_texels);
     bake.progress = std::move(progress);
     return bake;
   }
 
   bool add_size(std::uint32_t size) {
-    const bool wanted = std::any_of(ways_.begin(), ways_.end(), [&](const VolumeWay& way) {
+    const bool is_selected = std::any_of(ways_.begin(), ways_.end(), [&](const VolumeWay& way) {
       return way.every_size || size == *a_.size;
     });
-    if (!wanted || size < 16 || size > kLargest) return true;
+    if (!is_selected || size < 16 || size > kLargest) return true;
     if (!steps_.at("extracting for " + std::to_string(size) + "²")) return false;
     try {
       sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}, {}, {}});
     } catch (const Error& error) {
-      // A smaller map may not have enough texels for the charts.
+      // A smaller map may have too few texels for the charts.
       const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
       if (size >= *a_.size || !no_room) throw;
       warnings.push_back({"size-skipped", error.what(), 1});
@@ -204,7 +207,7 @@ class VolumesChart : public ChartKind {
     return true;
   }
 
-  /// Marks by way, then by size.
+  /// Lists the marks by way, then by size.
   void plan() {
     marks_.clear();
     tasks_.clear();
@@ -225,7 +228,7 @@ class VolumesChart : public ChartKind {
     steps_.count = static_cast<double>(tasks_.size() * (2 + a_.repeat));
   }
 
-  /// Measures errors of every mark, at each size. \returns false if cancelled
+  /// Measures the errors of all marks, size by size. \returns false if cancelled
   bool measure_marks(Json& report) {
     const Source source(*device_, high_);
     const Length reach = a_.search_distance();
@@ -276,7 +279,7 @@ class VolumesChart : public ChartKind {
       map = std::move(result.maps[0].image);
       figures.update(
           fields("texels warnings", {describe_texels(report), describe(report.warnings)}));
-      add_warnings(report.warnings, of_settings);
+      add_warnings(report.warnings, settings_warnings);
     } else if (is_direct(way)) {
       map = sized.low_poly.normal_map;
     }
@@ -332,22 +335,22 @@ class VolumesChart : public ChartKind {
     const BakeResult result =
         bake(source, sized->low_poly.mesh, bake_options(*way, size, steps_.within(0)));
     if (result.cancelled) return {};
-    const double rest = watch.lap(), build = result.report.seconds_build;
-    return seconds(contour_time_ + low + upload + rest, contour_time_, low, upload + build,
-                   rest - build);
+    const double remaining = watch.lap(), build = result.report.seconds_build;
+    return seconds(contour_time_ + low + upload + remaining, contour_time_, low, upload + build,
+                   remaining - build);
   }
 
   std::vector<VolumeWay> ways_;
-  ExtractOptions extract_;  ///< Options except the size
+  ExtractOptions extract_;  ///< options of extract() except the size
   Volume volume_;
-  // The current volume.
+  // the volume that is being measured
   const Device* device_ = nullptr;
   Mesh high_;
   std::vector<Sized> sizes_;
   std::vector<Mark> marks_;
-  std::vector<Task> tasks_;  ///< In the order of the marks
+  std::vector<Task> tasks_;  ///< tasks in the order of the marks
   Steps steps_{nullptr};
-  double contour_time_ = 0;  ///< Seconds of the full contour in the current run
+  double contour_time_ = 0;  ///< seconds of the full contour in the current run
 };
 
 }  // namespace

@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 
 using Arguments = ChartArguments;
 
-/// The name that selects the settings for hard surfaces.
-constexpr const char* kHard = "hard";
+/// value of --settings that selects the settings for hard surfaces
+constexpr const char* kHardSurfaceGroup = "hard";
 
 /// Names of all settings of mesh charts.
 std::vector<std::string> mesh_setting_names() {
@@ -39,27 +39,27 @@ std::vector<std::string> setting_names() {
 /// Rows of the chart's options, except those of volumes.
 std::vector<OptionRow> chart_rows() {
   std::vector<std::string> settings = setting_names();
-  settings.emplace_back(kHard);
+  settings.emplace_back(kHardSurfaceGroup);
   return {
       {"--repeat", "", whole(KILN_MEMBER(Arguments, repeat), 1, 1000),
-       "Timed runs of each setting, of which the median counts; one more comes first, which "
-       "compiles the kernels and gives the errors"},
+       "Timed runs of each setting, whose median is charted; they follow a run that compiles the "
+       "kernels and measures the errors"},
       {"--ao", "", toggle(KILN_MEMBER(Arguments, ao)),
-       "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 views, against "
-       "4096 rays; takes minutes at 1024 texels a side",
+       "Also chart ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 views, "
+       "compared with 4096 rays; takes minutes at 1024 texels a side",
        "-"},
       {"--ao-error", "", number(KILN_MEMBER(Arguments, ao_error), 0, 1, /*fractions=*/true),
-       "Of ambient occlusion: say what reaches this root mean square error in the fewest seconds; "
-       "a share of 1, such as 2/255 or 0.01"},
+       "With --ao: report the fastest setting with at most this root mean square error, such as "
+       "2/255 or 0.01 (1: from black to white)"},
       {"--ao-budget", "", number(KILN_MEMBER(Arguments, ao_budget), 1e-9, 1e9).in("seconds"),
-       "Of ambient occlusion: say what comes nearest to the truth in so many seconds"},
+       "With --ao: report the most accurate setting that takes at most so many seconds"},
       {"--plan", "", toggle(KILN_MEMBER(Arguments, plan)),
-       "Of each HIGH alone: bytes against error of low polys by number of faces and map size; "
-       "beside them plans",
+       "For each HIGH, without LOW: chart bytes against error for numbers of faces and map sizes, "
+       "and for plans",
        "-"},
       {"--max-error", "", texts(KILN_MEMBER(Arguments, max_errors), ','),
-       "With --plan: errors to plan for, degrees, separated by commas (default: three between the "
-       "best and the worst)"},
+       "With --plan: largest errors of the plans, degrees, separated by commas (default: three "
+       "between the best and the worst)"},
       {"--screen", "", text(KILN_MEMBER(Arguments, screen)),
        "With --plan: the largest size at which the mesh will be seen, such as 600px; plans and the "
        "grid are measured at that size, by mean normals of pixels"},
@@ -67,7 +67,7 @@ std::vector<OptionRow> chart_rows() {
        "Some of the settings, by their names in chart.csv, separated by commas; for meshes the "
        "reference, " +
            std::string(kChartReference) +
-           ", always comes along. hard: directions and cages, for hard surfaces (default: all but "
+           ", is always included. hard: directions and cages, for hard surfaces (default: all but "
            "those)"}};
 }
 
@@ -75,7 +75,7 @@ bool is_volume(const Arguments& a, const std::string& path) {
   return a.surface.is_raw() || is_volume_name(path);
 }
 
-/// Flags of surfaces of volumes.
+/// Flags that only apply to surfaces of volumes.
 std::set<std::string> volume_flags() {
   std::set<std::string> flags;
   for (const OptionRow& row : surface_rows(/*iso_required=*/false)) flags.insert(row.flag);
@@ -83,11 +83,11 @@ std::set<std::string> volume_flags() {
   return flags;
 }
 
-/// Rejects settings that do not exist for a kind of input. \throws Error(usage)
+/// Rejects settings that do not exist for the kind of input. \throws Error(usage)
 void check_settings(const Arguments& a, const std::vector<std::string>& names, const char* kind) {
   for (const std::string& name : a.settings) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-    fail_usage("--settings " + name + " is not for " + kind + ": give some of " +
+    fail_usage("--settings " + name + " does not exist for " + kind + ": give some of " +
                join(names, ", ") + ".");
   }
 }
@@ -96,17 +96,17 @@ void check_settings(const Arguments& a, const std::vector<std::string>& names, c
 void check_alike(const Arguments& a, bool volumes) {
   for (const std::string& path : a.meshes) {
     if (is_volume(a, path) == volumes) continue;
-    const auto is = [&](bool volume) { return volume ? " is a volume" : " is no volume"; };
+    const auto is = [&](bool volume) { return volume ? " is a volume" : " is not a volume"; };
     fail_usage("'" + path + "'" + is(!volumes) + ", but '" + a.meshes.front() + "'" + is(volumes) +
                ": give volumes alone, or meshes alone, HIGH LOW.");
   }
 }
 
-// Checks before any work. \throws Error(usage)
+// Checks all arguments before any work. \throws Error(usage)
 
 void check_volumes(const Arguments& a) {
   const std::string volume = "'" + a.meshes.front() + "'";
-  refuse_if(!a.surface.iso, volume + " is a volume: say which surface of it by --iso VALUE.");
+  refuse_if(!a.surface.iso, volume + " is a volume: give the value of its surface by --iso VALUE.");
   refuse(a,
          {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--height", "--extent",
           "--ao", "--ao-error", "--ao-budget", "--directions"},
@@ -115,13 +115,13 @@ void check_volumes(const Arguments& a) {
   check_settings(a, volume_setting_names(), "volumes");
 }
 
-/// \param high, low  files
+/// Checks the files of the arguments. \param high, low  files of meshes
 void check_files(const Arguments& a, const std::vector<std::string>& high,
                  const std::vector<std::string>& low) {
-  refuse(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is none.");
+  refuse(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is not a volume.");
   if (std::none_of(high.begin(), high.end(), is_height_field)) {
     refuse(a, {"--height", "--extent", "--no-data"},
-           "a HIGH that is a height field, a PNG, EXR or TIFF; none is.");
+           "height fields (PNG, EXR or TIFF), but no HIGH is one.");
   }
   check_mesh_frame(a.frame, high, low, {});
 }
@@ -133,7 +133,7 @@ void check_meshes(const Arguments& a) {
   check_settings(a, mesh_setting_names(), "meshes");
   if (ao_settings(a).empty()) {
     refuse(a, {"--ao-error", "--ao-budget"},
-           "choosing among ways to gather ambient occlusion, but none is charted: add --ao.");
+           "choosing a setting of ambient occlusion, but none is charted: add --ao.");
   }
   refuse_if(a.ao_error == 0, "--ao-error is 0, but must be above 0, such as 2/255.");
   if (a.meshes.size() % 2 != 0) {
@@ -148,12 +148,14 @@ void check_plan(const Arguments& a) {
           "--directions", "--pixels"},
          "charts of matches, but --plan charts bytes: leave it out.");
   if (is_volume(a, a.meshes.front())) {
-    fail_usage("'" + a.meshes.front() + "' is a volume, but --plan takes high polys alone.");
+    fail_usage("'" + a.meshes.front() +
+               "' is a volume, but --plan takes only high polys: give meshes.");
   }
   check_files(a, a.meshes, {});
 }
 
-/// Rejects inputs that are names of settings: without a comma, they would count as meshes. \throws Error(usage)
+/// Rejects inputs that are names of settings, since "--settings a b" without a comma would read b as a mesh. \throws
+/// Error(usage)
 void check_no_settings(const Arguments& a) {
   std::vector<std::string> names = setting_names();
   std::sort(names.begin(), names.end());
@@ -162,8 +164,8 @@ void check_no_settings(const Arguments& a) {
     if (fs::exists(path, ignored) || !std::binary_search(names.begin(), names.end(), path))
       continue;
     fail_usage("'" + path +
-               "' is no file but the name of a setting: give settings "
-               "separated by commas, --settings NAME,NAME, of " +
+               "' is the name of a setting, not of a file: separate settings by commas, as in "
+               "--settings NAME,NAME, of " +
                join(names, ", ") + ".");
   }
 }
@@ -172,7 +174,7 @@ int run(const Arguments& a, const Json& options) {
   const bool volumes = is_volume(a, a.meshes.front());
   check_no_settings(a);
   check_alike(a, volumes);
-  if (!a.plan) refuse(a, {"--screen", "--max-error"}, "what --plan plans for: add --plan.");
+  if (!a.plan) refuse(a, {"--screen", "--max-error"}, "charts of plans: add --plan.");
   (a.plan ? check_plan : volumes ? check_volumes : check_meshes)(a);
   const std::unique_ptr<ChartKind> kind = (a.plan    ? chart_of_plans
                                            : volumes ? chart_of_volumes
@@ -216,9 +218,9 @@ Run add_chart(Command& app) {
   add_options(*command, file_and_chart_rows(), &a->surface);
   return [a, job, command, shared] {
     a->given = given_flags(*command);
-    const auto hard = std::find(a->settings.begin(), a->settings.end(), kHard);
-    if (hard != a->settings.end()) {
-      const auto at = a->settings.erase(hard);
+    const auto hard_setting = std::find(a->settings.begin(), a->settings.end(), kHardSurfaceGroup);
+    if (hard_setting != a->settings.end()) {
+      const auto at = a->settings.erase(hard_setting);
       a->settings.insert(at, hard_settings().begin(), hard_settings().end());
     }
     Json options = values_json(shared, job);

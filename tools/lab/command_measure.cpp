@@ -79,30 +79,28 @@ Run add_measure(Command& app) {
        .required = true},
       {.flag = "LOW",
        .value = text(KILN_MEMBER(Job, low)),
-       .help = "The low poly, with UVs; with --study views it may be left out: Kiln makes one"},
+       .help = "The low poly, with UVs; optional with --study views, which then makes one"},
       {.flag = "--out",
        .value = text(KILN_MEMBER(Job, out)),
        .help = "Folder for measure.png and the measures as textures (EXR); with --study for "
                "study_<what>.csv, .png and _plot.json"},
       {.flag = "--visibility-at",
        .value = some_of(KILN_MEMBER(Job, visibility_at), names_of(Words(kVisibilityAt))),
-       .help =
-           "Rate visibility and hybrid with directions gathered here; may be given again (default: "
-           "texel)"},
+       .help = "Rate visibility and hybrid with directions gathered per texel, vertex or face; may "
+               "be repeated (default: texel)"},
       {.flag = "--study",
        .value = word(KILN_MEMBER(Job, study), kStudies),
-       .help =
-           "What varies: the views matched from, the low poly's faces, or its faces and the map's "
-           "size (default 1024 where that does not vary)"},
+       .help = "What varies: the number of depth views, the low poly's faces, or its faces and the "
+               "map's size (the size is otherwise --size, default 1024)"},
       {.flag = "--views",
        .value = whole(KILN_MEMBER(Job, views), 1, 128),
-       .help = "Depth views, where they do not vary (default 12)"},
+       .help = "With --study faces or size: number of depth views (default 12)"},
       {.flag = "--view-size",
        .value = whole(KILN_MEMBER(Job, view_size), 16, 8192),
        .help = "Pixels a side of a depth view (default: by the density of HIGH)"},
       {.flag = "--faces",
        .value = whole(KILN_MEMBER(Job, faces), 4, 100000000),
-       .help = "--study views without LOW: triangles of the low poly (default 2000)"}};
+       .help = "With --study views without LOW: triangles of the low poly (default 2000)"}};
   add_options(*command, rows, a.get());
   LabArguments* const shared = a.get();
   add_options(*command,
@@ -114,19 +112,19 @@ Run add_measure(Command& app) {
     static const std::set<std::string> of_meshes = {"--up", "--unit", "--uv-set", "--allow-outside",
                                                     "--triangulate"};
     std::vector<std::string> high = {a->high}, low = more_names(a->bake.low.given);
-    const std::vector<std::string> more = more_names(a->bake.high);
-    high.insert(high.end(), more.begin(), more.end());
+    const std::vector<std::string> more_files = more_names(a->bake.high);
+    high.insert(high.end(), more_files.begin(), more_files.end());
     if (!a->low.empty()) low.push_back(a->low);
     check_mesh_frame(a->bake.frame, high, low, a->bake.occluders);
     a->given = given_flags(*command);
-    bool of_matches = false;  // a given option does not apply to a layout
+    bool of_matches = false;  // true if an option was given that does not apply to a layout
     for (const std::string& flag : a->given) {
       static const std::set<std::string> of_layouts = {"--size", "--json", "--quiet", "--device"};
       of_matches = of_matches || !(of_layouts.contains(flag) || of_meshes.contains(flag));
       if (!a->matching_flags.contains(flag)) continue;
       a->bake.given.insert(flag);
       if (a->study.empty() || of_meshes.contains(flag)) continue;
-      fail_usage(flag + " is for rating matches: leave out --study, or it.");
+      fail_usage(flag + " is for rating matches: leave it or --study out.");
     }
     if (!a->study.empty()) return run_study(*a);
     return a->low.empty() && !of_matches ? rate_layout_of(*a) : run_rating(*a);

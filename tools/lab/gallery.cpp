@@ -1,4 +1,4 @@
-// `kiln gallery HIGH LOW`: pictures of all matches, side by side.
+// `kiln gallery HIGH LOW`: shows pictures of all matches side by side.
 #include <memory>
 #include <optional>
 
@@ -21,9 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Memory that is in use at the last picture, but not at the first: pictures and sheets, a map with its errors, memory
-/// that bakes retain (measured: 20 MiB), and the high poly's BVH (measured: 87 bytes per face at 300,000).
-std::uint64_t bytes_to_come(const PictureGeometry& picture, std::uint64_t methods,
+/// Memory that the last picture needs in addition to the first: pictures and sheets, a map with its errors, memory that
+/// bakes retain (measured: 20 MiB), and the high poly's BVH (measured: 87 bytes per face at 300,000).
+std::uint64_t further_bytes(const PictureGeometry& picture, std::uint64_t methods,
                             std::uint64_t texels, std::uint64_t faces) {
   constexpr std::uint64_t kBytesOfFace = 80, kBytesOfBake = 16 << 20,
                           kBytesOfTexel = 4 * sizeof(float);
@@ -32,7 +32,7 @@ std::uint64_t bytes_to_come(const PictureGeometry& picture, std::uint64_t method
 }
 
 /// Draws and saves all pictures, and adds them to the report. \returns false if cancelled
-/// \throws Error(input) if nothing matches, or a given match does not suit
+/// \throws Error(input) if no match finds a point, or if a given match does not suit the meshes
 bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& low,
                   const LabArguments& a, RenderOptions view, LabRun& run) {
   const fs::path folder = a.out;
@@ -48,19 +48,20 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   std::vector<std::string> methods = a.matches;
   std::vector<LeftOut> left_out;
   std::erase_if(methods, [&](const std::string& name) {
-    std::optional<LeftOut> left = unfit(find_match(name).method, "--match " + name, source, high,
-                                        low, uv_options(dense), a.gave("--match"));
-    if (left) left_out.push_back({name, left->reason});
-    return left.has_value();
+    std::optional<LeftOut> unsuitable =
+        explain_unsuitable(find_match(name).method, "--match " + name, source, high, low,
+                           uv_options(dense), a.gave("--match"));
+    if (unsuitable) left_out.push_back({name, unsuitable->reason});
+    return unsuitable.has_value();
   });
   steps.count = static_cast<double>(methods.size());
   view.frame = &high;
   const Scene original(device, high), plain(device, low);
-  const Places places(device, low);
+  const TexelViews texel_views(device, low);
   RenderOptions flat = view;
   flat.flat = true;
   const std::uint64_t to_come =
-      bytes_to_come(original.geometry(view), methods.size(), std::uint64_t{*a.size} * *a.size,
+      further_bytes(original.geometry(view), methods.size(), std::uint64_t{*a.size} * *a.size,
                     high.triangles.size());
   std::vector<Panel> panels = {
       {draw_with_room(original, view, to_come),
@@ -88,11 +89,12 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
     panels.push_back({mapped.draw(view),
                       {method, "normals off " + fixed_text(mean, 2) + " degrees",
                        plural(report.missed, "texel") + " missed"}});
-    save(normal_error_texture(places, original, mapped, high, held_out, *a.size, *a.pixels),
+    save(normal_error_texture(texel_views, original, mapped, high, held_out, *a.size, *a.pixels),
          low.name + "_" + method + "_normal_error.exr", ImageFormat::exr_float);
     figures.push_back(fields("method mean_angle_degrees texels warnings",
                              {method, mean, describe_texels(report), describe(report.warnings)}));
-    run.of_settings.insert(run.of_settings.end(), report.warnings.begin(), report.warnings.end());
+    run.settings_warnings.insert(run.settings_warnings.end(), report.warnings.begin(),
+                                 report.warnings.end());
     steps.done += 1;
   }
   save(make_sheet(panels), "matches.png", ImageFormat::png8);
@@ -109,11 +111,11 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   return true;
 }
 
-// ---- the command -------------------------------------------------------------------------------
+// ---- Command ----
 
 int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
   check_mesh_frame(a.frame, {a.high}, {a.low}, {});
-  a.search_distance();  // checks it before any work
+  a.search_distance();  // throws if the distance is invalid, before any work
   if (a.matches.empty()) a.matches = match_names();
   RenderOptions view = view_options(a.view, is_height_field(a.high));
   view.size = *a.picture_size;

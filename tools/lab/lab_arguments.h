@@ -1,4 +1,4 @@
-// Arguments of the lab's commands: each command uses some rows of one table.
+// Defines arguments of the lab's commands. Each command uses some rows of one table.
 #pragma once
 
 #include <cstdint>
@@ -18,28 +18,29 @@ namespace kiln::cli {
 struct LabArguments {
   std::string high, low, out, json, device;
   std::string max_distance = "2%";
-  std::vector<std::string> matches;  ///< Empty: all that suit the meshes
+  std::vector<std::string> matches;  ///< Names of matches; empty: all that suit the meshes
   std::optional<std::uint32_t> size, directions, pixels, picture_size;
   HeightFieldOptions heights;
   LoadMeshOptions load;
   MeshFrameArguments frame;
   ViewArguments view;
-  std::set<std::string> given;  ///< Given flags, such as "--size"
+  std::set<std::string> given;  ///< Flags that were given, such as "--size"
   bool quiet = false;
 
   bool gave(std::string_view flag) const { return given.contains(std::string(flag)); }
   Length search_distance() const;
 };
 
-/// The rows of the given flags, in the table's order. Known flags are: --match, --size, --max-distance, --directions,
-/// --pixels, --picture-size, --height, --extent, --triangulate, --up, --unit, --uv-set, --allow-outside, --device,
-/// --json, --quiet.
+/// Returns the rows of the given flags, in the table's order. Known flags are: --match, --size, --max-distance,
+/// --directions, --pixels, --picture-size, --height, --extent, --triangulate, --up, --unit, --uv-set, --allow-outside,
+/// --device, --json, --quiet.
 std::vector<OptionRow> lab_rows(const std::set<std::string_view>& flags);
 
-/// "view", "zoom", "at", "z_up" and "square".
+/// The view as JSON with "view", "zoom", "at", "z_up" and "square".
 Json describe_view(const RenderOptions& view);
 
-/// A list of choices. \param delimiter separates them; 0: the flag is repeated for each
+/// Makes an option that is a list of choices. \param delimiter  separator of the choices; 0: the flag is repeated for
+/// each
 template <typename Job>
 OptionValue some_of(Member<Job, std::vector<std::string>> member,
                     const std::vector<std::string>& words, char delimiter = 0) {

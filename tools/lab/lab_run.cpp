@@ -23,7 +23,7 @@ int LabRun::end() {
     save_report(json, report);
   }
   console.progress(1, "done");
-  print_warnings(console, warnings, of_settings, json.empty() ? "--json" : json);
+  print_warnings(console, warnings, settings_warnings, json.empty() ? "--json" : json);
   for (const std::string& line : lines) console.line(line);
   for (const std::string& output : outputs) console.line("wrote " + output);
   return 0;

@@ -1,4 +1,4 @@
-// Shared code of the lab's commands: progress, reports and exit codes.
+// Runs the lab's commands: progress, reports and exit codes.
 #pragma once
 
 #include <string>
@@ -20,12 +20,12 @@ class Steps {
 
   double count = 1, done = 0;
 
-  /// Starts a stage. \returns false if cancelled
+  /// Starts a step. \returns false if cancelled
   bool at(const std::string& stage) {
     stage_ = stage;
     return show(0);
   }
-  /// A callback for a call that is a step, or a share of one.
+  /// Returns a callback for a call that is one step, or a share of one.
   Progress within(double share = 1) {
     return [this, share](double part, std::string_view) { return show(share * part); };
   }
@@ -39,10 +39,10 @@ class Steps {
 
 /// A run of a command: its messages, report and output files.
 struct LabRun {
-  /// Prepares the folder and the report's place. \throws Error(output)
+  /// Prepares the output folder and the destination of the report. \throws Error(output)
   explicit LabRun(const LabArguments& arguments);
 
-  /// A callback for work from one share of the whole to another. The run must outlive it.
+  /// Returns a callback for work that takes from one share of the run to another. The run must outlive it.
   Progress within(double from, double to);
   /// Ends a stage and adds its seconds to the report.
   void lap(const char* stage) { seconds[stage] = watch.lap(); }
@@ -51,11 +51,11 @@ struct LabRun {
 
   Console console;
   Stopwatch watch;
-  std::string json;  ///< Destination of the report; empty: none
+  std::string json;  ///< File of the report; empty: none
   Json report = {{"version", version()}};
   Json seconds = Json::object();
-  /// Warnings of the whole run, and of single settings
-  std::vector<Warning> warnings, of_settings;
+  /// Warnings about the whole run, and about single settings
+  std::vector<Warning> warnings, settings_warnings;
   std::vector<std::string> outputs, lines;
 };
 

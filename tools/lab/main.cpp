@@ -1,4 +1,4 @@
-// kiln-lab: comparisons and studies of matches. `kiln chart`, `kiln measure` and `kiln gallery` run it.
+// The kiln-lab program, for comparisons and studies of matches. `kiln chart`, `kiln measure` and `kiln gallery` run it.
 #include "program.h"
 
 int main(int argc, char** argv) {

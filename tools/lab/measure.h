@@ -1,4 +1,4 @@
-// Arguments of `kiln measure`, and its three modes.
+// Declares the arguments and the three modes of `kiln measure`.
 #pragma once
 
 #include <optional>
@@ -14,20 +14,20 @@ namespace kiln::cli {
 
 struct MeasureArguments : LabArguments {
   std::string study;
-  Job bake;                              // flags of matching and of maps, except those below
-  std::set<std::string> matching_flags;  // their names
+  Job bake;                              // flags of matching and of maps, except those listed below
+  std::set<std::string> matching_flags;  // names of the flags of matching
   std::vector<std::string> visibility_at;
   std::optional<std::uint32_t> views, view_size, faces;
 };
 
-/// --study: "faces", "size" and "views".
+/// Values of --study: "faces", "size" and "views".
 inline const std::vector<std::string> kStudies = {"faces", "size", "views"};
 
-/// Without LOW: rates the UVs of HIGH. All return the exit code.
+/// Without LOW: rates the UV layout of HIGH. \returns the exit code
 int rate_layout_of(const MeasureArguments& arguments);
-/// With --study: how errors depend on views, faces and map size.
+/// With --study: measures how errors depend on views, faces and map size. \returns the exit code
 int run_study(MeasureArguments arguments);
-/// Rates all selected matches on two meshes.
+/// Rates all selected matches on two meshes. \returns the exit code
 int run_rating(MeasureArguments arguments);
 
 }  // namespace kiln::cli

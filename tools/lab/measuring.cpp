@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t kTrialSize = 256;
 
-/// The reason why a match does not suit; empty if it does.
+/// The reason why a match does not suit the meshes; empty if it does.
 std::string reason_unsuitable(MatchMethod method, const Source& source, const Mesh& high,
                               const Mesh& low, const UvOptions& uv) {
   if (high.uvs.empty()) return "'" + high.name + "' has no UVs.";
@@ -25,7 +25,7 @@ std::string reason_unsuitable(MatchMethod method, const Source& source, const Me
   try {
     const BakeReport report = bake(source, low, trial).report;
     if (report.samples != 0 && report.missed == report.samples)
-      return why_nothing(report, high, low).text(option_as_flag);
+      return explain_empty_result(report, high, low).text(option_as_flag);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::input) throw;
     return error.message().text(option_as_flag);
@@ -33,11 +33,11 @@ std::string reason_unsuitable(MatchMethod method, const Source& source, const Me
   return {};
 }
 
-// Side of the map of UV coordinates; bilinear filtering makes values between its texels exact.
+// Texels per side of the map of UV coordinates. Bilinear filtering makes values between texels exact.
 constexpr std::uint32_t kUvMapSide = 256;
 
-/// A map of u, v and 1 at each texel.
-Image places() {
+/// Makes a map with u, v and 1 at each texel.
+Image make_uv_map() {
   Image map{kUvMapSide, kUvMapSide, 3, {}};
   for (std::uint32_t y = 0; y < kUvMapSide; ++y) {
     for (std::uint32_t x = 0; x < kUvMapSide; ++x) {
@@ -63,7 +63,7 @@ std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions) {
 }
 
 std::vector<ViewAngles> usual_held_out_angles() {
-  return angles_of(held_out_views(kHeldOutViews, spread_views(12), kLeastHeldOutAngle));
+  return angles_of(held_out_views(kHeldOutViews, spread_views(12), kMinHeldOutAngle));
 }
 
 Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, double least_angle) {
@@ -75,9 +75,9 @@ Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, doubl
 
 void check_seen(const NormalError& error, const Mesh& high, const Mesh& low) {
   if (error.pixels != 0) return;
-  throw Error(ErrorCode::input, "'" + low.name + "' is seen nowhere that '" + high.name +
-                                    "' is, so there is nothing to measure: both must lie in the "
-                                    "same place, in the same units.");
+  throw Error(ErrorCode::input, "'" + low.name + "' and '" + high.name +
+                                    "' do not overlap in any picture, so no error can be measured: "
+                                    "place both at the same position, in the same units.");
 }
 
 Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
@@ -90,22 +90,23 @@ Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
   return json;
 }
 
-std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
-                             const Mesh& high, const Mesh& low, const UvOptions& uv, bool must) {
+std::optional<LeftOut> explain_unsuitable(MatchMethod method, const std::string& name,
+                                          const Source& source, const Mesh& high, const Mesh& low,
+                                          const UvOptions& uv, bool must) {
   if (!obeys(find_match(method.name), "match.uv")) return std::nullopt;
   const std::string reason = reason_unsuitable(method, source, high, low, uv);
   if (reason.empty()) return std::nullopt;
   if (must) {
     throw Error(ErrorCode::input,
-                name + " does not do for '" + high.name + "' and '" + low.name + "': " + reason);
+                name + " does not suit '" + high.name + "' and '" + low.name + "': " + reason);
   }
   return LeftOut{name, reason};
 }
 
-Places::Places(const Device& device, const Mesh& low)
-    : map_(places()), scene_(device, low, {&map_}) {}
+TexelViews::TexelViews(const Device& device, const Mesh& low)
+    : map_(make_uv_map()), scene_(device, low, {&map_}) {}
 
-std::vector<std::size_t> Places::texels(RenderOptions view, std::uint32_t size) const {
+std::vector<std::size_t> TexelViews::texels(RenderOptions view, std::uint32_t size) const {
   view.samples = 1;
   view.show_normals = false;
   view.show_colors = true;
@@ -122,7 +123,7 @@ std::vector<std::size_t> Places::texels(RenderOptions view, std::uint32_t size) 
   return texels;
 }
 
-Image normal_error_texture(const Places& places, const Scene& high, const Scene& shown,
+Image normal_error_texture(const TexelViews& texel_views, const Scene& high, const Scene& shown,
                            const Mesh& frame, const std::vector<ViewAngles>& views,
                            std::uint32_t size, std::uint32_t pixels) {
   std::vector<double> sums(std::size_t{size} * size);
@@ -137,9 +138,9 @@ Image normal_error_texture(const Places& places, const Scene& high, const Scene&
     view.trim = false;
     view.show_normals = true;
     const Image error = normal_angles(high.draw(view), shown.draw(view));
-    const std::vector<std::size_t> texels = places.texels(view, size);
+    const std::vector<std::size_t> texels = texel_views.texels(view, size);
     for (std::size_t i = 0; i < texels.size(); ++i) {
-      if (error.pixels[i] < 0 || texels[i] == Places::kNone) continue;
+      if (error.pixels[i] < 0 || texels[i] == TexelViews::kNone) continue;
       sums[texels[i]] += error.pixels[i];
       ++counts[texels[i]];
     }

@@ -1,4 +1,4 @@
-// Shared measures of ratings, charts, studies and galleries: held-out views, and suitability of matches.
+// Common measures of ratings, charts, studies and galleries: held-out views, and suitability of matches.
 #pragma once
 
 #include <optional>
@@ -16,47 +16,51 @@
 namespace kiln::cli {
 
 constexpr std::uint32_t kHeldOutViews = 30;
-/// Minimum angle in degrees between a view used for matching and one used for measuring
-constexpr double kLeastHeldOutAngle = 2;
+/// minimum angle in degrees between a view for matching and a view for measuring
+constexpr double kMinHeldOutAngle = 2;
 
-/// Rejects given flags that have no effect: "FLAG is for WHY". \throws Error(usage)
+/// Rejects given flags that have no effect, by the message "FLAG is for WHY". \throws Error(usage)
 void refuse(const LabArguments& arguments, const std::set<std::string>& flags,
             const std::string& why);
 
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions);
 /// kHeldOutViews view directions, none near the 12 default views of a bake.
 std::vector<ViewAngles> usual_held_out_angles();
-/// Description of held-out views, for a report. \param size  of pictures, pixels a side
+/// Describes held-out views for a report. \param size  pixels per side of their pictures
 Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, double least_angle);
 
-/// Checks that pictures show both meshes. \throws Error(input) if none does
+/// Checks that at least one picture shows both meshes. \throws Error(input) if none does
 void check_seen(const NormalError& error, const Mesh& high, const Mesh& low);
 
-/// A setting that does not suit two meshes, with the reason.
+/// A setting that does not suit the meshes, with the reason.
 struct LeftOut {
   std::string name, reason;
 };
-/// \param key  key of the name \param lines receives a line of text for each; null: none
+/// Describes settings that were left out for a report.
+/// \param key    key of the setting's name
+/// \param lines  receives a line of text for each; null: none
 Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
                        std::vector<std::string>* lines = nullptr);
 
 /// Checks whether a match suits two meshes. For matching by UVs, HIGH must have UVs, and both layouts must agree and
-/// overlap (checked by baking a small map). Others always suit.
+/// overlap, which a bake of a small map checks. Other matches always suit.
 /// \param name  name of the setting, for messages
-/// \param must  true to throw if it does not suit
+/// \param must  true to throw if the match does not suit
 /// \returns nullopt if it suits
 /// \throws Error(input) if it must suit, but does not
-std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
-                             const Mesh& high, const Mesh& low, const UvOptions& uv, bool must);
+std::optional<LeftOut> explain_unsuitable(MatchMethod method, const std::string& name,
+                                          const Source& source, const Mesh& high, const Mesh& low,
+                                          const UvOptions& uv, bool must);
 
 /// Finds the texel that each pixel of LOW's pictures shows.
-class Places {
+class TexelViews {
  public:
-  static constexpr std::size_t kNone = ~std::size_t{0};  ///< The pixel does not show LOW
+  static constexpr std::size_t kNone = ~std::size_t{0};  ///< value of pixels that do not show LOW
 
-  Places(const Device& device, const Mesh& low);
+  TexelViews(const Device& device, const Mesh& low);
 
-  /// \param size  texels a side
+  /// Finds the texels that a picture shows.
+  /// \param size  texels per side of the map
   /// \returns one texel index per pixel, rows from the top
   std::vector<std::size_t> texels(RenderOptions view, std::uint32_t size) const;
 
@@ -65,13 +69,13 @@ class Places {
   Scene scene_;
 };
 
-/// Projects the error of rendered normals back onto texels. A texel's value is the mean angle between HIGH's rendered
-/// normals and LOW's with its map, over all pixels of all views that show the texel.
+/// Projects the error of rendered normals back onto texels. The value of a texel is the mean angle between HIGH's
+/// rendered normals and LOW's with its map, over all pixels of all views that show the texel.
 /// \param shown   LOW with its map
-/// \param size    of the result, texels a side
+/// \param size    texels per side of the result
 /// \param pixels  pixels per side of the pictures
-/// \returns degrees, one channel; -1 if no view shows both meshes there
-Image normal_error_texture(const Places& places, const Scene& high, const Scene& shown,
+/// \returns degrees, one channel; -1 if no view shows both meshes at the texel
+Image normal_error_texture(const TexelViews& texel_views, const Scene& high, const Scene& shown,
                            const Mesh& frame, const std::vector<ViewAngles>& views,
                            std::uint32_t size, std::uint32_t pixels);
 

@@ -27,34 +27,34 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A rated match.
+/// A match that is rated.
 struct Rating {
   std::string
-      name;  ///< In files: the method, and where it gathers directions if that was asked for
+      name;  ///< Name in files: the method, and where it gathers directions if that was given
   std::string method, visibility_at;
-  Json figures = {};  ///< For the report
+  Json figures = {};  ///< Figures for the report
   std::vector<Warning> warnings = {};
-  /// In the order of kShown, one channel; -1 beside LOW, -2 unknown
+  /// Pictures in the order of kShown, one channel; -1 if a pixel does not show LOW, -2 if the value is unknown
   std::vector<Image> pictures = {};
 };
 
-/// The meshes and files that are read before rating.
+/// The inputs that are read before rating.
 struct Inputs {
   HighPolyInput high;
   Mesh low;
   MatchInputs match;
-  BakeOptions textures;           ///< Textures of HIGH for maps
-  std::vector<std::string> maps;  ///< Maps whose errors are reported
+  BakeOptions textures;           ///< Options with textures of HIGH that maps need
+  std::vector<std::string> maps;  ///< Names of the maps whose errors are reported
 };
 
-/// Measures shown as pictures, each with its own scale.
+/// Measures that are shown as pictures, each with its own scale.
 constexpr std::array<const char*, 4> kShown = {
     "object space, % of the diagonal", "normalised image space, 0 to 1",
     "uniformity, % longer or shorter", "error of the normal, degrees"};
 
-/// Draws a field on the mesh. Each pixel shows the value of its texel, or of the nearest known one, since pixels at
-/// charts' borders may show texels without samples.
-/// \param texels  texel of each pixel, see Places
+/// Draws the values of a map's texels on the mesh. A pixel shows the value of its texel or of the nearest known one,
+/// since pixels at borders of charts may show texels without samples.
+/// \param texels  texel of each pixel; see TexelViews
 Image draw_field(const Image& field, const std::vector<std::size_t>& texels, const Image& picture,
                  double scale) {
   constexpr std::int64_t kReach = 3;
@@ -75,36 +75,36 @@ Image draw_field(const Image& field, const std::vector<std::size_t>& texels, con
   };
   Image result{picture.width, picture.height, 1, {}};
   for (const std::size_t texel : texels) {
-    result.pixels.push_back(texel == Places::kNone ? -1 : value_at(texel));
+    result.pixels.push_back(texel == TexelViews::kNone ? -1 : value_at(texel));
   }
   return result;
 }
 
-/// Pixels per side of a picture in which the mesh covers a fixed area, even if it is thin.
+/// Pixels per side of a picture in which the mesh covers a fixed area, so that thin meshes get larger pictures.
 std::uint32_t picture_size(const Scene& scene, RenderOptions view) {
-  constexpr double kSide = 330, kLongest = 950;  // pixels
+  constexpr double kSide = 330, kLongest = 950;  // lengths in pixels
   view.size = 256;
   view.samples = 1;
-  const Image small = scene.draw(view);
-  const double width = small.width / 256.0, height = small.height / 256.0;
+  const Image probe_picture = scene.draw(view);
+  const double width = probe_picture.width / 256.0, height = probe_picture.height / 256.0;
   return static_cast<std::uint32_t>(
       std::min(kSide / std::sqrt(width * height), kLongest / std::max(width, height)));
 }
 
-std::vector<Image> draw_pictures(const Scene& original, const Scene& scene, const Places& places,
-                                 RenderOptions view, const AssessmentFields& fields,
-                                 double diagonal) {
+std::vector<Image> draw_pictures(const Scene& original, const Scene& scene,
+                                 const TexelViews& texel_views, RenderOptions view,
+                                 const AssessmentFields& fields, double diagonal) {
   if (view.size == 0) view.size = picture_size(scene, view);
   view.show_normals = true;
   view.samples = 1;
   Image angle = normal_angles(original.draw(view), scene.draw(view));
-  const std::vector<std::size_t> texels = places.texels(view, fields.object_space.width);
+  const std::vector<std::size_t> texels = texel_views.texels(view, fields.object_space.width);
   return {draw_field(fields.object_space, texels, angle, 100 / diagonal),
           draw_field(fields.normalised_image_space, texels, angle, 1),
           draw_field(fields.uniformity, texels, angle, 1), std::move(angle)};
 }
 
-/// The job of one method's bake.
+/// The job of the bake with one match.
 Job baking(const MeasureArguments& a, const std::string& method) {
   Job bake = a.bake;
   set_first(bake.high, a.high);
@@ -116,18 +116,19 @@ Job baking(const MeasureArguments& a, const std::string& method) {
   return bake;
 }
 
-/// Maps whose errors were requested.
+/// Names of the maps whose errors were requested.
 std::vector<std::string> measured_maps(const MeasureArguments& a) {
-  const bool asked = a.bake.given.contains("--maps") || a.bake.given.contains("--transfer");
-  std::vector<std::string> maps = asked ? all_maps(a.bake) : std::vector<std::string>();
+  const bool has_map_flags = a.bake.given.contains("--maps") || a.bake.given.contains("--transfer");
+  std::vector<std::string> maps =
+      has_map_flags ? all_map_names(a.bake) : std::vector<std::string>();
   for (auto map = maps.begin(); map != maps.end();) {
     map = std::find(maps.begin(), map, *map) == map ? map + 1 : maps.erase(map);
   }
   return maps;
 }
 
-/// The matches to rate: every method; those by visibility once for each --visibility-at. A match that the flags do not
-/// serve or that does not suit the meshes is left out, or rejected if it was named.
+/// The matches to rate: every method; those by visibility once for each --visibility-at. A match that ignores the given
+/// flags or does not suit the meshes is left out; if it was named, it is an error.
 /// \throws Error(usage), Error(input)
 std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, const Source& source,
                            std::vector<LeftOut>& left_out) {
@@ -135,16 +136,16 @@ std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, cons
   std::vector<Rating> rows;
   for (const std::string& method : a.matches) {
     try {
-      check_settled(baking(a, method));
+      check_resolved_job(baking(a, method));
     } catch (const Error& error) {
       if (strict || !a.bake.load_match.empty()) throw;
       left_out.push_back({method, error.what()});
       continue;
     }
-    if (const std::optional<LeftOut> left =
-            unfit(find_match(method).method, "--match " + method, source, inputs.high.mesh,
-                  inputs.low, uv_options(inputs.high), strict)) {
-      left_out.push_back({method, left->reason});
+    if (const std::optional<LeftOut> left_out_match =
+            explain_unsuitable(find_match(method).method, "--match " + method, source,
+                               inputs.high.mesh, inputs.low, uv_options(inputs.high), strict)) {
+      left_out.push_back({method, left_out_match->reason});
       continue;
     }
     if (!obeys(find_match(method), "match.visibility") || a.visibility_at.empty()) {
@@ -157,7 +158,7 @@ std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, cons
   return rows;
 }
 
-/// Bake options by the flags.
+/// Converts the arguments to bake options.
 BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const Rating& row) {
   const Job job = baking(a, row.method);
   BakeOptions bake_with = options_of(job);
@@ -174,14 +175,15 @@ BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const 
   bake_with.report.keep_match = true;
   bake_with.report.vertex_coverage = !a.out.empty();
   bake_with.report.errors = !inputs.maps.empty();
-  // The normal map comes first, for rendered normals, even if its error was not requested.
-  const MapKind shown = shading_map();
-  std::erase(bake_with.maps, shown);
-  bake_with.maps.insert(bake_with.maps.begin(), shown);
+  // The normal map is always baked, and first, since rendered normals need it.
+  const MapKind shown_map = shading_map();
+  std::erase(bake_with.maps, shown_map);
+  bake_with.maps.insert(bake_with.maps.begin(), shown_map);
   return bake_with;
 }
 
-/// Compiles the kernels by matching LOW with itself, so that timings exclude compilation. Options of HIGH are dropped.
+/// Compiles the kernels by matching LOW with itself, so that timings exclude compilation. Options that refer to HIGH
+/// are dropped.
 void compile_kernels(const Device& device, const Mesh& low, const MatchOptions& like) {
   BakeOptions bake_with;
   bake_with.width = bake_with.height = 16;
@@ -198,7 +200,7 @@ Json json_of(const Distribution& d, double diagonal) {
                 {d.mean, d.rms, d.median, d.p95, d.p99, d.max, d.mean / diagonal, d.area});
 }
 
-/// In world units.
+/// Converts distances to world units for the report.
 Json json_of(const RayMeasure& m, double diagonal) {
   return fields("mean rms mean_of_diagonal rms_of_diagonal share_of_rays",
                 {m.mean, m.rms, m.mean / diagonal, m.rms / diagonal, m.share});
@@ -225,8 +227,8 @@ Json json_of(const MatchAssessment& a) {
               {a.largest_jump, a.largest_jump / a.diagonal, a.largest_step})});
 }
 
-/// Adds the errors of the requested maps, and lists maps without one: names and coverage, and for a saved match all
-/// maps but those of rays.
+/// Adds the errors of the requested maps, and lists maps without an error: maps of names and coverage; and for a saved
+/// match all maps but those of rays.
 void add_errors(const BakeReport& bake, const std::vector<std::string>& maps, Json& figures) {
   std::vector<MapError> errors = bake.errors;
   std::erase_if(errors, [&](const MapError& error) {
@@ -267,7 +269,7 @@ Mesh recall_mesh(const Mesh& high, const std::vector<VertexCoverage>& vertices) 
   return mesh;
 }
 
-/// Pictures of all matches, with a block for each measure.
+/// Draws the pictures of all matches, with a block for each measure.
 Image ratings_picture(const std::vector<Rating>& rows) {
   std::vector<Image> blocks;
   std::uint32_t width = 0, height = 0;
@@ -276,7 +278,7 @@ Image ratings_picture(const std::vector<Rating>& rows) {
     for (const Rating& row : rows) errors.add(row.pictures[m]);
     Scale scale = errors.scale();
     scale.unit = kShown[m];
-    scale.others[0].second = "missed, never visible, or seen of one mesh only";
+    scale.others[0].second = "missed, never visible, or visible in one mesh only";
     std::vector<Panel> panels;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       panels.push_back({errors.picture(i, scale), {rows[i].name}});
@@ -294,7 +296,7 @@ Image ratings_picture(const std::vector<Rating>& rows) {
   return canvas.take();
 }
 
-/// Tables of ratings and of map errors.
+/// Formats the tables of ratings and of map errors.
 std::vector<std::string> tables_of(const Json& methods, const Json& without_map) {
   static const std::vector<Column> columns = {
       {"match", "name"},
@@ -333,7 +335,7 @@ std::vector<std::string> tables_of(const Json& methods, const Json& without_map)
   return lines;
 }
 
-/// Saves measures as textures, and HIGH coloured by recall.
+/// Saves measures as textures, and HIGH with its recall as colours.
 void save_textures(const std::string& stem, const AssessmentFields& f, const Image& normal_error,
                    const Mesh& high, const std::vector<VertexCoverage>& recalled,
                    std::vector<std::string>& outputs) {
@@ -345,12 +347,12 @@ void save_textures(const std::string& stem, const AssessmentFields& f, const Ima
     outputs.push_back(stem + "_" + measure + ".exr");
     save_image(*image, outputs.back(), {ImageFormat::exr_float});
   }
-  if (recalled.empty()) return;  // recall is unknown
+  if (recalled.empty()) return;  // the recall was not measured
   outputs.push_back(stem + "_recall.obj");
   save_obj(recall_mesh(high, recalled), outputs.back());
 }
 
-/// Rates all rows; those without any match are left out. \returns false if cancelled
+/// Rates all matches; those that find no point are left out. \returns false if cancelled
 bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
           const RenderOptions& view, LabRun& run, std::vector<Rating>& rated) {
   const Mesh &high = inputs.high.mesh, &low = inputs.low;
@@ -365,8 +367,8 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
   const std::vector<ViewAngles> angles = usual_held_out_angles();
   const NormalReference reference(original, high, angles, *a.pixels);
   NormalError without_map;
-  std::optional<Places> places;
-  if (!a.out.empty()) places.emplace(device, low);
+  std::optional<TexelViews> texel_views;
+  if (!a.out.empty()) texel_views.emplace(device, low);
   for (Rating& row : rows) {
     BakeOptions bake_with = bake_options(a, inputs, row);
     compile_kernels(device, low, bake_with.match);
@@ -378,7 +380,7 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     const bool found_nothing = report.samples != 0 && report.missed == report.samples;
     const bool last_hope = rated.empty() && &row == &rows.back();
     if (found_nothing && !a.gave("--match") && !last_hope) {
-      left_out.push_back({row.name, why_nothing(report, high, low).text(option_as_flag)});
+      left_out.push_back({row.name, explain_empty_result(report, high, low).text(option_as_flag)});
       steps.done += 1;
       continue;
     }
@@ -399,11 +401,11 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     row.warnings = report.warnings;
     if (!inputs.maps.empty()) add_errors(report, inputs.maps, row.figures);
     if (rated.empty()) without_map = reference.compare(scene, true);
-    if (places) {
+    if (texel_views) {
       row.pictures =
-          draw_pictures(original, scene, *places, view, assessed.fields, assessed.diagonal);
+          draw_pictures(original, scene, *texel_views, view, assessed.fields, assessed.diagonal);
       const Image error =
-          normal_error_texture(*places, original, scene, high, angles, *a.size, *a.pixels);
+          normal_error_texture(*texel_views, original, scene, high, angles, *a.size, *a.pixels);
       const std::string name = a.bake.load_match.empty() ? row.name : "loaded";
       save_textures((fs::path(a.out) / (low.name + "_" + name)).string(), assessed.fields, error,
                     high, baked.recalled, run.outputs);
@@ -418,18 +420,18 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
   return true;
 }
 
-// ---- the command -------------------------------------------------------------------------------
+// ---- Command ----
 
-/// Checks flags before any work. \throws Error(usage)
+/// Checks the arguments before any work. \throws Error(usage)
 void check_rating(const MeasureArguments& a) {
   refuse_if(
       a.low.empty(),
       "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
-      "--study views, faces or size. Of one mesh without other flags than --size, the UVs are "
-      "rated.");
+      "--study views, faces or size. Without other flags than --size, the UVs of HIGH are rated.");
   refuse(a, {"--faces"}, "--study: leave it out.");
   if (!a.bake.load_match.empty()) {
-    refuse(a, {"--match"}, "making a match, but --load-match is one that was made: leave it out.");
+    refuse(a, {"--match"},
+           "matching, but --load-match loads a correspondence: leave one of them out.");
   }
   if (!a.visibility_at.empty() &&
       std::none_of(a.matches.begin(), a.matches.end(), [](const std::string& name) {
@@ -444,7 +446,7 @@ void check_rating(const MeasureArguments& a) {
   }
 }
 
-/// Rejects outputs that are inputs. \throws Error(usage)
+/// Rejects outputs that equal inputs. \throws Error(usage)
 void check_files(const MeasureArguments& a, const Job& job) {
   std::vector<fs::path> read = {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list};
   std::vector<fs::path> written = {a.json};
@@ -480,7 +482,7 @@ int run_rating(MeasureArguments a) {
   shade(a.bake.frame.shading, inputs.high, run.warnings);
   const Mesh &high = inputs.high.mesh, &low = inputs.low;
   inputs.low = load_low(job, run.warnings);
-  warn_of_boxes("HIGH and LOW", high, low, run.warnings);
+  warn_of_bounds_mismatch("HIGH and LOW", high, low, run.warnings);
   check_has_uvs(low, a.low, "");
   inputs.match.read_with_match(a.bake, high, low, run.warnings);
   inputs.match.find_cage(job, device, high, low, run.warnings);
@@ -500,7 +502,8 @@ int run_rating(MeasureArguments a) {
   Json methods = Json::array();
   for (const Rating& row : rows) {
     methods.push_back(row.figures);
-    run.of_settings.insert(run.of_settings.end(), row.warnings.begin(), row.warnings.end());
+    run.settings_warnings.insert(run.settings_warnings.end(), row.warnings.begin(),
+                                 row.warnings.end());
   }
   const std::vector<std::string> tables = tables_of(methods, run.report.at("without_map"));
   run.lines.insert(run.lines.begin(), tables.begin(), tables.end());

@@ -32,33 +32,36 @@ constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16,
 constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 8000, 16000};
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
 
-// Kinds of maps, each a curve in plots. default_match() means rays along the low poly's normals, without views.
+// Kinds of maps, each of which is a curve in plots. default_match() stands for rays along the low poly's normals,
+// without views.
 constexpr const char* kPaper =
-    "paper";  ///< Views by least depth difference, without refinement of points
+    "paper";  ///< views by smallest depth difference, without refinement of points
 constexpr const char* kKiln =
-    "kiln";  ///< Views by best angle, with points refined to the normal's line
-constexpr const char* kNone = "none";  ///< No map: the low poly's own normals
+    "kiln";  ///< views by best angle, with points refined to the line along the normal
+constexpr const char* kNone = "none";  ///< no map, only the low poly's own normals
 
 constexpr const char* kDegrees = "normal_error.mean_angle_degrees";
 
-/// One setting to measure.
+/// A combination of match, views, faces and map size to measure.
 struct Setting {
   std::string curve;
-  std::uint32_t views;  ///< 0: not matched by views
-  std::uint32_t faces;  ///< Requested faces; of a given LOW: its own
-  std::uint32_t size;   ///< Texels a side; 0: no map
+  std::uint32_t views;  ///< Number of views; 0: the match uses none
+  std::uint32_t faces;  ///< Requested number of faces; for a given LOW its own
+  std::uint32_t size;   ///< Texels per side of the map; 0: no map
 };
 
 struct Study {
-  std::vector<Json> rows;    ///< Figures of settings, ordered by curve, faces, map size, views
-  std::vector<Json> others;  ///< Their seconds and warnings
-  std::size_t worst = 0, best = 0;        ///< By mean angle, among settings matched by views
-  double diagonal = 0, max_distance = 0;  ///< HIGH's diagonal and the search distance, world units
+  std::vector<Json> rows;  ///< Figures of all settings, ordered by curve, faces, map size and views
+  std::vector<Json> others;  ///< Seconds and warnings of the settings
+  /// Settings with the largest and the smallest mean angle among those matched by views
+  std::size_t worst = 0, best = 0;
+  /// HIGH's diagonal and the search distance in world units
+  double diagonal = 0, max_distance = 0;
 };
 
-// ---- measuring ---------------------------------------------------------------------------------
+// ---- Measuring ----
 
-/// Settings to measure, by curve, faces, map size and views.
+/// Lists the settings to measure, ordered by curve, faces, map size and views.
 std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mesh* low) {
   const bool views = a.study == "views", sizes = a.study == "size";
   std::vector<std::uint32_t> faces;
@@ -71,7 +74,7 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
   if (faces.empty()) {
     throw Error(ErrorCode::input, "'" + high.name + "' has " +
                                       std::to_string(high.triangles.size()) +
-                                      " triangles: a study of low polys needs more than " +
+                                      " triangles, but a study of low polys needs more than " +
                                       std::to_string(kStudyFaces[0]) + ".");
   }
   using Numbers = std::vector<std::uint32_t>;
@@ -94,12 +97,12 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
   return settings;
 }
 
-/// The low polys, made on first use.
+/// Makes low polys on first use, and caches them.
 class LowMeshes {
  public:
   LowMeshes(const Mesh& high, const Mesh* given) : high_(high), given_(given) {}
 
-  /// A low poly with UVs for a map of this size (0: without UVs).
+  /// A low poly with UVs for a map of this size; 0: without UVs.
   const Mesh& get(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
     if (given_ != nullptr) return *given_;
     const auto found = made_.find({faces, size});
@@ -125,12 +128,13 @@ class LowMeshes {
     return mesh;
   }
 
-  double seconds = 0;  ///< Seconds spent here
+  double seconds = 0;  ///< seconds spent on low polys
 
  private:
   const Mesh& high_;
   const Mesh* given_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Mesh> made_;  ///< By faces and size
+  /// low polys by faces and map size
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Mesh> made_;
 };
 
 BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
@@ -149,7 +153,7 @@ BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
   return bake;
 }
 
-/// Distances of a match from the low poly to the high poly, with the share of matched samples.
+/// Describes distances from the low poly to the matched points, with the share of matched samples.
 Json json_of(const DistanceError& d, double diagonal) {
   return fields(
       "samples missed mean p95 max mean_percent_of_diagonal p95_percent_of_diagonal "
@@ -162,24 +166,25 @@ Json json_of(const DepthError& d) {
   return fields("pixels one_sided mean rms max", {d.pixels, d.one_sided, d.mean, d.rms, d.max});
 }
 
-/// \param low  null: simplified from `high`
+/// Measures all settings.
+/// \param low  null: low polys are simplified from `high`
 /// \param run  receives data that concern all settings
 /// \returns nullopt if cancelled
-/// \throws Error(input) where HIGH has too few faces for a study of them
+/// \throws Error(input) if HIGH has too few faces for a study of faces
 std::optional<Study> measure_study(const Device& device, const Mesh& high, const Mesh* low,
                                    const MeasureArguments& a, const Progress& progress,
                                    LabRun& run) {
   Study study;
   const std::vector<Setting> settings = plan(a, high, low);
   // All three studies use the same views, so that their figures are comparable.
-  std::vector<Vec3> used = spread_views(*a.views);
+  std::vector<Vec3> used_views = spread_views(*a.views);
   for (const std::uint32_t count : kStudyViews) {
     const std::vector<Vec3> more = spread_views(count);
-    used.insert(used.end(), more.begin(), more.end());
+    used_views.insert(used_views.end(), more.begin(), more.end());
   }
-  const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
+  const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used_views, kMinHeldOutAngle);
   run.report["measured_from"] =
-      describe_views(held_out, *a.pixels, least_angle_degrees(held_out, used));
+      describe_views(held_out, *a.pixels, least_angle_degrees(held_out, used_views));
 
   Steps steps(progress);
   if (!steps.at("preparing the high poly")) return std::nullopt;
@@ -239,7 +244,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     study.others.push_back(
         fields("seconds warnings",
                {fields("bake measure", {bake_time, measure_time}), describe(warnings)}));
-    run.of_settings.insert(run.of_settings.end(), warnings.begin(), warnings.end());
+    run.settings_warnings.insert(run.settings_warnings.end(), warnings.begin(), warnings.end());
     study.rows.push_back(std::move(figures));
     steps.done += 1;
     if (!views) continue;
@@ -251,7 +256,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
   return study;
 }
 
-// ---- plots -------------------------------------------------------------------------------------
+// ---- Plots ----
 
 /// Settings of one curve, and of one low poly if `faces` is given, in the study's order.
 std::vector<Json> select(const Study& study, const std::string& curve, double faces = 0) {
@@ -265,7 +270,7 @@ std::vector<Json> select(const Study& study, const std::string& curve, double fa
 
 double degrees_of(const Json& row) { return row.at(kDegrees).number(); }
 
-/// The first of an ordered series whose mean angle is within 5% of the least: further views or texels gain little.
+/// The first figure of a series whose mean angle is within 5% of the smallest: further views or texels gain little.
 const Json& levels_off(const std::vector<Json>& series) {
   constexpr double kMaxRelativeGain = 0.05;
   double least = degrees_of(series.front());
@@ -275,7 +280,7 @@ const Json& levels_off(const std::vector<Json>& series) {
   });
 }
 
-/// A curve of figures, given by their paths.
+/// Makes a curve of figures, given by their paths.
 Json curve_of(const std::string& title, const Json& look, const std::vector<Json>& series,
               const char* x, const char* y) {
   const auto figure = [](const char* path) {
@@ -299,7 +304,7 @@ std::string size_text(std::uint32_t size) {
   return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
-/// The curves of both ways to match by views.
+/// Makes the curves of both ways to match by views.
 Json paper_curve(const Study& study, const char* x, const char* y) {
   return curve_of("paper: least depth difference", kPaper, select(study, kPaper), x, y);
 }
@@ -321,9 +326,9 @@ Json views_plot(const Study& study, const MeasureArguments& a, const std::string
     return json;
   };
   Json data =
-      plot_of("Normal error against the number of views matched from: " + mesh + ", " +
+      plot_of("Normal error against the number of depth views: " + mesh + ", " +
                   count_text(study.rows.front().at("faces")) + " faces, " + size_text(*a.size),
-              "Depth views matched from", kStudyViews,
+              "Depth views", kStudyViews,
               Json::array({panel("Mean angle between normals, degrees", kDegrees, " degrees"),
                            panel("Mean 8-bit difference of normals, 0 to 255",
                                  "normal_error.mean_8bit_difference", "")}));
@@ -336,14 +341,14 @@ Json faces_plot(const Study& study, const MeasureArguments& a, const std::string
   const char* faces = "target_faces";
   Json ticks = Json::array();
   for (const Json& row : own) ticks.push_back(row.at(faces));
-  const std::string far = fixed_text(100 * study.max_distance / study.diagonal, 2);
+  const std::string search_percent = fixed_text(100 * study.max_distance / study.diagonal, 2);
   const Json distances = panel_of(
       "Distance of the low poly to the high poly, % of the diagonal",
-      {curve_of("farthest (looked " + far + "% far)", "max", own, faces,
+      {curve_of("farthest (within " + search_percent + "% of the diagonal)", "max", own, faces,
                 "distance_error.max_percent_of_diagonal"),
-       curve_of("95% are nearer", "p95", own, faces, "distance_error.p95_percent_of_diagonal"),
+       curve_of("95th percentile", "p95", own, faces, "distance_error.p95_percent_of_diagonal"),
        curve_of("mean", "mean", own, faces, "distance_error.mean_percent_of_diagonal")});
-  // Wang et al., figure 3b: the depth difference depends on the mesh alone, not on its map.
+  // The depth difference depends only on the mesh, not on its map (Wang et al., figure 3b).
   const Json depths =
       panel_of("Depth difference in pictures, normalised screen units",
                {curve_of("mean over 30 views", "mean", without, faces, "depth_difference.mean")});
@@ -379,9 +384,9 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
       "Texels a side of the map", kStudySizes, Json::array({angles}));
 }
 
-// ---- text --------------------------------------------------------------------------------------
+// ---- Text ----
 
-/// The number of views by curve, or the map size by faces, beyond which little is gained.
+/// The number of views per curve, or the map size per number of faces, beyond which little is gained.
 Json levels_off_at(const Study& study, const MeasureArguments& a) {
   Json enough = Json::object();
   if (a.study == "views") {
@@ -398,7 +403,7 @@ Json levels_off_at(const Study& study, const MeasureArguments& a) {
 }
 
 const std::vector<Column>& columns() {
-  static const std::vector<Column> all = {
+  static const std::vector<Column> all_columns = {
       {"curve", "curve"},
       {"views", "views", 0},
       {"faces", "faces", 0},
@@ -412,7 +417,7 @@ const std::vector<Column>& columns() {
       {"95%", "distance_error.p95_percent_of_diagonal", 3},
       {"most", "distance_error.max_percent_of_diagonal", 2},
       {"depth", "depth_difference.mean", 5}};
-  return all;
+  return all_columns;
 }
 
 /// Adds all results to the report.
@@ -425,7 +430,7 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
   for (const std::string& key : levels.keys()) {
     findings.push_back(
         key + (a.study == "views" ? ": views" : " faces: texels a side") +
-        " that are within 5% of the least mean error: " + text_of(levels.at(key).number()));
+        " within 5% of the smallest mean error: " + text_of(levels.at(key).number()));
   }
   run.lines.insert(run.lines.end(), findings.begin(), findings.end());
   run.report.update(fields(
@@ -434,30 +439,31 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
   if (!levels.empty()) run.report["levels_off_at"] = levels;
 }
 
-// ---- the command -------------------------------------------------------------------------------
+// ---- Command ----
 
-/// Rejects contradictory options. \throws Error(usage)
+/// Rejects options that contradict each other. \throws Error(usage)
 void check_study(const MeasureArguments& a) {
   refuse(a,
          {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--z-up",
           "--square", "--picture-size"},
-         "rating matches: leave out --study, or it.");
+         "rating matches: leave it or --study out.");
   refuse_if(a.out.empty(), "--study needs --out, a folder for its data and pictures.");
-  const std::string varies = "what --study " + a.study + " does not vary itself: leave it out.";
-  if (a.study == "views") refuse(a, {"--views"}, varies);
-  if (a.study != "views") refuse(a, {"--faces"}, varies);
-  if (a.study == "size") refuse(a, {"--size"}, varies);
+  const std::string ignored = "what --study " + a.study + " does not vary: leave it out.";
+  if (a.study == "views") refuse(a, {"--views"}, ignored);
+  if (a.study != "views") refuse(a, {"--faces"}, ignored);
+  if (a.study == "size") refuse(a, {"--size"}, ignored);
   if (a.low.empty()) return;
   refuse_if(a.study != "views", "--study " + a.study + " makes its own low polys, but LOW '" +
-                                    a.low + "' was given: leave it out.");
-  refuse(a, {"--faces"}, "making a low poly, but LOW '" + a.low + "' was given: leave one out.");
+                                    a.low + "' is given: leave it out.");
+  refuse(a, {"--faces"},
+         "making a low poly, but LOW '" + a.low + "' is given: leave one of them out.");
 }
 
 }  // namespace
 
 int run_study(MeasureArguments a) {
   check_study(a);
-  a.search_distance();  // checks it before any work
+  a.search_distance();  // throws if the distance is invalid, before any work
   a.views = a.views.value_or(12);
   a.size = a.size.value_or(1024);
   a.faces = a.faces.value_or(2000);
@@ -493,7 +499,7 @@ int run_study(MeasureArguments a) {
   if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
   run.lap("save");
 
-  // Effective options; null: varied by the study, or not used.
+  // The report has the effective options; null if the study varies an option, or does not use it.
   const bool views = a.study == "views";
   run.report.update(fields(
       "device inputs options",

@@ -11,7 +11,7 @@
 namespace kiln::cli {
 namespace {
 
-using Row = std::map<std::string, std::string>;  // cells by column name
+using Row = std::map<std::string, std::string>;  // the cells of a row by the column's name
 
 bool is_true(const Json& value) { return value.dump() == "true"; }
 
@@ -26,11 +26,11 @@ std::string csv_cell(const Json& value) {
   const std::string text = value.dump();
   if (text == "null") return {};
   if (text == "true" || text == "false") return text == "true" ? "1" : "0";
-  const bool whole = text.find_first_not_of("-0123456789") == text.npos;
-  return whole ? text : formatted("%.9g", value.number());
+  const bool is_integer = text.find_first_not_of("-0123456789") == text.npos;
+  return is_integer ? text : formatted("%.9g", value.number());
 }
 
-/// Adds the figures of a value, and new columns.
+/// Adds the cells of a value, and its columns if they are new.
 void add_cells(const std::string& path, const Json& value, Row& row,
                std::vector<std::string>& columns) {
   if (value.is_array()) return;

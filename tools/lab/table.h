@@ -1,5 +1,5 @@
-// Rows of figures as text. A row is a JSON object of the report. CSV contains all its figures; a table contains those
-// that its columns name.
+// Formats rows of figures as text. A row is a JSON object of the report. CSV contains all figures; a table contains
+// those that its columns name.
 #pragma once
 
 #include <initializer_list>
@@ -13,16 +13,16 @@
 namespace kiln::cli {
 
 std::string join(const std::vector<std::string>& parts, const char* between);
-/// Formats a number in its shortest decimal form: "0.05", "2000".
+/// Formats a number in its shortest decimal form, such as "0.05" or "2000".
 std::string text_of(double value);
-/// Formats a number with fixed digits after the point.
+/// Formats a number with a fixed number of decimals.
 std::string fixed_text(double value, int digits);
 /// Formats an integer of a report with thousands separators.
 std::string count_text(const Json& number);
 /// Escapes a text for Markdown.
 std::string markdown_text(const std::string& text);
 
-/// An object from keys, separated by spaces, and as many values.
+/// Makes an object from keys, separated by spaces, and as many values.
 Json fields(std::string_view keys, std::initializer_list<Json::Element> values);
 
 /// Formats rows as CSV, with a column for each number, boolean and string at any depth, named by its path
@@ -32,13 +32,13 @@ std::string csv(const Json& rows);
 /// A column of a text table.
 struct Column {
   std::string heading;
-  std::string path;       ///< Path of its figure in a row
-  int digits = -1;        ///< Digits after the point; -1: the column contains text
-  double scale = 1;       ///< Factor of shown numbers
-  std::string star = {};  ///< The path to a truth value that puts * after the figure
+  std::string path;       ///< Path of the column's figure in a row
+  int digits = -1;        ///< Number of decimals; -1: the column contains text
+  double scale = 1;       ///< Factor by which shown numbers are multiplied
+  std::string star = {};  ///< Path of a boolean; if it is true, * follows the figure
 };
 
-/// A Markdown table with aligned columns, readable in terminals, too. Texts are not escaped.
+/// Formats rows as a Markdown table with aligned columns, which is readable in terminals, too. Texts are not escaped.
 std::vector<std::string> table_lines(const std::vector<Column>& columns, const Json& rows);
 
 }  // namespace kiln::cli

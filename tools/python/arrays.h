@@ -1,4 +1,4 @@
-// Conversions between NumPy arrays and the library's types.
+// Converts between NumPy arrays and the library's types.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -15,7 +15,7 @@ namespace kiln::python {
 
 namespace nb = nanobind;
 
-/// A caller's array, contiguous and of type T: kiln._arrays checks and converts it.
+/// An array of the caller, contiguous and of type T. kiln._arrays checks and converts it.
 /// \throws kiln.Error that names the parameter
 template <typename T>
 using Input = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
@@ -24,17 +24,17 @@ Input<float> floats(nb::handle array, const char* parameter, std::initializer_li
 Input<double> doubles(nb::handle array, const char* parameter, std::initializer_list<int> shape);
 Input<std::uint8_t> bytes(nb::handle array, const char* parameter,
                           std::initializer_list<int> shape);
-/// Checks an array of integers in [0, below).
+/// Checks an array of integers, each of which must be at least 0 and less than `below`.
 Input<std::uint32_t> indices(nb::handle array, const char* parameter,
                              std::initializer_list<int> shape, std::size_t below);
 
-/// An array over memory that `owner` keeps alive. \tparam T const for read-only arrays
+/// Makes an array over memory that `owner` keeps alive. \tparam T  const for read-only arrays
 template <typename T>
 nb::any view(T* data, std::initializer_list<std::size_t> shape, nb::handle owner) {
   return nb::steal<nb::any>(nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner)).release());
 }
 
-/// An array that owns its values.
+/// Makes an array that owns its values.
 template <typename T>
 nb::any array(std::vector<T> values, std::initializer_list<std::size_t> shape) {
   auto kept = std::make_unique<std::vector<T>>(std::move(values));

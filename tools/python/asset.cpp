@@ -16,10 +16,11 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// A GLB of one material.
-/// \param maps          pictures in [0, 1] by their names
-/// \param alpha         of those with opacity
-/// \param double_sided  back faces are shown: yes, no, or auto: where views see many of an open mesh
+/// Encodes a GLB with one material.
+/// \param maps          pictures in [0, 1] by the names of their slots
+/// \param alpha         alpha mode if the maps have opacity
+/// \param double_sided  whether back faces are shown: yes, no, or auto: if views see many of them through borders of an
+/// open mesh
 nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& maps,
                  const std::string& alpha, const std::string& double_sided) {
   const Call call;
@@ -51,7 +52,7 @@ nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& map
   return nb::bytes(bytes.data(), bytes.size());
 }
 
-/// \returns the padded pixels
+/// Fills texels around charts. \returns the padded pixels
 nb::any pad(const std::string& device, nb::handle pixels, nb::handle coverage, int texels,
             bool fill_missed, bool unit_vectors) {
   const Call call;

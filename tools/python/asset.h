@@ -1,4 +1,4 @@
-// GLB files of a low poly with its maps, and maps from the caller's values.
+// Encodes GLB files from a low poly with its maps, and pads maps of the caller's values.
 #pragma once
 
 #include "mesh.h"

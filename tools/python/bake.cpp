@@ -87,7 +87,7 @@ TextureKind kind_of(const std::string& word) {
   if (word == "linear") return TextureKind::linear;
   if (word == "normal") return TextureKind::normal;
   throw Error(ErrorCode::usage,
-              option("textures") + ": the kind '" + word + "' is none of srgb, linear and normal.",
+              option("textures") + ": the kind '" + word + "' is not srgb, linear or normal.",
               "option-enum");
 }
 
@@ -95,8 +95,8 @@ std::string name_or(const PyMesh& mesh, const char* otherwise) {
   return mesh.mesh->name.empty() ? otherwise : mesh.mesh->name;
 }
 
-/// A job whose inputs and outputs are in memory.
-/// \param bare  placeholder of the high poly, which the source provides
+/// Makes a job whose inputs and outputs are in memory.
+/// \param bare  placeholder for the high poly, which the source provides
 Job job_in_memory(const PySource& source, const Keywords& words) {
   Job job;
   job.in_memory = true;
@@ -117,16 +117,16 @@ PreparedHigh prepared(const Source& source, const PySource& py) {
 }
 
 JobResult run_from(const PySource& source, const Job& job, RunHooks& hooks, const Call& call) {
-  const Source kept = source.get();
-  const PreparedHigh high = prepared(kept, source);
+  const Source kept_source = source.get();
+  const PreparedHigh high = prepared(kept_source, source);
   hooks.high = &high;
   hooks.writes = false;
-  JobResult made = call.run_whole([&](const Progress& progress) {
+  JobResult job_result = call.run_whole([&](const Progress& progress) {
     return run_job([&] { return device_of(source.device); }, job, progress, hooks);
   });
-  check_cancelled(made.cancelled);
-  warn(made.causes);
-  return made;
+  check_cancelled(job_result.cancelled);
+  warn(job_result.causes);
+  return job_result;
 }
 
 PyBake run_bake(const PySource& source, const PyMesh& low, const Keywords& words,
@@ -155,8 +155,8 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Keywords& words
     baked.result.report = result.report;
     planned = std::move(baked.planned);
   };
-  const JobResult made = run_from(source, job, hooks, call);
-  PyBake bake = py_bake(std::move(result), made.warnings, low.mesh->name);
+  const JobResult job_result = run_from(source, job, hooks, call);
+  PyBake bake = py_bake(std::move(result), job_result.warnings, low.mesh->name);
   if (planned) {
     nb::dict chosen;
     chosen["match"] = std::string(planned->chosen.method.name);
@@ -176,14 +176,14 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Keywords& wor
   if (request.chooses_match()) {
     throw Error(
         ErrorCode::usage,
-        option("match", "auto") + " measures the maps that it bakes: name a match, or call bake().",
+        option("match", "auto") + " needs the maps of a bake: name a match, or call bake().",
         "option-enum");
   }
-  const Source kept = source.get();
+  const Source kept_source = source.get();
   MatchResult result = call.run([&] {
-    request.prepare(&kept, source.high, source.faces_inwards, low);
+    request.prepare(&kept_source, source.high, source.faces_inwards, low);
     request.options.progress = call.progress();
-    return match(kept, request.low(), request.options);
+    return match(kept_source, request.low(), request.options);
   });
   check_cancelled(result.cancelled);
   result.report.warnings.insert(result.report.warnings.begin(), request.warnings.begin(),
@@ -193,19 +193,19 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Keywords& wor
           describe(result.report)};
 }
 
-/// \returns the low poly, its maps or None, and the plan's choices
+/// Plans a low poly. \returns the low poly, its maps or None, and the plan's choices
 nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object progress) {
   const Call call(std::move(progress));
   const Job job = job_in_memory(source, words);
   RunHooks hooks;
   std::optional<BakeResult> result;
   Candidate trial;
-  double wanted = 0;
+  double wanted_degrees = 0;
   bool reached = false;
   SimplifyReport simplified;
   hooks.on_baked = [&](BakedJob& baked) {
     trial = baked.plan->chosen;
-    wanted = baked.plan->wanted;
+    wanted_degrees = baked.plan->wanted;
     reached = baked.plan->reached;
     simplified = *baked.simplified;
     if (baked.result.maps.empty()) return;
@@ -221,7 +221,7 @@ nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object pro
   d["match"] = std::string(trial.method.name);
   d["degrees"] = trial.measured;
   d["search_distance"] = simplified.search_distance();
-  d["wanted"] = wanted;
+  d["wanted"] = wanted_degrees;
   d["reached"] = reached;
   job_result.low.name = source.high.mesh->name;
   PyMesh low{shared(std::move(job_result.low))};
@@ -234,15 +234,15 @@ nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object pro
 }
 
 SaveImageOptions image_options(const std::string& format, bool dither) {
-  const ImageFormat* const known = Words(kFormats).find(format);
-  if (known == nullptr) {
+  const ImageFormat* const known_format = Words(kFormats).find(format);
+  if (known_format == nullptr) {
     throw Error(ErrorCode::usage,
                 option("format") + " is '" + format +
                     "': give png8, png16, exr, exr32, tiff8, tiff16, "
                     "tiff32, tga, webp, ktx2 or dds.",
                 "option-enum");
   }
-  return {*known, dither};
+  return {*known_format, dither};
 }
 
 void save_map(PyBake& self, const std::string& name, const std::filesystem::path& path,
@@ -261,7 +261,7 @@ nb::bytes encoded(nb::handle pixels, const std::string& format, bool dither) {
   return nb::bytes(bytes.data(), bytes.size());
 }
 
-/// A map as integer formats store it, in [0, 1].
+/// Returns a map as integer formats store it, in [0, 1].
 nb::any stored(PyBake& self, const std::string& name) {
   const BakedMap& map = map_of(self, name);
   BakedMap copy = map;
@@ -271,7 +271,7 @@ nb::any stored(PyBake& self, const std::string& name) {
   return array(std::move(image.pixels), {height, width, channels});
 }
 
-/// True if the mesh has transparent materials, through which inner surfaces are visible.
+/// True if the mesh has transparent materials, which show its inner surfaces.
 bool is_transparent_mesh(const PyMesh& high) {
   const Call call;
   return call.run([&] {
@@ -281,16 +281,16 @@ bool is_transparent_mesh(const PyMesh& high) {
   });
 }
 
-/// \param names  of the places for maps in a material
-/// \param padded  by pad_for_mips(), as jobs pad a GLB's pictures
-/// \returns the maps by these names, as a material's pictures hold them; what 1 of emission stands for; and which maps
-/// it has no place for
+/// Converts maps to the pictures of a material.
+/// \param names   names of the material's slots
+/// \param padded  true to pad by pad_for_mips(), as jobs pad a GLB's pictures
+/// \returns the pictures by slot; the emission that the value 1 represents; and the names of maps without a slot
 nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names, bool padded) {
   const Call call;
   std::vector<BakedMap> maps = self.result.maps;
-  std::string left;
+  std::string left_out_maps;
   AssetMaps places = call.run([&] {
-    const AssetMaps pictures = kiln::asset_maps(maps, &left);
+    const AssetMaps pictures = kiln::asset_maps(maps, &left_out_maps);
     for (BakedMap& map : maps) {
       if (padded) pad_for_mips(map, self.result.coverage);
     }
@@ -305,7 +305,7 @@ nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names, 
       files[name.c_str()] = array(std::move(image.pixels), {height, width, channels});
     }
   }
-  return nb::make_tuple(files, places.emission_strength, left);
+  return nb::make_tuple(files, places.emission_strength, left_out_maps);
 }
 
 }  // namespace
@@ -339,8 +339,8 @@ void check_transfers(const Job& job, const PyMesh& high) {
   if (!high.file.empty() || !of_materials) return;
   throw Error(ErrorCode::usage,
               option("transfer") +
-                  ": the high poly is of no file, whose materials would be read: give "
-                  "pictures as textures={name: pixels}.",
+                  ": the high poly was not read from a file with materials: give textures as "
+                  "textures={name: pixels}.",
               "option-contradiction");
 }
 
@@ -387,18 +387,18 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
   if (job_.cage_auto && source == nullptr) {
     throw Error(ErrorCode::usage,
                 option("cage", "auto") +
-                    " is found for one shape of the high poly, which a session changes: "
-                    "give a distance, or cage_mesh.",
+                    " is only valid for one shape of the high poly, which a session changes: give "
+                    "a distance, or cage_mesh.",
                 "option-contradiction");
   }
   std::shared_ptr<const Mesh> drawn = low_poly.mesh;
   const std::vector<std::uint8_t> is_hull = collision_hulls(*drawn);
   if (!job_.keep_hulls && std::find(is_hull.begin(), is_hull.end(), 1) != is_hull.end()) {
-    Mesh rest = *drawn;
-    take_collision_hulls(rest, &warnings);
-    drawn = shared(std::move(rest));
+    Mesh remaining = *drawn;
+    take_collision_hulls(remaining, &warnings);
+    drawn = shared(std::move(remaining));
   }
-  low_ = agreed(drawn, "LOW", Trusted::normals, warnings);
+  low_ = with_corrected_normals(drawn, "LOW", Trusted::normals, warnings);
   const Mesh &high = *high_poly.mesh, &low = *low_;
   check_transfers(job_, high_poly);
   if (!high_poly.file.empty()) job_.high = {JobInput(high_poly.file)};
@@ -415,7 +415,7 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
     look_as_far(*low_poly.made, options.match);
   }
   if (faces_inwards && !options.match.two_sided) {
-    const Message inside_out = why_inside_out(high, low);
+    const Message inside_out = explain_inside_out(high, low);
     if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
   }
   if (job_.parts_by) {
@@ -426,7 +426,7 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
   if (job_.cage_auto) {
     cage_ = find_cage(*source, low, options);
     options.match.cage_mesh = &cage_->mesh;
-    options.match.max_distance.reset();  // that was for finding it
+    options.match.max_distance.reset();  // the distance was the limit of the search for the cage
     warnings.insert(warnings.end(), cage_->warnings.begin(), cage_->warnings.end());
   }
 }

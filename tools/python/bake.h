@@ -13,25 +13,26 @@
 
 namespace kiln::python {
 
-/// Options of a match or a session, with the objects that they reference.
+/// The options of a match or a session, with the objects to which they point.
 class Request {
  public:
-  /// \param words      keywords
-  /// \param cage_mesh  or null
-  /// \param occluders  in addition to high and low
+  /// Converts keywords to options.
+  /// \param words      keywords as JSON
+  /// \param cage_mesh  null: none
+  /// \param occluders  occluders in addition to high and low
   Request(const Keywords& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
           bool by_high, bool by_low);
 
   /// Makes LOW's normals consistent with its faces, reads textures of the high poly's materials, and finds parts and
   /// the cage if requested. Releases the GIL.
-  /// \param source  null for a high poly that changes, which cannot have a found cage
+  /// \param source         null for a high poly that changes, which cannot have a found cage
   /// \param faces_inwards  see PySource
   void prepare(const Source* source, const PyMesh& high, bool faces_inwards, const PyMesh& low);
 
   NormalTextureFormat normal_format() const { return job_.high_normal_map; }
   bool chooses_match() const { return job_.match_auto; }
 
-  /// The prepared low poly. Call prepare() first.
+  /// The low poly after prepare().
   const Mesh& low() const { return *low_; }
 
   BakeOptions options;
@@ -45,28 +46,29 @@ class Request {
   std::optional<FoundCage> cage_;
 };
 
-/// The result of a bake, whose memory Python's arrays reference.
+/// The result of a bake. Arrays in Python refer to its memory.
 struct PyBake {
   BakeResult result;
-  std::vector<std::string> names;  ///< Names of the maps, as in the command's files
+  std::vector<std::string> names;  ///< Names of the maps, as in the command's file names
   nb::any report;
   std::string low_name;
 };
 
-/// Wraps the result of a session's bake and issues its warnings. \throws Error(cancelled)
+/// Wraps the result of a session's bake, and issues its warnings. \throws Error(cancelled)
 PyBake finished(BakeResult result, const Request& request, const std::string& low_name);
 
-/// \param textures  tuples (name, pixels, kind) over the high poly's UVs, for maps that transfer a texture
+/// Converts textures for maps that transfer them.
+/// \param textures  tuples (name, pixels, kind) over the high poly's UVs
 void take_textures(const nb::list& textures, NormalTextureFormat normals, BakeOptions& options);
 
-/// Wraps a bake's result, with a report that includes the warnings.
+/// Wraps the result of a bake, with a report that includes the warnings.
 PyBake py_bake(BakeResult result, const std::vector<Warning>& warnings,
                const std::string& low_name);
 
 /// Rejects transfers of material textures for a mesh that was not read from a file. \throws Error(usage)
 void check_transfers(const Job& job, const PyMesh& high);
 
-/// A bake's report as a dict of dicts.
+/// Converts the report of a bake to a dict of dicts.
 nb::dict describe(const BakeReport& report);
 
 void add_bake(nb::module_& module);

@@ -16,7 +16,8 @@
 namespace kiln::python {
 namespace {
 
-/// The process that opened the first device. A forked child has no driver threads, so it must not use the device.
+/// Id of the process that opened the first device. A forked child has no threads of the driver, so it must not use the
+/// device.
 std::atomic<pid_t> opened_in{0};
 thread_local bool in_callback = false;
 
@@ -39,11 +40,11 @@ void raise(const Error& error) {
           nb::make_tuple(text_of(option_as_keyword(piece.option, {})), text_of(piece.value)));
     }
     facts["remedies"] = remedies;
-    // an error without an id of its own has its kind's
+    // an error without an id uses the id of its kind
     const char* const kind = Error(error.code(), "").id();
-    const nb::object made = errors().attr("from_core")(text_of(message.text(option_as_keyword)),
-                                                       error.id(), kind, facts);
-    PyErr_SetObject(made.type().ptr(), made.ptr());
+    const nb::object exception = errors().attr("from_core")(
+        text_of(message.text(option_as_keyword)), error.id(), kind, facts);
+    PyErr_SetObject(exception.type().ptr(), exception.ptr());
   } catch (nb::python_error& other) {
     other.restore();
   }
@@ -57,8 +58,8 @@ void translate(const std::exception_ptr& thrown, void*) {
   }
 }
 
-/// True for False, also for the boolean scalars of NumPy and other array libraries, as from `done < limit`. Not for 0
-/// or an empty list, which a callback may return accidentally.
+/// True for False, and for boolean scalars of NumPy and other array libraries, as from `done < limit`. Neither 0 nor an
+/// empty list counts, since a callback may return these by accident.
 bool is_false(const nb::object& said) {
   if (!nb::hasattr(said, "dtype")) return said.ptr() == Py_False;
   const nb::object type = said.attr("dtype");
@@ -70,18 +71,18 @@ bool is_false(const nb::object& said) {
 
 Call::Call(nb::object progress) : progress_(std::move(progress)) {
   if (in_callback) {
-    throw Error(
-        ErrorCode::usage,
-        "Kiln was called from within its own callback, which the device waits for: return first.",
-        "callback");
+    throw Error(ErrorCode::usage,
+                "Kiln was called from within one of its callbacks, for which the device waits: "
+                "return from the callback first.",
+                "callback");
   }
   const pid_t opened = opened_in;
   if (opened != 0 && opened != getpid()) {
-    throw Error(ErrorCode::device,
-                "This process was forked after Kiln had opened a device, whose threads do not "
-                "follow: start it by "
-                "multiprocessing.get_context('spawn'), or use Kiln first in the child.",
-                "forked");
+    throw Error(
+        ErrorCode::device,
+        "This process was forked after Kiln had opened a device, whose threads do not exist in the "
+        "child: start it by multiprocessing.get_context('spawn'), or use Kiln only in the child.",
+        "forked");
   }
 }
 
@@ -106,11 +107,11 @@ void check_cancelled(bool cancelled) {
 
 const Device& device_of(const std::string& name) {
   static std::mutex mutex;
-  // Never destroyed, because the driver may be unloaded before the interpreter frees its last objects.
+  // The map is never destroyed, since the driver may be unloaded before the interpreter frees its last objects.
   static auto* const devices = new std::map<std::string, Device>;
   const std::lock_guard lock(mutex);
-  const auto known = devices->find(name);
-  if (known != devices->end()) return known->second;
+  const auto cached_device = devices->find(name);
+  if (cached_device != devices->end()) return cached_device->second;
   opened_in = getpid();
   return devices->emplace(name, Device::open(name)).first->second;
 }

@@ -1,4 +1,4 @@
-// Calls from Python into the library: they release the GIL, and support progress and Ctrl-C.
+// Calls the library from Python: releases the GIL, reports progress, and handles Ctrl-C.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -16,9 +16,10 @@ namespace kiln::python {
 
 namespace nb = nanobind;
 
-/// State of a library call on this thread. Construct it with the GIL held.
+/// A library call on the current thread. It must be constructed with the GIL held.
 class Call {
  public:
+  /// Starts a call.
   /// \param progress  None, or a callback (completed share, stage); the call stops if it returns False
   /// \throws Error(usage) if called from one of the library's callbacks; Error(device) in a forked child
   explicit Call(nb::object progress = nb::none());
@@ -26,10 +27,10 @@ class Call {
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
 
-  /// A Progress for library functions. It checks for signals such as Ctrl-C, then calls the caller's callback.
+  /// Returns a Progress for library functions. It checks for signals such as Ctrl-C, then calls the caller's callback.
   Progress progress() const;
 
-  /// Runs a function without the GIL. \throws exceptions of the function; Error(cancelled) if the callback stopped it
+  /// Runs a function without the GIL. \throws the function's exceptions; Error(cancelled) if the callback stopped it
   template <typename Function>
   auto run(Function&& function) const {
     const nb::gil_scoped_release unlocked;
@@ -37,17 +38,17 @@ class Call {
     return function();
   }
 
-  /// Runs a function that reports shares of the whole work to a Progress. Nested calls, which know only their own
-  /// share, just poll. Reported shares never fall.
+  /// Runs a function that reports shares of the whole work to a Progress. Nested calls only know their own share, so
+  /// they only poll. Reported shares never decrease.
   template <typename Function>
   auto run_whole(Function&& function) const {
     const nb::gil_scoped_release unlocked;
-    const Progress tell = progress();
+    const Progress report = progress();
     double last = 0;
-    const ProgressScope scope([&](double, std::string_view stage) { return tell(last, stage); });
+    const ProgressScope scope([&](double, std::string_view stage) { return report(last, stage); });
     return function([&](double done, std::string_view stage) {
       last = std::max(last, done);
-      return tell(last, stage);
+      return report(last, stage);
     });
   }
 
@@ -55,21 +56,21 @@ class Call {
   nb::object progress_;
 };
 
-/// \throws Error(cancelled) if a result is cancelled
+/// Throws if a result is cancelled. \throws Error(cancelled)
 void check_cancelled(bool cancelled);
 
-/// The device of a name, opened once per process. Call without the GIL. \throws Error(device)
+/// Returns the device with a name; each is opened once per process. Call it without the GIL. \throws Error(device)
 const Device& device_of(const std::string& name);
 
 /// Issues each warning as a kiln.KilnWarning.
 void warn(const std::vector<Warning>& warnings);
 
-/// Converts names and messages to str. Bytes that are not UTF-8 become \xNN.
+/// Converts a name or a message to str. Bytes that are not UTF-8 become \xNN.
 nb::str text_of(std::string_view bytes);
-/// A list of converted texts.
+/// Converts texts to a list of str, as text_of() does.
 nb::list texts_of(const std::vector<std::string>& bytes);
 
-/// Converts a caller's path. \throws kiln.Error
+/// Converts the caller's path. \throws kiln.Error
 std::filesystem::path path_of(nb::handle given);
 
 /// Registers the conversion of the library's exceptions to kiln.Error.

@@ -25,7 +25,7 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// A job input from a Python mesh and the materials of its file.
+/// Makes a job input from a Python mesh, with the materials of its file.
 JobInput input_of(const PyMesh& mesh, const Call& call) {
   return call.run([&] {
     Asset asset;
@@ -42,26 +42,27 @@ JobInput input_of(const PyMesh& mesh, const Call& call) {
   });
 }
 
-/// Calls the caller's function with a match. \returns its images by their names
+/// Calls the caller's function with a match. \returns the function's images by material slot
 std::map<std::string, Image> sampled(const nb::object& function, const Match& match,
                                      const Mesh& high) {
-  Mesh places;  // the data from which a match's positions are computed
+  Mesh places;  // a mesh with only those attributes from which positions are computed
   places.origin = high.origin;
   places.positions = high.positions;
   places.triangles = high.triangles;
-  auto kept = shared(std::move(places));
+  auto kept_places = shared(std::move(places));
   auto found = std::make_shared<const Match>(match);
   const nb::gil_scoped_acquire locked;
-  const nb::dict made =
-      nb::cast<nb::dict>(function(PyMatch{std::move(found), PyMesh{std::move(kept)}, nb::none()}));
+  const nb::dict named_pixels = nb::cast<nb::dict>(
+      function(PyMatch{std::move(found), PyMesh{std::move(kept_places)}, nb::none()}));
   std::map<std::string, Image> images;
-  for (const auto [name, pixels] : made) {
+  for (const auto [name, pixels] : named_pixels) {
     images[nb::cast<std::string>(name)] = image_of(pixels, "sample");
   }
   return images;
 }
 
-/// \param json  options, and files of inputs that are not meshes
+/// Runs a job.
+/// \param json  options, and the files of inputs that are not meshes
 nb::dict run_whole_job(const std::string& json, const std::optional<PyMesh>& high,
                        const std::optional<PyMesh>& low, bool in_memory, nb::object progress) {
   const Call call(std::move(progress));
@@ -69,22 +70,23 @@ nb::dict run_whole_job(const std::string& json, const std::optional<PyMesh>& hig
   if (high) job.high = {input_of(*high, call)};
   if (low) job.low.given = {input_of(*low, call)};
   job.in_memory = in_memory;
-  JobResult made = call.run_whole([&](const Progress& progress) {
+  JobResult job_result = call.run_whole([&](const Progress& progress) {
     check(job);
     return run(device_of(job.device), job, progress);
   });
-  check_cancelled(made.cancelled);
-  warn(made.causes);
+  check_cancelled(job_result.cancelled);
+  warn(job_result.causes);
   nb::dict d;
-  d["files"] = texts_of(made.files);
+  d["files"] = texts_of(job_result.files);
   nb::list summary;
-  for (const Message& line : made.summary) summary.append(text_of(line.text(option_as_keyword)));
+  for (const Message& line : job_result.summary)
+    summary.append(text_of(line.text(option_as_keyword)));
   d["summary"] = summary;
-  d["report"] = text_of(made.report);
-  d["failure"] = text_of(made.failure.text(option_as_keyword));
-  d["glb"] = nb::bytes(reinterpret_cast<const char*>(made.glb.data()), made.glb.size());
+  d["report"] = text_of(job_result.report);
+  d["failure"] = text_of(job_result.failure.text(option_as_keyword));
+  d["glb"] = nb::bytes(reinterpret_cast<const char*>(job_result.glb.data()), job_result.glb.size());
   nb::list maps;
-  for (JobMap& map : made.maps) {
+  for (JobMap& map : job_result.maps) {
     Image& image = map.map.image;
     const std::size_t height = image.height, width = image.width, channels = image.channels;
     nb::dict one;
@@ -95,15 +97,15 @@ nb::dict run_whole_job(const std::string& json, const std::optional<PyMesh>& hig
     maps.append(one);
   }
   d["maps"] = maps;
-  d["mesh"] = nb::cast(PyMesh{shared(std::move(made.low))});
+  d["mesh"] = nb::cast(PyMesh{shared(std::move(job_result.low))});
   return d;
 }
 
 /// Runs a job whose output is a GLB in memory.
-/// \param json  options, and the high poly's file if `high` is none
-/// \param not_written  maps that are baked only because others need them
-/// \param sample  none, or a function from a kiln.Match to images by material slot
-/// \returns the file; the low poly; the maps as baked, or none
+/// \param json         options, and the high poly's file if `high` is None
+/// \param not_written  maps that are baked only because other maps need them
+/// \param sample       None, or a function from a kiln.Match to images by material slot
+/// \returns the file; the low poly; the maps as baked, or None
 nb::tuple run_glb(const std::string& json, const std::optional<PyMesh>& high,
                   const std::set<std::string>& not_written, const nb::object& sample,
                   nb::object progress) {
@@ -130,16 +132,17 @@ nb::tuple run_glb(const std::string& json, const std::optional<PyMesh>& high,
       low.made = std::make_shared<const SimplifyReport>(*baked.simplified);
     }
   };
-  JobResult made = call.run_whole([&](const Progress& progress) {
+  JobResult job_result = call.run_whole([&](const Progress& progress) {
     return run_job([&] { return device_of(job.device); }, job, progress, hooks);
   });
-  check_cancelled(made.cancelled);
-  warn(made.causes);
-  low.mesh = shared(std::move(made.low));
+  check_cancelled(job_result.cancelled);
+  warn(job_result.causes);
+  low.mesh = shared(std::move(job_result.low));
   nb::object bake = nb::none();
-  if (result) bake = nb::cast(py_bake(std::move(*result), made.warnings, low.mesh->name));
-  return nb::make_tuple(nb::bytes(reinterpret_cast<const char*>(made.glb.data()), made.glb.size()),
-                        low, bake);
+  if (result) bake = nb::cast(py_bake(std::move(*result), job_result.warnings, low.mesh->name));
+  return nb::make_tuple(
+      nb::bytes(reinterpret_cast<const char*>(job_result.glb.data()), job_result.glb.size()), low,
+      bake);
 }
 
 void write_file(const std::filesystem::path& path, nb::bytes data) {
@@ -151,7 +154,7 @@ void write_file(const std::filesystem::path& path, nb::bytes data) {
   });
 }
 
-/// Makes the folder of a file that will be written, as the command does, and checks that it can be.
+/// Creates the folder of a file that will be written, as the command does, and checks that it is writable.
 void prepare_file(const std::filesystem::path& path) {
   const Call call;
   call.run([&] {
@@ -160,7 +163,7 @@ void prepare_file(const std::filesystem::path& path) {
   });
 }
 
-/// \throws Error(device) where no device has this name
+/// Checks that a device has this name. \throws Error(device) if none has
 void check_device(const std::string& name) {
   const Call call;
   call.run([&] { device_of(name); });

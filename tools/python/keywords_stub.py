@@ -19,7 +19,7 @@ LINES = [
     "class Keywords(TypedDict, total=False):",
 ]
 
-#: Keywords that bake() and match() declare themselves.
+# Keywords that bake() and match() declare themselves.
 OWN = {"size", "maps", "match"}
 
 if __name__ == "__main__":

@@ -14,8 +14,8 @@ using nb::literals::operator""_a;
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
-/// Interpolates corner values of the triangle at each sample by its barycentric coordinates.
-/// \param corner  (triangle, corner, component)
+/// Interpolates values of corners of the matched triangle by barycentric coordinates, for each sample.
+/// \param corner  function of (triangle, corner, component)
 template <typename T, typename Corner>
 nb::object mixed(const PyMatch& self, const Corner& corner) {
   const Match& match = *self.match;
@@ -35,7 +35,7 @@ nb::object mixed(const PyMatch& self, const Corner& corner) {
   return array(std::move(values), {match.height, match.width, 3});
 }
 
-/// Declares a property's type for stubs.
+/// Declares a property's type for the stub file.
 auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
 
 double component(const Vec3& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
@@ -66,7 +66,7 @@ Arrays are (H, W, ...), row 0 at the top, where v is 1; with samples=N they are 
                         {m.height, m.width}, nb::find(self));
           },
           getter("def face(self, /) -> numpy.typing.NDArray[numpy.int32]"),
-          "(H, W) int32: rows of the high poly's faces; -1 where none was found")
+          "(H, W) int32: rows of the high poly's faces; -1 if no point was found")
       .def_prop_ro("barycentrics", &barycentrics,
                    getter("def barycentrics(self, /) -> numpy.typing.NDArray[numpy.float32]"),
                    "(H, W, 3) float32: weights of the face's corners; NaN where none was found")
@@ -88,15 +88,15 @@ Arrays are (H, W, ...), row 0 at the top, where v is 1; with samples=N they are 
             return view(m.status.data(), {m.height, m.width}, nb::find(self));
           },
           getter("def status(self, /) -> numpy.typing.NDArray[numpy.uint8]"),
-          "(H, W) uint8: how each was found, a value of kiln.SampleStatus")
+          "(H, W) uint8: how each sample was matched, a value of kiln.SampleStatus")
       .def_prop_ro(
           "samples", [](const PyMatch& self) { return self.match->samples; },
           "N of N x N samples a texel")
       .def_prop_ro(
           "high", [](const PyMatch& self) { return self.high; },
-          "The high poly: the one given, but for faces that a warning says were turned round")
+          "The high poly as given, except for faces that were flipped with a warning")
       .def_ro("report", &PyMatch::report, getter("def report(self, /) -> dict[str, typing.Any]"),
-              "What the match came to")
+              "Statistics of the match")
       .def(
           "save",
           [](const PyMatch& self, nb::handle given) {

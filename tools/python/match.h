@@ -7,7 +7,7 @@
 
 namespace kiln::python {
 
-/// A match, whose memory Python's arrays reference.
+/// A match. Arrays in Python refer to its memory.
 struct PyMatch {
   std::shared_ptr<const Match> match;
   PyMesh high;

@@ -66,7 +66,7 @@ nb::dict run_measure(const PyMesh& high, const PyMesh& low, nb::handle normal,
   return d;
 }
 
-/// \returns (H, W, 3), sRGB-encoded
+/// Renders a mesh. \returns (H, W, 3), sRGB-encoded
 nb::any run_render(const PyMesh& mesh, nb::handle normal, const std::string& space, bool flip_y,
                    const std::string& bitangent, std::uint32_t size, double azimuth,
                    double elevation, bool z_up, bool show_normals, const PyMesh* frame,

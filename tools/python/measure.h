@@ -1,4 +1,4 @@
-// kiln.measure(): the error of rendered normals.
+// kiln.measure() and kiln.render(): comparisons of rendered pictures.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -11,19 +11,20 @@
 
 namespace kiln::python {
 
-/// An immutable mesh, whose memory Python's arrays reference. Any thread may read it.
+/// An immutable mesh, which any thread may read. Arrays in Python refer to its memory.
 struct PyMesh {
   std::shared_ptr<const Mesh> mesh;
-  std::string file = {};           ///< Its file, if any; materials are resolved relative to it
-  nb::object keep = nb::none();    ///< Object that keeps a temporary file alive
-  nb::object report = nb::none();  ///< Report of the call that made it
-  std::shared_ptr<const SimplifyReport> made = {};  ///< Set if Kiln simplified it from a high poly
-  /// Materials of its file; null: not read yet
+  std::string file = {};  ///< File of the mesh, if any; paths in its materials are relative to it
+  nb::object keep = nb::none();    ///< Object whose lifetime keeps a temporary file
+  nb::object report = nb::none();  ///< Report of the call that made the mesh
+  /// Set if Kiln simplified the mesh from a high poly
+  std::shared_ptr<const SimplifyReport> made = {};
+  /// Materials of the mesh's file; null: not read yet
   std::shared_ptr<const std::vector<Material>> materials = {};
-  bool height_field = false;  ///< Height field: matched by UVs at any distance
+  bool height_field = false;  ///< True for a height field, which is matched by UVs at any distance
 };
 
-/// Wraps a mesh. Needs no GIL, unlike a PyMesh.
+/// Wraps a mesh in a shared pointer. Unlike a PyMesh, this does not need the GIL.
 inline std::shared_ptr<const Mesh> shared(Mesh mesh) {
   return std::make_shared<const Mesh>(std::move(mesh));
 }

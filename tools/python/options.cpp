@@ -12,11 +12,12 @@
 namespace kiln::python {
 namespace {
 
-/// Keywords that are no members of BakeOptions.
+/// Options of the job that are no members of BakeOptions, but are keywords.
 constexpr std::array<std::string_view, 6> kOthers = {"--range",      "--match-by",   "--low-names",
                                                      "--high-names", "--match-list", "--transfer"};
 
-/// True for options of a bake of meshes in memory. Occluders are meshes, so they have their own parameter.
+/// True if the option applies to a bake of meshes in memory. Occluders are meshes there, so they have a parameter of
+/// their own.
 bool is_keyword(const OptionRow& row) {
   return std::find(kOthers.begin(), kOthers.end(), row.flag) != kOthers.end() ||
          (row.value.member.starts_with("bake.") && row.flag != "--ao-occluders");
@@ -41,12 +42,12 @@ std::vector<Keyword> keywords() {
 
 Job job_of(const Keywords& keywords) {
   Job job;
-  // Placeholders of the meshes in memory.
+  // placeholders for the meshes in memory
   job.high = {JobInput(Asset{}, "high")};
   job.low.given = {JobInput(Asset{}, "low")};
   job.in_memory = true;
   set_options(job, keywords);
-  check_settled(job);
+  check_resolved_job(job);
   return job;
 }
 

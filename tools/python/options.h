@@ -1,4 +1,4 @@
-// Keywords of kiln.bake(): rows of the job's option table, with underscores.
+// Provides the keywords of kiln.bake(): rows of the job's option table, with underscores instead of dashes.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace kiln::python {
 
-/// A keyword with its help.
+/// A keyword with its help text.
 struct Keyword {
   std::string name;
   std::string help;
@@ -18,10 +18,10 @@ struct Keyword {
 /// Keywords of a bake from Python: all options except those of files and of making low polys.
 std::vector<Keyword> keywords();
 
-/// Keywords with their values, as JSON: see set_options().
+/// Keywords with their values as JSON; see set_options().
 using Keywords = std::string;
 
-/// The job of keywords, checked as a bake of two meshes, for sessions and calls that only match.
+/// Makes a job from keywords, checked as a bake of two meshes, for sessions and calls that only match.
 /// \throws kiln::Error that names flags
 Job job_of(const Keywords& keywords);
 

@@ -20,8 +20,8 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// A session with the objects that it references. One thread at a time may use it, until close(). All calls hold the
-/// GIL.
+/// A session with the objects that it references. Only one thread may use it at a time, until close(). All calls hold
+/// the GIL.
 template <typename Session>
 class Exclusive {
  public:
@@ -37,10 +37,11 @@ class Exclusive {
   template <typename Function>
   auto use(const Function& function) {
     if (session_ == nullptr)
-      throw Error(ErrorCode::usage, "The session is closed: make another.", "closed");
+      throw Error(ErrorCode::usage, "The session is closed: create a new one.", "closed");
     if (busy_) {
       throw Error(ErrorCode::usage,
-                  "Another thread uses the session: it is for one at a time. Wait for it, or lock.",
+                  "Another thread is using the session, which supports one thread at a time: wait "
+                  "for it, or use a lock.",
                   "busy");
     }
     struct Use {
@@ -58,7 +59,8 @@ class Exclusive {
   bool closed() const { return session_ == nullptr; }
 
  private:
-  /// Releases the GIL, because destruction waits for the driver, which may wait for a callback that needs the GIL.
+  /// Releases the GIL before the session is destroyed, since destruction waits for the driver, which may wait for a
+  /// callback that needs the GIL.
   static void free(std::shared_ptr<Session>& session) {
     std::shared_ptr<Session> last;
     last.swap(session);
@@ -81,14 +83,15 @@ auto with_parameter(const char* parameter, const Function& function) {
   }
 }
 
-/// The first row that an array sets. \param first nullopt: the array has all rows
+/// Index of the first row that an array sets. \param first  nullopt: the array has all rows
 std::uint32_t first_row(const char* parameter, std::optional<std::uint32_t> first,
                         std::size_t given, std::size_t all) {
   const std::string has = "but the high poly has " + std::to_string(all);
   if (!first && given != all) {
     throw Error(ErrorCode::usage,
                 option(parameter) + ": " + std::to_string(given) + " rows were given, " + has +
-                    ": give all, in the order of session.mesh, or first=, where they begin.",
+                    ": give all rows in the order of session.mesh, or the index of the first one "
+                    "as first=.",
                 "array-shape");
   }
   if (first && (*first > all || given > all - *first)) {
@@ -120,7 +123,7 @@ class PyBakeSession {
     const std::optional<Bounds> box = bounds_of(bounds, *high.mesh);
     std::vector<Warning> warnings;
     auto work = call.run([&] {
-      high_.mesh = agreed(high_.mesh, "HIGH", Trusted::faces, warnings);
+      high_.mesh = with_corrected_normals(high_.mesh, "HIGH", Trusted::faces, warnings);
       request->prepare(nullptr, high_, inward_parts(*high_.mesh).count != 0, low);
       const BakeOptions& options = request->options;
       BakeSession session(device_of(device), *high_.mesh, request->low(), options, {.bounds = box});
@@ -128,7 +131,7 @@ class PyBakeSession {
     });
     const std::vector<Warning>& source = work->session.warnings();
     warnings.insert(warnings.end(), source.begin(), source.end());
-    high_.report = nb::none();  // reports belong to meshes that do not change
+    high_.report = nb::none();  // a report belongs to a mesh that does not change
     high_.made = nullptr;
     work_.set(std::move(work));
     warn(warnings);
@@ -142,7 +145,7 @@ class PyBakeSession {
       const std::uint32_t from =
           first_row("positions", first, rows.shape(0), high.positions.size());
       std::vector<Vec3> positions(rows.shape(0));
-      std::uint64_t moved = 0;
+      std::uint64_t moved_count = 0;
       for (std::size_t i = 0; i < positions.size(); ++i) {
         const double* const p = rows.data() + 3 * i;
         if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
@@ -154,11 +157,11 @@ class PyBakeSession {
         positions[i] = {static_cast<float>(p[0] - high.origin[0]),
                         static_cast<float>(p[1] - high.origin[1]),
                         static_cast<float>(p[2] - high.origin[2])};
-        moved += positions[i] == high.positions[from + i] ? 0 : 1;
+        moved_count += positions[i] == high.positions[from + i] ? 0 : 1;
       }
       with_parameter("positions",
                      [&] { call.run([&] { work.session.set_positions(from, positions); }); });
-      moved_ += moved;
+      moved_ += moved_count;
     });
   }
 
@@ -170,7 +173,8 @@ class PyBakeSession {
       if (high.normals.empty()) {
         throw Error(
             ErrorCode::usage,
-            option("normals") + ": the high poly has none of its own: they follow its positions.",
+            option("normals") +
+                ": the high poly has no explicit normals; its computed ones follow the positions.",
             "option-contradiction");
       }
       const std::uint32_t from = first_row("normals", first, rows.shape(0), high.normals.size());
@@ -197,7 +201,7 @@ class PyBakeSession {
     });
   }
 
-  /// (triangles, texels, matched, (x, y, width, height), seconds)
+  /// Returns (triangles, texels, matched, (x, y, width, height), seconds).
   nb::tuple last_update() {
     return work_.use([](Work& work) {
       const BakeSession::Update& u = work.session.last_update();
@@ -207,7 +211,7 @@ class PyBakeSession {
     });
   }
 
-  /// The current mesh.
+  /// Returns a copy of the current mesh.
   PyMesh mesh() {
     return work_.use([&](Work& work) {
       PyMesh copy = high_;
@@ -216,7 +220,7 @@ class PyBakeSession {
     });
   }
 
-  /// The box in world units.
+  /// Returns the two corners of the box in world units.
   nb::tuple bounds() {
     return work_.use([](Work& work) {
       const auto world = [&](const std::array<double, 3>& corner) {
@@ -232,13 +236,13 @@ class PyBakeSession {
   bool closed() const { return work_.closed(); }
 
  private:
-  /// The session's options reference the request.
+  /// The session's options point into the request, so both are kept together.
   struct Work {
     std::unique_ptr<Request> request;
     BakeSession session;
   };
 
-  /// Warns after a bake of moved positions with unchanged explicit normals, which do not follow them.
+  /// Warns if positions moved but explicit normals did not, since these do not follow positions.
   std::vector<Warning> look_at_normals(const Mesh& high) {
     std::vector<Warning> notes;
     const std::uint64_t moved = std::exchange(moved_, 0);
@@ -246,32 +250,30 @@ class PyBakeSession {
     if (high.normals.empty() || (moved == 0 && !turned)) return notes;
     if (!turned) {
       notes.push_back({"normals-stayed",
-                       "'" + high.name +
-                           "' has normals of its own, which stayed as they were when " +
+                       "'" + high.name + "' has explicit normals, which did not change when " +
                            std::to_string(moved) +
-                           " of its vertices moved: set_normals() gives new ones. Those of a mesh "
-                           "without normals follow.",
+                           " of its vertices moved: update them by set_normals(). Normals of a "
+                           "mesh without explicit ones are updated automatically.",
                        moved});
     }
     std::vector<Warning> opposed;
     Mesh copy = high;
-    turn_normals("HIGH", Trusted::faces, copy, opposed);
+    correct_normals("HIGH", Trusted::faces, copy, opposed);
     for (const Warning& warning : opposed) {
       if (warning.code != "turned-normals") continue;
-      notes.push_back(
-          {"normals-oppose",
-           "Normals of '" + high.name +
-               "' oppose its faces since they changed. They stay so in the session, and "
-               "kiln.bake() would turn them.",
-           warning.count});
+      notes.push_back({"normals-oppose",
+                       "Normals of '" + high.name +
+                           "' oppose its faces after a change. The session uses them unchanged, "
+                           "but kiln.bake() would flip them.",
+                       warning.count});
     }
     return notes;
   }
 
   PyMesh high_;  // the initial mesh, with its file
   std::string low_name_;
-  std::uint64_t moved_ = 0;  // since the last bake
-  bool turned_ = false;      // since the last bake
+  std::uint64_t moved_ = 0;  // number of vertices that moved since the last bake
+  bool turned_ = false;      // true if normals were set since the last bake
   Exclusive<Work> work_;
 };
 
@@ -292,7 +294,7 @@ class PyViewSession {
     warn(warnings);
   }
 
-  /// \returns (samples, decided, changed)
+  /// Adds a view. \returns (samples, decided, changed)
   nb::tuple add(nb::handle direction) {
     const Call call;
     const auto xyz = doubles(direction, "direction", {3});
@@ -300,7 +302,7 @@ class PyViewSession {
                          static_cast<float>(xyz.data()[2])};
     return work_.use([&](Work& work) {
       const ViewSession::Step step = with_parameter("direction", [&] {
-        // Without progress: a view that was cancelled would remain in some samples.
+        // The view is added without progress: if it were cancelled, a part of the samples would keep it.
         const nb::gil_scoped_release unlocked;
         return work.session.add(toward);
       });

@@ -21,7 +21,7 @@ PySource::PySource(const PyMesh& mesh, nb::handle given_bounds, const std::strin
   const std::optional<Bounds> bounds = bounds_of(given_bounds, *mesh.mesh);
   std::vector<Warning> warnings;
   source = call.run([&] {
-    high.mesh = agreed(high.mesh, "HIGH", Trusted::faces, warnings);
+    high.mesh = with_corrected_normals(high.mesh, "HIGH", Trusted::faces, warnings);
     faces_inwards = inward_parts(*high.mesh).count != 0;
     return Source::build(device_of(device), *high.mesh, call.progress(), RayTraversal::automatic,
                          bounds);
@@ -35,12 +35,12 @@ PySource::~PySource() { close(); }
 
 Source PySource::get() const {
   if (!source)
-    throw Error(ErrorCode::usage, "The source is closed: make another kiln.Source.", "closed");
+    throw Error(ErrorCode::usage, "The source is closed: create a new kiln.Source.", "closed");
   return *source;
 }
 
 void PySource::close() {
-  // Destruction waits for the driver, which may wait for a callback that needs the GIL.
+  // The GIL is released, since destruction waits for the driver, which may wait for a callback that needs the GIL.
   std::optional<Source> last;
   last.swap(source);
   const nb::gil_scoped_release unlocked;
@@ -59,21 +59,22 @@ std::optional<Bounds> bounds_of(nb::handle given, const Mesh& mesh) {
              bounds.low[k] <= bounds.high[k];
   }
   if (!finite || bounds.low == bounds.high) {
-    throw Error(ErrorCode::usage,
-                option("bounds") +
-                    ": expected two corners, finite, the second nowhere below the first and "
-                    "above it somewhere.",
-                "array-range");
+    throw Error(
+        ErrorCode::usage,
+        option("bounds") +
+            ": expected two finite corners, minimum and maximum, of a box that is not a point.",
+        "array-range");
   }
   return bounds;
 }
 
-std::shared_ptr<const Mesh> agreed(const std::shared_ptr<const Mesh>& mesh, const char* which,
-                                   Trusted trust, std::vector<Warning>& warnings) {
+std::shared_ptr<const Mesh> with_corrected_normals(const std::shared_ptr<const Mesh>& mesh,
+                                                   const char* which, Trusted trust,
+                                                   std::vector<Warning>& warnings) {
   if (mesh->normals.empty()) return mesh;
   Mesh turned = *mesh;
   const std::size_t before = warnings.size();
-  turn_normals(which, trust, turned, warnings);
+  correct_normals(which, trust, turned, warnings);
   return warnings.size() == before ? mesh : shared(std::move(turned));
 }
 

@@ -82,6 +82,7 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
   return result;
 }
 
+/// Finds the texture sets of a low poly.
 /// \returns for each set its material or object, its tile (either may be ""), and the low poly for its bake; empty if
 /// one map suffices
 nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
@@ -114,6 +115,7 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   return list;
 }
 
+/// Makes the meshes of a height field.
 /// \param heights  a file's path, or an array
 /// \returns the high poly and the plane under it
 nb::tuple run_height_field(nb::handle heights, double width, double depth, double height) {

@@ -23,7 +23,7 @@ struct PyVolume {
   Volume volume;
 };
 
-/// A volume from an array. voxels[i, j, k] is at origin + (i, j, k) * spacing; the last index varies fastest.
+/// Makes a volume from an array. voxels[i, j, k] is at origin + (i, j, k) * spacing; the last index varies fastest.
 PyVolume from_array(nb::handle voxels, const std::array<double, 3>& spacing,
                     const std::array<double, 3>& origin, const std::string& name) {
   const nb::object checked = nb::module_::import_("kiln._arrays").attr("voxels")(voxels);

@@ -64,9 +64,8 @@ void Option::take(const Words& words) const {
   }
   for (const std::string& word : words) {
     if (word.empty()) {
-      throw UsageError(name + (choices_.empty()
-                                   ? " was given nothing: leave it out, or give a value"
-                                   : ": " + not_one_of(word, choices_)));
+      throw UsageError(name + (choices_.empty() ? " has no value: give one, or leave the option out"
+                                                : ": " + not_one_of(word, choices_)));
     }
   }
   try {
@@ -113,7 +112,7 @@ Option* Command::add_flag(std::string_view name, Option::Take take, std::string_
 }
 void Command::add_text_flag(std::string_view name, std::function<std::string()> text,
                             const std::string& help) {
-  // CLI11 allows one version flag per command, so this one is made by hand.
+  // CLI11 only allows one version flag per command, so further ones are made as callbacks.
   app_->add_flag_callback(
           std::string(name), [text = std::move(text)] { throw CLI::CallForVersion(text(), 0); },
           help)
@@ -154,7 +153,7 @@ Command* Command::chosen() const {
   return nullptr;
 }
 
-/// The message for missing required options; empty if none is missing.
+/// Message about missing required options; empty if none is missing.
 std::string Command::what_is_missing() const {
   for (const std::unique_ptr<Option>& option : options_) {
     const std::string name = option->get_name();
@@ -195,12 +194,12 @@ void Command::join_choices(std::vector<std::string>& words) const {
 bool Command::parse(std::vector<std::string> words) {
   const std::string last = words.empty() ? "" : words.back();
   join_choices(words);
-  std::reverse(words.begin(), words.end());  // CLI11 expects words in reverse order.
+  std::reverse(words.begin(), words.end());  // CLI11 expects the words in reverse order
   try {
     app_->parse(words);
   } catch (const CLI::ArgumentMismatch&) {
-    // Each option takes one value, so a value can only be missing at the end.
-    throw UsageError(last + " was given nothing: give a value");
+    // Each option takes one value, so only the last word can lack its value.
+    throw UsageError(last + " has no value: give one");
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {
       app_->exit(error);

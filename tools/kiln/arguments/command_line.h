@@ -1,6 +1,6 @@
-// The command line: commands and their options. CLI11 assigns words to options; the rows of the option table parse and
-// check the values. CLI11 is hidden in command_line.cpp, since its headers add seconds to the compile time of each file
-// that includes them.
+// Defines commands and their options. CLI11 assigns words to options; the rows of the option table parse and check the
+// values. Only command_line.cpp includes CLI11, whose headers would add seconds to the compile time of every other
+// file.
 #pragma once
 
 #include <cstddef>
@@ -21,27 +21,27 @@ class Option;
 
 namespace kiln::cli {
 
-/// An error in the syntax of a command line.
+/// A syntax error in a command line.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// An option, flag or positional argument of a command, which owns it.
+/// An option, flag or positional argument. Its command owns it.
 class Option {
  public:
   using Words = OptionWords;
-  /// Receives the given values, at least one. \throws UsageError, Error(usage)
+  /// Callback that receives the given values, at least one. \throws UsageError, Error(usage)
   using Take = std::function<void(const Words&)>;
 
-  /// Sets its heading in help.
+  /// Sets the heading under which help lists the option.
   Option* group(std::string_view name);
   /// Sets the default value that help shows.
   Option* default_text(const std::string& text);
-  /// Makes it required: parsing fails without it.
+  /// Makes the option required: parsing fails without it.
   Option* required();
-  /// Sets the names that the error for a missing value lists.
+  /// Sets the names that the error about a missing value lists.
   Option* choices(std::vector<std::string> names);
-  /// Allows repetition; a positional argument then takes several words.
+  /// Allows several occurrences; a positional argument then takes several words.
   Option* repeats();
   /// Sets the separator of several values in one word.
   Option* delimiter(char between);
@@ -49,18 +49,18 @@ class Option {
   Option* needs(const Option* other);
   /// Excludes another option: parsing fails if both are given.
   Option* excludes(Option* other);
-  /// Sets the placeholder of its value in help.
+  /// Sets the placeholder for the value in help.
   Option* type_name(std::string_view words);
 
-  /// Its name in help: "--size", or "HIGH" for a positional argument.
+  /// Name of the option in help: "--size", or "HIGH" for a positional argument.
   std::string get_name() const;
-  /// Its names without dashes.
+  /// Names of the option without dashes.
   const std::vector<std::string>& get_lnames() const;
-  /// Its help text.
+  /// Help text of the option.
   std::string get_help() const;
-  /// How often it was given.
+  /// Number of occurrences on the command line.
   std::size_t count() const;
-  /// True if it takes no value.
+  /// True if the option takes no value.
   bool is_flag() const;
 
  private:
@@ -74,40 +74,42 @@ class Option {
   bool repeats_ = false, required_ = false;
 };
 
-/// A command, or the program with its commands.
+/// A command with its options, or the program with its commands.
 class Command {
  public:
-  /// The program, which requires one of its commands. \param footer last lines of help
+  /// Creates the program, which requires one of its commands. \param footer  last lines of help
   Command(std::string_view description, std::string_view name, const std::string& version,
           const std::string& footer);
   ~Command();
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
 
-  /// Adds an option if the name starts with dashes, else a positional argument. \param take receives the values
+  /// Adds an option if the name starts with dashes, else a positional argument.
+  /// \param take  receives the values
   Option* add_option(std::string_view name, Option::Take take, std::string_view help);
-  /// Adds a flag with an optional value after `=`. Without one, `take` receives "true".
+  /// Adds a flag with an optional value after `=`. Without a value, `take` receives "true".
   Option* add_flag(std::string_view name, Option::Take take, std::string_view help);
   /// Adds a flag that prints a text and exits.
   void add_text_flag(std::string_view name, std::function<std::string()> text,
                      const std::string& help);
 
   std::string get_name() const;
-  /// All options but --help.
+  /// All options except --help.
   std::vector<const Option*> get_options() const;
-  /// The option of a name; nullptr if there is none.
+  /// The option with this name; null if there is none.
   const Option* find_option(std::string_view name) const;
 
   /// Adds a command to the program.
   Command* add_command(std::string_view name, std::string_view description);
   /// All commands of the program.
   std::vector<Command*> commands() const;
-  /// The command given on the command line; nullptr if there was none.
+  /// The command that the user gave; null if there was none.
   Command* chosen() const;
-  /// Parses the program's words and passes values to the options. \returns false if nothing remains to run, as after
-  /// --help and --version. \throws UsageError
+  /// Parses the program's words, and passes values to the options. \returns false if nothing remains to be run, as
+  /// after --help and --version
+  /// \throws UsageError
   bool parse(std::vector<std::string> words);
-  /// Words that no option or command accepted.
+  /// Words that neither an option nor a command accepted.
   std::vector<std::string> not_understood() const;
 
  private:
@@ -116,7 +118,7 @@ class Command {
   std::string what_is_missing() const;
   void join_choices(std::vector<std::string>& words) const;
 
-  std::unique_ptr<CLI::App> owned_;  ///< Set for the program, null for commands
+  std::unique_ptr<CLI::App> owned_;  ///< Owned by the program; null in commands
   CLI::App* app_;
   std::vector<std::unique_ptr<Command>> commands_;
   std::vector<std::unique_ptr<Option>> options_;

@@ -33,12 +33,12 @@ void add_options(Command& command, std::span<const OptionRow> rows, void* job) {
 }
 
 std::set<std::string> given_flags(const Command& command) {
-  std::set<std::string> given;
+  std::set<std::string> given_names;
   for (const Option* option : command.get_options()) {
     if (option->count() == 0) continue;
-    for (const std::string& name : option->get_lnames()) given.insert("--" + name);
+    for (const std::string& name : option->get_lnames()) given_names.insert("--" + name);
   }
-  return given;
+  return given_names;
 }
 
 namespace {
@@ -53,8 +53,8 @@ std::set<std::string> flags_of(const std::vector<OptionRow>& rows) {
 
 std::set<std::string> add_matching_flags(Command& command, Job& job,
                                          const std::set<std::string>& without) {
-  // Flags of mesh input that affect matching.
-  static const std::set<std::string> of_meshes = {
+  // flags of mesh input that affect the match
+  static const std::set<std::string> mesh_input_flags = {
       "--high",         "--low",       "--triangulate",    "--tangents",
       "--uv-copies",    "--two-sided", "--split-at-seams", "--traversal",
       "--load-match",   "--up",        "--unit",           "--uv-set",
@@ -62,8 +62,8 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
   static const std::set<std::string> never = {"--visibility-clusters", "--visibility-deviation",
                                               "--save-cage", "--reasons", "--recall"};
   const std::vector<OptionRow> rows =
-      rows_below(bake_rows(), "The match, as of kiln bake", [&](const OptionRow& row) {
-        return (row.is_match_option() || of_meshes.contains(row.flag)) &&
+      rows_below(bake_rows(), "The match, as in kiln bake", [&](const OptionRow& row) {
+        return (row.is_match_option() || mesh_input_flags.contains(row.flag)) &&
                !never.contains(row.flag) && !without.contains(row.flag);
       });
   add_options(command, rows, &job);
@@ -71,14 +71,14 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
 }
 
 std::set<std::string> add_measured_map_flags(Command& command, Job& job) {
-  static const std::set<std::string> wanted = {"--maps", "--transfer", "--range"};
-  // Excludes flags that affect only how files store values.
+  static const std::set<std::string> map_flags = {"--maps", "--transfer", "--range"};
+  // flags that only affect how files store values, which are excluded
   static const std::set<std::string> never = {"--space", "--bitangent",     "--flip-y",
                                               "--raw",   "--two-component", "--gutter",
                                               "--mips",  "--id-by"};
   const std::vector<OptionRow> rows = rows_below(
-      bake_rows(), "Maps whose errors are told, as of kiln bake", [&](const OptionRow& row) {
-        return (row.is_map_option() || wanted.contains(row.flag)) && !never.contains(row.flag);
+      bake_rows(), "Maps whose errors are measured, as in kiln bake", [&](const OptionRow& row) {
+        return (row.is_map_option() || map_flags.contains(row.flag)) && !never.contains(row.flag);
       });
   add_options(command, rows, &job);
   return flags_of(rows);

@@ -56,7 +56,7 @@ OptionValue error_value() {
   return value;
 }
 
-/// A percentage, or auto.
+/// The value of --min-part: a percentage, or auto.
 OptionValue min_part_value() {
   return value_of<Arguments>(
       "options.min_part", "number", "PERCENT|auto",
@@ -75,7 +75,7 @@ OptionValue min_part_value() {
       });
 }
 
-/// Three numbers with a separator.
+/// Parses three numbers with a separator.
 template <typename T>
 OptionValue three(Member<Arguments, std::array<T, 3>> member, std::string_view words,
                   char separator) {
@@ -108,20 +108,22 @@ std::vector<OptionRow> surface_rows(bool iso_required) {
       {.flag = "--inside",
        .group = kSurfaceGroup,
        .value = choice(AT(options.contour.inside), Words(kInside)),
-       .help = "Which voxels are solid: above or below the iso value"},
+       .help = "Which voxels are inside the solid: those above or below the iso value"},
       {.flag = "--border",
        .group = kSurfaceGroup,
        .value = choice(AT(options.contour.border), Words(kBorders)),
-       .help = "Where the solid reaches the volume's border: closed (cut off flat) or open"},
+       .help =
+           "The surface where the solid meets the volume's border: closed (cut off flat) or open"},
       {.flag = "--outer",
        .group = kSurfaceGroup,
        .value = toggle(AT(options.contour.outer_only)),
-       .help = "The outer surface alone: what cannot be reached from the volume's border is solid"},
+       .help = "Only the outer surface: all that cannot be reached from the volume's border counts "
+               "as solid"},
       {.flag = "--outer-gap",
        .group = kSurfaceGroup,
        .value = outer_gap_value(),
-       .help = "With --outer: reach by a cube of 2 N + 1 voxels a side, so that narrower gaps are "
-               "closed (default 0)",
+       .help = "With --outer: close gaps through which a cube of 2 N + 1 voxels does not fit "
+               "(default 0)",
        .needs = "--outer"},
       {.flag = "--faces",
        .group = kSurfaceGroup,
@@ -130,21 +132,21 @@ std::vector<OptionRow> surface_rows(bool iso_required) {
       {.flag = "--error",
        .group = kSurfaceGroup,
        .value = error_value(),
-       .help = "Without --faces: few triangles whose vertices fit the surface to so many cells "
-               "(root mean square). auto: 0.1, or what leaves a twentieth of the full contour's "
-               "triangles",
+       .help = "Without --faces: few triangles whose vertices deviate by at most this many cells "
+               "from the surface (root mean square). auto: 0.1, or the error at which a twentieth "
+               "of the full contour's triangles remain",
        .excludes = "--faces"},
       {.flag = "--topology",
        .group = kSurfaceGroup,
        .value = choice(AT(keep_topology), Words(kTopologies)),
-       .help = "keep every part, hole and handle, or be free to lose some to reach --faces. auto: "
-               "keep, but free where that leaves more than twice the triangles aimed at; with "
-               "--error: keep"},
+       .help = "keep: preserve every part, hole and handle; free: allow losing some to reach "
+               "--faces. auto: keep, or free if more than twice the requested triangles would "
+               "remain; with --error: keep"},
       {.flag = "--min-part",
        .group = kSurfaceGroup,
        .value = min_part_value(),
-       .help = "Leave out parts with less than P percent of the largest one's vertices, 0 to 100. "
-               "auto: under 1 percent, where 100 parts or more are so small",
+       .help = "Leave out parts with fewer than P percent of the vertices of the largest part, 0 "
+               "to 100. auto: 1 percent, if at least 100 parts are that small",
        .key = "min_part_percent"},
   };
 }
@@ -175,7 +177,7 @@ std::vector<OptionRow> file_and_chart_rows() {
       {.flag = "--raw-order",
        .group = kRawGroup,
        .value = choice(AT(raw.byte_order), Words(kByteOrders)),
-       .help = "Bytes' order: little or big endian",
+       .help = "Byte order: little or big endian",
        .key = "-",
        .needs = "--raw-size"},
       {.flag = "--raw-header",
@@ -187,7 +189,7 @@ std::vector<OptionRow> file_and_chart_rows() {
              fail_usage(flag + " is '" + words.back() + "': give a number");
            },
            [](Arguments& job) { return job.raw.header_bytes; }),
-       .help = "Bytes to skip; -1: whatever precedes the last voxels",
+       .help = "Bytes to skip before the voxels; -1: the voxels are the last bytes of the file",
        .key = "-",
        .needs = "--raw-size"},
   };
@@ -209,11 +211,10 @@ ExtractOptions extract_options(const SurfaceArguments& a) {
 Volume read_volume(const std::string& path, const SurfaceArguments& a,
                    std::vector<Warning>& warnings) {
   if (!a.is_raw()) return load_volume(path, &warnings);
-  refuse_if(
-      is_volume_name(path),
-      "'" + path +
-          "' is named as a format with a header, but --raw-size and its companions are for files "
-          "without: leave them out.");
+  refuse_if(is_volume_name(path),
+            "'" + path +
+                "' has the extension of a format with a header, but --raw-size and related flags "
+                "are for files without one: leave them out.");
   return load_raw_volume(path, a.raw, &warnings);
 }
 

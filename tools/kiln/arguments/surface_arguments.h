@@ -1,4 +1,4 @@
-// Option rows of commands that contour volumes.
+// Option rows for commands that contour volumes.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@
 
 namespace kiln::cli {
 
-/// Arguments of contouring: the surface and its face count, as extract() takes them, plus options that Kiln may choose.
+/// The surface to contour and its face count, as extract() takes them, and options that Kiln may choose.
 struct SurfaceArguments {
   SurfaceArguments() { options.choose.min_part = true; }
 
   ExtractOptions options;
   std::optional<double> iso, error;
-  std::optional<bool> keep_topology;  ///< Nullopt: chosen by Kiln
-  RawVolumeLayout raw;                ///< Used with --raw-size
+  std::optional<bool> keep_topology;  ///< nullopt: Kiln chooses
+  RawVolumeLayout raw;                ///< Layout of a raw file; used with --raw-size
 
   bool is_raw() const { return raw.size[0] != 0; }
 };
@@ -28,25 +28,25 @@ struct SurfaceArguments {
 constexpr const char* kSurfaceGroup = "The surface";
 constexpr const char* kMapGroup = "The map";
 
-/// --iso, --inside, --border, --outer, --outer-gap, --faces, --error, --topology, --min-part.
+/// Rows of the surface: --iso, --inside, --border, --outer, --outer-gap, --faces, --error, --topology, --min-part.
 std::vector<OptionRow> surface_rows(bool iso_required);
-/// --chart-border, and --raw-size with its related flags.
+/// Rows of the file and the charts: --chart-border, and --raw-size with its related flags.
 std::vector<OptionRow> file_and_chart_rows();
 
-/// Checks that need no file. \throws Error(usage)
+/// Checks the arguments before the file is read. \throws Error(usage)
 void check(const SurfaceArguments& arguments);
 
-/// Options of extract(), including the values that it shall choose.
+/// Converts the arguments to options of extract(), which chooses the values that were not given.
 ExtractOptions extract_options(const SurfaceArguments& arguments);
 
-/// \throws Error as load_volume() and load_raw_volume()
+/// Reads a volume, or a raw file if --raw-size is given. \throws Error as load_volume() and load_raw_volume()
 Volume read_volume(const std::string& path, const SurfaceArguments& arguments,
                    std::vector<Warning>& warnings);
 
 Json describe(const Volume& volume, const std::string& path);
-/// The given options of the surface, for reports.
+/// The options of the surface as given, for reports.
 Json describe(const SurfaceArguments& arguments);
-/// The effective options, for reports.
+/// The options of the surface that extract() used, for reports.
 Json describe(const ExtractUsed& used);
 
 }  // namespace kiln::cli

@@ -9,18 +9,18 @@
 
 namespace kiln::cli {
 
-extern const char kUnknownFlags[];  // unknown_flags.txt
+extern const char kUnknownFlags[];  // the contents of unknown_flags.txt, embedded by CMakeLists.txt
 
 namespace {
 
-/// The answer in unknown_flags.txt for a flag; empty if there is none. \param heading "bake", "chart" or "faces"
+/// The explanation in unknown_flags.txt for a flag; empty if there is none. \param heading  "bake", "chart" or "faces"
 std::string answer_of(std::string_view heading, std::string_view name) {
   std::istringstream lines{std::string(kUnknownFlags)};
-  bool below = false;
+  bool is_in_section = false;
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with('[')) below = line == "[" + std::string(heading) + "]";
+    if (line.starts_with('[')) is_in_section = line == "[" + std::string(heading) + "]";
     const std::size_t colon = line.find(": ");
-    if (!below || colon == std::string::npos) continue;
+    if (!is_in_section || colon == std::string::npos) continue;
     std::istringstream flags(line.substr(0, colon));
     for (std::string flag; flags >> flag;) {
       if (flag == name) return line.substr(colon + 2);
@@ -29,22 +29,23 @@ std::string answer_of(std::string_view heading, std::string_view name) {
   return {};
 }
 
-/// Answers "--no-flip-y": flags are off unless given.
+/// Explains that flags such as "--no-flip-y" do not exist, since flags are off by default.
 std::string answer_to_negated(const Command& command, const std::string& name) {
   if (!name.starts_with("no-")) return {};
   const std::string flag = name.substr(3);
   const Option* option = command.find_option("--" + flag);
   if (option == nullptr) return {};
   if (!option->is_flag()) {
-    return "Leave --" + flag + " out for its default, or give it a value.";
+    return "Leave --" + flag + " out to use its default, or give it a value.";
   }
-  return "Without --" + flag + " it is off, which is the default: leave --no-" + flag + " out.";
+  return "Without --" + flag + " the feature is off, which is the default: leave --no-" + flag +
+         " out.";
 }
 
-/// Answers a map's or a match's name that was given as a flag.
+/// Explains that the name of a map or a match is no flag.
 std::string answer_to_name(const std::string& name) {
-  const auto answer = [&](const char* what, const char* flag, std::string_view ours) {
-    return "'" + name + "' is " + what + ": " + flag + " " + std::string(ours) + ".";
+  const auto answer = [&](const char* what, const char* flag, std::string_view note) {
+    return "'" + name + "' is " + what + ": " + flag + " " + std::string(note) + ".";
   };
   const MapInfo* const map = map_called(name);
   if (map != nullptr) return answer("a map", "--maps", map->kind.name);
@@ -54,11 +55,11 @@ std::string answer_to_name(const std::string& name) {
 }
 
 std::string nearest_flag(const Command& command, const std::string& name) {
-  std::vector<std::string> known = {"help"};
+  std::vector<std::string> known_flags = {"help"};
   for (const Option* option : command.get_options()) {
-    known.insert(known.end(), option->get_lnames().begin(), option->get_lnames().end());
+    known_flags.insert(known_flags.end(), option->get_lnames().begin(), option->get_lnames().end());
   }
-  const std::string nearest = nearest_word(name, known);
+  const std::string nearest = nearest_word(name, known_flags);
   return nearest.empty() ? "" : "--" + nearest;
 }
 

@@ -1,4 +1,4 @@
-// Explanations for unknown flags.
+// Explains unknown flags.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace kiln::cli {
 
-/// Explains a word that begins with "-" and is no flag of this command, in full sentences.
+/// Explains in full sentences a word that begins with "-" but is no flag of the command.
 std::string answer_to_unknown(const Command& command, const std::string& word);
 
 }  // namespace kiln::cli

@@ -32,7 +32,7 @@ std::string size_text(std::uint32_t size) {
   return size == 0 ? "none" : std::to_string(size) + " x " + std::to_string(size);
 }
 
-/// The plot omits maps with more than this many times the bytes of the chosen one.
+/// Largest ratio of a map's bytes to those of the chosen map; larger maps are left out of the plot.
 constexpr std::uint64_t kMaxDrawnBytesRatio = 16;
 
 Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
@@ -48,14 +48,14 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
       return trial.bytes.total() <= kMaxDrawnBytesRatio * plan.chosen.bytes.total();
     });
   });
-  double least = 1e300, most = 0, before = 0;
+  double min_degrees = 1e300, max_degrees = 0, previous = 0;
   for (const auto& [size, trials] : by_size) {
     for (const Candidate& trial : trials) {
-      least = std::min(least, kib(trial));
-      most = std::max(most, kib(trial));
+      min_degrees = std::min(min_degrees, kib(trial));
+      max_degrees = std::max(max_degrees, kib(trial));
     }
     panel["curves"].push_back(plot_curve(size == 0 ? "no map" : std::to_string(size) + "² texels",
-                                         before++ / static_cast<double>(by_size.size()), trials,
+                                         previous++ / static_cast<double>(by_size.size()), trials,
                                          kib,
                                          [](const Candidate& trial) { return trial.expected; }));
   }
@@ -69,12 +69,12 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
   plot.data = {{"kind", "study"},
                {"title", "Faces against texels: " + stem},
                {"x_title", "KiB of low poly and maps"},
-               {"x_ticks", ticks_around(least, most)},
+               {"x_ticks", ticks_around(min_degrees, max_degrees)},
                {"panels", Json::array({panel})}};
   return plot;
 }
 
-/// Hooks that draw a plan with Python, which starts while the plan is computed.
+/// Returns hooks that draw a plan with Python. Python starts while the plan is computed.
 RunHooks drawing_hooks(const Job& job, std::optional<RunningProgram>& python) {
   RunHooks hooks;
   hooks.plan_files = [](const std::string& stem) { return plot_files(stem + "_plan"); };
@@ -93,11 +93,12 @@ RunHooks drawing_hooks(const Job& job, std::optional<RunningProgram>& python) {
   return hooks;
 }
 
-/// The page of --page for the asset of a job.
+/// Converts a job to the arguments of --page, for the job's asset.
 ViewCommandArguments view_of(const Job& job, const std::string& page) {
   const std::string asset = asset_file(job);
   refuse_if(asset.empty(), "--page shows an asset: give --out NAME.glb, NAME.gltf or NAME.obj.");
-  refuse_if(job.low.make.lods != 0, "--page shows one asset: leave --lod out, or run kiln view.");
+  refuse_if(job.low.make.lods != 0,
+            "--page shows one asset: leave --lod out, or run kiln view for a level.");
   ViewCommandArguments view;
   view.mesh = asset;
   view.out = page;
@@ -111,7 +112,7 @@ ViewCommandArguments view_of(const Job& job, const std::string& page) {
   return view;
 }
 
-/// \param page  of --page; empty: none
+/// Runs `kiln bake`. \param page  value of --page; empty: no page
 int run_bake(const Job& job, const std::string& page) {
   Console console(job.quiet, job.json);
   std::optional<ViewCommandArguments> view;
@@ -139,7 +140,7 @@ int run_bake(const Job& job, const std::string& page) {
   for (const Warning& warning : result.causes) console.warning(warning.message);
   for (const Message& line : result.summary) console.line(line.text(option_as_flag));
   if (view) {
-    // The page is made from the asset's files, so these are placed first; they stay if the page fails.
+    // The page is made from the asset's files, so these are placed first, and stay if the page fails.
     commit_outputs(bake_files);
     write_view(*view, console);
   }
@@ -152,7 +153,7 @@ int run_bake(const Job& job, const std::string& page) {
 
 Run add_bake(Command& app) {
   Command* command = app.add_command(
-      "bake", "Bake the detail of HIGH into textures of LOW (made from HIGH where none is given)");
+      "bake", "Bake the detail of HIGH into textures of LOW (made from HIGH if LOW is not given)");
   auto job = std::make_shared<Job>();
   add_options(*command, bake_rows(), job.get());
   command->add_text_flag("--help-json", options_json,
@@ -165,7 +166,7 @@ Run add_bake(Command& app) {
   auto prints = std::make_shared<bool>(false);
   command->add_flag(
       "--print-job", [prints](const Option::Words&) { *prints = true; },
-      "Print the command as a job file of kiln run, and bake nothing");
+      "Print the command as a job file for kiln run, without baking");
   return [command, job, prints, page] {
     job->given = given_flags(*command);
     job->given.erase("--page");

@@ -23,7 +23,7 @@
 namespace kiln::cli {
 namespace {
 
-/// The failure of the device's self-test, or why it cannot be opened; empty if it passes.
+/// Reason why a device cannot be opened or fails its self-test; empty if it passes.
 std::string device_failure(const DeviceInfo& info) {
   try {
     Device::open(std::to_string(info.index));
@@ -48,15 +48,15 @@ void print(const DeviceInfo& info) {
                   : "no (maps may differ in the last bit from other devices)");
   if (may_wait_for_itself(info)) {
     print_line(stdout,
-               "   may wait for itself without end where several threads use it, as plans do: "
-               "choose PoCL's pthread (POCL_DEVICES=pthread)");
+               "   may deadlock if several threads use it, as plans do: choose PoCL's pthread "
+               "device (POCL_DEVICES=pthread)");
   }
-  std::fflush(stdout);  // The driver may crash next.
+  std::fflush(stdout);  // The output is flushed, since the driver may crash next.
   const std::string fault = device_failure(info);
   print_line(stdout, "   computes as it should: " + (fault.empty() ? "yes" : "no. " + fault));
 }
 
-/// A bumpy grid over the unit square with UVs and colours, from which every map can be baked.
+/// Makes a bumpy grid over the unit square with UVs and colours, from which every map can be baked.
 /// \param height  height of the bumps
 Mesh make_bumpy_grid(std::uint32_t squares, float height) {
   Mesh mesh;
@@ -65,8 +65,8 @@ Mesh make_bumpy_grid(std::uint32_t squares, float height) {
   for (std::uint32_t i = 0; i < points * points; ++i) {
     const float u = static_cast<float>(i % points) / static_cast<float>(squares),
                 v = static_cast<float>(i / points) / static_cast<float>(squares);
-    const bool odd = (i % points + i / points) % 2 != 0;
-    mesh.positions.push_back({u, v, odd ? height : 0});
+    const bool is_odd = (i % points + i / points) % 2 != 0;
+    mesh.positions.push_back({u, v, is_odd ? height : 0});
     mesh.uvs.push_back({u, v});
     mesh.colors.push_back({128, 160, 192, 255});
   }
@@ -80,7 +80,8 @@ Mesh make_bumpy_grid(std::uint32_t squares, float height) {
   return mesh;
 }
 
-/// Lets all users read a folder's files: PoCL makes them this user's alone, but an image of a container serves any user.
+/// Lets all users read the files of a folder. PoCL restricts them to their owner, but the image of a container serves
+/// any user.
 void let_all_read(const std::filesystem::path& folder) {
   using std::filesystem::perms;
   constexpr perms kFile = perms::owner_read | perms::group_read | perms::others_read;
@@ -92,12 +93,13 @@ void let_all_read(const std::filesystem::path& folder) {
   add(folder, kFolder);
   for (std::filesystem::recursive_directory_iterator at(folder, ignored), end;
        !ignored && at != end; at.increment(ignored)) {
-    std::error_code gone;
-    add(at->path(), at->is_directory(gone) ? kFolder : kFile);
+    std::error_code ignored_error;
+    add(at->path(), at->is_directory(ignored_error) ? kFolder : kFile);
   }
 }
 
-/// Bakes a small sheet, so that the kernels of these maps are kept. \throws Error(usage) for what is no map
+/// Bakes a small sheet, so that the device's kernels for these maps are compiled and cached. \throws Error(usage) for
+/// unknown maps
 int warm(const std::string& device, const std::vector<std::string>& maps) {
   constexpr std::uint32_t kTexels = 16, kSquares = 8;
   constexpr float kBumps = 0.02F;
@@ -108,7 +110,7 @@ int warm(const std::string& device, const std::vector<std::string>& maps) {
   job.in_memory = true;
   job.bake.width = job.bake.height = kTexels;
   if (!maps.empty()) set_option(job, "maps", maps);
-  // The folder that was named for this, if any. Others lie in homes, or are this user's alone for a purpose.
+  // Only the folder in POCL_CACHE_DIR is opened to all users; the default one lies in a home folder.
   const char* const variable = std::getenv("POCL_CACHE_DIR");
   const std::string named = variable != nullptr ? variable : "";
   const Stopwatch watch;
@@ -117,9 +119,9 @@ int warm(const std::string& device, const std::vector<std::string>& maps) {
   Console console(/*quiet=*/false);
   for (const Warning& warning : kernel_folder_warnings()) console.warning(warning.message);
   if (!named.empty()) let_all_read(named);
-  std::string made;
-  for (const JobMap& map : result.maps) made += (made.empty() ? "" : ", ") + map.name;
-  console.line(opened.info().name + ": kernels of " + made + " are in '" +
+  std::string made_names;
+  for (const JobMap& map : result.maps) made_names += (made_names.empty() ? "" : ", ") + map.name;
+  console.line(opened.info().name + ": kernels of " + made_names + " are in '" +
                ocl::kernel_folder().kiln.parent_path().string() +
                formatted("', %.1f s", watch.total()));
   return 0;
@@ -139,18 +141,17 @@ Run add_devices(Command& app) {
       {.flag = "--json", .value = toggle(KILN_MEMBER(Arguments, json)), .help = "Print JSON"},
       {.flag = "--warm",
        .value = toggle(KILN_MEMBER(Arguments, warm)),
-       .help = "Compile the kernels of --maps, so that a first bake finds them: for images of "
-               "containers"},
+       .help = "Compile and cache the kernels of --maps in advance, for container images"},
       {.flag = "--maps",
        .value = texts(KILN_MEMBER(Arguments, maps), ','),
-       .help = "Maps of --warm (default: normal)"},
+       .help = "With --warm: maps whose kernels are compiled (default: normal)"},
       device_row<Arguments>("")};
   add_options(*command, rows, arguments.get());
   return [arguments] {
-    refuse_if(!arguments->warm && !arguments->maps.empty(), "--maps is of --warm: add --warm.");
+    refuse_if(!arguments->warm && !arguments->maps.empty(), "--maps needs --warm: add it.");
     refuse_if(!arguments->warm && !arguments->device.empty(),
-              "--device is of --warm: without it, all devices are listed.");
-    refuse_if(arguments->warm && arguments->json, "--warm prints no JSON: leave --json out.");
+              "--device needs --warm: without it, all devices are listed.");
+    refuse_if(arguments->warm && arguments->json, "--warm writes no JSON: leave --json out.");
     if (arguments->warm) return warm(arguments->device, arguments->maps);
     const std::vector<DeviceInfo> devices = list_devices();
     if (arguments->json) {
@@ -163,7 +164,7 @@ Run add_devices(Command& app) {
       std::fputs(to_text(list).c_str(), stdout);
       return 0;
     }
-    if (devices.empty()) Device::open();  // throws with installation advice
+    if (devices.empty()) Device::open();  // throws an error with advice on installation
     for (const DeviceInfo& info : devices) print(info);
     const Device chosen = Device::open();
     Console console(/*quiet=*/false);

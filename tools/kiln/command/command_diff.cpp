@@ -28,7 +28,7 @@
 namespace kiln::cli {
 namespace {
 
-/// Values of files reach 1e38, so large ones are shown with 6 significant digits.
+/// Formats an error with 6 significant digits, since values in files reach 1e38.
 std::string error_text(double value) { return formatted(value < 1e6 ? "%.6f" : "%.6g", value); }
 
 struct DiffArguments {
@@ -44,8 +44,8 @@ void check(const DiffArguments& arguments) {
   if (arguments.out.empty()) return;
   refuse_if(!is_exr(arguments.out) && std::filesystem::path(arguments.out).extension() != ".png",
             "--out '" + arguments.out +
-                "': a picture's name ends in .png, a texture of the "
-                "differences in .exr.");
+                "': the name must end in .png for a picture, or in .exr for a texture of the "
+                "differences.");
   prepare_parent(arguments.out);
 }
 
@@ -76,10 +76,10 @@ void save_difference(const DiffArguments& arguments, Image& a, Image& b, const I
   save_image(make_sheet(panels, scale), arguments.out, {ImageFormat::png8});
 }
 
-/// The result of comparing a file in both folders.
+/// The difference between the two versions of a file.
 struct FileDifference {
-  std::string file;   ///< Path relative to both folders
-  const char* state;  ///< equal, within, beyond, missing, new
+  std::string file;   ///< Path relative to each folder
+  const char* state;  ///< One of equal, within, beyond, missing, new
   std::string problem;
   std::optional<ImageDifference> figures;
 };
@@ -97,8 +97,8 @@ std::set<std::string> files_below(const std::filesystem::path& folder, const std
       at.disable_recursion_pending();
       continue;
     }
-    std::error_code gone;
-    if (at->is_regular_file(gone))
+    std::error_code ignored_error;
+    if (at->is_regular_file(ignored_error))
       files.insert(at->path().lexically_relative(folder).generic_string());
   }
   if (error) {
@@ -112,18 +112,18 @@ std::set<std::string> files_below(const std::filesystem::path& folder, const std
 /// others.
 FileDifference compare_maps(const DiffArguments& arguments, const std::string& file) {
   const std::filesystem::path golden = std::filesystem::path(arguments.a) / file,
-                              ours = std::filesystem::path(arguments.b) / file;
+                              produced = std::filesystem::path(arguments.b) / file;
   FileDifference result{file, "equal", {}, {}};
-  if (file_hash(golden) == file_hash(ours)) return result;
+  if (file_hash(golden) == file_hash(produced)) return result;
   if (!is_map_file(golden)) {
     result.state = "beyond";
-    result.problem = "it has other bytes";
+    result.problem = "its bytes differ";
     return result;
   }
-  const Image a = load_image(golden), b = load_image(ours);
+  const Image a = load_image(golden), b = load_image(produced);
   std::optional<Image> mask;
-  if (const auto beside = mask_beside(golden); !beside.empty()) {
-    mask = load_mask(beside);
+  if (const auto mask_file = mask_beside(golden); !mask_file.empty()) {
+    mask = load_mask(mask_file);
     if (mask->width != a.width || mask->height != a.height) mask.reset();
   }
   ImageDifference figures;
@@ -138,7 +138,7 @@ FileDifference compare_maps(const DiffArguments& arguments, const std::string& f
   }
   result.figures = figures;
   if (figures.max_error == 0) return result;
-  const auto hold = [&](const std::optional<double>& limit, double value, const char* what) {
+  const auto check_limit = [&](const std::optional<double>& limit, double value, const char* what) {
     if (!limit || value <= *limit) return;
     result.problem += (result.problem.empty() ? "" : ", ") + std::string(what) + " " +
                       error_text(value) + formatted(" (allowed: %g)", *limit);
@@ -147,10 +147,10 @@ FileDifference compare_maps(const DiffArguments& arguments, const std::string& f
   const bool limited = directions ? arguments.max_mean_angle || arguments.max_angle
                                   : arguments.max_error.has_value();
   if (directions) {
-    hold(arguments.max_mean_angle, figures.mean_angle_degrees, "mean angle");
-    hold(arguments.max_angle, figures.max_angle_degrees, "greatest angle");
+    check_limit(arguments.max_mean_angle, figures.mean_angle_degrees, "mean angle");
+    check_limit(arguments.max_angle, figures.max_angle_degrees, "greatest angle");
   } else {
-    hold(arguments.max_error, figures.max_error, "greatest error");
+    check_limit(arguments.max_error, figures.max_error, "greatest error");
   }
   if (!limited) {
     result.problem =
@@ -177,35 +177,35 @@ Json difference_json(const FileDifference& file) {
 
 /// Compares a folder with a folder of golden files.
 int diff_folders(const DiffArguments& arguments) {
-  refuse_if(!arguments.mask.empty(),
-            "--mask is for two maps; of folders, the map 'mask' beside a golden map says which "
-            "texels count.");
+  refuse_if(
+      !arguments.mask.empty(),
+      "--mask is for two maps; in folders, the map 'mask' beside a golden map selects the texels.");
   refuse_if(!arguments.out.empty(),
-            "--out is for two maps: compare those that differ by themselves.");
+            "--out is for two maps: compare single maps to see where they differ.");
   check_paths({}, {arguments.json, arguments.junit});
   if (arguments.json != "-") prepare_parent(arguments.json);
   prepare_parent(arguments.junit);
   const std::set<std::string> golden = files_below(arguments.a, "GOLDEN"),
-                              ours = files_below(arguments.b, "OUT");
+                              produced = files_below(arguments.b, "OUT");
   if (golden.empty()) {
     throw Error(ErrorCode::input,
-                "'" + arguments.a + "' has no file: name the folder of golden maps.");
+                "'" + arguments.a + "' contains no files: name the folder of golden maps.");
   }
   std::vector<FileDifference> files;
   for (const std::string& file : golden) {
-    if (ours.count(file) == 0) {
-      files.push_back({file, "missing", "it is golden, and was not written", {}});
+    if (produced.count(file) == 0) {
+      files.push_back({file, "missing", "the golden file exists, but the output does not", {}});
     } else {
       files.push_back(compare_maps(arguments, file));
     }
   }
-  for (const std::string& file : ours) {
+  for (const std::string& file : produced) {
     if (golden.count(file) == 0)
-      files.push_back({file, "new", "there is no golden file of its name", {}});
+      files.push_back({file, "new", "there is no golden file with this name", {}});
   }
   std::map<std::string, std::size_t> counts;
   Json described = Json::array(), cases = Json::array();
-  std::FILE* const to = arguments.json == "-" ? stderr : stdout;
+  std::FILE* const stream = arguments.json == "-" ? stderr : stdout;
   for (const FileDifference& file : files) {
     ++counts[file.state];
     described.push_back(difference_json(file));
@@ -213,21 +213,22 @@ int diff_folders(const DiffArguments& arguments) {
     if (is_problem(file))
       one["error"] = {{"message", file.problem}, {"id", file.state}, {"code", 1}};
     cases.push_back(std::move(one));
-    if (is_problem(file)) print_line(to, file.file + ": " + file.problem);
+    if (is_problem(file)) print_line(stream, file.file + ": " + file.problem);
   }
-  const bool within = std::none_of(files.begin(), files.end(), is_problem);
-  print_line(to, formatted("%s: %zu equal, %zu within the limits, %zu beyond, %zu missing, %zu new",
-                           counted(files.size(), "file").c_str(), counts["equal"], counts["within"],
-                           counts["beyond"], counts["missing"], counts["new"]));
+  const bool is_within = std::none_of(files.begin(), files.end(), is_problem);
+  print_line(stream,
+             formatted("%s: %zu equal, %zu within the limits, %zu beyond, %zu missing, %zu new",
+                       counted(files.size(), "file").c_str(), counts["equal"], counts["within"],
+                       counts["beyond"], counts["missing"], counts["new"]));
   if (!arguments.json.empty()) {
     save_report(arguments.json, Json{{"version", version()},
                                      {"a", arguments.a},
                                      {"b", arguments.b},
                                      {"files", described},
-                                     {"within", within}});
+                                     {"within", is_within}});
   }
   if (!arguments.junit.empty()) save_text(arguments.junit, junit_text("diff", cases));
-  return within ? 0 : 1;
+  return is_within ? 0 : 1;
 }
 
 int run_diff(const DiffArguments& arguments) {
@@ -241,33 +242,33 @@ int run_diff(const DiffArguments& arguments) {
     throw Error(ErrorCode::input, "There is no folder '" + other + "' to compare with '" + folder +
                                       "': check the path.");
   }
-  refuse_if(folder_a != folder_b,
-            "'" + folder + "' is a folder and '" + other + "' a file: give two of a kind.");
+  refuse_if(folder_a != folder_b, "'" + folder + "' is a folder and '" + other +
+                                      "' a file: give two files or two folders.");
   if (folder_a && folder_b) return diff_folders(arguments);
   refuse_if(!arguments.junit.empty(), "--junit is for two folders: leave it out.");
   check(arguments);
   Image a = load_normal_map(arguments.a);
-  // Memory for the second map and one angle per texel.
+  // Memory is needed for the second map, and for one angle per texel.
   require_pictures({.width = a.width, .height = a.height}, 2);
   Image b = load_normal_map(arguments.b);
   std::optional<Image> mask;
   if (!arguments.mask.empty()) mask = load_mask(arguments.mask);
   refuse_if(a.channels < 3 && (arguments.max_angle || arguments.max_mean_angle),
             "'" + arguments.a + "' has " + std::to_string(a.channels) +
-                " channels, so there are no angles to limit: use --max-error.");
+                " channels, so it has no angles to limit: use --max-error.");
   const ImageDifference difference = compare_images(a, b, mask ? &*mask : nullptr);
 
   if (difference.compared == 0) {
     throw Error(ErrorCode::input,
-                "'" + arguments.mask + "' leaves no texel to compare: give another mask.");
+                "'" + arguments.mask + "' excludes all texels: give another mask.");
   }
   const bool has_limit = arguments.max_mean_angle || arguments.max_angle || arguments.max_error;
-  bool within = true;
+  bool is_within = true;
   if (arguments.max_mean_angle && difference.mean_angle_degrees > *arguments.max_mean_angle)
-    within = false;
-  if (arguments.max_angle && difference.max_angle_degrees > *arguments.max_angle) within = false;
-  if (arguments.max_error && difference.max_error > *arguments.max_error) within = false;
-  if (!has_limit && difference.max_error > 0) within = false;
+    is_within = false;
+  if (arguments.max_angle && difference.max_angle_degrees > *arguments.max_angle) is_within = false;
+  if (arguments.max_error && difference.max_error > *arguments.max_error) is_within = false;
+  if (!has_limit && difference.max_error > 0) is_within = false;
 
   const std::string text = formatted(
       "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
@@ -276,9 +277,9 @@ int run_diff(const DiffArguments& arguments) {
       difference.p95_angle_degrees, difference.p99_angle_degrees, difference.max_angle_degrees,
       error_text(difference.mean_error).c_str(), error_text(difference.max_error).c_str(),
       difference.worst_x, difference.worst_y);
-  std::FILE* const to = arguments.json == "-" ? stderr : stdout;
-  print_line(to, text);
-  print_line(to, within ? "within" : has_limit ? "beyond the limits" : "different");
+  std::FILE* const stream = arguments.json == "-" ? stderr : stdout;
+  print_line(stream, text);
+  print_line(stream, is_within ? "within" : has_limit ? "beyond the limits" : "different");
   if (!arguments.out.empty()) save_difference(arguments, a, b, mask ? &*mask : nullptr);
   if (!arguments.json.empty()) {
     const Json report = {
@@ -294,10 +295,10 @@ int run_diff(const DiffArguments& arguments) {
         {"max_error", difference.max_error},
         {"worst", {difference.worst_x, difference.worst_y}},
         {"outputs", arguments.out.empty() ? Json::array() : Json::array({arguments.out})},
-        {"within", within}};
+        {"within", is_within}};
     save_report(arguments.json, report);
   }
-  return within ? 0 : 1;
+  return is_within ? 0 : 1;
 }
 
 }  // namespace
@@ -305,7 +306,7 @@ int run_diff(const DiffArguments& arguments) {
 Run add_diff(Command& app) {
   Command* command = app.add_command("diff",
                                      "Compare two maps, or two folders of maps; exit code 0 within "
-                                     "the limits, 1 beyond (without limits: 0 only if equal)");
+                                     "the limits, 1 beyond them (without limits: 0 only if equal)");
   auto arguments = std::make_shared<DiffArguments>();
 #define AT(member) KILN_MEMBER(DiffArguments, member)
   const OptionRow rows[] = {
@@ -319,28 +320,28 @@ Run add_diff(Command& app) {
        .required = true},
       {.flag = "--max-mean-angle",
        .value = number(AT(max_mean_angle), 0, 180).in("degrees"),
-       .help = "Degrees, between normals"},
+       .help = "Largest mean angle between normals, in degrees"},
       {.flag = "--max-angle",
        .value = number(AT(max_angle), 0, 180).in("degrees"),
-       .help = "Degrees, at the worst texel"},
+       .help = "Largest angle at any texel, in degrees"},
       {.flag = "--max-error",
        .value = number(AT(max_error), 0, HUGE_VAL),
        .help = "Largest channel difference, 0 to 1"},
       {.flag = "--mask",
        .value = text(AT(mask)),
-       .help = "Texels that are 0 there do not count: an image, such as bake's mask, or a saved "
-               "match"},
+       .help = "Exclude texels that are 0 in this image, such as the map mask of a bake, or that "
+               "have no point in this saved match"},
       {.flag = "--out",
        .value = text(AT(out)),
-       .help = "Also write where they differ: a picture with a scale (.png), or a texture (.exr): "
-               "degrees; with --max-error alone, or fewer than 3 channels, channel differences; -1 "
-               "where masked"},
+       .help = "Also write the differences as a picture with a scale (.png) or as a texture "
+               "(.exr): angles in degrees; channel differences if only --max-error is given, or if "
+               "there are fewer than 3 channels; -1 at masked texels"},
       {.flag = "--json",
        .value = text(AT(json)),
        .help = "Write the figures to this file, or - for standard output"},
       {.flag = "--junit",
        .value = text(AT(junit), "FILE"),
-       .help = "Of two folders: write the result as JUnit's XML, a case a file"},
+       .help = "For two folders: write the result as JUnit XML, with one test case per file"},
   };
 #undef AT
   add_options(*command, rows, arguments.get());

@@ -40,43 +40,43 @@ RenderOptions render_options(const RenderArguments& arguments) {
   return options;
 }
 
-/// Checks arguments before meshes are read.
+/// Checks the arguments before meshes are read.
 void check(const RenderArguments& arguments) {
   refuse_if(std::filesystem::path(arguments.out).extension() != ".png",
             "--out '" + arguments.out + "': the picture is a PNG, so the name must end in .png.");
-  refuse_if(stretches(arguments.heights) && !is_height_field(arguments.reference),
+  refuse_if(has_height_field_options(arguments.heights) && !is_height_field(arguments.reference),
             "--height, --extent and --no-data are for a --reference that is a height field, a PNG, "
             "EXR or TIFF.");
   refuse_if(arguments.flat && !arguments.normal.empty(),
-            "--flat shows faces and --normal the map: leave one of them out. With --reference "
-            "and --normal the flat mesh is shown beside.");
+            "--flat and --normal exclude each other: leave one of them out. With --reference and "
+            "--normal, the flat mesh is one of the panels.");
   refuse_if(arguments.error && arguments.reference.empty(),
             "--error is the angle to HIGH's normals: add --reference HIGH.");
   refuse_if(arguments.views != 0 && (!arguments.reference.empty() || arguments.view.given()),
-            "--views shows MESH alone, from all around: leave out --reference, --view, --zoom "
+            "--views shows only MESH, from all around: leave out --reference, --view, --zoom "
             "and --at.");
-  const bool dressed = arguments.dress.any();
+  const bool dressed = arguments.apply_maps.any();
   refuse_if(dressed && (arguments.flat || arguments.show_normals || arguments.views != 0),
             "--color, --occlusion and --curvature are for lit pictures: leave out --flat, "
             "--normals and --views.");
   refuse_if(!arguments.show.empty() && (dressed || !arguments.normal.empty() ||
                                         arguments.views != 0 || !arguments.reference.empty()),
-            "--show draws maps without light, a picture each: leave out --normal, --color, "
+            "--show draws unlit maps, one picture each: leave out --normal, --color, "
             "--occlusion, --curvature, --reference and --views.");
   refuse_if(arguments.draw_cage && (arguments.views != 0 || !arguments.show.empty() ||
                                     arguments.show_normals || arguments.error),
             "--draw-cage is for lit pictures: leave out --views, --show, --normals and --error.");
   refuse_if(arguments.frames && arguments.json.empty(),
-            "--frames says how many frames --json times: add --json FILE.");
+            "--frames is the number of frames that --json times: add --json FILE.");
 }
 
 /// True if a lit picture shows the maps of the mesh's materials, because no maps are given.
 bool shows_own_maps(const RenderArguments& a) {
-  return !a.no_maps && a.normal.empty() && !bakes(a) && !a.dress.any() && a.show.empty() &&
+  return !a.no_maps && a.normal.empty() && !bakes(a) && !a.apply_maps.any() && a.show.empty() &&
          a.views == 0 && !a.flat;
 }
 
-/// The normal map: from a file, baked, or of the mesh's materials; empty if there is none.
+/// Returns the normal map: from a file, baked, or from the mesh's materials; empty if there is none.
 NormalMap map_of(const RenderArguments& arguments, Image& image,
                  const std::function<Image()>& baked) {
   NormalMap map;
@@ -94,7 +94,7 @@ NormalMap map_of(const RenderArguments& arguments, Image& image,
 /// normals.
 /// \param cage  overlay for all panels; null: none
 Image draw_picture(const RenderArguments& arguments, const Scene* high, const Scene& low,
-                   const Dressed& mesh, const Dress& maps, bool has_map,
+                   const MappedMesh& mesh, const LitMaps& maps, bool has_map,
                    const RenderOptions& options, const CagePicture* cage) {
   std::vector<Panel> panels;
   const auto add = [&](const Scene& scene, Image picture, const char* caption) {
@@ -102,8 +102,8 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
     panels.push_back({std::move(picture), {caption}});
   };
   if (high != nullptr) {
-    const std::uint64_t others = bytes_of(low.geometry(options), has_map ? 2 : 1);
-    add(*high, draw_with_room(*high, options, others), "high poly");
+    const std::uint64_t other_bytes = bytes_of(low.geometry(options), has_map ? 2 : 1);
+    add(*high, draw_with_room(*high, options, other_bytes), "high poly");
   }
   if (high != nullptr && has_map) {
     RenderOptions flat = options;
@@ -111,7 +111,7 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
     add(low, low.draw(flat), "low poly");
   }
   Image last = low.draw(options);
-  if (!options.show_normals) dress(mesh, maps, options, last);
+  if (!options.show_normals) apply_maps(mesh, maps, options, last);
   add(low, std::move(last), has_map ? "with the map" : "low poly");
   if (!arguments.error) {
     std::vector<Image> images;
@@ -126,8 +126,8 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   return make_sheet(panels, scale, panels.size());
 }
 
-/// Maximum number of pictures in memory: all panels, the combined picture and temporaries.
-std::uint64_t pictures_held(const RenderArguments& arguments, const Dress& maps, bool has_map) {
+/// Maximum number of pictures in memory at a time: all panels, the combined picture and temporaries.
+std::uint64_t pictures_held(const RenderArguments& arguments, const LitMaps& maps, bool has_map) {
   if (arguments.views != 0) return 2 * std::uint64_t{arguments.views};
   if (!arguments.show.empty()) return 2 * arguments.show.size() + 1;
   const std::uint64_t helpers = maps.any() ? 2 + maps.count() : 0;
@@ -162,9 +162,9 @@ Json time_frames(const RenderArguments& arguments, Console& console, const Scene
                       cost.seconds_median * 1e3, with_commas(cost.bytes).c_str());
   };
   if (high != nullptr) add("reference", "high poly", *high, options);
-  RenderOptions plain = options;
-  plain.ignore_map = true;
-  add("mesh", "low poly", low, plain);
+  RenderOptions unmapped = options;
+  unmapped.ignore_map = true;
+  add("mesh", "low poly", low, unmapped);
   if (has_map) add("with_map", "with the map", low, options);
   console.line(line);
   return json;
@@ -176,10 +176,11 @@ std::vector<OptionRow> render_rows() {
   std::vector<OptionRow> rows = {
       {.flag = "--map-size",
        .value = whole(AT(map_size), 16, 8192),
-       .help = "Texels a side of a map that is baked for the picture: with flags of the match"},
+       .help =
+           "Bake a map for the picture, with this many texels per side; flags of the match apply"},
       {.flag = "--bitangent",
        .value = choice(AT(bitangent), Words(kBitangents)),
-       .help = "That the map was baked with: pixel, or vertex"},
+       .help = "The value with which the map was baked: pixel, or vertex"},
       {.flag = "MESH",
        .value = text(AT(mesh)),
        .help = "The mesh to show",
@@ -191,32 +192,31 @@ std::vector<OptionRow> render_rows() {
                "recognised",
        .key = "normal_map"},
       {.flag = "--color",
-       .value = text(AT(dress.color)),
-       .help = "Map of colours (sRGB) that the mesh is painted with"},
+       .value = text(AT(apply_maps.color)),
+       .help = "Colour map (sRGB) of the mesh"},
       {.flag = "--occlusion",
-       .value = text(AT(dress.occlusion)),
-       .help = "Map of ambient occlusion that darkens it"},
+       .value = text(AT(apply_maps.occlusion)),
+       .help = "Map of ambient occlusion, which darkens the mesh"},
       {.flag = "--curvature",
-       .value = text(AT(dress.curvature)),
-       .help = "Map of curvature: edges are lighter by up to half, cavities darker by up to a "
-               "quarter, as worn surfaces are"},
+       .value = text(AT(apply_maps.curvature)),
+       .help = "Map of curvature, for the look of worn surfaces: lightens edges by up to a half, "
+               "darkens cavities by up to a quarter"},
       {.flag = "--show",
        .value = texts(AT(show)),
-       .help = "MESH with this map over it, without light, and its name below; may be given again: "
-               "a contact sheet"},
+       .help = "Show MESH unlit with this map, and the map's name; if given several times, as a "
+               "contact sheet"},
       {.flag = "--no-maps",
        .value = toggle(AT(no_maps)),
-       .help = "MESH without the maps that its own materials name, which are shown where no flag "
-               "names others"},
+       .help = "Show MESH without the maps of its own materials, which are used by default"},
       {.flag = "--space",
        .value = choice(AT(space), Words(kSpaces)),
-       .help = "Of the map: tangent, object or face"},
+       .help = "Space of the normal map: tangent, object or face"},
       {.flag = "--flip-y",
        .value = toggle(AT(flip_y)),
        .help = "The map's green points down (DirectX)"},
       {.flag = "--reference",
        .value = text(AT(reference)),
-       .help = "The high poly or height field, shown beside; also measures the difference",
+       .help = "A high poly or height field, shown beside MESH; the difference is measured",
        .key = "-"},
       {.flag = "--out",
        .value = text(AT(out)),
@@ -225,25 +225,27 @@ std::vector<OptionRow> render_rows() {
        .required = true},
       {.flag = "--views",
        .value = whole(AT(views), 1, 512).or_none(),
-       .help = "MESH from N directions, on one sheet: those of --match views N"},
+       .help = "Show MESH from N directions on one sheet, as --match views uses them"},
       {.flag = "--size", .value = whole(AT(size), 1, 8192), .help = "Pixels of the longer side"},
       {.flag = "--samples", .value = whole(AT(samples), 1, 16), .help = "N x N samples a pixel"},
       {.flag = "--ambient-rays",
        .value = whole(AT(ambient_rays), 0, 255),
-       .help = "Rays a pixel for ambient occlusion (0: none)"},
-      {.flag = "--flat", .value = toggle(AT(flat)), .help = "Face normals instead of smooth ones"},
+       .help = "Rays per pixel for ambient occlusion (0: none)"},
+      {.flag = "--flat",
+       .value = toggle(AT(flat)),
+       .help = "Shade with face normals instead of smooth ones"},
       {.flag = "--normals",
        .value = toggle(AT(show_normals)),
        .help = "Colour by world-space normal"},
       {.flag = "--draw-cage",
        .value = toggle(AT(draw_cage)),
-       .help = "Draw the cage of --cage or --cage-mesh over the pictures"},
+       .help = "Draw the cage of --cage or --cage-mesh on the pictures"},
       {.flag = "--error",
        .value = toggle(AT(error)),
-       .help = "One more picture: the angle to HIGH's normals, with a scale"},
+       .help = "Add a picture of the angles to HIGH's normals, with a scale"},
       {.flag = "--frames",
        .value = whole(AT(frames), 1, 1000),
-       .help = "How many frames --json times of each mesh (default 30)",
+       .help = "Number of frames that --json times for each mesh (default 30)",
        .key = "-"},
       device_row<RenderArguments>(""),
       json_row<RenderArguments>(""),
@@ -273,10 +275,10 @@ int run_render(const RenderArguments& arguments) {
   Stopwatch watch;
   check(arguments);
   check_bake(arguments);
-  const DressMaps& dress = arguments.dress;
-  std::vector<std::filesystem::path> files = {arguments.mesh,  arguments.normal,
-                                              dress.color,     dress.occlusion,
-                                              dress.curvature, arguments.reference};
+  const LitMapFiles& apply_maps = arguments.apply_maps;
+  std::vector<std::filesystem::path> files = {arguments.mesh,       arguments.normal,
+                                              apply_maps.color,     apply_maps.occlusion,
+                                              apply_maps.curvature, arguments.reference};
   const Job& bake_as = arguments.bake;
   const std::vector<std::string> more_high = more_names(bake_as.high),
                                  more_low = more_names(bake_as.low.given);
@@ -305,23 +307,24 @@ int run_render(const RenderArguments& arguments) {
     shade(bake_as.frame.shading, *dense, warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
-  if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);
-  if ((!arguments.normal.empty() || dress.any() || !arguments.show.empty()) &&
+  if (reference != nullptr)
+    warn_of_bounds_mismatch("--reference and MESH", *reference, mesh, warnings);
+  if ((!arguments.normal.empty() || apply_maps.any() || !arguments.show.empty()) &&
       choose_texture_sets(mesh) != SetsBy::none) {
     warnings.push_back({"several-sets",
                         "MESH '" + mesh.name +
-                            "' has several texture sets, whose UVs overlap: a map of one of them "
-                            "is shown on all. Show each set's faces by themselves.",
+                            "' has several texture sets with overlapping UVs, so that the map of "
+                            "one set appears on all. Render the faces of each set separately.",
                         1});
   }
   const Device device = Device::open(arguments.device);
   for (Warning& warning : kernel_folder_warnings()) warnings.push_back(std::move(warning));
-  OwnMaps own;
+  OwnMaps own_maps;
   if (shows_own_maps(arguments))
-    own = take_own_maps(files_of_mesh.beside.materials, mesh, warnings);
-  Dress worn = load_dress(dress);
-  if (own.any()) worn = {std::move(own.color), std::move(own.occlusion), {}};
-  Image map_image = std::move(own.normal);
+    own_maps = take_own_maps(files_of_mesh.beside.materials, mesh, warnings);
+  LitMaps worn = load_lit_maps(apply_maps);
+  if (own_maps.any()) worn = {std::move(own_maps.color), std::move(own_maps.occlusion), {}};
+  Image map_image = std::move(own_maps.normal);
   const NormalMap map = map_of(arguments, map_image,
                                [&] { return bake_map(arguments, device, *dense, mesh, warnings); });
   const bool has_map = map.image != nullptr;
@@ -342,7 +345,7 @@ int run_render(const RenderArguments& arguments) {
     options.frame = &cage->mesh();
   }
   const double seconds_build = watch.lap();
-  const Dressed dressed{device, mesh};
+  const MappedMesh dressed{device, mesh};
   require_pictures(low.geometry(options), pictures_held(arguments, worn, has_map));
   const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
                         : !arguments.show.empty()

@@ -47,7 +47,7 @@ struct RunArguments {
   bool check = false, list = false, quiet = false, plan = false, no_cache = false, rebake = false;
   bool watch = false;
   bool allow_outside = false, allow_own_maps = false, allow_hooks = false;
-  OptionLayer options{"command line", {}};  ///< Of kiln bake
+  OptionLayer options{"command line", {}};  ///< Options of kiln bake that were given
 };
 
 std::string words_text(const OptionWords& words) {
@@ -75,9 +75,9 @@ int explain(const Batch& batch, const std::string& name) {
     if (!asset.problem.empty()) print_line(stdout, "  cannot be baked: " + asset.problem);
   }
   if (found) return 0;
-  const std::string near = nearest_word(name, names);
-  fail_usage("--explain '" + name + "' is the name of no asset" +
-             (near.empty() ? ": --list shows them." : "; did you mean " + near + "?"));
+  const std::string suggestion = nearest_word(name, names);
+  fail_usage("--explain '" + name + "' is not the name of an asset" +
+             (suggestion.empty() ? ": --list shows them." : "; did you mean " + suggestion + "?"));
 }
 
 int list(const Batch& batch) {
@@ -114,12 +114,12 @@ void compare(const RunArguments& arguments, const Json& former, Json& report, Co
   console.line("beside '" + arguments.baseline + "': " + std::to_string(changed.size()) + " of " +
                counted(report.at("assets").size(), "asset") + " changed, " +
                std::to_string(report.at("gone").size()) + " gone");
-  constexpr std::size_t kMostLines = 10;
-  for (std::size_t i = 0; i < std::min(kMostLines, changed.size()); ++i) {
-    std::string what;
+  constexpr std::size_t kMaxLines = 10;
+  for (std::size_t i = 0; i < std::min(kMaxLines, changed.size()); ++i) {
+    std::string changes;
     for (const Json& one : changed[i]->at("baseline.what").elements())
-      what += (what.empty() ? "" : "; ") + one.text();
-    console.line("  " + changed[i]->at("asset").text() + ": " + what);
+      changes += (changes.empty() ? "" : "; ") + one.text();
+    console.line("  " + changed[i]->at("asset").text() + ": " + changes);
   }
 }
 
@@ -137,14 +137,14 @@ void save_reports(const RunArguments& arguments, const Json& report) {
 /// Merges the reports of a run's shards.
 int merge(const RunArguments& arguments, Console& console) {
   refuse_if(arguments.json.empty() && arguments.report.empty() && arguments.junit.empty(),
-            "--merge joins reports: say where to, --json FILE, --report FILE or --junit FILE.");
+            "--merge needs an output: give --json FILE, --report FILE or --junit FILE.");
   std::vector<Json> reports;
   for (const std::string& file : arguments.merge) {
     reports.push_back(read_report(file, "--merge '" + file + "'"));
     const std::filesystem::path job = reports.back().at("job").text();
     refuse_if(job.filename() != std::filesystem::path(arguments.file).filename(),
               "--merge '" + file + "' is of the job file '" + job.string() + "', not of '" +
-                  arguments.file + "': give reports of one run.");
+                  arguments.file + "': give reports of the same run.");
   }
   Json report = merge_reports(reports, arguments.merge);
   if (!arguments.baseline.empty()) {
@@ -217,7 +217,7 @@ std::filesystem::path cache_folder(const RunArguments& arguments, const JobFile&
 std::unique_ptr<BakeCache> open_cache(const RunArguments& arguments, const JobFile& file,
                                       LateWarnings& late) {
   refuse_if(arguments.no_cache && !arguments.cache.empty(),
-            "--no-cache keeps nothing, so that --cache has no use: leave one out.");
+            "--no-cache and --cache exclude each other: leave one out.");
   if (arguments.no_cache) return nullptr;
   const std::filesystem::path folder = cache_folder(arguments, file);
   std::unique_ptr<CacheStore> store;
@@ -238,10 +238,10 @@ int plan(const Batch& batch, BakeCache& cache, const std::string& device) {
   for (std::size_t i = 0; i < decisions.size(); ++i) {
     const CacheDecision& decision = decisions[i];
     ++counts[decision.kind];
-    const char* const what = decision.kind == CacheDecision::Kind::unchanged  ? "unchanged"
-                             : decision.kind == CacheDecision::Kind::restored ? "from the cache"
-                                                                              : "bake";
-    print_line(stdout, batch.assets[i].name + ": " + what +
+    const char* const action = decision.kind == CacheDecision::Kind::unchanged  ? "unchanged"
+                               : decision.kind == CacheDecision::Kind::restored ? "from the cache"
+                                                                                : "bake";
+    print_line(stdout, batch.assets[i].name + ": " + action +
                            (decision.reason.empty() ? "" : ": " + decision.reason));
   }
   print_line(
@@ -288,10 +288,11 @@ void save_depfile(const RunArguments& arguments, const Batch& batch,
 void keep_shard(const std::string& shard, Batch& batch) {
   const std::size_t slash = shard.find('/');
   double part = 0, count = 0;
-  const bool good = slash != std::string::npos && read_number(shard.substr(0, slash), part) &&
-                    read_number(shard.substr(slash + 1), count) && part >= 1 && part <= count &&
-                    count <= 10000 && part == std::floor(part) && count == std::floor(count);
-  refuse_if(!good, "--shard '" + shard + "' is no part: give the first of 8 as 1/8.");
+  const bool is_valid = slash != std::string::npos && read_number(shard.substr(0, slash), part) &&
+                        read_number(shard.substr(slash + 1), count) && part >= 1 && part <= count &&
+                        count <= 10000 && part == std::floor(part) && count == std::floor(count);
+  refuse_if(!is_valid,
+            "--shard '" + shard + "' is not a shard: give I/N, such as 1/8 for the first of 8.");
   const std::vector<std::size_t> shards = shards_of(batch.assets, static_cast<std::size_t>(count));
   std::vector<BatchAsset> some;
   for (std::size_t i = 0; i < shards.size(); ++i) {
@@ -300,13 +301,14 @@ void keep_shard(const std::string& shard, Batch& batch) {
   batch.assets = std::move(some);
 }
 
-/// Checks of results: golden maps, limits and hashes.
-class Holder {
+/// Applies the checks of --check: golden maps, limits and hashes.
+class ResultChecks {
  public:
-  Holder(const RunArguments& arguments, const JobFile& file) : arguments_(arguments), file_(file) {
+  ResultChecks(const RunArguments& arguments, const JobFile& file)
+      : arguments_(arguments), file_(file) {
     for (const std::string& accept : arguments.accept) accept_.emplace_back(accept);
     refuse_if(!accept_.empty() && file.check.golden.empty(),
-              "--accept is of golden maps, but the job file has no [check] with golden.");
+              "--accept needs golden maps, but the job file has no [check] with golden.");
     if (!arguments.check_hashes.empty()) {
       constexpr std::size_t kMostBytes = std::size_t{64} << 20;
       wanted_ = parse_hashes(read_small_file(arguments.check_hashes, kMostBytes,
@@ -315,7 +317,7 @@ class Holder {
     }
   }
 
-  /// Checks an asset. Called concurrently.
+  /// Checks one asset. It may be called concurrently.
   std::vector<std::string> check(const BatchAsset& asset, const AssetResult& result) {
     if (!arguments_.hashes.empty() || !arguments_.check_hashes.empty()) {
       std::map<std::string, std::string> hashes;
@@ -339,21 +341,24 @@ class Holder {
     return {};
   }
 
-  /// Finishes the checks after all assets. \param whole true if no asset was skipped \returns the problems
+  /// Completes the checks after all assets.
+  /// \param whole  true if no asset was skipped
+  /// \returns the problems
   std::vector<std::string> finish(Console& console, const std::vector<AssetResult>& results,
                                   bool whole) {
     for (const std::string& golden : golden_) console.line("accepted: " + golden);
     if (!arguments_.hashes.empty()) save_text(arguments_.hashes, hashes_text(hashes_));
     std::vector<std::string> problems;
     if (!arguments_.check_hashes.empty()) {
-      // Skipped assets have no new hashes.
+      // Skipped assets keep their former hashes.
       if (!whole)
         std::erase_if(wanted_, [&](const auto& entry) { return hashes_.count(entry.first) == 0; });
       problems = compare_hashes(wanted_, hashes_);
     }
     if (whole && accept_.empty() && !file_.check.golden.empty()) {
       for (const std::string& golden : golden_without_outputs(file_, results)) {
-        problems.push_back("'" + golden + "' is golden, and no map of its name was written");
+        problems.push_back("'" + golden +
+                           "' is a golden map, but no map with its name was written");
       }
     }
     return problems;
@@ -378,7 +383,7 @@ ExpandOptions expand_options(const RunArguments& arguments) {
   return expand;
 }
 
-/// Describes the outputs of a run as a text, or the error in the job file.
+/// Describes the outputs of a run as a text, or states the error in the job file. A different text starts a new run.
 std::string plan_text(const RunArguments& arguments) {
   try {
     const JobFile file = read_job_file(arguments.file, arguments.profile);
@@ -398,7 +403,7 @@ std::set<std::string> watched_files(const RunArguments& arguments) {
     const JobFile file = read_job_file(arguments.file, arguments.profile);
     LateWarnings late;
     RunArguments local = arguments;
-    local.cache = "";  // records alone are asked
+    local.cache = "";  // only the records are read
     const std::unique_ptr<BakeCache> cache = open_cache(local, file, late);
     for (const BatchAsset& asset : expand_job_file(file, expand_options(arguments)).assets) {
       for (const std::vector<std::string>& some :
@@ -410,7 +415,7 @@ std::set<std::string> watched_files(const RunArguments& arguments) {
       }
     }
   } catch (const Error&) {
-    // The run reports the error. The job file itself is watched.
+    // The run itself reports this error. Meanwhile only the job file is watched.
   }
   return files;
 }
@@ -420,15 +425,16 @@ int run_job_file(const RunArguments& arguments) {
   const Stopwatch watch;
   refuse_if(!arguments.baseline.empty() && arguments.report.empty() &&
                 (arguments.json.empty() || arguments.json == "-"),
-            "--baseline is of a report: add --report FILE or --json FILE.");
+            "--baseline needs a report: add --report FILE or --json FILE.");
   check_paths({arguments.file}, {arguments.json, arguments.report, arguments.junit,
                                  arguments.hashes, arguments.depfile});
   if (arguments.watch) {
-    refuse_if(arguments.plan || arguments.list || arguments.check || arguments.rebake ||
-                  arguments.no_cache || !arguments.explain.empty() || !arguments.merge.empty() ||
-                  !arguments.accept.empty(),
-              "--watch bakes what changed: leave out --plan, --list, --check, --explain, --merge, "
-              "--accept, --rebake and --no-cache.");
+    refuse_if(
+        arguments.plan || arguments.list || arguments.check || arguments.rebake ||
+            arguments.no_cache || !arguments.explain.empty() || !arguments.merge.empty() ||
+            !arguments.accept.empty(),
+        "--watch repeats ordinary runs: leave out --plan, --list, --check, --explain, --merge, "
+        "--accept, --rebake and --no-cache.");
     return run_watched([&] { return watched_files(arguments); },
                        [&] { return plan_text(arguments); }, console);
   }
@@ -454,14 +460,14 @@ int run_job_file(const RunArguments& arguments) {
   LateWarnings late;
   const std::unique_ptr<BakeCache> cache = open_cache(arguments, file, late);
   refuse_if(cache == nullptr && (arguments.plan || arguments.rebake || !arguments.depfile.empty()),
-            "--plan, --rebake and --depfile go by what was kept: leave --no-cache out.");
+            "--plan, --rebake and --depfile need the cache: leave --no-cache out.");
   const std::uint64_t limit = parse_memory("--cache-limit", arguments.cache_limit);
   if (arguments.plan) {
     const int code = plan(batch, *cache, arguments.device);
     late.print(console);
     return code;
   }
-  // Outputs and the former report are checked before the bakes.
+  // The destinations of outputs and the former report are checked before the bakes.
   for (const std::string* const output : {&arguments.json, &arguments.report, &arguments.junit,
                                           &arguments.hashes, &arguments.depfile}) {
     if (*output != "-") prepare_parent(*output);
@@ -473,7 +479,7 @@ int run_job_file(const RunArguments& arguments) {
   options.device = arguments.device;
   options.cache = cache.get();
   options.rebake = arguments.rebake;
-  Holder holder(arguments, file);
+  ResultChecks holder(arguments, file);
   options.check = [&](const BatchAsset& asset, const AssetResult& result) {
     return holder.check(asset, result);
   };
@@ -484,16 +490,16 @@ int run_job_file(const RunArguments& arguments) {
   options.on_progress = [&](double share, std::string_view stage) {
     console.progress(share, time_left(share, watch.total()) + std::string(stage));
   };
-  std::size_t done = 0;
+  std::size_t finished = 0;
   options.on_result = [&](const BatchAsset& asset, const AssetResult& result) {
-    ++done;
+    ++finished;
     for (const Warning& warning : result.causes)
       console.warning(asset.name + ": " + warning.message);
     const std::string state = result.state == AssetState::failed ? "FAILED" : name_of(result.state);
-    // Unchanged assets are summarised in the last line.
+    // Unchanged assets are only counted, in the last line.
     if (result.state != AssetState::unchanged)
-      console.line(formatted("[%zu/%zu] ", done, batch.assets.size()) + asset.name + ": " + state +
-                   formatted(" in %.2f s", result.seconds) +
+      console.line(formatted("[%zu/%zu] ", finished, batch.assets.size()) + asset.name + ": " +
+                   state + formatted(" in %.2f s", result.seconds) +
                    (!result.error.empty()   ? ": " + result.error
                     : result.reason.empty() ? ""
                                             : " (" + result.reason + ")"));
@@ -515,17 +521,18 @@ int run_job_file(const RunArguments& arguments) {
     const bool wrote = std::any_of(results.begin(), results.end(), [](const AssetResult& result) {
       return result.state == AssetState::baked;
     });
-    // A cache server enforces its own limit.
+    // A cache server limits its size itself.
     const std::filesystem::path folder = cache_folder(arguments, file);
     if (wrote && !folder.empty()) FolderStore(folder).prune(limit);
     late.print(console);
     if (!arguments.depfile.empty()) save_depfile(arguments, batch, results, *cache);
   }
-  const bool whole = arguments.only.empty() && arguments.shard.empty() &&
-                     std::none_of(results.begin(), results.end(), [](const AssetResult& result) {
-                       return result.state == AssetState::failed && result.files.empty();
-                     });
-  const std::vector<std::string> problems = holder.finish(console, results, whole);
+  const bool is_whole_run =
+      arguments.only.empty() && arguments.shard.empty() &&
+      std::none_of(results.begin(), results.end(), [](const AssetResult& result) {
+        return result.state == AssetState::failed && result.files.empty();
+      });
+  const std::vector<std::string> problems = holder.finish(console, results, is_whole_run);
   if (!arguments.json.empty() || !arguments.report.empty() || !arguments.junit.empty()) {
     Json report = report_of(head_of(arguments, seconds), batch, results);
     if (!arguments.report.empty() &&
@@ -554,15 +561,15 @@ int run_job_file(const RunArguments& arguments) {
   return failed.empty() && problems.empty() ? 0 : 1;
 }
 
-/// Adds the options of `kiln bake`, which override those of the job file.
+/// Adds the options of `kiln bake`, which override those in the job file.
 void add_bake_options(Command& command, RunArguments& arguments) {
-  static const std::set<std::string> own = {"HIGH",   "LOW",     "--high",   "--low",
-                                            "--json", "--quiet", "--device", "--allow-outside"};
+  static const std::set<std::string> own_flags = {
+      "HIGH", "LOW", "--high", "--low", "--json", "--quiet", "--device", "--allow-outside"};
   for (const OptionRow& row : bake_rows()) {
-    if (own.count(row.flag) != 0) continue;
+    if (own_flags.count(row.flag) != 0) continue;
     const OptionValue& value = row.value;
     const Option::Take take = [&row, layer = &arguments.options](const OptionWords& words) {
-      Job job;  // what is wrong is said as kiln bake says it
+      Job job;  // an unknown flag gets the same explanation as in kiln bake
       row.value.set(&job, row.flag, words);
       layer->settings.push_back({option_key(row), words, false, {"command line", "", 0}, ""});
     };
@@ -570,7 +577,7 @@ void add_bake_options(Command& command, RunArguments& arguments) {
                                ? command.add_flag(row.flag, take, row.help)
                                : command.add_option(row.flag, Option::Take(take), row.help);
     option->type_name(value.words)
-        ->group("Options of kiln bake, before those of the file")
+        ->group("Options of kiln bake, which override those in the file")
         ->choices(value.choices);
     if (value.repeats) option->repeats();
     if (value.delimiter != 0) option->delimiter(value.delimiter);
@@ -580,7 +587,7 @@ void add_bake_options(Command& command, RunArguments& arguments) {
 }  // namespace
 
 Run add_run(Command& app) {
-  Command* command = app.add_command("run", "Bake all that a job file says, in one process");
+  Command* command = app.add_command("run", "Run all bakes of a job file in one process");
   auto arguments = std::make_shared<RunArguments>();
 #define AT(member) KILN_MEMBER(RunArguments, member)
   const OptionRow rows[] = {
@@ -590,86 +597,92 @@ Run add_run(Command& app) {
        .required = true},
       {.flag = "--profile",
        .value = text(AT(profile), "NAME"),
-       .help = "Also take the options of [profile.NAME], which go before [defaults]"},
+       .help = "Also use the options of [profile.NAME], which override [defaults]"},
       {.flag = "--only",
        .value = texts(AT(only)),
-       .help = "Bake the assets alone whose names match, such as 'props/*'. May be given again"},
+       .help = "Only bake assets whose names match the pattern, such as 'props/*'; may be given "
+               "several times"},
       {.flag = "--check",
        .value = toggle(AT(check)),
-       .help = "Check the file and what it names, and bake nothing"},
+       .help = "Check the job file and its inputs, without baking"},
       {.flag = "--list",
        .value = toggle(AT(list)),
-       .help = "Print the assets with the seconds that each is expected to take, and bake nothing"},
+       .help = "Print the assets with the expected seconds of each, without baking"},
       {.flag = "--explain",
        .value = text(AT(explain), "NAME"),
-       .help = "Print the options of an asset, and where each comes from"},
+       .help = "Print the options of an asset, and the origin of each"},
       {.flag = "--plan",
        .value = toggle(AT(plan)),
-       .help = "Print what would be baked and why, and bake nothing"},
+       .help = "Print the assets that would be baked and why, without baking"},
       {.flag = "--watch",
        .value = toggle(AT(watch)),
-       .help = "Bake, and bake again what depends on a file whenever one is saved, until Ctrl-C"},
+       .help = "After the run, repeat it whenever a file that it depends on changes, until Ctrl-C"},
       {.flag = "--cache",
        .value = text(AT(cache), "DIR|URL"),
        .help =
            "Keep results in this folder, which may be shared, or on a server that takes PUT and "
            "GET, http://HOST/FOLDER (default: .kiln beside the job file)"},
-      {.flag = "--no-cache", .value = toggle(AT(no_cache)), .help = "Bake all, and keep nothing"},
-      {.flag = "--rebake", .value = toggle(AT(rebake)), .help = "Bake all, and keep the results"},
+      {.flag = "--no-cache",
+       .value = toggle(AT(no_cache)),
+       .help = "Bake all assets, and store no results"},
+      {.flag = "--rebake",
+       .value = toggle(AT(rebake)),
+       .help = "Bake all assets, and store the results"},
       {.flag = "--cache-limit",
        .value = text(AT(cache_limit), "SIZE"),
-       .help =
-           "The most that the cache may take, such as 4G; what was used least lately goes first"},
+       .help = "Largest size of the cache, such as 4G; the least recently used results are removed "
+               "first"},
       {.flag = "--depfile",
        .value = text(AT(depfile), "FILE"),
-       .help = "Write the outputs and all files that they depend on, as Make and Ninja read them"},
+       .help = "Write the dependencies of all outputs as a depfile for Make and Ninja"},
       {.flag = "--accept",
        .value = texts(AT(accept)),
-       .help = "Make the files of assets whose names match the golden ones of [check]. May be "
-               "given again"},
+       .help = "Copy the outputs of assets whose names match the pattern to the golden maps of "
+               "[check]; may be given several times"},
       {.flag = "--junit",
        .value = text(AT(junit), "FILE"),
-       .help = "Write the results as JUnit's XML"},
+       .help = "Write the results as JUnit XML"},
       {.flag = "--report",
        .value = text(AT(report), "FILE.html"),
        .help =
-           "Write a page with pictures of each asset, its maps, figures and warnings: one file"},
+           "Write a self-contained page with pictures, maps, figures and warnings of each asset"},
       {.flag = "--baseline",
        .value = text(AT(baseline), "FORMER"),
-       .help = "Say in reports what changed since a former one, a file of --json or --report"},
+       .help = "State in reports the changes since a former report, a file of --json or --report"},
       {.flag = "--merge",
        .value = texts(AT(merge)),
-       .help = "Join the reports of the parts of --shard, files of --json or --report, and bake "
-               "nothing. Given once for each"},
+       .help = "Merge the reports of all shards (files of --json or --report), without baking; "
+               "given once per file"},
       {.flag = "--hashes",
        .value = text(AT(hashes), "FILE"),
-       .help = "Write a hash of every map's pixels, by which two machines can be compared"},
+       .help = "Write a hash of the pixels of every map, to compare two machines"},
       {.flag = "--check-hashes",
        .value = text(AT(check_hashes), "FILE"),
-       .help = "Compare with a file of --hashes: exit with 1 where a map has other pixels"},
+       .help = "Compare with a file of --hashes; exit code 1 if the pixels of a map differ"},
       {.flag = "--shard",
        .value = text(AT(shard), "I/N"),
-       .help =
-           "Bake the I-th of N parts of about equal seconds, 1/N to N/N, the same on all machines"},
+       .help = "Bake the I-th of N shards with about equal times, 1/N to N/N; all machines choose "
+               "the same shards"},
       {.flag = "--at-once",
        .value = whole(AT(at_once), 1, 64).or_none(),
-       .help = "Bakes that run at once (default: 2, fewer where memory is short)"},
+       .help = "Number of concurrent bakes (default: 2, or fewer if memory is short)"},
       {.flag = "--allow-outside",
        .value = toggle(AT(allow_outside)),
-       .help = "The file may name outputs outside of its folder"},
+       .help = "Allow outputs outside the job file's folder"},
       {.flag = "--allow-own-maps",
        .value = toggle(AT(allow_own_maps)),
-       .help = "The file may name maps of OpenCL C, programs with your rights"},
+       .help = "Allow own maps in OpenCL C, which are code that runs with your rights"},
       {.flag = "--allow-hooks",
        .value = toggle(AT(allow_hooks)),
-       .help = "The file may name commands (before, after), which run with your rights"},
+       .help = "Allow hooks (before, after), which are commands that run with your rights"},
       device_row<RunArguments>(""),
       {.flag = "--json",
        .value = text(AT(json)),
-       .help = "Write a report to this file; or - for a line of JSON an asset on standard output"},
+       .help =
+           "Write a report to this file; - prints one line of JSON per asset on standard output"},
       {.flag = "--quiet",
        .value = toggle(AT(quiet)),
-       .help = "Leave out progress and lines of what was done; warnings and errors stay"},
+       .help = "Print neither progress nor results; warnings and errors are still printed"},
   };
 #undef AT
   add_options(*command, rows, arguments.get());

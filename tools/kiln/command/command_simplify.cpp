@@ -25,7 +25,7 @@
 namespace kiln::cli {
 namespace {
 
-/// Words of `--normals`.
+/// values of --normals
 constexpr const char *kForMap = "map", *kForShading = "shading";
 
 struct SimplifyArguments {
@@ -40,13 +40,14 @@ struct SimplifyArguments {
   bool hull = false, keep_parts = false;
   CleanHigh clean = CleanHigh::automatic;
   bool keep_inner = false, keep_hulls = false;
-  bool keep_uvs = false, laid_out = false;  // laid_out: --size, --unwrap or --density was given
-  bool by_density = false;                  // --density was given.
+  // laid_out: true if --size, --unwrap or --density was given
+  bool keep_uvs = false, laid_out = false;
+  bool by_density = false;  // true if --density was given
   bool quiet = false, force = false;
 };
 
 /// Describes the UV layout for the summary.
-std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
+std::string describe_layout(std::uint64_t charts, double coverage, bool kept) {
   const char* const covers = charts == 1 ? kept ? "chart was kept, and covers" : "chart covers"
                              : kept      ? "charts were kept, and cover"
                                          : "charts cover";
@@ -54,14 +55,14 @@ std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
                    coverage * 100);
 }
 
-/// Warns about UVs farther outside HIGH's charts than the padding of most textures.
+/// Warns of UVs that lie outside HIGH's charts by more than the usual padding of textures.
 void warn_of_uvs(const SimplifyReport& report, std::uint32_t size, std::vector<Warning>& warnings) {
-  constexpr double kMostTexels = 8;
+  constexpr double kMaxUvExcessTexels = 8;
   const double texels = report.uv_strays * size;
-  if (!(texels > kMostTexels)) return;
+  if (!(texels > kMaxUvExcessTexels)) return;
   const std::string text = formatted(
-      "The low poly's UVs reach up to %.0f texels of %u out of HIGH's charts: textures "
-      "need as wide borders there. Ask for more faces, or for less error.",
+      "The low poly's UVs extend up to %.0f texels (of %u) beyond HIGH's charts, so textures need "
+      "that much padding. Use more faces, or a smaller error.",
       texels, size);
   warnings.push_back({"uv-strays", text, 1});
 }
@@ -74,10 +75,9 @@ int run_simplify(const SimplifyArguments& arguments) {
             "--out '" + arguments.out +
                 "': the low poly is written as OBJ, so the name must end in .obj.");
   const auto [width, height] = parse_size(arguments.size);
-  refuse_if(
-      arguments.keep_uvs && arguments.laid_out,
-      "--size, --unwrap and --density are for new charts, but --keep-uvs keeps those of HIGH: "
-      "leave one of them out.");
+  refuse_if(arguments.keep_uvs && arguments.laid_out,
+            "--size, --unwrap and --density apply to new charts, but --keep-uvs keeps the charts "
+            "of HIGH: leave one of them out.");
   check_density(arguments.by_density, arguments.unwrap);
   check_mesh_frame(arguments.frame, {arguments.high}, {}, {});
   check_paths({arguments.high}, {out, arguments.json});
@@ -104,7 +104,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.keep_uvs = arguments.keep_uvs;
   options.hull = arguments.hull;
   options.keep_parts = arguments.keep_parts;
-  options.fit_normals = false;  // Normals are fitted after unwrapping, when seams are known.
+  options.fit_normals = false;  // normals are fitted after unwrapping, when the seams are known
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
@@ -117,7 +117,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   Stopwatch fitting;
   low = fit_normals(low, high,
                     {.hard_degrees = arguments.hard_angle,
-                     // An angle of 180 degrees disables hard edges.
+                     // an angle of 180 degrees disables hard edges
                      .crease_degrees = arguments.hard_angle < 180 ? kShadingCreaseDegrees : 180,
                      .purpose = shaded ? NormalPurpose::shading : NormalPurpose::map},
                     &normals);
@@ -129,7 +129,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   for (const auto* list : {&report.warnings, &unwrap_report.warnings}) {
     warnings.insert(warnings.end(), list->begin(), list->end());
   }
-  warn_of_lost_shape(report, "Ask for more " + option("faces") + ".", warnings);
+  warn_of_lost_shape(report, "Use more " + option("faces") + ".", warnings);
   if (arguments.keep_uvs) warn_of_uvs(report, std::max(width, height), warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const std::uint64_t charts = arguments.keep_uvs ? report.charts : unwrap_report.charts;
@@ -143,13 +143,13 @@ int run_simplify(const SimplifyArguments& arguments) {
       arguments.out.c_str(), with_commas(report.faces).c_str(),
       with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
       with_commas(vertices).c_str(), report.error * 100, back.c_str(),
-      layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total()));
+      describe_layout(charts, coverage, arguments.keep_uvs).c_str(), watch.total()));
   if (const Message text = shading_line(shading, arguments.frame.shading); !text.empty()) {
     console.line(text.text(option_as_flag));
   }
   if (report.mended > 0) {
     console.line("mended " + plural(report.mended, "triangle") +
-                 ", folded, without area or facing down");
+                 " that folded over, had no area or faced down");
   }
   if (!arguments.json.empty()) {
     Json json = {{"version", version()},
@@ -214,25 +214,26 @@ Run add_simplify(Command& app) {
        .help = "Number of triangles (default: as few as --max-error allows)"},
       {.flag = "--max-error",
        .value = text(AT(max_error)),
-       .help = "Largest deviation, both ways, percent of the diagonal: 0.2% or 0.2 (default 0.2%)",
+       .help = "Largest deviation in both directions, in percent of the diagonal: 0.2% or 0.2 "
+               "(default 0.2%)",
        .excludes = "--faces"},
   };
   const OptionRow others[] = {
       {.flag = "--size",
        .value = text(AT(size)),
-       .help = "Map size that the borders are meant for"},
+       .help = "Size of the map for which the padding of charts is chosen"},
       {.flag = "--unwrap",
        .value = word(AT(unwrap), {"charts", "pairs", "squares"}),
-       .help = "How UVs are laid out: charts (few large ones), pairs (of triangles) or squares "
-               "(pairs in equal squares, to compare with)"},
+       .help = "Method of unwrapping: charts (few large ones), pairs (of triangles) or squares "
+               "(pairs in equal squares, for comparison)"},
       density_row<Job>("", "HIGH", AT(density)),
       triangulate_row<Job>("", "HIGH"),
       clean_row<Job>(""),
       keep_inner_row<Job>(""),
       {.flag = "--keep-hulls",
        .value = toggle(AT(keep_hulls)),
-       .help = "Keep HIGH's collision hulls: objects or groups named UCX_, UBX_, USP_, UCP_, or "
-               "ending in -colonly, -convcolonly, which are left out else"},
+       .help = "Keep HIGH's collision hulls, which are left out otherwise: objects or groups whose "
+               "names begin with UCX_, UBX_, USP_ or UCP_, or end in -colonly or -convcolonly"},
       json_row<Job>(""),
       quiet_row<Job>(""),
       {.flag = "--keep-uvs",
@@ -240,7 +241,7 @@ Run add_simplify(Command& app) {
        .help = "Keep HIGH's UVs, seams and groups instead of making new charts"},
       {.flag = "--hull",
        .value = toggle(AT(hull)),
-       .help = "Enclose HIGH: nothing of it pokes through the low poly",
+       .help = "Make the low poly enclose HIGH completely",
        .excludes = "--keep-uvs"},
       {.flag = "--keep-parts",
        .value = toggle(AT(keep_parts)),
@@ -248,14 +249,15 @@ Run add_simplify(Command& app) {
        .excludes = "--keep-uvs --hull"},
       {.flag = "--hard-angle",
        .value = number(AT(hard_angle), 0, 180).in("degrees"),
-       .help = "Seams where normals part by so many degrees are hard edges (0: all, 180: none)",
+       .help = "Smallest angle in degrees between normals at a seam that is made a hard edge (0: "
+               "all seams, 180: none)",
        .excludes = "--keep-uvs"},
       {.flag = "--normals",
        .value = word(AT(normals), {kForMap, kForShading}),
-       .help = "What normals are for: a normal map, or shading without one"},
+       .help = "Purpose of the normals: map, for a normal map, or shading, without one"},
       {.flag = "--force",
        .value = toggle(AT(force)),
-       .help = "Write over an OBJ that Kiln did not write"},
+       .help = "Overwrite an OBJ that Kiln did not write"},
   };
 #undef AT
   add_options(*command, first, arguments.get());

@@ -45,10 +45,12 @@ std::vector<OptionRow> view_command_rows() {
        .required = true},
       {.flag = "--reference-faces",
        .value = whole(AT(reference_faces), 1000, 5000000),
-       .help = "The most triangles of --reference that the page holds: a finer one is simplified"},
+       .help =
+           "Largest number of triangles of --reference in the page; a finer mesh is simplified"},
       {.flag = "--no-errors",
        .value = toggle(AT(no_errors)),
-       .help = "Do not render both to state how far the asset's normals are from --reference"},
+       .help = "Do not measure the angles between the rendered normals of the asset and of "
+               "--reference"},
       {.flag = "--z-up", .value = toggle(AT(z_up)), .help = "The up axis is +Z (default +Y)"},
       device_row<ViewCommandArguments>(""),
       quiet_row<ViewCommandArguments>(""),
@@ -62,7 +64,7 @@ std::string size_text(std::uint64_t bytes) {
                          : formatted("%.2f MB", static_cast<double>(bytes) / 1e6);
 }
 
-/// Adds the angles between rendered normals of both meshes to the page, as `kiln render --reference` prints them.
+/// Adds the angles between the rendered normals of both meshes to the page, like `kiln render --reference`.
 void add_errors(const ViewCommandArguments& arguments, Mesh low,
                 const std::vector<Material>& materials, const Mesh& high, ViewPage& page,
                 std::vector<Warning>& warnings) {
@@ -75,9 +77,10 @@ void add_errors(const ViewCommandArguments& arguments, Mesh low,
       measured_views(view_options(ViewArguments(), /*height_field=*/false));
   const NormalReference reference(high_scene, high, views, 512, arguments.z_up);
   const NormalError without = reference.compare(low_scene, true);
-  const NormalError with = reference.compare(low_scene);
-  page.facts.emplace_back("normals off by", formatted("%.2f degrees, mean of 7 views (95%%: %.2f)",
-                                                      with.mean_degrees, with.p95_degrees));
+  const NormalError with_map = reference.compare(low_scene);
+  page.facts.emplace_back("error of normals",
+                          formatted("%.2f degrees, mean of 7 views (95%%: %.2f)",
+                                    with_map.mean_degrees, with_map.p95_degrees));
   if (map.image != nullptr)
     page.facts.emplace_back("without the map", formatted("%.2f degrees", without.mean_degrees));
 }
@@ -108,7 +111,7 @@ void write_view(const ViewCommandArguments& arguments, Console& console) {
   if (!arguments.reference.empty()) {
     high = load_high(arguments.reference, {}, warnings);
     shade(arguments.shading, *high, warnings);
-    warn_of_boxes("--reference and MESH", high->mesh, low.mesh, warnings);
+    warn_of_bounds_mismatch("--reference and MESH", high->mesh, low.mesh, warnings);
     page.facts.emplace_back("high poly", with_commas(high->mesh.triangles.size()) + " faces");
     if (!arguments.no_errors)
       add_errors(arguments, low.mesh, low.beside.materials, high->mesh, page, warnings);
@@ -120,20 +123,21 @@ void write_view(const ViewCommandArguments& arguments, Console& console) {
                               with_commas(high->mesh.triangles.size()) + " faces");
     }
   }
-  const ViewedMesh shown{&low.mesh,
-                         low.mesh.uvs.empty() ? std::vector<Material>() : low.beside.materials};
-  std::optional<ViewedMesh> beside;
-  if (high) beside = ViewedMesh{&high->mesh};
-  save_text(arguments.out, view_page(page, shown, beside ? &*beside : nullptr, warnings));
+  const ViewedMesh viewed_low{
+      &low.mesh, low.mesh.uvs.empty() ? std::vector<Material>() : low.beside.materials};
+  std::optional<ViewedMesh> viewed_high;
+  if (high) viewed_high = ViewedMesh{&high->mesh};
+  save_text(arguments.out,
+            view_page(page, viewed_low, viewed_high ? &*viewed_high : nullptr, warnings));
   for (const Warning& warning : warnings) console.warning(warning.message);
   for (const auto& [name, value] : page.facts) console.line(name + ": " + value);
   console.line("wrote " + arguments.out);
 }
 
 Run add_view(Command& app) {
-  Command* command = app.add_command(
-      "view",
-      "A page that shows an asset in a browser, without network; with --reference HIGH beside it");
+  Command* command = app.add_command("view",
+                                     "Write a page that shows an asset in a browser, without "
+                                     "network; with --reference, HIGH is shown beside it");
   auto arguments = std::make_shared<ViewCommandArguments>();
   add_options(*command, view_command_rows(), arguments.get());
   return [arguments] {

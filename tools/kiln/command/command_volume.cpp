@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Value of --match: no matching; vertices are splatted into the map
+/// value of --match for maps without a match: vertices of the contour are splatted into the map
 constexpr const char* kDirect = "direct";
 
 struct VolumeArguments {
@@ -82,7 +82,7 @@ std::vector<OptionRow> volume_rows() {
        .required = true},
       {.flag = "--out",
        .value = text(AT(out)),
-       .help = "Folder for mesh and map (made where it is missing)",
+       .help = "Folder for mesh and map, created if it is missing",
        .key = "-",
        .required = true},
       {.flag = "--full",
@@ -93,40 +93,39 @@ std::vector<OptionRow> volume_rows() {
       {.flag = "--lod",
        .group = kSurfaceGroup,
        .value = whole(AT(lods), 2, 8).or_none(),
-       .help = "N low polys, 2 to 8, each for half the size on screen of the one before: a quarter "
-               "of its faces, a map of half the side, the same parts (NAME_lod0, NAME_lod1...; "
-               "NAME_lods.json)"},
+       .help = "N low polys, 2 to 8, each for half the size on screen of the previous one: with a "
+               "quarter of the faces, half the map's side, and the same parts (NAME_lod0, "
+               "NAME_lod1...; NAME_lods.json)"},
       {.flag = "--size",
        .group = kMapGroup,
        .value = size_value(),
-       .help = "Texels a side, 16 to 8192, or auto: about one a cell"},
+       .help = "Texels per side, 16 to 8192, or auto: about one per cell"},
       {.flag = "--match",
        .group = kMapGroup,
        .value = word(AT(match), surface_matches(kDirect)),
-       .help = "How texels find their normals: direct (fine vertices splatted), or the full "
-               "contour baked by ray or closest point"},
+       .help = "Source of the map's normals: direct (vertices of the fine contour are splatted "
+               "into it), or a bake of the full contour by ray or closest"},
       {.flag = "--max-distance",
        .group = kMapGroup,
        .value = length(AT(max_distance)),
-       .help = "ray, closest: how far to look (default 2%)"},
+       .help = "With ray or closest: search distance (default 2%)"},
       {.flag = "--samples",
        .group = kMapGroup,
        .value = whole(AT(samples), 1, 16),
-       .help = "ray, closest: N x N samples a texel"},
+       .help = "With ray or closest: N x N samples per texel"},
       {.flag = "--unwrap",
        .group = kMapGroup,
        .value = choice(AT(surface.options.unwrap), Words(kUnwraps)),
-       .help =
-           "How the map is laid out: pairs (each polygon by itself) or charts (few large ones)"},
+       .help = "UV layout: pairs (each polygon separately) or charts (few large ones)"},
       density_row<VolumeArguments>(kMapGroup, "the full contour", AT(surface.options.density)),
       {.flag = "--space",
        .group = kMapGroup,
        .value = choice(AT(surface.options.space), Words(kVolumeSpaces)),
-       .help = "Of the normals: tangent (MikkTSpace) or object"},
+       .help = "Space of the normals: tangent (MikkTSpace) or object"},
       {.flag = "--flip-y",
        .group = kMapGroup,
        .value = toggle(AT(surface.options.flip_y)),
-       .help = "Green points down (DirectX); the default is up (OpenGL)"},
+       .help = "Green points down (DirectX); by default it points up (OpenGL)"},
       {.flag = "--format",
        .group = kMapGroup,
        .value = choice(AT(image.format), Words(kVolumeFormats)),
@@ -144,10 +143,10 @@ void check(const VolumeArguments& a, bool by_density) {
       "--full '" + a.full + "': the full contour is written as OBJ, so the name must end in .obj.");
 }
 
-/// Result of a bake with the full contour as high poly.
+/// The result of a bake that uses the full contour as high poly.
 struct ContourBake {
   BakeReport report;
-  double contour = 0, build = 0, bake = 0;  // seconds
+  double contour = 0, build = 0, bake = 0;  // seconds of each stage
   std::uint64_t triangles = 0;
   bool cancelled = false;
 };
@@ -166,7 +165,7 @@ ContourBake bake_map(const Device& device, const VolumeArguments& a, const Mesh&
   options.match.max_distance = a.max_distance;
   options.encoding.space = a.surface.options.space;
   options.encoding.flip_y = a.surface.options.flip_y;
-  // Padding is limited to the border of charts, so that none writes into another.
+  // The padding is limited to the border of charts, so that charts do not overwrite each other.
   options.encoding.gutter = static_cast<std::int32_t>(a.surface.options.border_texels);
   options.progress = [&](double done, std::string_view stage) {
     return console.progress(0.6 + 0.3 * done, stage);
@@ -181,8 +180,8 @@ ContourBake bake_map(const Device& device, const VolumeArguments& a, const Mesh&
   return baked;
 }
 
-/// Options of a further level of detail. It is for half the size on screen of the one before, so it has a quarter of
-/// the faces and half the map's side. All levels share parts and topology.
+/// Options of the next level of detail. Each level is for half the size on screen of the one before, so it has a
+/// quarter of the faces and half the map's side. All levels share parts and topology.
 ExtractOptions next_level(const ExtractOptions& first, const ExtractReport& before) {
   ExtractOptions options = first;
   options.choose = {};
@@ -199,15 +198,15 @@ bool add_levels(const Device& device, const VolumeArguments& a, const ExtractOpt
                 const VolumeSession& session, const std::optional<Mesh>& dense, Console& console,
                 std::vector<ExtractResult>& levels, std::vector<Warning>& warnings) {
   while (levels.size() < a.lods) {
-    const ExtractReport& before = levels.back().report;
-    ExtractResult level = session.extract(next_level(options, before));
+    const ExtractReport& previous = levels.back().report;
+    ExtractResult level = session.extract(next_level(options, previous));
     const std::string name = "Level " + std::to_string(levels.size());
-    if (10 * level.report.faces > 9 * before.faces) {
+    if (10 * level.report.faces > 9 * previous.faces) {
       warnings.push_back(
           {"lod-left-out",
-           name + " and what follows are left out: " + with_commas(level.report.faces) +
-               " faces would be left of " + with_commas(before.faces) +
-               (before.used.keep_topology ? ", to keep every part, hole and handle." : "."),
+           name + " and further levels are left out: " + with_commas(level.report.faces) +
+               " faces would remain of " + with_commas(previous.faces) +
+               (previous.used.keep_topology ? ", to keep every part, hole and handle." : "."),
            a.lods - levels.size()});
       break;
     }
@@ -226,7 +225,7 @@ bool add_levels(const Device& device, const VolumeArguments& a, const ExtractOpt
   return true;
 }
 
-/// One level for the JSON report.
+/// Describes one level for the JSON report.
 Json level_json(const ExtractResult& level, std::size_t number, const fs::path& mesh,
                 const fs::path& map) {
   return {{"level", number},
@@ -239,29 +238,30 @@ Json level_json(const ExtractResult& level, std::size_t number, const fs::path& 
           {"error_cells", level.report.error}};
 }
 
-/// Prints the chosen values, with reasons.
+/// Prints the values that Kiln chose, with the reasons.
 void print_choice(Console& console, const ExtractReport& r, const ExtractOptions& options) {
-  const ExtractUsed& used = r.used;
+  const ExtractUsed& effective = r.used;
   if (options.choose.error) {
     console.line(
         formatted("chosen: error %.3g cells, which aims at %s faces, a twentieth of the full "
                   "contour's (--faces, --error)",
-                  used.error, with_commas(used.aimed_faces).c_str()));
+                  effective.error, with_commas(effective.aimed_faces).c_str()));
   }
   if (options.choose.topology) {
     console.line(formatted("chosen: topology %s%s%s (--topology)",
-                           used.keep_topology ? "kept" : "free, since keeping it leaves ",
-                           used.keep_topology ? "" : with_commas(used.kept_faces).c_str(),
-                           used.keep_topology ? "" : " faces"));
+                           effective.keep_topology ? "kept" : "free, since keeping it leaves ",
+                           effective.keep_topology ? "" : with_commas(effective.kept_faces).c_str(),
+                           effective.keep_topology ? "" : " faces"));
   }
   if (options.choose.min_part && r.dropped_parts != 0) {
-    console.line(formatted(
-        "chosen: %s of %s parts left out, each under %.3g%% of the largest (--min-part)",
-        with_commas(r.dropped_parts).c_str(), with_commas(r.parts).c_str(), 100 * used.min_part));
+    console.line(
+        formatted("chosen: %s of %s parts left out, each under %.3g%% of the largest (--min-part)",
+                  with_commas(r.dropped_parts).c_str(), with_commas(r.parts).c_str(),
+                  100 * effective.min_part));
   }
   if (options.choose.size) {
-    console.line(formatted("chosen: map of %u x %u, %.2f texels a cell (--size)", used.size,
-                           used.size, r.texels_per_cell));
+    console.line(formatted("chosen: map of %u x %u, %.2f texels a cell (--size)", effective.size,
+                           effective.size, r.texels_per_cell));
   }
 }
 
@@ -297,7 +297,7 @@ int run_volume(const VolumeArguments& a) {
   Stopwatch watch;
   const fs::path folder = a.out;
   const std::string name = fs::path(a.volume).stem().string();
-  std::vector<fs::path> meshes, maps;  // by level
+  std::vector<fs::path> meshes, maps;  // file names, by level
   for (std::uint32_t k = 0; k < std::max(1U, a.lods); ++k) {
     const std::string stem = name + (a.lods == 0 ? "_low" : "_lod" + std::to_string(k));
     meshes.push_back(folder / (stem + ".obj"));
@@ -324,7 +324,8 @@ int run_volume(const VolumeArguments& a) {
   if (a.lods != 0) session.emplace(device, std::move(loaded), options.contour);
   const Volume& volume = session ? session->volume() : loaded;
   std::vector<ExtractResult> levels;
-  levels.reserve(std::max(1U, a.lods));  // References to the first element must stay valid.
+  // the vector must not reallocate, since references to the first level are in use
+  levels.reserve(std::max(1U, a.lods));
   levels.push_back(session ? session->extract(options) : extract(device, volume, options));
   stages.reset();
   ExtractResult& result = levels.front();
@@ -367,7 +368,7 @@ int run_volume(const VolumeArguments& a) {
   }
   const double save_seconds = watch.lap();
   ExtractReport& r = result.report;
-  // This warning is about the direct map, which the baked one replaced.
+  // The warning is about the direct map, which is replaced by the baked one.
   if (baked) std::erase_if(r.warnings, [](const Warning& w) { return w.code == "map-too-fine"; });
   warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
   if (baked) {
@@ -463,7 +464,7 @@ int run_volume(const VolumeArguments& a) {
 
 Run add_volume(Command& app) {
   Command* command =
-      app.add_command("volume", "Extract a low poly with a normal map straight from volume data");
+      app.add_command("volume", "Extract a low poly with a normal map directly from volume data");
   auto arguments = std::make_shared<VolumeArguments>();
   VolumeArguments& a = *arguments;
   add_options(*command, surface_rows(/*iso_required=*/true), &a.surface);
@@ -473,7 +474,7 @@ Run add_volume(Command& app) {
   const OptionRow rows[] = {{.flag = "--force",
                              .group = group_run,
                              .value = toggle(AT(force)),
-                             .help = "Write over meshes that Kiln did not write"}};
+                             .help = "Overwrite meshes that Kiln did not write"}};
   add_options(*command, rows, &a);
   add_run_options(*command, a, group_run);
   return [arguments, command] {

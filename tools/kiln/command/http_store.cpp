@@ -25,15 +25,15 @@ bool is_cache_server(const std::string& cache) {
 
 namespace {
 
-/// Failed requests in a row after which the server is abandoned.
-constexpr int kMostFailures = 3;
-/// Timeouts in seconds: for connecting, and for transfers below one byte per second, so that a hanging server does not
-/// block.
+/// Number of failed requests in a row after which the server is no longer used.
+constexpr int kMaxFailures = 3;
+/// Timeouts in seconds, so that a hanging server does not block: for the connection, and for transfers below one byte
+/// per second.
 constexpr long kConnectSeconds = 5, kStalledSeconds = 20;
-/// Maximum bytes of a result.
-constexpr std::size_t kMostBytes = std::size_t{4} << 30;
+/// Maximum size of a result in bytes.
+constexpr std::size_t kMaxResultBytes = std::size_t{4} << 30;
 
-/// Removes user and password from a URL, for messages.
+/// Removes the user and the password from a URL, for messages.
 std::string without_secret(const std::string& url) {
   const std::size_t host = url.find("//") + 2, at = url.find('@', host), end = url.find('/', host);
   return at == std::string::npos || at > end ? url : url.substr(0, host) + url.substr(at + 1);
@@ -44,14 +44,14 @@ struct Upload {
   std::size_t at = 0;
 };
 
-std::size_t take(char* data, std::size_t, std::size_t count, void* to) {
+std::size_t receive_bytes(char* data, std::size_t, std::size_t count, void* to) {
   std::string& bytes = *static_cast<std::string*>(to);
-  if (bytes.size() + count > kMostBytes) return 0;
+  if (bytes.size() + count > kMaxResultBytes) return 0;
   bytes.append(data, count);
   return count;
 }
 
-std::size_t give(char* data, std::size_t, std::size_t most, void* from) {
+std::size_t send_bytes(char* data, std::size_t, std::size_t most, void* from) {
   Upload& upload = *static_cast<Upload*>(from);
   const std::size_t count = upload.bytes.copy(data, most, upload.at);
   upload.at += count;
@@ -68,15 +68,15 @@ class HttpStore : public CacheStore {
     std::call_once(once, [] { curl_global_init(CURL_GLOBAL_DEFAULT); });
     while (url_.ends_with('/')) url_.pop_back();
     CURLU* const parts = curl_url();
-    const bool good = curl_url_set(parts, CURLUPART_URL, url_.c_str(), 0) == CURLUE_OK;
+    const bool is_valid = curl_url_set(parts, CURLUPART_URL, url_.c_str(), 0) == CURLUE_OK;
     curl_url_cleanup(parts);
-    if (!good || url_.find_first_of("?#") != std::string::npos) {
+    if (!is_valid || url_.find_first_of("?#") != std::string::npos) {
       throw Error(ErrorCode::usage, "--cache '" + without_secret(url_) +
                                         "' is no URL of a folder: give http://HOST:PORT/FOLDER.");
     }
   }
   ~HttpStore() override {
-    for (CURL* const handle : idle_) curl_easy_cleanup(handle);
+    for (CURL* const handle : idle_handles_) curl_easy_cleanup(handle);
   }
 
  private:
@@ -84,7 +84,7 @@ class HttpStore : public CacheStore {
     std::string bytes;
     const long answer = call(name, [&](CURL* handle) {
       curl_easy_setopt(handle, CURLOPT_HTTPGET, 1L);
-      curl_easy_setopt(handle, CURLOPT_WRITEFUNCTION, take);
+      curl_easy_setopt(handle, CURLOPT_WRITEFUNCTION, receive_bytes);
       curl_easy_setopt(handle, CURLOPT_WRITEDATA, &bytes);
     });
     return answer == 200 ? std::optional(std::move(bytes)) : std::nullopt;
@@ -95,7 +95,7 @@ class HttpStore : public CacheStore {
     const long answer = call(name, [&](CURL* handle) {
       upload.at = 0;
       curl_easy_setopt(handle, CURLOPT_UPLOAD, 1L);
-      curl_easy_setopt(handle, CURLOPT_READFUNCTION, give);
+      curl_easy_setopt(handle, CURLOPT_READFUNCTION, send_bytes);
       curl_easy_setopt(handle, CURLOPT_READDATA, &upload);
       curl_easy_setopt(handle, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(bytes.size()));
       curl_easy_setopt(handle, CURLOPT_WRITEFUNCTION, ignore);
@@ -103,22 +103,22 @@ class HttpStore : public CacheStore {
     return answer >= 200 && answer < 300;
   }
 
-  /// \returns the HTTP status; 0 if there was no answer
+  /// Sends a request. \returns the HTTP status; 0 if there was no answer
   template <typename Prepare>
   long call(const std::string& name, const Prepare& prepare) {
-    if (failures_ >= kMostFailures) return 0;
+    if (failures_ >= kMaxFailures) return 0;
     CURL* const handle = borrow();
     if (handle == nullptr) return 0;
-    std::string why(CURL_ERROR_SIZE, '\0');
+    std::string reason(CURL_ERROR_SIZE, '\0');
     const std::string url = url_ + "/" + name;
     curl_easy_setopt(handle, CURLOPT_URL, url.c_str());
     curl_easy_setopt(handle, CURLOPT_PROTOCOLS_STR, "http,https");
-    curl_easy_setopt(handle, CURLOPT_ERRORBUFFER, why.data());
+    curl_easy_setopt(handle, CURLOPT_ERRORBUFFER, reason.data());
     curl_easy_setopt(handle, CURLOPT_NOSIGNAL, 1L);
     curl_easy_setopt(handle, CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
     curl_easy_setopt(handle, CURLOPT_LOW_SPEED_LIMIT, 1L);
     curl_easy_setopt(handle, CURLOPT_LOW_SPEED_TIME, kStalledSeconds);
-    // Servers that do not support "100 Continue" would cost a second of waiting.
+    // Without this, servers that do not support "100 Continue" would cost a second of waiting.
     curl_slist* const headers = curl_slist_append(nullptr, "Expect:");
     curl_easy_setopt(handle, CURLOPT_HTTPHEADER, headers);
     prepare(handle);
@@ -126,39 +126,39 @@ class HttpStore : public CacheStore {
     long answer = 0;
     if (code == CURLE_OK) curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &answer);
     curl_slist_free_all(headers);
-    curl_easy_reset(handle);  // keeps connections open
+    curl_easy_reset(handle);  // keeps the connection open
     give_back(handle);
-    const bool good = code == CURLE_OK && ((answer >= 200 && answer < 300) || answer == 404);
-    if (good) {
+    const bool succeeded = code == CURLE_OK && ((answer >= 200 && answer < 300) || answer == 404);
+    if (succeeded) {
       failures_ = 0;
-    } else if (++failures_ == kMostFailures) {
-      why.resize(why.find('\0'));
-      if (why.empty())
-        why = code == CURLE_OK ? formatted("it answers %ld", answer) : curl_easy_strerror(code);
-      warn_("--cache: '" + without_secret(url_) + "' is left alone: " + why +
-            ". What it would have kept is baked.");
+    } else if (++failures_ == kMaxFailures) {
+      reason.resize(reason.find('\0'));
+      if (reason.empty())
+        reason = code == CURLE_OK ? formatted("it answers %ld", answer) : curl_easy_strerror(code);
+      warn_("--cache: '" + without_secret(url_) + "' is not used any more: " + reason +
+            ". Further assets are baked.");
     }
     return code == CURLE_OK ? answer : 0;
   }
 
   CURL* borrow() {
     const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return curl_easy_init();
-    CURL* const handle = idle_.back();
-    idle_.pop_back();
+    if (idle_handles_.empty()) return curl_easy_init();
+    CURL* const handle = idle_handles_.back();
+    idle_handles_.pop_back();
     return handle;
   }
 
   void give_back(CURL* handle) {
     const std::lock_guard lock(mutex_);
-    idle_.push_back(handle);
+    idle_handles_.push_back(handle);
   }
 
   std::string url_;
   std::function<void(const std::string&)> warn_;
   std::atomic<int> failures_{0};
   std::mutex mutex_;
-  std::vector<CURL*> idle_;
+  std::vector<CURL*> idle_handles_;
 };
 
 }  // namespace

@@ -20,29 +20,29 @@
 namespace kiln::cli {
 namespace {
 
-/// Flags of mesh input, which do not request a bake.
-const std::set<std::string> kOfMeshes = {
+/// Flags of mesh input; giving one does not request a bake.
+const std::set<std::string> kMeshInputFlags = {
     "--high", "--low",    "--triangulate",   "--split-at-seams", "--up",
     "--unit", "--uv-set", "--allow-outside", "--tangents",       "--high-normals"};
 
-/// Flags that affect a cage: kOfCages any cage, kOfFoundCages only one that Kiln computes.
-const std::set<std::string> kOfCages = {"--cage", "--cage-mesh"};
-const std::set<std::string> kOfFoundCages = {"--direction",  "--edge-width", "--max-distance",
-                                             "--match-by",   "--match-list", "--low-names",
-                                             "--high-names", "--two-sided"};
+/// Flags that affect a cage: kCageFlags affect any cage, kFoundCageFlags only one that Kiln computes.
+const std::set<std::string> kCageFlags = {"--cage", "--cage-mesh"};
+const std::set<std::string> kFoundCageFlags = {"--direction",  "--edge-width", "--max-distance",
+                                               "--match-by",   "--match-list", "--low-names",
+                                               "--high-names", "--two-sided"};
 
 void check_drawn_cage(const RenderArguments& arguments) {
   const Job& bake = arguments.bake;
   if (!arguments.draw_cage) return;
   refuse_if(!bake.cage_auto && !bake.bake.match.cage && bake.cage_mesh.empty(),
-            "--draw-cage draws the cage that --cage or --cage-mesh says: add one of them.");
+            "--draw-cage draws the cage of --cage or --cage-mesh: add one of them.");
   for (const std::string& flag : bake.given) {
-    const bool serves = kOfMeshes.contains(flag) || kOfCages.contains(flag) ||
-                        (bake.cage_auto && kOfFoundCages.contains(flag));
+    const bool serves = kMeshInputFlags.contains(flag) || kCageFlags.contains(flag) ||
+                        (bake.cage_auto && kFoundCageFlags.contains(flag));
     if (serves || arguments.map_size_given) continue;
     fail_usage(flag +
-               " has no say in the cage that --draw-cage draws: leave it "
-               "out, or add --map-size N to bake a map with it, too.");
+               " does not affect the cage that --draw-cage draws: leave it out, or add --map-size "
+               "N to bake a map with it as well.");
   }
 }
 
@@ -52,7 +52,7 @@ bool bakes(const RenderArguments& arguments) {
   return arguments.map_size_given ||
          (!arguments.draw_cage &&
           std::any_of(arguments.bake.given.begin(), arguments.bake.given.end(),
-                      [](const std::string& flag) { return !kOfMeshes.contains(flag); }));
+                      [](const std::string& flag) { return !kMeshInputFlags.contains(flag); }));
 }
 
 Job baking(const RenderArguments& arguments) {
@@ -69,24 +69,24 @@ Job baking(const RenderArguments& arguments) {
 
 void check_bake(const RenderArguments& arguments) {
   refuse_if(arguments.reference.empty() && arguments.bake.high.size() > 1,
-            "--high is for more files of --reference: add --reference.");
+            "--high names further files of --reference: add --reference.");
   check_drawn_cage(arguments);
   const auto& given = arguments.bake.given;
   refuse_if(given.contains("--tangents") && !bakes(arguments) && arguments.normal.empty(),
             "--tangents is for a normal map: add --normal MAP.");
-  if (arguments.draw_cage && !arguments.reference.empty()) check_settled(baking(arguments));
+  if (arguments.draw_cage && !arguments.reference.empty()) check_resolved_job(baking(arguments));
   if (!bakes(arguments)) return;
   if (arguments.reference.empty() || !arguments.normal.empty()) {
     const auto flag = std::find_if(given.begin(), given.end(), [](const std::string& name) {
-      return !kOfMeshes.contains(name);
+      return !kMeshInputFlags.contains(name);
     });
     const bool cage = given.contains("--cage") || given.contains("--cage-mesh");
     fail_usage((arguments.map_size_given ? "--map-size" : *flag) +
-               " is for a map that is baked for the picture: add --reference HIGH, and leave "
+               " affects a map that is baked for the picture: add --reference HIGH, and leave "
                "--normal out." +
                (cage ? " --draw-cage draws a cage, and bakes nothing." : ""));
   }
-  check_settled(baking(arguments));
+  check_resolved_job(baking(arguments));
 }
 
 Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
@@ -116,28 +116,28 @@ Image join(std::vector<Image> panels) {
     sheet.height = std::max(sheet.height, panel.height);
   }
   sheet.pixels.assign(std::size_t{sheet.width} * sheet.height * 3, 1.0F);
-  std::size_t left = 0;
+  std::size_t column_offset = 0;
   for (const Image& panel : panels) {
     for (std::size_t y = 0; y < panel.height; ++y) {
-      std::copy_n(panel.at(0, y), std::size_t{panel.width} * 3, sheet.at(left, y));
+      std::copy_n(panel.at(0, y), std::size_t{panel.width} * 3, sheet.at(column_offset, y));
     }
-    left += panel.width + gap;
+    column_offset += panel.width + gap;
   }
   return sheet;
 }
 
 void require_pictures(const PictureGeometry& size, std::uint64_t count) {
   constexpr std::uint64_t kBytesOfWriter =
-      2;  // a pixel, while one is compressed: 36 MiB of 4096 x 4096 were measured
+      2;  // bytes per pixel during compression: 36 MiB were measured for 4096 x 4096
   const std::uint64_t bytes =
       bytes_of(size, count) + std::uint64_t{size.width} * size.height * kBytesOfWriter;
-  const std::uint64_t left = memory_left();
-  if (bytes <= left) return;
+  const std::uint64_t bytes_left = memory_left();
+  if (bytes <= bytes_left) return;
   const auto mebibytes = [](std::uint64_t b) { return std::to_string(b >> 20) + " MiB"; };
   throw Error(ErrorCode::internal,
               "Pictures of " + std::to_string(size.width) + "x" + std::to_string(size.height) +
                   " pixels would take " + mebibytes(bytes) + " of memory, but only " +
-                  mebibytes(left) + " are left of the memory limit. Use a smaller " +
+                  mebibytes(bytes_left) + " are left of the memory limit. Use a smaller " +
                   option("size") +
                   " or fewer pictures, or raise "
                   "the " +
@@ -154,8 +154,8 @@ std::vector<ViewAngles> measured_views(const RenderOptions& options) {
           {0, -90}};
 }
 
-/// Measures the low poly's deviation from the reference in measured_views(). Prints it, and returns it for the report.
-/// The resolution does not depend on the picture's size.
+/// Measures the low poly's deviation from the reference in measured_views(), prints it, and returns it for the report.
+/// The resolution is independent of the picture's size.
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map) {
   const std::vector<ViewAngles> views = measured_views(options);
@@ -164,14 +164,14 @@ Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& 
   Json json = {{"views", views.size()}, {"without_map", describe(without)}};
   std::string text;
   if (has_map) {
-    const NormalError with = reference.compare(low);
-    json["with_map"] = describe(with);
+    const NormalError with_map = reference.compare(low);
+    json["with_map"] = describe(with_map);
     text = formatted(
         "rendered normals against the original, %zu views (this one and along the axes): "
         "mean %.2f degrees smooth "
         "without the map, %.2f with it (95%%: %.2f, %.2f)",
-        views.size(), without.mean_degrees, with.mean_degrees, without.p95_degrees,
-        with.p95_degrees);
+        views.size(), without.mean_degrees, with_map.mean_degrees, without.p95_degrees,
+        with_map.p95_degrees);
   } else {
     text = formatted(
         "rendered normals against the original, %zu views: mean %.2f degrees (95%%: "
@@ -188,16 +188,16 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
   std::vector<Panel> panels;
   for (const Vec3& toward : spread_views(count)) {
     look_from(toward, options);
-    const std::uint64_t others = bytes_of(scene.geometry(options), count - panels.size() - 1);
+    const std::uint64_t other_bytes = bytes_of(scene.geometry(options), count - panels.size() - 1);
     const std::string text = formatted("%zu: %.0f, %.0f", panels.size() + 1,
                                        options.azimuth_degrees, options.elevation_degrees);
-    panels.push_back({draw_with_room(scene, options, others), {text}});
+    panels.push_back({draw_with_room(scene, options, other_bytes), {text}});
   }
   return make_sheet(panels);
 }
 
-/// Measures the low poly's deviation from directions all around. None is along an axis, since flat faces seen head-on
-/// hide errors.
+/// Measures the low poly's deviation from directions all around. No direction is along an axis, since flat faces seen
+/// head-on hide errors.
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
   constexpr std::uint32_t kAround = 30, kPixels = 256;
   std::vector<ViewAngles> views;
@@ -212,10 +212,11 @@ Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool
 
 namespace {
 
-constexpr double kClearly = 0.9;  // of the error, at most
-// A map of HIGH's normals lowers the error, apart from rounding. If it raises the error by this factor plus this many
+constexpr double kMaxRatioToInvert =
+    0.9;  // an inverted map must lower the error at least to this share
+// A map of HIGH's normals reduces the error, apart from rounding. If a map increases it by this factor plus this many
 // degrees, it belongs to another HIGH.
-constexpr double kWorse = 1.1, kWorseDegrees = 1;
+constexpr double kMisfitRatio = 1.1, kMisfitDegrees = 1;
 constexpr std::uint32_t kPixels = 256;
 
 }  // namespace
@@ -227,28 +228,27 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
   const NormalReference reference(high, frame, views, kPixels, z_up);
   const double as_given = reference.compare(Scene(device, mesh, map)).mean_degrees;
   map.flip_y = !map.flip_y;
-  const double turned = reference.compare(Scene(device, mesh, map)).mean_degrees;
+  const double inverted = reference.compare(Scene(device, mesh, map)).mean_degrees;
   const double without = reference.compare(Scene(device, mesh, map), true).mean_degrees;
-  const bool turning_helps = turned < kClearly * as_given;
-  // Inverting any axis may lower the error of a foreign map. Only a map that then beats no map at all is of the other
-  // convention.
-  const bool makes_worse = std::min(as_given, turned) > kWorse * without + kWorseDegrees;
-  if (makes_worse || (turning_helps && !(turned < kClearly * without))) {
+  const bool turning_helps = inverted < kMaxRatioToInvert * as_given;
+  // For a map of another HIGH, inverting green may reduce the error by chance. Only if the inverted map is better than
+  // no map, its convention is assumed to be wrong.
+  const bool makes_worse = std::min(as_given, inverted) > kMisfitRatio * without + kMisfitDegrees;
+  if (makes_worse || (turning_helps && !(inverted < kMaxRatioToInvert * without))) {
     const std::string text = formatted(
-        "The map does not fit HIGH's normals, whichever way its green points: rendered normals are "
-        "%.2f degrees off, "
-        "%.2f without it. It was baked of another HIGH, or of other normals, such as smooth ones "
-        "over hard edges: bake "
-        "it again, or give the --high-normals of that bake.",
+        "The map does not fit HIGH's normals with either direction of green: rendered normals "
+        "deviate by %.2f degrees, without the map by %.2f. It was baked from another HIGH or from "
+        "other normals, such as smooth ones at hard edges: bake it again, or give the "
+        "--high-normals of that bake.",
         as_given, without);
     warnings.push_back({"map-misfit", text, 1});
     return;
   }
   if (!turning_helps) return;
   const std::string text = formatted(
-      "The map fits HIGH better with green %s: rendered normals are %.2f degrees off, not "
-      "%.2f. %s --flip-y, or bake the map again for the other convention.",
-      map.flip_y ? "down (DirectX)" : "up (OpenGL)", turned, as_given,
+      "The map fits HIGH better with green %s: rendered normals then deviate by %.2f degrees "
+      "instead of %.2f. %s --flip-y, or bake the map again for the other convention.",
+      map.flip_y ? "down (DirectX)" : "up (OpenGL)", inverted, as_given,
       map.flip_y ? "Add" : "Leave out");
   warnings.push_back({"green-flipped", text, 1});
 }
@@ -256,12 +256,13 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
 namespace {
 
 constexpr Colour kTint = {0.98F, 0.62F, 0.16F}, kEdge = {0.62F, 0.27F, 0.02F};
-constexpr float kHides = 0.3F;  // of what lies below
-constexpr double kEdgeWidth = 1.5, kEdgeHides = 0.9;
-constexpr double kStep = 1;      // pixels along an edge
-constexpr double kBehind = 1.5;  // pixels, in depth: an edge lies on its faces
+constexpr float kTintOpacity = 0.3F;  // opacity of the tint
+constexpr double kEdgeWidth = 1.5, kEdgeOpacity = 0.9;
+constexpr double kEdgeSampleStep = 1;  // distance of samples along an edge, in pixels
+// tolerance of depth in pixels, since an edge lies on its own faces
+constexpr double kDepthTolerance = 1.5;
 
-/// Copies the outer shell of a cage, with the data that pictures need.
+/// Returns the outer shell of a cage, with the data that pictures need.
 Mesh outer_of(const Mesh& cage) {
   Mesh outer;
   outer.name = cage.name;
@@ -274,39 +275,39 @@ Mesh outer_of(const Mesh& cage) {
   return outer;
 }
 
-struct Viewed {
+struct ProjectedPoint {
   double x = 0, y = 0, depth = 0;
 };
 
-Viewed project(const PictureGeometry& geometry, const Mesh& mesh, std::uint32_t vertex) {
+ProjectedPoint project(const PictureGeometry& geometry, const Mesh& mesh, std::uint32_t vertex) {
   const Vec3& p = mesh.positions[vertex];
   const auto at =
       geometry.project({mesh.origin[0] + p.x, mesh.origin[1] + p.y, mesh.origin[2] + p.z});
   return {at[0], at[1], at[2]};
 }
 
-/// Draws the visible parts of an edge, which no part of the cage hides.
-void draw_edge(const Viewed& a, const Viewed& b, const Image& depth, double behind,
+/// Draws those parts of an edge that the cage itself does not hide.
+void draw_edge(const ProjectedPoint& a, const ProjectedPoint& b, const Image& depth, double behind,
                Canvas& canvas) {
   const double size = std::hypot(b.x - a.x, b.y - a.y);
   if (!std::isfinite(size)) return;
-  const auto steps = static_cast<std::size_t>(std::clamp(size / kStep, 1.0, 65536.0));
+  const auto steps = static_cast<std::size_t>(std::clamp(size / kEdgeSampleStep, 1.0, 65536.0));
   const auto at = [&](std::size_t i) {
     const double share = static_cast<double>(i) / static_cast<double>(steps);
-    return Viewed{a.x + (b.x - a.x) * share, a.y + (b.y - a.y) * share,
-                  a.depth + (b.depth - a.depth) * share};
+    return ProjectedPoint{a.x + (b.x - a.x) * share, a.y + (b.y - a.y) * share,
+                          a.depth + (b.depth - a.depth) * share};
   };
-  const auto seen = [&](const Viewed& p) {
+  const auto is_visible = [&](const ProjectedPoint& p) {
     if (!(p.x >= 0 && p.y >= 0 && p.x < depth.width && p.y < depth.height)) return false;
     return p.depth + behind >=
            double{*depth.at(static_cast<std::size_t>(p.x), static_cast<std::size_t>(p.y))};
   };
   for (std::size_t i = 0; i <= steps; ++i) {
-    const Viewed from = at(i);
-    if (!seen(from)) continue;
-    while (i < steps && seen(at(i + 1))) ++i;
-    const Viewed to = at(i);
-    canvas.line(from.x, from.y, to.x, to.y, kEdgeWidth, kEdge, kEdgeHides);
+    const ProjectedPoint from = at(i);
+    if (!is_visible(from)) continue;
+    while (i < steps && is_visible(at(i + 1))) ++i;
+    const ProjectedPoint to = at(i);
+    canvas.line(from.x, from.y, to.x, to.y, kEdgeWidth, kEdge, kEdgeOpacity);
   }
 }
 
@@ -322,8 +323,7 @@ Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, con
   const Length length = arguments.bake.match.cage.value_or(Length{});
   refuse_if((automatic || length.relative) && high == nullptr,
             "--cage " + (automatic ? kAutomatic : length_text(length)) +
-                " goes by HIGH: add --reference HIGH, or give a length in "
-                "world units.");
+                " depends on HIGH: add --reference HIGH, or give a length in world units.");
   if (automatic) {
     MatchInputs inputs;
     inputs.read_with_match(arguments, *high, low, warnings);
@@ -338,16 +338,16 @@ CagePicture::CagePicture(const Device& device, Mesh cage)
     : mesh_(std::move(cage)), scene_(device, mesh_) {}
 
 void CagePicture::draw(const Scene& within, const RenderOptions& options, Image& picture) const {
-  const Image depth = scene_.draw_depth(options), below = within.draw_depth(options);
+  const Image depth = scene_.draw_depth(options), scene_depth = within.draw_depth(options);
   for (std::size_t i = 0; i < depth.pixels.size(); ++i) {
-    if (!(depth.pixels[i] > Scene::kNoDepth) || depth.pixels[i] < below.pixels[i]) continue;
+    if (!(depth.pixels[i] > Scene::kNoDepth) || depth.pixels[i] < scene_depth.pixels[i]) continue;
     for (std::size_t c = 0; c < 3; ++c) {
       float& value = picture.pixels[3 * i + c];
-      value += kHides * (kTint[c] - value);
+      value += kTintOpacity * (kTint[c] - value);
     }
   }
   const PictureGeometry geometry = scene_.geometry(options);
-  std::vector<Viewed> viewed;
+  std::vector<ProjectedPoint> viewed;
   viewed.reserve(mesh_.positions.size());
   for (std::uint32_t v = 0; v < mesh_.positions.size(); ++v) {
     viewed.push_back(project(geometry, mesh_, v));
@@ -358,7 +358,7 @@ void CagePicture::draw(const Scene& within, const RenderOptions& options, Image&
   }
   Canvas canvas(std::move(picture));
   for (const auto& [a, b] : edges) {
-    draw_edge(viewed[a], viewed[b], depth, kBehind * geometry.pixel, canvas);
+    draw_edge(viewed[a], viewed[b], depth, kDepthTolerance * geometry.pixel, canvas);
   }
   picture = canvas.take();
 }

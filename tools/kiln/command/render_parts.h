@@ -1,4 +1,4 @@
-// Parts of `kiln render`: its arguments, its baked map, its pictures and measurements.
+// Parts of `kiln render`: arguments, baked map, pictures and measurements.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@ namespace kiln::cli {
 
 struct RenderArguments {
   std::string mesh, normal, reference, out, device, json;
-  DressMaps dress;
+  LitMapFiles apply_maps;
   std::vector<std::string> show;
   HeightFieldOptions heights;
   ViewArguments view;
   std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
   std::optional<std::uint32_t> frames;
-  Job bake;  // flags of the match; given ones are in bake.given
+  Job bake;  // options of the match; flags that were given are in bake.given
   std::uint32_t map_size = 1024;
   bool map_size_given = false;
   NormalMapSpace space = NormalMapSpace::tangent;
@@ -35,13 +35,13 @@ struct RenderArguments {
   bool draw_cage = false, no_maps = false;
 };
 
-/// True if a map must be baked for the picture: --map-size was given, or a flag of matching without --draw-cage.
+/// True if the picture needs a baked map: --map-size was given, or a flag of matching without --draw-cage.
 bool bakes(const RenderArguments& arguments);
 
-/// The job of that bake.
+/// Converts the arguments to the job that bakes the map.
 Job baking(const RenderArguments& arguments);
 
-/// Checks arguments of the bake before meshes are read. \throws Error(usage)
+/// Checks the arguments of the bake before meshes are read. \throws Error(usage)
 void check_bake(const RenderArguments& arguments);
 
 Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
@@ -49,26 +49,27 @@ Image bake_map(const RenderArguments& arguments, const Device& device, const Hig
 
 /// Joins pictures side by side, separated by thin lines.
 Image join(std::vector<Image> panels);
-/// Checks the memory for pictures before the first is drawn. \param count maximum number at a time
+/// Checks the memory for pictures before the first one is drawn.
+/// \param count  maximum number of pictures at a time
 /// \throws Error(internal) if they do not fit
 void require_pictures(const PictureGeometry& size, std::uint64_t count);
-/// The seven views of the measured angles in pages and `kiln render`: the options' own, and both directions of each
-/// axis.
+/// The seven views in which pages and `kiln render` measure angles: the view of the options, and both directions of
+/// each axis.
 std::vector<ViewAngles> measured_views(const RenderOptions& options);
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map);
 Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options);
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up);
 
-/// Compares HIGH's rendered normals with those of the map as given and with inverted green. Adds a warning if the error
-/// is at least 10% lower inverted.
-/// \param map  if it has no image, nothing is checked
-/// \param frame  the mesh that the pictures frame: the high poly
+/// Warns if HIGH's normals fit the map better with inverted green: if the error of rendered normals falls by at least
+/// 10%.
+/// \param map  not checked if it has no image
+/// \param frame  the mesh that the pictures show in full: the high poly
 void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Scene& high,
                  const Mesh& frame, bool z_up, std::vector<Warning>& warnings);
 
-/// The surface where rays start, by --cage, --cage-mesh and related flags; of two shells the outer one. \param high
-/// null: none
+/// Returns the surface at which rays start, by --cage, --cage-mesh and related flags; of two shells the outer one.
+/// \param high  null: there is no HIGH
 /// \throws Error(usage) if the cage is relative to HIGH's diagonal, or auto, without HIGH; Error(input)
 Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, const Mesh* high,
                 std::vector<Warning>& warnings);
@@ -79,7 +80,8 @@ class CagePicture {
 
   const Mesh& mesh() const { return mesh_; }
   /// Tints the pixels that the cage covers, and draws its edges that face the viewer. Parts of the scene outside the
-  /// cage are unchanged. \param within the scene drawn in `picture` with these options
+  /// cage stay unchanged.
+  /// \param within  the scene in `picture`, drawn with these options
   void draw(const Scene& within, const RenderOptions& options, Image& picture) const;
 
  private:

@@ -20,9 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Sides of pictures and maps in pixels. Each is halved, down to its minimum, until all pictures of a page are expected
-/// within a byte budget, so that browsers can open pages with thousands of assets. Compressed texels take about 1.5
-/// bytes.
+/// Sizes of pictures and maps in pixels. Sizes are halved, down to their minimum, until the expected bytes of all
+/// pictures are within the budget, so that browsers can open pages with thousands of assets. Compressed texels take
+/// about 1.5 bytes.
 struct PageSizes {
   std::uint32_t picture = 256, map = 512;
 };
@@ -73,7 +73,7 @@ Json map_json(const MapPicture& map) {
   return json;
 }
 
-/// Draws an asset and returns its "pictures", "rendered" and "maps".
+/// Draws an asset. \returns its "pictures", "rendered" and "maps" for the page
 Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
                  const std::function<Device()>& device, const PageSizes& sizes) {
   Json drawn = {
@@ -169,7 +169,7 @@ Json without_pictures(const Json& report) {
 }
 
 void save_page(const fs::path& path, const Json& report) {
-  // Links are relative to the page.
+  // Links are relative to the page's folder.
   const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
   Json linked = report, assets = Json::array();
   for (Json asset : report.at("assets").elements()) {

@@ -1,4 +1,4 @@
-// The page of `kiln run --report`: pictures and statistics of each asset in one file.
+// Writes the page of `kiln run --report`: pictures and statistics of each asset in one file.
 #pragma once
 
 #include <filesystem>
@@ -16,13 +16,14 @@ namespace kiln::cli {
 
 /// Adds the contents of a page to each asset of a report: "pictures", "rendered" and "maps". If a picture cannot be
 /// drawn, a note explains why.
-/// \param device  called once, for the first picture \param cache cache of pictures; null: none
-/// \returns false if interrupted
+/// \param device  opens the device; called once, for the first picture
+/// \param cache   cache of pictures; null: none
+/// \returns false if the user interrupted
 bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
                   const std::vector<AssetResult>& results, const std::function<Device()>& device,
                   BakeCache* cache, Console& console);
 
-/// A copy of a report without the bytes of pictures.
+/// Copies a report without the bytes of pictures.
 Json without_pictures(const Json& report);
 
 /// Writes the page as one self-contained file. \throws Error(output)

@@ -14,10 +14,9 @@
 namespace kiln::cli {
 namespace {
 
-/// Minimum pause between two checks. The pause is at least as long as the check, so that checks use at most half a
-/// core.
+/// Minimum pause between two checks. A pause lasts at least as long as a check, so that checks use at most half a core.
 constexpr std::chrono::milliseconds kPause(100);
-/// A file counts as completely saved after this time without a change.
+/// Time without a change after which a file counts as completely saved.
 constexpr std::chrono::milliseconds kSettled(60);
 
 /// Size, times and inode number of a file; empty if there is none.
@@ -28,27 +27,28 @@ std::string state_of(const std::string& path) {
          std::to_string(facts->changed_ns) + ":" + std::to_string(facts->id.file);
 }
 
-struct Look {
+struct Observation {
   std::map<std::string, std::string> states;
   std::string plan;
-  bool operator==(const Look&) const = default;
+  bool operator==(const Observation&) const = default;
 };
 
-/// The words that this program was called by, without --watch.
+/// The arguments of this program, without --watch.
 std::vector<std::string> own_words() {
   std::vector<std::string> words = os::own_words();
   std::erase(words, "--watch");
   if (words.empty()) {
     throw Error(ErrorCode::internal,
-                "--watch reads /proc/self/cmdline, which is not there: run without it.");
+                "--watch needs /proc/self/cmdline, which does not exist: run without --watch.");
   }
   return words;
 }
 
-/// Runs it, and waits.
+/// Runs this program again as a child process, and waits for it.
 void run_again(const std::vector<std::string>& words) {
   if (os::run_own_program(words, interrupted)) return;
-  throw Error(ErrorCode::internal, "--watch cannot start a process: end others, and run again.");
+  throw Error(ErrorCode::internal,
+              "--watch cannot start a process: end some other processes, and run again.");
 }
 
 }  // namespace
@@ -56,35 +56,35 @@ void run_again(const std::vector<std::string>& words) {
 int run_watched(const std::function<std::set<std::string>()>& files,
                 const std::function<std::string()>& plan, Console& console) {
   const std::vector<std::string> words = own_words();
-  std::set<std::string> known = files();
-  const auto look = [&] {
-    Look now;
-    for (const std::string& file : known) now.states[file] = state_of(file);
+  std::set<std::string> watched = files();
+  const auto observe = [&] {
+    Observation now;
+    for (const std::string& file : watched) now.states[file] = state_of(file);
     now.plan = plan();
     return now;
   };
   for (;;) {
-    const Look before = look();
+    const Observation before = observe();
     run_again(words);
     if (interrupted()) return kExitCancelled;
-    known = files();
-    Look seen = look();
-    // Files saved during the run count as changed; files that the run found first count with their current state.
+    watched = files();
+    Observation baseline = observe();
+    // Files that were saved during the run count as changed. Files that only the run found get their current state.
     for (const auto& [file, state] : before.states) {
-      if (seen.states.count(file) != 0) seen.states[file] = state;
+      if (baseline.states.count(file) != 0) baseline.states[file] = state;
     }
-    seen.plan = before.plan;
-    console.line("watching " + counted(known.size(), "file") + ": Ctrl-C ends");
+    baseline.plan = before.plan;
+    console.line("watching " + counted(watched.size(), "file") + "; press Ctrl-C to end");
     for (;;) {
       const auto start = std::chrono::steady_clock::now();
-      if (look() != seen) break;
+      if (observe() != baseline) break;
       const auto took = std::chrono::steady_clock::now() - start;
       std::this_thread::sleep_for(std::max<std::chrono::nanoseconds>(kPause, took));
       if (interrupted()) return kExitCancelled;
     }
-    for (Look last = look();;) {
+    for (Observation last = observe();;) {
       std::this_thread::sleep_for(kSettled);
-      Look now = look();
+      Observation now = observe();
       if (interrupted()) return kExitCancelled;
       if (now == last) break;
       last = std::move(now);

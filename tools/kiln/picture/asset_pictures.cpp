@@ -26,30 +26,32 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Samples per pixel, and occlusion rays per sample: thumbnails need fewer than full pictures.
+/// Samples per pixel, and occlusion rays per sample. Thumbnails need fewer of them than full pictures.
 constexpr std::uint32_t kSamples = 2, kAmbientRays = 16;
 
-/// The low poly as written, or else as given. \param own out: true if its materials reference its maps
+/// Loads the low poly that the job wrote; if there is none, the given one. \param own  receives true if its materials
+/// refer to its maps
 MeshFiles load_written_low(const Job& job, const std::vector<std::string>& files, bool& own,
                            std::vector<Warning>& warnings) {
   const std::string asset = asset_file(job);
   own = !asset.empty();
   if (own) return load_meshes({asset}, LoadMeshOptions(), false, warnings, true);
-  const auto made = std::find_if(files.begin(), files.end(), [](const std::string& file) {
+  const auto written_asset = std::find_if(files.begin(), files.end(), [](const std::string& file) {
     return lower_case(fs::path(file).extension().string()) == ".obj";
   });
-  if (made != files.end()) return load_meshes({*made}, LoadMeshOptions(), false, warnings);
+  if (written_asset != files.end())
+    return load_meshes({*written_asset}, LoadMeshOptions(), false, warnings);
   return load_low_files(job, warnings);
 }
 
-/// The part of a map's file name after the stem.
+/// The part of a map's file name that follows the stem.
 std::string map_name(const Job& job, const std::string& file) {
-  const std::string name = fs::path(file).stem().string(), before = low_stem(job) + "_";
-  return name.size() > before.size() && name.starts_with(before) ? name.substr(before.size())
+  const std::string name = fs::path(file).stem().string(), prefix = low_stem(job) + "_";
+  return name.size() > prefix.size() && name.starts_with(prefix) ? name.substr(prefix.size())
                                                                  : name;
 }
 
-/// The written file for a material's slot; empty if there is none.
+/// The written file of a slot; empty if there is none.
 std::string file_for(const Image* AssetMaps::*place, const Job& job,
                      const std::vector<std::string>& files) {
   AssetMaps places;
@@ -59,7 +61,7 @@ std::string file_for(const Image* AssetMaps::*place, const Job& job,
   return {};
 }
 
-/// Averages blocks of texels so that no side exceeds `side`.
+/// Reduces an image by averaging blocks of texels, so that no side exceeds `side`.
 Image downsample(const Image& image, std::uint32_t side) {
   const std::uint32_t step =
       std::max(1U, (std::max(image.width, image.height) + side - 1) / std::max(1U, side));
@@ -89,7 +91,7 @@ Image downsample(const Image& image, std::uint32_t side) {
   return result;
 }
 
-/// Extracts channels of an image, and maps [from, to] to [0, 1].
+/// Extracts channels of an image, with the range [from, to] scaled to [0, 1].
 Image channels_of(const Image& image, std::uint32_t first, std::uint32_t count, double from,
                   double to) {
   Image result{image.width, image.height, count, {}};
@@ -126,56 +128,57 @@ MapPicture picture_of(const std::string& name, const Image& map, std::uint32_t s
       sum += value;
       ++count;
     }
-    const bool any = count != 0;
-    result.least.push_back(any ? std::optional(low) : std::nullopt);
-    result.most.push_back(any ? std::optional(high) : std::nullopt);
-    result.mean.push_back(any ? std::optional(sum / static_cast<double>(count)) : std::nullopt);
-    if (!any || c == 3) continue;
+    const bool has_values = count != 0;
+    result.least.push_back(has_values ? std::optional(low) : std::nullopt);
+    result.most.push_back(has_values ? std::optional(high) : std::nullopt);
+    result.mean.push_back(has_values ? std::optional(sum / static_cast<double>(count))
+                                     : std::nullopt);
+    if (!has_values || c == 3) continue;
     least = std::min(least, low);
     most = std::max(most, high);
   }
-  // Raw values may have any range; those of pictures are in [0, 1].
+  // Values of EXR may have any range; those of other formats are in [0, 1].
   result.shown_from = least;
   result.shown_to = most;
-  const Image small = downsample(map, side);
-  // PNG stores grey or RGB, so two channels get a third of 0.
-  result.picture = channels_of(small, 0, small.channels == 1 ? 1 : 3, least, most);
-  if (map.channels == 4) result.alpha = channels_of(small, 3, 1, 0, 1);
+  const Image reduced = downsample(map, side);
+  // A PNG stores grey or RGB, so a map of two channels gets a third of 0.
+  result.picture = channels_of(reduced, 0, reduced.channels == 1 ? 1 : 3, least, most);
+  if (map.channels == 4) result.alpha = channels_of(reduced, 3, 1, 0, 1);
   return result;
 }
 
-/// Maps for drawing, with three channels each; empty paths give none.
-Dress dress_of(const Job& job, const std::vector<std::string>& files) {
-  DressMaps maps;
+/// The maps for a lit picture, with three channels each; empty paths give empty images.
+LitMaps lit_maps_of(const Job& job, const std::vector<std::string>& files) {
+  LitMapFiles maps;
   maps.color = file_for(&AssetMaps::color, job, files);
   maps.occlusion = file_for(&AssetMaps::occlusion, job, files);
-  return load_dress(maps);
+  return load_lit_maps(maps);
 }
 
 }  // namespace
 
 DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<std::string>& files,
                       std::uint32_t size) {
-  std::vector<Warning> warnings;  // Dropped, because the bake already reported them.
+  std::vector<Warning> warnings;  // warnings are dropped, since the bake has already reported them
   DrawnAsset result;
-  bool own = false;
-  MeshFiles low_files = load_written_low(job, files, own, warnings);
+  bool has_own_maps = false;
+  MeshFiles low_files = load_written_low(job, files, has_own_maps, warnings);
   Mesh low_mesh = std::move(low_files.mesh);
   HighPolyInput dense = load_high(job.high, job.heights, load_options(job, MeshSide::high),
                                   has_more_files(job), warnings);
   if (!dense.heights) {
-    clean_high(dense.mesh, clean_options(settled(job)), warnings);
+    clean_high(dense.mesh, clean_options(resolve_job(job)), warnings);
     shade(job.frame.shading, dense, warnings);
   }
   NormalMap map;
   Image normals;
-  Dress worn;
-  if (own) {
+  LitMaps worn;
+  if (has_own_maps) {
     OwnMaps maps = take_own_maps(low_files.beside.materials, low_mesh, warnings);
     worn = {std::move(maps.color), std::move(maps.occlusion), {}};
     normals = std::move(maps.normal);
   } else if (choose_texture_sets(low_mesh) != SetsBy::none) {
-    result.note = "It has several texture sets, whose maps are not shown over it.";
+    result.note = "The low poly has several texture sets, whose maps are not shown.";
   } else {
     if (const std::string file = file_for(&AssetMaps::normal, job, files); !file.empty()) {
       normals = load_normal_map(file);
@@ -183,7 +186,7 @@ DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<st
       map.flip_y = job.bake.encoding.flip_y;
       map.bitangent = job.bake.encoding.bitangent;
     }
-    worn = dress_of(job, files);
+    worn = lit_maps_of(job, files);
   }
   if (normals.width != 0) map.image = &normals;
   if (map.image == nullptr && !worn.any() && result.note.empty())
@@ -197,21 +200,21 @@ DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<st
   options.frame = &dense.mesh;
   const Scene high(device, dense.mesh), low(device, low_mesh, map);
   result.high = high.draw(options);
-  RenderOptions plain = options;
-  plain.ignore_map = true;
-  result.low = low.draw(plain);
+  RenderOptions unmapped = options;
+  unmapped.ignore_map = true;
+  result.low = low.draw(unmapped);
   AnglePictures without;
-  without.add(high, low, plain);
+  without.add(high, low, unmapped);
   result.without_maps_degrees = without.mean(0);
-  AnglePictures with;
-  with.add(high, low, options);
-  result.with_maps_degrees = with.mean(0);
-  const Scale scale = with.scale();
+  AnglePictures mapped;
+  mapped.add(high, low, options);
+  result.with_maps_degrees = mapped.mean(0);
+  const Scale scale = mapped.scale();
   result.scale_degrees = scale.end;
-  result.errors = with.picture(0, scale);
+  result.errors = mapped.picture(0, scale);
   if (map.image == nullptr && !worn.any()) return result;
   result.with_maps = low.draw(options);
-  dress({device, low_mesh}, worn, options, result.with_maps);
+  apply_maps({device, low_mesh}, worn, options, result.with_maps);
   return result;
 }
 
@@ -222,10 +225,10 @@ std::vector<MapPicture> picture_maps(const Job& job, const std::vector<std::stri
   if (!asset.empty()) {
     std::vector<Warning> warnings;
     MeshFiles low = load_meshes({asset}, LoadMeshOptions(), false, warnings, true);
-    const OwnMaps own = take_own_maps(low.beside.materials, low.mesh, warnings);
+    const OwnMaps own_maps = take_own_maps(low.beside.materials, low.mesh, warnings);
     for (const auto& [name, image] :
-         {std::pair{"normals", &own.normal}, std::pair{"colors", &own.color},
-          std::pair{"occlusion", &own.occlusion}}) {
+         {std::pair{"normals", &own_maps.normal}, std::pair{"colors", &own_maps.color},
+          std::pair{"occlusion", &own_maps.occlusion}}) {
       if (image->width != 0) maps.push_back(picture_of(name, *image, side));
     }
     return maps;

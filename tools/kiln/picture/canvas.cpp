@@ -8,10 +8,10 @@
 namespace kiln::cli {
 namespace {
 
-/// A letter as strokes on a grid: y = 0 is the descender of "g", 2 the baseline, 6 the height of "x", 8 the height of
+/// A letter as strokes on a grid. In y, 0 is the descender of "g", 2 the baseline, 6 the height of "x", 8 the height of
 /// "X".
 struct Glyph {
-  int width = 0;  ///< Largest x; the next letter begins kGlyphGap further
+  int width = 0;  ///< Largest x; the next letter begins kGlyphGap to the right of it
   /// Polylines separated by spaces, two digits (x, y) per point. A line with the same point twice is a dot.
   std::string_view lines;
 };
@@ -125,9 +125,9 @@ Glyph glyph_of(char letter) {
   return kGlyphs[static_cast<std::size_t>(index)];
 }
 
-constexpr double kRows = 10;  // rows of the glyph grid per line height
+constexpr double kRows = 10;  // number of grid rows in a line of text
 
-/// True if a byte begins a character of UTF-8.
+/// True if a byte starts a UTF-8 character.
 bool begins(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; }
 
 }  // namespace

@@ -12,92 +12,93 @@ namespace kiln::cli {
 namespace {
 
 // Colour of meshes in Scene::draw(), in linear light (kernels/render/render.cl).
-constexpr std::array<float, 3> kClay = {0.60F, 0.505F, 0.425F};
+constexpr std::array<float, 3> kMeshColour = {0.60F, 0.505F, 0.425F};
 
 double linear(double value) {
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-/// Converts an image to three channels; a single one becomes grey.
+/// Converts an image to three channels; a single channel becomes grey.
 Image three_channels(const Image& image) {
   Image result{image.width, image.height, 3, {}};
   const std::size_t texels = std::size_t{image.width} * image.height;
   result.pixels.resize(texels * 3);
   for (std::size_t i = 0; i < texels; ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t from = image.channels < 3 ? 0 : c;
-      result.pixels[3 * i + c] = image.pixels[i * image.channels + from];
+      const std::size_t source_channel = image.channels < 3 ? 0 : c;
+      result.pixels[3 * i + c] = image.pixels[i * image.channels + source_channel];
     }
   }
   return result;
 }
 
-/// Draws the mesh unlit with a map; pixels beside the mesh are 0.
-Image draw_with_map(const Dressed& dressed, const Image& map, RenderOptions options) {
+/// Draws the mesh unlit with a map. Pixels that do not show the mesh are 0.
+Image draw_with_map(const MappedMesh& dressed, const Image& map, RenderOptions options) {
   const Scene scene(dressed.device, dressed.mesh, {&map});
   options.show_colors = true;
   options.flat = options.show_normals = options.ignore_map = false;
   return scene.draw(options);
 }
 
-/// Draws the mesh's coverage: not 0 in pixels that show it.
-Image draw_coverage(const Dressed& dressed, const RenderOptions& options) {
+/// Draws the mesh's coverage: pixels that show the mesh are not 0.
+Image draw_coverage(const MappedMesh& dressed, const RenderOptions& options) {
   return draw_with_map(dressed, Image{1, 1, 3, {1, 1, 1}}, options);
 }
 
-/// \param bend  -1 (the strongest cavities) to 1 (the strongest edges)
+/// The factor of light for a value of curvature. \param bend  from -1 (the strongest cavities) to 1 (the strongest
+/// edges)
 float light_factor(float bend) { return 1 + (bend > 0 ? kEdgeLight - 1 : 1 - kCavityLight) * bend; }
 
 /// Name of a map's file without the prefix of the mesh's name.
 std::string caption(const std::string& file, const Mesh& mesh) {
   std::string stem = std::filesystem::path(file).stem().string();
-  const std::string before = mesh.name + "_";
-  if (stem.size() > before.size() && stem.starts_with(before)) stem.erase(0, before.size());
+  const std::string prefix = mesh.name + "_";
+  if (stem.size() > prefix.size() && stem.starts_with(prefix)) stem.erase(0, prefix.size());
   return stem;
 }
 
 }  // namespace
 
-Dress load_dress(const DressMaps& maps) {
-  Dress dress;
-  if (!maps.color.empty()) dress.color = three_channels(load_image(maps.color));
-  if (!maps.occlusion.empty()) dress.occlusion = three_channels(load_image(maps.occlusion));
-  if (!maps.curvature.empty()) dress.bend = three_channels(load_bend(maps.curvature));
-  return dress;
+LitMaps load_lit_maps(const LitMapFiles& maps) {
+  LitMaps apply_maps;
+  if (!maps.color.empty()) apply_maps.color = three_channels(load_image(maps.color));
+  if (!maps.occlusion.empty()) apply_maps.occlusion = three_channels(load_image(maps.occlusion));
+  if (!maps.curvature.empty()) apply_maps.bend = three_channels(load_curvature(maps.curvature));
+  return apply_maps;
 }
 
-void dress(const Dressed& dressed, const Dress& maps, const RenderOptions& options,
-           Image& picture) {
+void apply_maps(const MappedMesh& dressed, const LitMaps& maps, const RenderOptions& options,
+                Image& picture) {
   if (!maps.any()) return;
-  const Image shown = draw_coverage(dressed, options);
+  const Image coverage = draw_coverage(dressed, options);
   const auto draw = [&](const Image& map) {
     return map.width == 0 ? Image() : draw_with_map(dressed, map, options);
   };
   const Image colors = draw(maps.color), open = draw(maps.occlusion), bend = draw(maps.bend);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
-    if (shown.pixels[i] == 0) continue;
+    if (coverage.pixels[i] == 0) continue;
     double light = linear(picture.pixels[i]);
-    if (colors.width != 0) light *= linear(colors.pixels[i]) / kClay[i % 3];
+    if (colors.width != 0) light *= linear(colors.pixels[i]) / kMeshColour[i % 3];
     if (open.width != 0) light *= open.pixels[i];
     if (bend.width != 0) light *= light_factor(2 * bend.pixels[i] - 1);
     picture.pixels[i] = static_cast<float>(light);
   }
-  // Pixels beside the mesh are copied unchanged, because they are already encoded.
+  // Pixels that do not show the mesh are copied unchanged, since they are already encoded.
   Image lit = picture;
   to_srgb(lit);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
-    if (shown.pixels[i] != 0) picture.pixels[i] = lit.pixels[i];
+    if (coverage.pixels[i] != 0) picture.pixels[i] = lit.pixels[i];
   }
 }
 
-Image map_sheet(const Dressed& dressed, const std::vector<std::string>& files,
+Image map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files,
                 RenderOptions options) {
-  const Image shown = draw_coverage(dressed, options);
+  const Image coverage = draw_coverage(dressed, options);
   std::vector<Panel> panels;
   for (const std::string& file : files) {
     Image picture = draw_with_map(dressed, three_channels(load_image(file)), options);
     for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
-      if (shown.pixels[i] == 0) picture.pixels[i] = 1;
+      if (coverage.pixels[i] == 0) picture.pixels[i] = 1;
     }
     panels.push_back({std::move(picture), {caption(file, dressed.mesh)}});
   }

@@ -1,4 +1,4 @@
-// Pictures of a mesh with its maps.
+// Draws a mesh with its maps.
 #pragma once
 
 #include <string>
@@ -10,20 +10,20 @@
 
 namespace kiln::cli {
 
-/// A mesh and how to draw maps on it.
-struct Dressed {
+/// A mesh, with the way to draw maps on it.
+struct MappedMesh {
   const Device& device;
   const Mesh& mesh;
 };
 
-/// Files of the maps of a lit picture; empty: none.
-struct DressMaps {
+/// Files of the maps of a lit picture; an empty path means none.
+struct LitMapFiles {
   std::string color, occlusion, curvature;
   bool any() const { return !color.empty() || !occlusion.empty() || !curvature.empty(); }
 };
 
-/// The loaded maps, with three channels each; an empty image means none.
-struct Dress {
+/// The loaded maps of a lit picture, with three channels each; an empty image means none.
+struct LitMaps {
   Image color, occlusion, bend;
   bool any() const { return count() != 0; }
   std::size_t count() const {
@@ -31,32 +31,34 @@ struct Dress {
            std::size_t{bend.width != 0};
   }
 };
-/// \throws Error(input)
-Dress load_dress(const DressMaps& maps);
+/// Loads the maps of a lit picture. \throws Error(input)
+LitMaps load_lit_maps(const LitMapFiles& maps);
 
-/// Light factors of the strongest edges and cavities.
+/// Factors of light for the strongest edges and the strongest cavities.
 constexpr float kEdgeLight = 1.5F, kCavityLight = 0.75F;
 
-/// Applies maps to a lit picture of the mesh (by Scene::draw): multiplies colours, darkens by occlusion, and by
+/// Applies maps to a lit picture of the mesh from Scene::draw(): multiplies by colours, darkens by occlusion, and by
 /// curvature lightens edges and darkens cavities.
-void dress(const Dressed& dressed, const Dress& maps, const RenderOptions& options, Image& picture);
+void apply_maps(const MappedMesh& dressed, const LitMaps& maps, const RenderOptions& options,
+                Image& picture);
 
-/// Draws the mesh unlit with each map, with the map's name as caption. \throws Error(input)
-Image map_sheet(const Dressed& dressed, const std::vector<std::string>& files,
+/// Draws the mesh unlit with each map, and with the map's name as caption. \throws Error(input)
+Image map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files,
                 RenderOptions options);
 
-/// Maps over a mesh's UVs; an empty image means none.
+/// Maps on the UVs of a mesh; an empty image means none.
 struct OwnMaps {
-  Image normal, color, occlusion;  ///< Three channels each: n/2 + 1/2, sRGB, grey
+  /// Three channels each: normals as n/2 + 1/2, colours as sRGB, occlusion as grey
+  Image normal, color, occlusion;
   bool any() const { return normal.width + color.width + occlusion.width != 0; }
 };
 
 /// Combines the normal, colour and occlusion textures of all materials into one atlas each: a square grid with one cell
-/// per set of textures. Moves the UVs of `mesh` into its cells and keeps its original tangents. Values combine textures
-/// and factors as a renderer does.
+/// per set of textures. Moves the UVs of `mesh` into the cells, and keeps its original tangents. Values combine
+/// textures and factors as a renderer does.
 /// \param materials  in the order of Mesh::material_names; empty: no maps
-/// \param warnings   receives "own-maps" if the mesh is shown without maps: its UVs leave the unit square while there
-///                   are several textures, or transformed or non-repeating ones; or a texture cannot be read
+/// \param warnings   receives "own-maps" if the mesh is shown without maps, because its UVs leave the unit square while
+/// there are several, transformed or non-repeating textures, or because a texture cannot be read
 OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
                       std::vector<Warning>& warnings);
 

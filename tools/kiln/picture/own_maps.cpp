@@ -1,4 +1,4 @@
-// Combines the textures of a mesh's own materials into one atlas per slot.
+// Combines the textures of a mesh's own materials into an atlas per slot.
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@
 namespace kiln::cli {
 namespace {
 
-constexpr std::uint32_t kMaxAtlasSide = 8192;  // maximum side of an atlas
+constexpr std::uint32_t kMaxAtlasSide = 8192;  // maximum side of an atlas in texels
 
 /// One texture slot of all materials.
 class Slot {
@@ -26,30 +26,30 @@ class Slot {
 
   /// Index of a material's picture; Texture::kNone if it has none.
   std::uint32_t image_of(std::size_t material) const { return texture_.image_of[material]; }
-  /// True if textures use the mesh's UVs without a transform, and repeat.
+  /// True if the textures repeat, and use the mesh's UVs without a transform.
   bool repeats() const {
     return texture_.uv_transforms.empty() && texture_.wraps.empty() && texture_.tiles.empty();
   }
-  /// True if the picture alone determines the material's look.
+  /// True if the material's look in this slot is its picture, without factors.
   bool is_plain(std::size_t material) const {
     return image_of(material) != Texture::kNone && texture_.factors.empty() && repeats();
   }
-  std::uint32_t side_of(std::size_t material) const {
+  std::uint32_t map_side(std::size_t material) const {
     const std::uint32_t image = image_of(material);
     if (image == Texture::kNone) return 1;
     return std::max(texture_.images[image]->width, texture_.images[image]->height);
   }
 
-  /// A material's value at given UVs, filtered bilinearly.
+  /// A material's value at a UV, filtered bilinearly.
   std::array<float, 3> at(std::size_t material, double u, double v) const {
-    const std::uint32_t of = image_of(material);
-    if (of == Texture::kNone) return stored(texture_.plain[material], /*linear=*/true);
-    const Image& image = *texture_.images[of];
+    const std::uint32_t image_index = image_of(material);
+    if (image_index == Texture::kNone) return stored(texture_.plain[material], /*linear=*/true);
+    const Image& image = *texture_.images[image_index];
     if (!texture_.uv_transforms.empty()) {
       const std::array<float, 6>& m = texture_.uv_transforms[material];
-      const double moved = m[0] * u + m[1] * v + m[2];
+      const double transformed_u = m[0] * u + m[1] * v + m[2];
       v = m[3] * u + m[4] * v + m[5];
-      u = moved;
+      u = transformed_u;
     }
     const std::array<TextureWrap, 2> wrap =
         texture_.wraps.empty() ? std::array<TextureWrap, 2>{} : texture_.wraps[material];
@@ -60,12 +60,12 @@ class Slot {
     };
     std::array<float, 4> value{};
     for (int k = 0; k < 4; ++k) {
-      const int right = k % 2, below = k / 2;
+      const int right = k % 2, lower = k / 2;
       const float* const texel =
           image.at(texel_at(static_cast<std::int64_t>(left) + right, image.width, wrap[0]),
-                   texel_at(static_cast<std::int64_t>(top) + below, image.height, wrap[1]));
+                   texel_at(static_cast<std::int64_t>(top) + lower, image.height, wrap[1]));
       const double weight =
-          (right != 0 ? x - left : 1 - x + left) * (below != 0 ? y - top : 1 - y + top);
+          (right != 0 ? x - left : 1 - x + left) * (lower != 0 ? y - top : 1 - y + top);
       for (std::size_t c = 0; c < 3; ++c) {
         value[c] += static_cast<float>(weight * texel[image.channels < 3 ? 0 : c]);
       }
@@ -82,7 +82,7 @@ class Slot {
   }
 
  private:
-  /// Converts a value to the map's encoding. \param linear true if it is linear light, or a vector
+  /// Converts a value to the encoding of the map. \param linear  true if the value is linear light, or a vector
   std::array<float, 3> stored(const std::array<float, 4>& value, bool linear) const {
     std::array<float, 3> result{value[0], value[1], value[2]};
     if (!linear) return result;
@@ -98,8 +98,8 @@ class Slot {
   Texture texture_;
 };
 
-/// Key of a cell: the pictures of all slots and, if factors change them, the material. Materials with equal keys share
-/// a cell.
+/// Key of a cell of the atlas: the pictures of all slots and, if factors change them, the material. Materials with
+/// equal keys share a cell.
 struct CellKey {
   std::array<std::uint32_t, 3> pictures{Texture::kNone, Texture::kNone, Texture::kNone};
   std::size_t material = 0;
@@ -108,8 +108,9 @@ struct CellKey {
 
 /// The atlas layout: a square of cells, each with one material.
 struct AtlasLayout {
-  std::vector<std::size_t> material;  ///< Per cell
-  std::uint32_t rows = 1, side = 1;   ///< Cells along a side, and texels along a cell's
+  std::vector<std::size_t> material;  ///< material of each cell
+  /// number of cells along a side, and texels along a cell's side
+  std::uint32_t rows = 1, side = 1;
 
   Image draw(const Slot& slot) const {
     Image image{rows * side, rows * side, 3, {}};
@@ -168,15 +169,15 @@ OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
   std::vector<std::size_t> cell_of(mesh.triangles.size(), 0);
   for (std::size_t t = 0; t < cell_of.size(); ++t) {
     const std::size_t material = mesh.materials.empty() ? 0 : mesh.materials[t];
-    CellKey look;
+    CellKey cell_key;
     std::uint32_t side = 1;
     for (std::size_t k = 0; k < slots.size(); ++k) {
       if (!slots[k]) continue;
-      look.pictures[k] = slots[k]->image_of(material);
-      side = std::max(side, slots[k]->side_of(material));
-      if (!slots[k]->is_plain(material)) look.material = material;
+      cell_key.pictures[k] = slots[k]->image_of(material);
+      side = std::max(side, slots[k]->map_side(material));
+      if (!slots[k]->is_plain(material)) cell_key.material = material;
     }
-    const auto [entry, added] = cells.try_emplace(look, sheet.material.size());
+    const auto [entry, added] = cells.try_emplace(cell_key, sheet.material.size());
     if (added) sheet.material.push_back(material);
     sheet.side = std::max(sheet.side, side);
     cell_of[t] = entry->second;
@@ -187,8 +188,8 @@ OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
   });
   if ((sheet.rows > 1 || !repeat) && !in_unit_square(mesh)) {
     return leave(
-        "its UVs leave the unit square, where pictures are several, moved, of UDIM sets, or do not "
-        "repeat.");
+        "its UVs leave the unit square, but there are several pictures, or pictures that are "
+        "transformed, UDIM sets, or do not repeat.");
   }
   if (sheet.rows > 1) {
     if (mesh.tangents.empty()) mesh.tangents = tangents_of(mesh);

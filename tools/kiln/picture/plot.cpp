@@ -11,14 +11,15 @@
 
 namespace kiln::cli {
 
-extern const char kPlotScript[];  // picture/plot.py, by CMakeLists.txt
+extern const char kPlotScript[];  // the contents of picture/plot.py, embedded by CMakeLists.txt
 
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kNoMatplotlib = 69;      // the script's exit code
-constexpr double kLimitSeconds = 300;  // matplotlib's first run lists all fonts
+constexpr int kNoMatplotlib = 69;  // exit code of the script if matplotlib is missing
+// limit in seconds; matplotlib lists all fonts in its first run
+constexpr double kLimitSeconds = 300;
 constexpr const char* kScriptName = "kiln_plot.py";
 
 }  // namespace
@@ -45,10 +46,10 @@ std::vector<std::string> plot_files(const std::string& name) {
 std::optional<RunningProgram> start_python() {
   const std::vector<fs::path> pythons = os::programs_of_path("python3", "/usr/bin:/bin");
   if (pythons.empty()) return std::nullopt;
-  // The first one's place, and what it goes on to where it has no matplotlib.
+  // The first Python runs first; the others are passed on, in case it has no matplotlib.
   std::vector<std::string> command = {pythons.front().string(), "-c", kPlotScript, "-", "-"};
   for (std::size_t i = 1; i < pythons.size(); ++i) command.push_back(pythons[i].string());
-  // Not in the plot's folder: Python would take a json.py there for its own.
+  // The working folder is not that of the plot, where Python would import a json.py of the user.
   return RunningProgram::start(std::move(command), "/");
 }
 
@@ -68,7 +69,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     save_text(saved(plot.name + "_plot.json"), plot.data.dump(1) + "\n");
     const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
                                 "_plot.json " + plot.name + ".png";
-    // If Python fails for one plot, it fails for all.
+    // If Python fails for one plot, it would fail for all.
     std::optional<ProgramResult> result;
     const std::string text = plot.data.dump();
     if (python && python->began() && !python->began_with(text)) python.reset();
@@ -87,7 +88,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
       std::string reason = result->errors;
       std::replace(reason.begin(), reason.end(), '\n', ' ');
       warnings.push_back({"no-plot",
-                          plot.name + ".png is not drawn: Python ended with exit code " +
+                          plot.name + ".png was not drawn: Python ended with exit code " +
                               std::to_string(result->exit_code) + ": " + reason,
                           1});
     } else {

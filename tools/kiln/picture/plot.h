@@ -1,4 +1,4 @@
-// Plots: C++ writes their data, picture/plot.py draws them.
+// Saves plots: C++ writes their data, picture/plot.py draws them.
 #pragma once
 
 #include <filesystem>
@@ -14,13 +14,13 @@ namespace kiln::cli {
 /// One picture, NAME.png.
 struct Plot {
   std::string name;
-  Json data;  ///< Input of picture/plot.py; saved as NAME_plot.json
+  Json data;  ///< Input of picture/plot.py, saved as NAME_plot.json
 };
 
-/// An empty panel of a plot of curves.
+/// Makes an empty panel for a plot of curves.
 Json plot_panel(const std::string& y_title);
-/// A curve with one point per element of a list. \param look a style name of the script, or a brightness share from
-/// light to dark
+/// Makes a curve with one point per element of a list.
+/// \param look  a style name of the script, or a share of brightness from light to dark
 template <typename List, typename X, typename Y>
 Json plot_curve(const std::string& title, const Json& look, const List& list, const X& x,
                 const Y& y) {
@@ -32,21 +32,21 @@ Json plot_curve(const std::string& title, const Json& look, const List& list, co
   return curve;
 }
 
-/// Ticks of a logarithmic axis: powers of four that enclose a range.
+/// Ticks of a logarithmic axis: the powers of four that enclose a range.
 Json ticks_around(double least, double most);
 
-/// Files that save_plots() may write.
+/// Names of the files that save_plots() may write.
 std::vector<std::string> plot_files(const std::string& name);
 
 /// Starts Python in advance, because importing matplotlib takes a third of a second.
 /// \returns nullopt if PATH has no python3
 std::optional<RunningProgram> start_python();
 
-/// Starts drawing a plot. save_plots() uses the picture if it is given the same plot.
+/// Starts drawing a plot. If save_plots() gets the same plot, it uses the picture.
 void begin_plot(RunningProgram& python, const Plot& plot);
 
-/// Saves the data of plots, and draws them with the first python3 of PATH that has matplotlib. Without one, a warning
-/// names the package to install, and the script is saved to draw them later.
+/// Saves the data of plots, and draws them with the first python3 in PATH that has matplotlib. Without one, a warning
+/// names the package to install, and the script is saved to draw the plots later.
 /// \param outputs,warnings  written files and warnings are appended to these
 /// \param python  result of start_python(); used for the first plot
 /// \returns false if interrupted

@@ -38,7 +38,7 @@ def around(mark):
     return np.concatenate([mark - RADIUS, mark + RADIUS])
 
 
-class Places:
+class LabelPositions:
     """Candidate places of one label: boxes, ends of leader lines, whether a leader is needed, and costs without other labels."""
 
     def __init__(self, mark, size, marks, panel, kept, lines):
@@ -83,7 +83,7 @@ class Places:
 def place_labels(marks, sizes, panel, kept=(), lines=()):
     """\\returns for each mark the label's box, and the end of a line to it or None"""
     marks = np.array(marks, float)
-    labels = [Places(mark, np.array(size, float), marks, np.array(panel), kept, lines)
+    labels = [LabelPositions(mark, np.array(size, float), marks, np.array(panel), kept, lines)
               for mark, size in zip(marks, sizes)]
     best, least = {}, np.inf
     for order in range(ORDERS):  # orders of labels: each leads to another local minimum

@@ -21,7 +21,7 @@ std::int64_t wide(const std::string& text) {
   return static_cast<std::int64_t>(std::ceil(text_width(text)));
 }
 
-/// Layout of the scale's parts, which wrap to further lines if needed.
+/// The layout of the colour scale's parts, which wrap to further lines if the sheet is too narrow.
 struct Legend {
   struct Part {
     std::int64_t x, y, width;
@@ -71,19 +71,19 @@ void draw_legend(Canvas& canvas, const Scale& scale, const Legend& legend, std::
   }
 }
 
-/// Number of columns for an aspect ratio of about 8 : 5.
+/// Number of columns for which the sheet's aspect ratio is nearest to 8 : 5.
 std::size_t choose_columns(std::size_t count, std::int64_t cell_width, std::int64_t cell_height) {
   std::size_t best = 1;
-  double least = 1e300;
+  double best_deviation = 1e300;
   for (std::size_t columns = 1; columns <= count; ++columns) {
     const std::size_t rows = (count + columns - 1) / columns;
     const double shape = static_cast<double>(columns) * static_cast<double>(cell_width) /
                          (static_cast<double>(rows) * static_cast<double>(cell_height));
-    // Empty cells add to the deviation of the aspect ratio.
+    // Empty cells count as a deviation from the aspect ratio.
     const double empty = static_cast<double>(rows * columns - count) / static_cast<double>(count);
     const double off = std::abs(std::log(shape / 1.6)) + empty;
-    if (off < least) {
-      least = off;
+    if (off < best_deviation) {
+      best_deviation = off;
       best = columns;
     }
   }
@@ -113,16 +113,16 @@ Colour scale_colour(double share) {
 }
 
 double scale_end(std::vector<double> values) {
-  double wanted = 1e-9;
+  double limit = 1e-9;
   if (!values.empty()) {
     const std::size_t rank = values.size() * 97 / 100 - (values.size() * 97 % 100 == 0 ? 1 : 0);
     std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank),
                      values.end());
-    wanted = std::max(wanted, values[rank]);
+    limit = std::max(limit, values[rank]);
   }
-  const double power = std::pow(10, std::floor(std::log10(wanted)));
+  const double power = std::pow(10, std::floor(std::log10(limit)));
   for (const double step : {1.0, 2.0, 5.0}) {
-    if (step * power >= wanted * (1 - 1e-9)) return step * power;
+    if (step * power >= limit * (1 - 1e-9)) return step * power;
   }
   return 10 * power;
 }
@@ -132,8 +132,8 @@ Image coloured(const Image& values, const Scale& scale,
   Image result{values.width, values.height, 3, {}};
   result.pixels.reserve(values.pixels.size() * 3);
   for (const float value : values.pixels) {
-    const std::optional<Colour> none = other(value);
-    const Colour colour = none ? *none : scale_colour(value / scale.end);
+    const std::optional<Colour> other_colour = other(value);
+    const Colour colour = other_colour ? *other_colour : scale_colour(value / scale.end);
     result.pixels.insert(result.pixels.end(), colour.begin(), colour.end());
   }
   return result;
@@ -144,8 +144,8 @@ std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count) {
 }
 
 Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes) {
-  constexpr std::uint64_t kBytesOfLaunches = 8 << 20;  // PoCL retains 6 MiB after the first picture
-  const ReservedMemory later(bytes == 0 ? 0 : bytes + kBytesOfLaunches);
+  constexpr std::uint64_t kBytesOfLaunches = 8 << 20;  // PoCL keeps 6 MiB after the first picture
+  const ReservedMemory reserved(bytes == 0 ? 0 : bytes + kBytesOfLaunches);
   return scene.draw(options);
 }
 
@@ -219,7 +219,7 @@ Scale AnglePictures::scale() const {
       if (angle >= 0) values.push_back(angle);
     }
   }
-  return {scale_end(std::move(values)), "degrees", {{kOneSided, "seen of one mesh only"}}};
+  return {scale_end(std::move(values)), "degrees", {{kOneSided, "visible in only one mesh"}}};
 }
 
 Image AnglePictures::picture(std::size_t index, const Scale& scale) const {

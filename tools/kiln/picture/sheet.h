@@ -1,4 +1,4 @@
-// Contact sheets: panels of equal size with captions, and a colour scale if needed.
+// Composes contact sheets: panels of equal size with captions, and a colour scale if needed.
 #pragma once
 
 #include <functional>
@@ -15,55 +15,58 @@
 namespace kiln::cli {
 
 struct Panel {
-  Image image;  ///< 3 channels
+  Image image;  ///< The picture, with 3 channels
   std::vector<std::string> captions;
 };
 
 /// A colour scale for values from 0 to `end`.
 struct Scale {
   double end = 1;
-  std::string unit;  ///< "degrees"
-  /// Colours of pixels without a value, with their legends.
+  std::string unit;  ///< Unit of the values, such as "degrees"
+  /// Colours of pixels without a value, with their legends
   std::vector<std::pair<Colour, std::string>> others;
 };
 
-/// Colour of a share in [0, 1], dark to light (inferno, by Smith and van der Walt, interpolated from nine points).
+/// Colour of a value in [0, 1], from dark to light (inferno, by Smith and van der Walt, interpolated from nine points).
 Colour scale_colour(double share);
 
-/// The least number of the form 1, 2 or 5 times a power of ten that at most 3% of the values exceed.
+/// The smallest number that is 1, 2 or 5 times a power of ten, and that at most 3% of the values exceed.
 double scale_end(std::vector<double> values);
 
-/// Converts values to colours. \param values one channel
-/// \param other  colour of a value outside the scale, if it is one
+/// Converts values to colours.
+/// \param values  an image of one channel
+/// \param other  returns the colour of a value that is not on the scale; nullopt otherwise
 Image coloured(const Image& values, const Scale& scale,
                const std::function<std::optional<Colour>(float)>& other);
 
-/// Arranges panels in columns. Cells are at least as wide as the widest caption. \param columns 0: as for an aspect
-/// ratio of about 8 : 5
+/// Arranges panels in columns. Cells are at least as wide as the widest caption.
+/// \param columns  number of columns; 0: for an aspect ratio of about 8 : 5
 Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& scale = {},
                  std::size_t columns = 0);
 
-/// Memory of `count` pictures in bytes.
+/// Memory in bytes for `count` pictures.
 std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count);
 
-/// scene.draw(options), but fails at once if memory does not suffice for later steps. \param bytes memory of these
+/// Draws the scene, but first checks the memory for later steps as well. \param bytes  memory in bytes that later steps
+/// need
 Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes);
 
-/// Pictures of angles between normals in one or several views with a common scale.
+/// Pictures of angles between normals, in one or several views, with a common scale.
 class AnglePictures {
  public:
-  /// Adds the local error of a view (Wang, Froehlich, Goebel 2003, figure 4b). \param view options of both scenes
+  /// Adds the angles between the normals of two scenes in a view (Wang, Froehlich, Goebel 2003, figure 4b).
+  /// \param view  options for both scenes
   void add(const Scene& high, const Scene& low, RenderOptions view);
-  /// Adds angles in one channel; -1 and -2 have the meaning of normal_angles().
+  /// Adds an image of angles in one channel; -1 and -2 have the meaning of normal_angles().
   void add(Image values) { angles_.push_back(std::move(values)); }
 
-  /// Mean over the pixels that both meshes cover; 0 if there are none.
+  /// Mean angle of a picture over the pixels that both meshes cover; 0 if there are none.
   double mean(std::size_t index) const;
   Scale scale() const;
   Image picture(std::size_t index, const Scale& scale) const;
 
  private:
-  std::vector<Image> angles_;  ///< normal_angles()
+  std::vector<Image> angles_;  ///< results of normal_angles(), per picture
 };
 
 }  // namespace kiln::cli

@@ -1,4 +1,4 @@
-// Command-line options of a picture's view.
+// Command-line options for the view of a picture.
 #pragma once
 
 #include <optional>
@@ -11,16 +11,16 @@
 namespace kiln::cli {
 
 struct ViewArguments {
-  std::string view;  ///< Empty: 30,15, or 30,35 for a height field
+  std::string view;  ///< Azimuth and elevation; empty: 30,15, or 30,35 for a height field
   std::string at;
   double zoom = 1;
   bool z_up = false, square = false;
 
-  /// True if a viewpoint is given, which excludes several views.
+  /// True if a single viewpoint is given, which excludes several views.
   bool given() const { return !view.empty() || !at.empty() || zoom != 1; }
 };
 
-/// --view, --zoom, --at, --z-up and --square, for jobs with a member `view`.
+/// Rows of --view, --zoom, --at, --z-up and --square, for jobs with a member `view`.
 template <typename Job>
 std::vector<OptionRow> view_rows(const char* group = "") {
   return {
@@ -32,28 +32,29 @@ std::vector<OptionRow> view_rows(const char* group = "") {
       {.flag = "--zoom",
        .group = group,
        .value = number(KILN_MEMBER(Job, view.zoom), 0.01, 1e5),
-       .help = "How much larger than what fits, 0.01 to 100000"},
+       .help = "Magnification relative to a picture that shows the whole mesh, 0.01 to 100000"},
       {.flag = "--at",
        .group = group,
        .value = text(KILN_MEMBER(Job, view.at), "X,Y,Z"),
-       .help = "X,Y,Z: the point in the picture's middle (default: the mesh's)"},
+       .help = "X,Y,Z: the point at the centre of the picture (default: the centre of the mesh)"},
       {.flag = "--z-up",
        .group = group,
        .value = toggle(KILN_MEMBER(Job, view.z_up)),
-       .help = "The up axis is +Z (default +Y; height fields: always +Z): the front is seen from "
-               "-Y"},
+       .help = "The up axis is +Z instead of +Y (always for height fields); the front is then seen "
+               "from -Y"},
       {.flag = "--square",
        .group = group,
        .value = toggle(KILN_MEMBER(Job, view.square)),
-       .help = "A square picture, whatever the mesh's shape in it"},
+       .help = "Make a square picture instead of one that fits the mesh's shape"},
   };
 }
 
+/// Converts the arguments to render options.
 /// \param height_field  true if the mesh is a height field, whose up axis is +Z
 /// \throws Error(usage) for an invalid view, zoom or point
 RenderOptions view_options(const ViewArguments& arguments, bool height_field);
 
-/// Sets the view direction. \param toward from the mesh to the viewer
+/// Sets the view direction. \param toward  direction from the mesh to the viewer
 void look_from(const Vec3& toward, RenderOptions& options);
 
 }  // namespace kiln::cli

@@ -40,7 +40,7 @@ std::int16_t packed(float value) {
   return static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0F, 1.0F) * 32767));
 }
 
-/// A GPU vertex buffer: corners with equal position, normal, UV and tangent share a vertex.
+/// A vertex buffer for a GPU. Corners with equal position, normal, UV and tangent share a vertex.
 class VertexBuffer {
  public:
   VertexBuffer(const Mesh& mesh, bool with_uvs)
@@ -92,12 +92,12 @@ class VertexBuffer {
       Key key{mesh_.triangles[t][k], normals_.triangles[t][k], 0, 0};
       std::array<std::int16_t, 4> tangent{};
       if (with_uvs_) {
-        const Tangent& of = tangents_[std::size_t{3} * t + k];
-        const Vec3& d = of.direction;
+        const Tangent& corner = tangents_[std::size_t{3} * t + k];
+        const Vec3& d = corner.direction;
         const float length = std::hypot(d.x, d.y, d.z);
         const float scale = length > 0 ? 1 / length : 0;
         tangent = {packed(d.x * scale), packed(d.y * scale), packed(d.z * scale),
-                   packed(of.sign < 0 ? -1.0F : 1.0F)};
+                   packed(corner.sign < 0 ? -1.0F : 1.0F)};
         key[2] = mesh_.uv_triangles[t][k];
         std::uint64_t bits = 0;
         std::memcpy(&bits, tangent.data(), sizeof bits);
@@ -135,10 +135,11 @@ class VertexBuffer {
   std::vector<std::pair<std::uint32_t, std::array<std::uint32_t, 2>>> groups_;
 };
 
-/// Textures of the page, without duplicates.
+/// Distinct textures of the page.
 class PictureList {
  public:
-  /// \param channel  the channel to write as grey; nullopt: colours, with alpha if `with_alpha`
+  /// Adds a texture, or finds an equal one. \param channel  the channel to write as grey; nullopt: colours, with alpha
+  /// if `with_alpha`
   std::size_t add(const std::shared_ptr<const Image>& image, std::optional<std::uint32_t> channel,
                   const Texture::Factor& factor, bool with_alpha, const std::string& name) {
     const Key key{image.get(),
@@ -175,7 +176,7 @@ class PictureList {
  private:
   using Key = std::tuple<const Image*, int, float, float>;
   std::map<Key, std::size_t> known_;
-  /// Keeps images alive, because keys contain their addresses
+  /// Keeps images alive, since keys contain their addresses
   std::vector<std::shared_ptr<const Image>> held_;
   Json list_ = Json::array();
 };
@@ -200,8 +201,8 @@ constexpr std::array kSlots = {
     SlotRow{"opacity", MaterialSlot::opacity, &Material::opacity_map, true},
 };
 
-/// The UV set on which a material is drawn: that of its colours, else of its first picture. Three.js has one for all
-/// pictures but occlusion.
+/// The UV set with which a material is drawn: that of its colour picture, else of its first picture. Three.js has one
+/// UV set for all pictures but occlusion.
 std::uint32_t drawn_set(const Material& material, std::uint32_t own) {
   for (const SlotRow& row : kSlots) {
     const MaterialPicture& picture = material.*row.picture;
@@ -210,21 +211,21 @@ std::uint32_t drawn_set(const Material& material, std::uint32_t own) {
   return own;
 }
 
-/// The mesh with the UVs of each material's drawn_set(); none: its own UVs are those of all.
+/// The mesh with the UVs of each material's drawn_set(); nullopt if the mesh's own UVs serve all materials.
 std::optional<Mesh> with_drawn_sets(const ViewedMesh& viewed) {
   const Mesh& mesh = *viewed.mesh;
   if (mesh.uvs.empty() || mesh.other_uvs.empty() || viewed.materials.empty()) return std::nullopt;
   std::vector<std::uint32_t> first_of(viewed.materials.size(), 0);
-  bool any = false;
+  bool any_other = false;
   for (std::size_t m = 0; m < first_of.size(); ++m) {
     const std::uint32_t set = drawn_set(viewed.materials[m], mesh.uv_set);
     for (std::size_t k = 0; k < mesh.other_uvs.size() && set != mesh.uv_set; ++k) {
       if (mesh.other_uvs[k].set != set) continue;
       first_of[m] = static_cast<std::uint32_t>((k + 1) * mesh.uvs.size());
-      any = true;
+      any_other = true;
     }
   }
-  if (!any) return std::nullopt;
+  if (!any_other) return std::nullopt;
   Mesh result = mesh;
   for (const UvSet& other : mesh.other_uvs)
     result.uvs.insert(result.uvs.end(), other.uvs.begin(), other.uvs.end());
@@ -233,11 +234,11 @@ std::optional<Mesh> with_drawn_sets(const ViewedMesh& viewed) {
     for (std::uint32_t& corner : result.uv_triangles[t]) corner += first_of[material];
   }
   result.other_uvs.clear();
-  result.tangents.clear();  // those of the file belong to its own set
+  result.tangents.clear();  // the file's tangents belong to another UV set
   return result;
 }
 
-/// Leaves out pictures that lie on another set than the material is drawn with, and says which.
+/// Leaves out pictures on another UV set than the drawn one, with a warning.
 void leave_out_other_sets(const ViewedMesh& viewed, std::vector<Material>& materials,
                           std::vector<Warning>& warnings) {
   for (Material& of : materials) {
@@ -246,24 +247,25 @@ void leave_out_other_sets(const ViewedMesh& viewed, std::vector<Material>& mater
       MaterialPicture& picture = of.*row.picture;
       if (picture.empty() || picture.uv_set == set) continue;
       warnings.push_back({"view-uv-set",
-                          "'" + of.name + "': its picture of " + row.name + " lies on UV set " +
-                              std::to_string(picture.uv_set) + ", the material is drawn with set " +
-                              std::to_string(set) + ": that picture is left out.",
+                          "'" + of.name + "': its picture of " + row.name + " uses UV set " +
+                              std::to_string(picture.uv_set) +
+                              ", but the material is drawn with set " + std::to_string(set) +
+                              ": the picture is left out.",
                           1});
       picture = {};
     }
   }
 }
 
-/// One slot of a material: its picture, or its value.
+/// Describes a slot of a material: its picture, or its value.
 Json slot_json(const SlotRow& row, const Texture& texture, std::size_t material, const Material& of,
                PictureList& pictures) {
   const Texture::Factor factor =
       texture.factors.empty() ? Texture::Factor{} : texture.factors[material];
   const std::uint32_t image = texture.image_of.empty() ? 0 : texture.image_of[material];
   if (image == Texture::kNone) {
-    const auto& plain = texture.plain[material];
-    return {{"value", Json::array({plain[0], plain[1], plain[2]})}};
+    const auto& plain_value = texture.plain[material];
+    return {{"value", Json::array({plain_value[0], plain_value[1], plain_value[2]})}};
   }
   const bool with_alpha =
       row.slot == MaterialSlot::color && of.alpha_mode != AlphaMode::opaque && of.multiplies;
@@ -304,9 +306,10 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
     return list[material]["slots"][row.name];
   };
   for (const SlotRow& row : kSlots) {
-    const bool any = std::any_of(materials.begin(), materials.end(),
-                                 [&](const Material& of) { return !(of.*row.picture).empty(); });
-    if (!any) {
+    const bool any_transparent =
+        std::any_of(materials.begin(), materials.end(),
+                    [&](const Material& of) { return !(of.*row.picture).empty(); });
+    if (!any_transparent) {
       for (std::size_t m = 0; m < materials.size(); ++m) {
         const Material& of = materials[m];
         const auto number = [&](float value) {
@@ -337,7 +340,7 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
       const bool needs_picture =
           row.slot == MaterialSlot::normal || row.slot == MaterialSlot::opacity;
       if (needs_picture && (materials[m].*row.picture).empty()) continue;
-      // Opacity that multiplies is the alpha of the colour's picture.
+      // A multiplied opacity is stored as the alpha of the colour's picture.
       if (row.slot == MaterialSlot::opacity && materials[m].multiplies) continue;
       slot_of(m, row) = slot_json(row, texture, m, materials[m], pictures);
     }
@@ -347,16 +350,17 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
 
 /// Reads a file of three.js from the folder in KILN_THREE, or from Debian's libjs-three.
 std::string library_text(const fs::path& name) {
-  const char* const given = std::getenv("KILN_THREE");
-  const fs::path folder =
-      given != nullptr && *given != '\0' ? given : "/usr/share/javascript/three";
+  const char* const three_folder = std::getenv("KILN_THREE");
+  const fs::path folder = three_folder != nullptr && *three_folder != '\0'
+                              ? three_folder
+                              : "/usr/share/javascript/three";
   std::ifstream file(folder / name, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(file), {}};
   if (!file || text.empty()) {
     throw Error(ErrorCode::input,
                 "'" + (folder / name).string() +
-                    "' is missing: the page draws with three.js. Install it with 'apt install "
-                    "libjs-three', or name its folder in KILN_THREE.",
+                    "' is missing: pages need three.js. Install it with 'apt install libjs-three', "
+                    "or set KILN_THREE to its folder.",
                 "three-missing");
   }
   return text;
@@ -410,17 +414,17 @@ std::string view_page(const ViewPage& page, const ViewedMesh& low, const ViewedM
       {"@THREE@", library_text("three.min.js")},
       {"@CONTROLS@", library_text("examples/js/controls/OrbitControls.js")}};
   std::string result;
-  std::string_view rest = kViewPage;
-  while (!rest.empty()) {
-    const std::size_t at = rest.find('@');
-    result += rest.substr(0, at);
+  std::string_view remaining_page = kViewPage;
+  while (!remaining_page.empty()) {
+    const std::size_t at = remaining_page.find('@');
+    result += remaining_page.substr(0, at);
     if (at == std::string_view::npos) break;
-    rest.remove_prefix(at);
+    remaining_page.remove_prefix(at);
     const auto text = std::find_if(texts.begin(), texts.end(), [&](const auto& entry) {
-      return rest.starts_with(entry.first);
+      return remaining_page.starts_with(entry.first);
     });
     result += text != texts.end() ? text->second : "@";
-    rest.remove_prefix(text != texts.end() ? text->first.size() : 1);
+    remaining_page.remove_prefix(text != texts.end() ? text->first.size() : 1);
   }
   return result;
 }

@@ -16,8 +16,8 @@
 namespace kiln::cli {
 namespace {
 
-/// True for C0 except tabs and line breaks, DEL, and C1 (U+0080 to U+009F), where U+009B starts escape sequences; also
-/// for Unicode line breaks and changes of writing direction, which can make a name look like another.
+/// True for characters that could disguise a name: C0 except tabs and line breaks, DEL, C1 (U+0080 to U+009F, where
+/// U+009B starts escape sequences), Unicode line breaks, and changes of writing direction.
 bool is_control(std::string_view character) {
   const auto first = static_cast<unsigned char>(character[0]);
   if (character.size() == 1)
@@ -37,9 +37,10 @@ std::string printable(std::string_view text) {
   std::string result;
   result.reserve(text.size());
   while (!text.empty()) {
-    const std::size_t known = utf8_length(text), length = known == 0 ? 1 : known;
+    const std::size_t valid_length = utf8_length(text),
+                      length = valid_length == 0 ? 1 : valid_length;
     const std::string_view character = text.substr(0, length);
-    if (known != 0 && !is_control(character)) {
+    if (valid_length != 0 && !is_control(character)) {
       result += character;
     } else {
       for (const char c : character) {
@@ -78,8 +79,8 @@ void finish_output() {
   throw Error(ErrorCode::output,
               std::string("Standard output could not be written: ") +
                   (os::is_closed(stdout)
-                       ? "it is closed. Give it a file or /dev/null, or add --quiet."
-                       : "its disk is full, or the device failed. Write to another place."));
+                       ? "it is closed. Redirect it to a file or /dev/null, or add --quiet."
+                       : "its disk is full, or the device failed. Write to another disk."));
 }
 
 Console::Console(bool quiet, const std::string& report)
@@ -99,7 +100,7 @@ bool Console::progress(double share, std::string_view stage) {
   if (quiet_ || !terminal_) return true;
   const int percent = std::clamp(static_cast<int>(share * 100), 0, 100);
   if (percent == last_percent_ && stage == last_stage_) return true;
-  // A line that wraps would not be cleared: it ends a column before the last one.
+  // A line that wraps could not be cleared, so the bar ends one column before the last.
   const std::size_t columns = os::terminal_columns() - 1;
   const std::size_t width = std::min<std::size_t>(32, columns / 3);
   const std::size_t filled = static_cast<std::size_t>(percent) * width / 100;
@@ -109,8 +110,8 @@ bool Console::progress(double share, std::string_view stage) {
   std::snprintf(numbers, sizeof numbers, "] %3d%%  %5.1f s  ", percent, seconds);
   const std::string line = "[" + std::string(filled, '#') + std::string(width - filled, '.') +
                            numbers + printable(stage);
-  const std::string_view shown = first_columns(line, columns);
-  std::fprintf(stderr, "\r\033[K%.*s", static_cast<int>(shown.size()), shown.data());
+  const std::string_view visible_line = first_columns(line, columns);
+  std::fprintf(stderr, "\r\033[K%.*s", static_cast<int>(visible_line.size()), visible_line.data());
   std::fflush(stderr);
   bar_shown_ = true;
   last_percent_ = percent;
@@ -130,12 +131,12 @@ void Console::warning(const Message& message) {
 }
 
 std::string time_left(double share, double seconds) {
-  constexpr double kLeastShare = 0.01, kLeastSeconds = 2;
-  if (!(share >= kLeastShare) || share >= 1 || seconds < kLeastSeconds) return {};
-  const double left = seconds * (1 - share) / share;
-  if (left < 60) return formatted("about %.0f s left, ", std::max(1.0, left));
-  if (left < 3600) return formatted("about %.0f min left, ", left / 60);
-  return formatted("about %.1f h left, ", left / 3600);
+  constexpr double kMinShare = 0.01, kMinSeconds = 2;
+  if (!(share >= kMinShare) || share >= 1 || seconds < kMinSeconds) return {};
+  const double seconds_left = seconds * (1 - share) / share;
+  if (seconds_left < 60) return formatted("about %.0f s left, ", std::max(1.0, seconds_left));
+  if (seconds_left < 3600) return formatted("about %.0f min left, ", seconds_left / 60);
+  return formatted("about %.1f h left, ", seconds_left / 3600);
 }
 
 void print_warnings(Console& console, const std::vector<Warning>& general,
@@ -149,10 +150,10 @@ void print_warnings(Console& console, const std::vector<Warning>& general,
   }
   for (const auto& [code, kind] : kinds) {
     const auto& [warning, count] = kind;
-    console.warning(warning->message +
-                    (count > 1 ? " (And so, or likewise, at " + std::to_string(count - 1) +
-                                     " further settings: see " + report + ".)"
-                               : ""));
+    console.warning(warning->message + (count > 1 ? " (The same or a similar warning occurred at " +
+                                                        std::to_string(count - 1) +
+                                                        " further settings; see " + report + ".)"
+                                                  : ""));
   }
 }
 

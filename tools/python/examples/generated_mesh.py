@@ -22,7 +22,7 @@ def generated():
         np.exp(-12 * (np.sqrt((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) / r - 1)) for a, b, c, r in balls + specks
     )
     field += 0.15 * np.sin(40 * x) * np.sin(40 * y) * np.sin(40 * z)
-    field -= 1e3 * (np.sqrt(x**2 + y**2 + (z + 0.5) ** 2) < 0.25)  # hollow
+    field -= 1e3 * (np.sqrt(x**2 + y**2 + (z + 0.5) ** 2) < 0.25)  # hollows the figure
     mesh = kiln.contour(field, 1, spacing=2 / (n - 1), origin=(-1, -1, -1))
     colors = np.clip(0.5 + 0.5 * mesh.vertices, 0, 1)
     return mesh.vertices, mesh.faces, colors
@@ -30,7 +30,7 @@ def generated():
 
 folder = Path(sys.argv[1])
 vertices, faces, colors = (sys.argv[2], None, None) if sys.argv[2:] else generated()
-# Removes the inner shell and bodies below 7% of the diagonal, each with a warning.
+# The inner shell and bodies below 7% of the diagonal are removed, with a warning each.
 glb = kiln.to_glb(
     vertices, faces, colors=colors, faces_target=4000, drop_floaters=0.07, texture_size=512, path=folder / "generated.glb"
 )

@@ -27,14 +27,14 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
     except (ValueError, TypeError, RuntimeError, BufferError) as error:
         raise Error(
             f"{parameter}: cannot be read as an array of numbers ({error}). Give a NumPy array; "
-            "of a tensor on a GPU, its copy on the CPU.",
+            "copy a tensor on a GPU to the CPU first.",
             "array-type",
             "usage",
             parameter,
         ) from error
     if array.dtype.kind not in "biufc":
         _fail(parameter, f"expected numbers, not {type(values).__name__}.", "array-type")
-    # A broadcast array needs no memory for repeated values, but its copy does.
+    # A broadcast array needs no memory for repeated values, but a copy of it does.
     needed = 4 * array.size
     if needed > _LITTLE and needed > (left := _core.memory_left()):
         raise Error(
@@ -49,7 +49,7 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
 def checked(
     values: Any, parameter: str, dtype: str, shape: tuple[int, ...], below: int | None
 ) -> np.ndarray:
-    """A contiguous array of the given type and shape; -1 in the shape allows any number."""
+    """Converts to a contiguous array of a type and a shape; -1 in the shape allows any number."""
     array = as_array(values, parameter)
     wanted = ", ".join("N" if side < 0 else str(side) for side in shape)
     if array.ndim != len(shape) or any(
@@ -58,11 +58,11 @@ def checked(
         _fail(parameter, f"expected the shape ({wanted}), not {array.shape}.", "array-shape")
     if array.size == 0:
         _fail(parameter, f"is empty; expected the shape ({wanted}).", "array-empty")
-    # Views by broadcast_to() cost nothing until they are copied: billions of rows, all of them one.
+    # A view by broadcast_to() may have billions of equal rows, which need memory only once they are copied.
     if parameter in ("faces", "vertices") and len(array) > 1 and array.strides[0] == 0:
         raise Error(
-            f"{parameter}: all {len(array)} rows are one and the same in memory, as of numpy.broadcast_to(). "
-            "Give each its own.",
+            f"{parameter}: all {len(array)} rows share one place in memory, as after numpy.broadcast_to(). "
+            "Copy the array first.",
             "array-shape",
             "input",
             parameter,
@@ -94,7 +94,7 @@ def checked(
 def corner_values(
     values: Any, faces: Any, parameter: str, channels: int, vertices: int, triangles: int
 ) -> tuple[np.ndarray, str]:
-    """Values per vertex, per corner, or a pool with its own faces; with the kind."""
+    """Checks values per vertex, values per corner, or a pool of values with its own faces. Returns them and their kind."""
     array = as_array(values, parameter)
     if faces is not None:
         return checked(array, parameter, "float32", (-1, channels), None), "pool"
@@ -103,7 +103,7 @@ def corner_values(
     if array.shape != (vertices, channels):
         _fail(
             parameter,
-            f"expected ({vertices}, {channels}), one a vertex, or ({triangles}, 3, {channels}), one a corner of "
+            f"expected ({vertices}, {channels}), one per vertex, or ({triangles}, 3, {channels}), one per corner of "
             f"each face, not {array.shape}; give {parameter[:-1]}_faces beside rows of their own.",
             "array-shape",
         )
@@ -142,11 +142,11 @@ def _with_alpha(colors: np.ndarray) -> np.ndarray:
 
 
 def check_shares(pixels: np.ndarray, parameter: str, what: str) -> None:
-    """Checks for numbers in [0, 1], with a tolerance of half a step of 8 bits."""
+    """Checks that numbers are in [0, 1], with a tolerance of half a step of 8 bits."""
     if pixels.size == 0:
         return
     low, high = float(pixels.min()), float(pixels.max())
-    if not -1 / 512 < low <= high < 1 + 1 / 512:  # NaN, too
+    if not -1 / 512 < low <= high < 1 + 1 / 512:  # the negated comparison also rejects NaN
         _fail(
             parameter,
             f"{what} is in [0, 1], but these numbers go from {low:g} to {high:g}; bytes of 0 to 255 are uint8.",

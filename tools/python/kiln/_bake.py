@@ -127,8 +127,10 @@ class Bake(Mapping[str, "np.ndarray"]):
 
     def __init__(self, core: _core.BakeCore, keywords: Mapping[str, Any] | None = None) -> None:
         self._core = core
-        self._keywords = dict(keywords or {})  # options that decide how its normals are read
-        self._endings: tuple[str, str] = "", ""  # parts of file names before and after the map's name, for texture sets
+        # options that decide how the bake's normals are decoded
+        self._keywords = dict(keywords or {})
+        # parts of file names before and after the map's name, for texture sets
+        self._endings: tuple[str, str] = "", ""
         self.report = Report(core.report)
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -189,7 +191,7 @@ class Bake(Mapping[str, "np.ndarray"]):
         target = Path(path_of(path))
         suffix = target.suffix.lower()
         if suffix in _NO_PICTURES and not target.is_dir():
-            text = f"path: '{target}' is no kind of picture that Kiln writes: give .png, .exr, .tif, .tga, .webp, .ktx2 or .dds."
+            text = f"path: '{target}' is not a picture format that Kiln writes: use .png, .exr, .tif, .tga, .webp, .ktx2 or .dds."
             raise Error(text, "output", "usage", "path")
         if suffix in _FORMATS and not target.is_dir():
             if len(self) != 1:
@@ -207,7 +209,7 @@ class Bake(Mapping[str, "np.ndarray"]):
         format = format or "png16"
         ending = _core.extension_of(format)
         target.mkdir(exist_ok=True)
-        # A mesh's name may come from an untrusted file, so it must not lead into another folder.
+        # The name of a mesh may come from an untrusted file, so separators of paths are replaced.
         stem = name or re.sub(r"[\x00/\\]", "_", self._core.low_name)
         files = []
         for map_name in self:
@@ -230,14 +232,15 @@ class Source:
     """A high poly on the device, for many bakes. Any number of threads may bake from it at once.
 
     high      as bake() takes it
-    bounds    two corners of a box, world units, about the mesh's size. Lengths in % are shares of its diagonal, and
-              positions are quantised in it: see kiln.BakeSession. Default: the mesh's own box
+    bounds    two corners of a box in world units, which should be about as large as the mesh. Its diagonal is the
+              reference of lengths in %, and positions are quantised in it; see kiln.BakeSession. Default: the box of
+              the mesh
     device    index or part of its name, as kiln.devices() lists them; "": the first GPU, else the first CPU
     progress  as bake() takes it
     high_normals
-              source of its normals: "auto" (its own; if it has none, smooth for scans, with hard edges for hard
-              surfaces, as the angles at its edges show), "file" (smooth if it has none), "smooth", "flat", or an angle
-              in degrees from which on edges are hard
+              source of its normals: "auto" (the mesh's own; if it has none, smooth normals for scans, and hard edges for
+              hard surfaces, as the angles at its edges suggest), "file" (the mesh's own, else smooth), "smooth",
+              "flat", or the smallest angle in degrees at which edges are hard
 
     close(), or the end of a `with` block, frees its memory on the device; results remain valid.
     """
@@ -297,9 +300,9 @@ class Source:
 def _source_of(high: Any, device: str | int, progress: Any, high_normals: str | float | None = None) -> Source:
     if isinstance(high, Source):
         if high_normals is not None:
-            raise Error("high_normals: the source has its own: leave it out.", "usage", "usage", "high_normals")
+            raise Error("high_normals: this is a property of the source: leave it out.", "usage", "usage", "high_normals")
         if device != "":
-            raise Error("device: the source has its own: leave it out.", "usage", "usage", "device")
+            raise Error("device: this is a property of the source: leave it out.", "usage", "usage", "device")
         return high
     return Source(high, device=device, progress=progress, high_normals="auto" if high_normals is None else high_normals)
 
@@ -326,8 +329,8 @@ def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str
     return rows
 
 
-class Wanted(NamedTuple):
-    """Converts bake()'s arguments for the core."""
+class BakeRequest(NamedTuple):
+    """The arguments of bake(), converted for the extension module."""
 
     low: Mesh
     options: str
@@ -338,7 +341,7 @@ class Wanted(NamedTuple):
     textures: list[tuple[str, Any, str]]
 
 
-def wanted(
+def bake_request(
     low: Any,
     size: Any,
     maps: str | Sequence[str],
@@ -348,7 +351,7 @@ def wanted(
     textures: Mapping[str, Any] | None,
     keywords: Mapping[str, Any],
     **more: Any,
-) -> Wanted:
+) -> BakeRequest:
     occluders = [ao_occluders] if isinstance(ao_occluders, str) else list(ao_occluders)
     named = [item for item in occluders if isinstance(item, str) and item in ("high", "low")]
     others = [as_mesh(item, "ao_occluders") for item in occluders if not (isinstance(item, str) and item in named)]
@@ -358,7 +361,7 @@ def wanted(
     options = json_of({**checked({"size": size, "maps": names, "match": match, **keywords}), **more})
     low_mesh = as_mesh(low, "low")
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
-    return Wanted(low_mesh, options, cage, others, "high" in named, "low" in named, _textures_of(textures))
+    return BakeRequest(low_mesh, options, cage, others, "high" in named, "low" in named, _textures_of(textures))
 
 
 def bake(
@@ -382,18 +385,19 @@ def bake(
     high          a kiln.Source, or what kiln.as_mesh() takes: mesh, path, bytes, (vertices, faces), trimesh
     low           the same, with UVs; for one from simplify() or plan(), the search distance covers its deviation
     size          texels: one side, or (width, height), 1 to 16384
-    maps          names, such as ["normal", "ao", "color"]; "NAME=FILE.cl" is a map of your own, a program with your rights
-    match         method of matching ("ray", "closest", "visibility"...), or a kiln.Match; "auto": the cheapest that
-                  reaches max_error, and the smallest size up to `size`. report.plan has the choice
-    max_error     makes match "auto": mean angle between rendered normals, degrees, or text as of kiln.plan()
-    cage_mesh     a mesh to cast from, as the command's --cage-mesh
+    maps          names, such as ["normal", "ao", "color"]; "NAME=FILE.cl" is your own map, code that runs with your rights
+    match         method of matching ("ray", "closest", "visibility"...), or a kiln.Match; "auto": the cheapest match
+                  that reaches max_error, and the smallest size up to `size`; report.plan states the choice
+    max_error     largest mean angle between rendered normals in degrees, or a text as kiln.plan() takes it; implies
+                  match="auto"
+    cage_mesh     a mesh from which rays start, as the command's --cage-mesh
     ao_occluders  occluders of ao: "high", "low" and meshes
-    textures      pictures over the high poly's UVs by the map's name: (H, W, C), or with its kind, (pixels, "srgb"),
-                  "linear" or "normal"
-    high_normals  as kiln.Source takes it; without: "auto"
+    textures      textures on the high poly's UVs by the name of a map: (H, W, C), or a pair with the kind "srgb",
+                  "linear" or "normal", such as (pixels, "srgb")
+    high_normals  as kiln.Source takes it; default: "auto"
     device        as kiln.Source takes it
-    progress      called with (completed share, stage), ten times a second. False stops the bake; its exceptions
-                  propagate. Or a tqdm bar with a total of 1
+    progress      called with (completed share, stage), ten times a second. Returning False stops the bake;
+                  exceptions propagate. Or a tqdm bar with a total of 1
     keywords      the command's long flags with underscores: kiln.options() lists them. Lengths are numbers in world
                   units, or "2%" of the high poly's diagonal
 
@@ -412,7 +416,7 @@ def bake(
     if max_error is not None and match is None:
         method = "auto"
     bound = None if max_error is None else error_bound(max_error)
-    given = wanted(low, size, maps, method, cage_mesh, ao_occluders, textures, keywords, max_error=bound)
+    given = bake_request(low, size, maps, method, cage_mesh, ao_occluders, textures, keywords, max_error=bound)
     report = callback_of(progress)
     source = _source_of(high, device, report, high_normals)
     core = _core.bake(source._core, *given, saved, report)
@@ -421,12 +425,13 @@ def bake(
         if not made.report.plan["reached"] and max_error is not None:
             warn_not_reached(made.report.plan)
         return made
-    # Keeps no device memory alive: the source may be closed, or be temporary.
+    # Only weak references are kept, so that the source may be closed or temporary without keeping device memory.
     origin, mesh, opened = weakref.ref(source), source.mesh, source._device
     again: dict[str, Any] = {**keywords, "report_error": True}
     names = [maps] if isinstance(maps, str) else list(maps)
     named = [name for name, darkens in (("high", given.by_high), ("low", given.by_low)) if darkens]
-    baked = tuple(made)  # names alone: a reference cycle would keep the bake alive until the next collection
+    # keeps only the names: a reference cycle would keep the bake's memory until the next garbage collection
+    baked = tuple(made)
 
     def measured(name: str) -> Mapping[str, MapError]:
         if name not in baked:
@@ -455,7 +460,7 @@ def bake(
 
 
 def error_bound(max_error: str | float) -> str:
-    """Converts to the command's form: degrees of rendered normals, or bounds by map name."""
+    """Converts max_error to the command's form: degrees of rendered normals, or bounds by map name."""
     max_error = plain(max_error)
     if is_number(max_error):
         return f"normal={max_error!r}"
@@ -472,9 +477,9 @@ def error_bound(max_error: str | float) -> str:
 def warn_not_reached(chosen: Mapping[str, Any]) -> None:
     import warnings
 
-    text = f"The maps are {chosen['degrees']:.3g} degrees off, {chosen['wanted']:.3g} were asked for."
+    text = f"Rendered normals deviate by {chosen['degrees']:.3g} degrees, but {chosen['wanted']:.3g} were requested."
     if chosen["degrees"] <= chosen["wanted"]:
-        text = "A map is further off than max_error asks for: allow a larger size."
+        text = "A map exceeds its error in max_error: allow a larger size."
     warnings.warn(KilnWarning(text, "error-not-reached", 1), stacklevel=3)
 
 
@@ -503,7 +508,7 @@ def bake_sets(
     unknown = [name for name in sizes if name not in names and name not in [own for own, tile, mesh in parts]]
     if unknown:
         raise Error(
-            f"size: '{unknown[0]}' is no texture set of the low poly; they are {names}.", "usage", "usage", "size"
+            f"size: '{unknown[0]}' is no texture set of the low poly, which has {names}.", "usage", "usage", "size"
         )
     report = callback_of(keywords.pop("progress", None))
     source = _source_of(

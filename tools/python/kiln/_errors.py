@@ -60,7 +60,7 @@ class KilnWarning(UserWarning):
 
 
 def from_core(message: str, code: str, kind: str, facts: dict[str, Any]) -> Error:
-    """Creates the exception for a library error. facts: parameter, remedies, value and allowed"""
+    """Creates the exception for an error of the library. facts: parameter, remedies, value and allowed"""
     return (Cancelled if kind == "cancelled" else Error)(message, code, kind, **facts)
 
 
@@ -91,7 +91,7 @@ def path_of(given: Any, parameter: str = "path") -> str:
 
 
 def device_of(device: Any) -> str:
-    """Its name or index, as the library takes it. A name that no device has is an error at once, before any work."""
+    """Converts a device to its name or index for the library. Unknown names are rejected at once, before any work."""
     from . import _core
 
     if isinstance(device, str):
@@ -104,7 +104,7 @@ def device_of(device: Any) -> str:
     return str(operator.index(device))
 
 
-#: Other packages' words for arguments.
+#: Names of arguments in other packages.
 _OTHER_WORDS = {
     "size": ("texture_size",),
     "resolution": ("texture_size", "size"),
@@ -127,7 +127,7 @@ _OTHER_WORDS = {
 
 
 def unknown_keyword(name: str, function: str, own: Iterable[str], near: str | None) -> TypeError:
-    """The error of a keyword that a function does not have, with the one that was likely meant.
+    """Returns the error for an unknown keyword of a function, with a suggestion.
 
     own   the function's own parameters
     near  the nearest keyword of a bake; None or "": none is near
@@ -143,11 +143,11 @@ def unknown_keyword(name: str, function: str, own: Iterable[str], near: str | No
     return TypeError(text + (f"; did you mean {meant[0]}?" if meant else "; kiln.options() lists them"))
 
 
-#: What is baked at this moment of a low poly in texture sets, whose other sets have no UVs then.
+#: The texture set that is being baked. Triangles of other sets have no UVs then, which is no warning.
 texture_set: ContextVar[str] = ContextVar("texture_set", default="")
 
 
-#: True while a repeated bake must not repeat its warnings.
+#: True while a bake is repeated, so that its warnings are not issued again.
 quiet: ContextVar[bool] = ContextVar("quiet", default=False)
 
 
@@ -156,7 +156,7 @@ _untold: ContextVar[str | None] = ContextVar("untold", default=None)
 
 @contextmanager
 def untold(code: str | None) -> Iterator[None]:
-    """Suppresses warnings with a code."""
+    """Context in which warnings with a code are suppressed."""
     token = _untold.set(code)
     try:
         yield
@@ -171,7 +171,7 @@ def warn(code: str, message: str, count: int) -> None:
         if code == "uv-missing":
             return
         message = f"Texture set '{name}': {message}"
-    # The warning refers to the caller's line outside this package.
+    # The warning is attributed to the first caller outside this package.
     _warnings.warn(KilnWarning(message, code, count), stacklevel=_depth())
 
 

@@ -21,13 +21,13 @@ from ._surface import cleaned
 if TYPE_CHECKING:
     import numpy as np
 
-#: Maps that a GLB's material can reference, with their channels.
+#: Maps that a GLB's material can contain, with their numbers of channels.
 SLOTS = {"normal": 3, "ao": 1, "color": 3, "opacity": 1, "roughness": 1, "metallic": 1, "emission": 3}
-#: Maps that only materials of the high poly provide.
+#: Maps that only a material of the high poly can provide.
 OF_MATERIALS = ("roughness", "metallic", "emission")
 
 
-#: Extensions for compressed triangles, from which the arrays of a Glb cannot be read; listed in its JSON.
+#: Extensions of compressed triangles, which the arrays of a Glb cannot read, as they appear in its JSON.
 _PACKED = (b"EXT_meshopt_compression", b"KHR_draco_mesh_compression")
 
 
@@ -41,7 +41,7 @@ class Glb:
               radiance of the value 1 in the map emission
     bake      the kiln.Bake of the maps, with its report
     vertices, faces, uvs, normals, tangents
-              as renderers take them, with one list of indices: (V, 3), (F, 3), (V, 2) with the origin at the lower
+              as arrays for renderers, with one list of indices: (V, 3), (F, 3), (V, 2) with the origin at the lower
               left, (V, 3), and (V, 4) with the bitangent's sign
     """
 
@@ -120,7 +120,7 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
     def add(primitive: dict[str, Any], world: np.ndarray) -> None:
         nonlocal count
         attributes = primitive["attributes"]
-        if "TEXCOORD_0" not in attributes:  # a collision hull
+        if "TEXCOORD_0" not in attributes:  # a primitive without UVs is a collision hull
             return
         positions, normals, tangents = (values(attributes[name]) for name in ("POSITION", "NORMAL", "TANGENT"))
         faces = values(primitive["indices"]).reshape(-1, 3) + np.uint32(count)
@@ -247,13 +247,14 @@ def pack_glb(
 ) -> Glb:
     """Writes a mesh with UVs and your own maps as a GLB.
 
-    low           what kiln.as_mesh() takes, with UVs
-    maps          of normal, ao, color, opacity, roughness, metallic, emission: (H, W) or (H, W, C), uint8, or float in
-                  [0, 1], colours sRGB-encoded, row 0 at the top; none: {}. Of a kiln.Bake: {name: bake.stored(name)}
-    path          where to write it, too: NAME.glb
-    double_sided  back faces are shown: True or False; "auto": where views from outside see many, through the borders of
-                  an open mesh, which is the warning `double-sided`
-    alpha         with opacity: mask or blend
+    low           the mesh, as kiln.as_mesh() takes it, with UVs
+    maps          a dict of maps by name: normal, ao, color, opacity, roughness, metallic, emission; each (H, W) or
+                  (H, W, C), uint8, or float in [0, 1], colours sRGB-encoded, row 0 at the top; may be empty. The maps
+                  of a kiln.Bake are {name: bake.stored(name)}
+    path          also write the GLB to this file, NAME.glb
+    double_sided  whether back faces are shown: True, False, or "auto": if views from outside see many of them through
+                  borders of an open mesh, which gives the warning `double-sided`
+    alpha         alpha mode if there is a map opacity: mask or blend
 
     Returns a kiln.Glb. Raises kiln.Error.
 
@@ -307,18 +308,18 @@ def _check_output(path: str | os.PathLike[str] | None, alpha: str) -> None:
     if path is not None:
         if Path(path_of(path)).suffix.lower() not in ("", ".glb"):
             raise Error(f"path: '{path}' would hold a GLB: name it .glb.", "output-name", "usage", "path")
-        _core.prepare_file(path_of(path))  # its folder is made, as by the command
+        _core.prepare_file(path_of(path))  # the folder is created, as the command does
     if not isinstance(alpha, str) or alpha not in ("mask", "blend"):
         raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
 
 
 def _sides_of(double_sided: Any) -> str:
-    """As the command takes it."""
+    """Converts double_sided to a value of the command's flag."""
     if double_sided is None or double_sided is True or double_sided is False:
         return {None: "auto", True: "yes", False: "no"}[double_sided]
     if isinstance(double_sided, str) and double_sided in ("auto", "yes", "no"):
         return double_sided
-    if type(double_sided).__name__ in ("bool", "bool_"):  # NumPy's
+    if type(double_sided).__name__ in ("bool", "bool_"):  # NumPy's booleans
         return "yes" if double_sided else "no"
     text = f'double_sided: {double_sided!r}: give True, False or "auto".'
     raise Error(text, "option-type", "usage", "double_sided", repr(double_sided), "True, False, auto")
@@ -358,47 +359,51 @@ def to_glb(
     progress: Any = None,
     **keywords: Any,
 ) -> Glb:
-    """Turns a dense mesh into a GLB of a light one with baked maps.
+    """Converts a dense mesh to a GLB of a light one with baked maps.
 
-    vertices, faces  (V, 3) and (F, 3); or what kiln.as_mesh() takes alone
-    colors           (V, 3) or (V, 4) of the vertices, sRGB-encoded: uint8, or float in [0, 1]
-    faces_target     triangles of the light mesh; without: 10,000. A mesh with fewer keeps them all
-    max_error        instead of faces_target: how near rendered normals come, such as "normal=3deg"; see kiln.plan()
-    max_bytes        the most bytes of the file, such as 500_000 or "500K": the least rendered error that fits. Triangles
-                     (without faces_target), sizes and encodings of pictures follow: PNG and JPEG, or `format` alone
-    texture_size     texels a side; with max_error or max_bytes, the most
-    maps             of normal, ao, color, opacity, and roughness, metallic, emission of materials; without: normal and
-                     ao, and what vertices and materials have, their normal maps and occlusion, too; with `sample`,
-                     normal and ao
-    sample           called once with the places of all texels on the dense mesh, (N, 3) float64; returns (N, 3)
-                     colours, (N, 4) with opacity, or a dict: color, emission (N, 3), opacity, roughness, metallic
-                     (N,), all in [0, 1], colours sRGB-encoded
-    path             where to write it, too: NAME.glb
-    format           of the pictures: png, webp or jpeg (what has alpha, and normals: png); without: png
-    quality          1 to 100: colours, emission, occlusion, roughness and metalness lose something, in webp or jpeg
-    normal_error     normals lose something, too: degrees that they may be off in the mean
-    dither           on, off or auto: where rounding to 8 bits would leave bands; without: auto
+    vertices, faces  arrays (V, 3) and (F, 3); or only `vertices`: what kiln.as_mesh() takes
+    colors           colours of the vertices, (V, 3) or (V, 4), sRGB-encoded: uint8, or float in [0, 1]
+    faces_target     number of triangles of the light mesh; default: 10,000. A mesh with fewer triangles keeps them all
+    max_error        instead of faces_target: the largest error of rendered normals, such as "normal=3deg"; see
+                     kiln.plan()
+    max_bytes        the largest size of the file, such as 500_000 or "500K". Within it, Kiln minimises the rendered
+                     error: it chooses the number of triangles (without faces_target), and the sizes and encodings of
+                     the pictures: PNG and JPEG, or only `format`
+    texture_size     texels per side of the maps; with max_error or max_bytes, the largest size
+    maps             names of maps: normal, ao, color, opacity; and roughness, metallic, emission from materials.
+                     Default: normal and ao, and all maps that vertices and materials provide, including their normal
+                     maps and occlusion; with `sample`, normal and ao
+    sample           a function that is called once with the points of the dense mesh for all texels, (N, 3) float64. It
+                     returns colours (N, 3), colours with opacity (N, 4), or a dict: color, emission (N, 3), opacity,
+                     roughness, metallic (N,), all in [0, 1], colours sRGB-encoded
+    path             also write the GLB to this file, NAME.glb
+    format           format of the pictures: png (default), webp or jpeg. With jpeg, pictures with alpha and normal maps
+                     are png
+    quality          quality of lossy webp or jpeg, 1 to 100, for all pictures except normal maps
+    normal_error     makes normal maps lossy, too: the largest mean error in degrees
+    dither           on, off, or auto (default): dither if rounding to 8 bits would leave visible steps
     fallback_textures
-                     PNGs stand beside WebPs, so that readers need no extension
-    mesh_compression of the triangles: meshopt, draco or none, which is the default
-    double_sided     back faces are shown: True or False; "auto": where the dense mesh's materials show them, and, without
-                     such materials, where views from outside see many through the borders of an open mesh, which is the
-                     warning `double-sided`
-    alpha            with opacity: mask or blend; without: as the dense mesh's materials have it, with their cutoffs;
-                     mask where none is transparent
+                     store each WebP as PNG, too, so that readers need no extension
+    mesh_compression compression of the triangles: meshopt, draco or none (default)
+    double_sided     whether back faces are shown: True, False, or "auto": if materials of the dense mesh show them; and
+                     without such materials, if views from outside see many of them through borders of an open mesh,
+                     which gives the warning `double-sided`
+    alpha            alpha mode if there is opacity: mask or blend. Default: the modes and cutoffs of the dense mesh's
+                     materials, or mask if none of them is transparent
     weld, orient, fill_holes, drop_floaters, drop_hidden
-                     as kiln.clean() takes them, which is called first; with the map opacity, nothing hidden is dropped
+                     repairs before everything else, as kiln.clean() takes them; with the map opacity, hidden parts
+                     are kept
     screen, max_outline
                      with max_error: as kiln.plan() takes them
     high_normals     as kiln.Source takes it
-    name             of the mesh and its material; without: the dense mesh's
+    name             name of the mesh and its material; default: the dense mesh's name
     up               the axis that points up in arrays, and in files that do not state theirs: x, y, z, -x, -y or -z
     progress         as bake() takes it
     keywords         as bake() takes them: match, samples, fallback... Ambient occlusion is smoothed (ao_error=1)
-                     where none of ao_rays, ao_error, ao_by and ao_views is given, as in the command's GLB
+                     unless ao_rays, ao_error, ao_by or ao_views is given, as in the command's GLB
 
-    It is the job of `kiln bake HIGH --sets one --out NAME.glb`: of a file, its nodes and materials stay, and the bytes
-    are the command's. Repairs are warnings. Returns a kiln.Glb.
+    This runs the job of `kiln bake HIGH --sets one --out NAME.glb`: nodes and materials of a file are kept, and the
+    bytes are those of the command. Repairs give warnings. Returns a kiln.Glb.
     """
     sides = _sides_of(double_sided)
     if faces is not None and hasattr(faces, "__index__") and not getattr(faces, "ndim", 0):
@@ -476,7 +481,7 @@ def to_glb(
 
 
 def _maps_of(maps: Sequence[str] | None, samples: bool) -> tuple[list[str] | None, set[str]]:
-    """The requested maps, or None for those of the materials; and the maps that are not baked only for others."""
+    """Returns the requested maps, or None for those of the materials; and the maps that are baked only for other maps."""
     if maps is None:
         return (["normal", "ao"] if samples else None), set()
     wanted = [maps] if isinstance(maps, str) else list(maps)
@@ -484,7 +489,7 @@ def _maps_of(maps: Sequence[str] | None, samples: bool) -> tuple[list[str] | Non
 
 
 def _file_of(given: Any) -> tuple[str | None, object]:
-    """The file that a high poly is, and what it lives as long as; None: it is a mesh in memory."""
+    """Returns the file of a high poly, and an object that keeps a temporary file alive; None for a mesh in memory."""
     data = scene_data(given)
     if data is not None:
         return kept_file(data)
@@ -502,7 +507,7 @@ def _text_of(given: Any, parameter: str) -> str:
 
 
 def _name_of(path: str | os.PathLike[str] | None, mesh: Mesh | None, file: str | None) -> str:
-    """The name of a GLB, which its low poly gets, too."""
+    """Returns the name of a GLB, which is also the name of its low poly."""
     if path is not None:
         name = Path(path_of(path))
         return str(name if name.suffix else name.with_name(name.name + ".glb"))
@@ -512,11 +517,11 @@ def _name_of(path: str | os.PathLike[str] | None, mesh: Mesh | None, file: str |
 
 
 def _pictures_of(baked: Bake, left_out: set[str]) -> tuple[dict[str, np.ndarray], float]:
-    """The maps as a material has them, and what 1 of emission stands for."""
+    """Returns the maps as pictures of a material, and the emission that the value 1 represents."""
     files, strength, _ = _core.asset_maps(baked._core, list(SLOTS), "gutter" not in baked._keywords)
     if "normal" in left_out and "normals" not in baked:
         files.pop("normal", None)
-    # A slot of one channel stores the first.
+    # The slot uses the first of the file's channels.
     return {name: file[:, :, : SLOTS[name]].copy() for name, file in files.items()}, strength
 
 

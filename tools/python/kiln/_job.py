@@ -54,7 +54,7 @@ def run(
 ) -> JobResult:
     """Runs a job like `kiln bake`, with its options as keywords.
 
-    job        a dict of options, or a JSON text of one; keyword arguments go before it
+    job        a dict of options, or its JSON text; keyword arguments take precedence
     high, low  a path, a list of paths, or a mesh as kiln.as_mesh() takes it. Without low, Kiln makes it (faces=, max_error=)
     out        a folder, or NAME.glb, NAME.gltf or NAME.obj
     options    flags of `kiln bake` with underscores: faces=5000, maps=["normal", "ao"], max_distance="2%";
@@ -68,7 +68,7 @@ def run(
         try:
             job = json.loads(job)
         except ValueError as error:
-            raise Error(f"job: it is no JSON ({error}).", "option-type", "usage", "job") from None
+            raise Error(f"job: it is not valid JSON ({error}).", "option-type", "usage", "job") from None
     if job is not None and not isinstance(job, Mapping):
         raise Error(f"job: expected a dict or JSON of an object, not {type(job).__name__}.", "option-type", "usage", "job")
     given = {**(job or {}), **options}
@@ -80,7 +80,7 @@ def run(
 
 
 def _is_file(given: Any) -> bool:
-    """Files, which the job reads itself, or nothing."""
+    """True for paths, which the job reads itself, and for None."""
     files = given if isinstance(given, (list, tuple)) else [given]
     return given is None or all(isinstance(file, (str, os.PathLike)) for file in files)
 

@@ -40,7 +40,7 @@ class NormalError(float):
 
 
 def _check_layout(low: _core.Mesh, normal: Any) -> None:
-    """Warns if a bake belongs to another low poly: its map is empty at the centres of triangles."""
+    """Warns if a bake seems to belong to another low poly: if its map is empty at the centres of many triangles."""
     import numpy as np
 
     if not isinstance(normal, Bake) or low.uvs is None or low.uv_faces is None:
@@ -54,22 +54,22 @@ def _check_layout(low: _core.Mesh, normal: Any) -> None:
     seen = (texels >= 4) & np.all((middles >= 0) & (middles < 1), axis=1)
     columns = (middles[seen, 0] * width).astype(np.int64)
     rows = ((1 - middles[seen, 1]) * height).astype(np.int64).clip(0, height - 1)
-    empty = ~np.isin(coverage[rows, columns], (1, 2))  # neither baked nor missed
+    empty = ~np.isin(coverage[rows, columns], (1, 2))  # the texel is neither baked nor missed
     if empty.sum() > 0.1 * empty.size:
-        text = f"{100 * empty.mean():.0f}% of the low poly's triangles lie where the map has nothing: it is a bake of "
-        warn("other-layout", text + "another low poly, or of other UVs.", int(empty.sum()))
+        text = f"{100 * empty.mean():.0f}% of the low poly's triangles lie where the map is empty: the bake belongs to "
+        warn("other-layout", text + "another low poly, or to other UVs.", int(empty.sum()))
 
 
 def _as_baked(
     normal: Any, space: str | None, flip_y: bool | None, bitangent: str | None
 ) -> tuple[Any, str, bool, str]:
-    """A normal map's pixels, and their encoding."""
+    """Returns the pixels of a normal map, and their encoding."""
     pixels = normal
     if isinstance(normal, Bake):
         pixels = normal["normal"]
         baked = normal._keywords
         if baked.get("raw") or baked.get("two_component"):
-            raise Error("normal: raw and two-component maps cannot be drawn: bake without.", "usage", "usage", "normal")
+            raise Error("normal: raw and two-component maps cannot be rendered: bake without these options.", "usage", "usage", "normal")
         space = space if space is not None else baked.get("space")
         flip_y = flip_y if flip_y is not None else baked.get("flip_y")
         bitangent = bitangent if bitangent is not None else baked.get("bitangent")

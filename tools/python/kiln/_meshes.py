@@ -13,7 +13,7 @@ from ._errors import Error, path_of, warn
 def load(
     path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int = 0, up: str | None = None
 ) -> Mesh:
-    """Reads a mesh: PLY, OBJ, STL, OFF, glTF, and FBX, DAE, 3DS and X where they were built in.
+    """Reads a mesh: PLY, OBJ, STL, OFF, glTF, and, if the build includes them, FBX, DAE, 3DS and X.
 
     triangulate  how polygons become triangles: auto, blender, fan or shortest
     uv_set       of several sets of UVs in a glTF
@@ -25,7 +25,7 @@ def load(
 
 
 def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
-    """A kiln.Mesh of a mesh, a file's path, a file's bytes, (vertices, faces), or an object of trimesh's kind: a
+    """Converts a mesh, a file's path, a file's bytes, (vertices, faces), or an object like trimesh's to a kiln.Mesh: a
     Trimesh, or a Scene with its materials.
 
     up  the axis that points up in arrays and in files that do not state theirs: x, y, z, -x, -y or -z; without: y
@@ -35,7 +35,7 @@ def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
     (1, 3)
     """
     if up is not None and isinstance(getattr(given, "mesh", given), Mesh):
-        text = "up: the mesh was made already: give up to kiln.Mesh(), which turns its arrays."
+        text = "up: this is already a kiln.Mesh: give up to kiln.Mesh() instead, which rotates its arrays."
         raise Error(text, "option-contradiction", "usage", "up")
     if isinstance(given, Mesh):
         return given
@@ -53,9 +53,10 @@ def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
         return _core.load_bytes(data, "mesh" + _extension(data))
     if isinstance(given, (tuple, list)) and len(given) == 2:
         return Mesh(given[0], given[1], up=up or "y")
-    if isinstance(getattr(given, "mesh", None), Mesh):  # kiln.Glb
+    if isinstance(getattr(given, "mesh", None), Mesh):  # a kiln.Glb
         return given.mesh  # type: ignore[no-any-return]
-    if hasattr(given, "geometry") and hasattr(given, "to_mesh"):  # a scene with colours of vertices
+    # a scene, unless its vertices have colours
+    if hasattr(given, "geometry") and hasattr(given, "to_mesh"):
         given = given.to_mesh()
     if hasattr(given, "vertices") and hasattr(given, "faces"):
         return _of_object(given, parameter not in ("low", "cage_mesh", "ao_occluders"), up)
@@ -75,14 +76,14 @@ def as_high(given: Any, high_normals: str | float = "auto", parameter: str = "hi
 
 
 def _of_glb(data: bytes) -> Mesh:
-    """Reads a temporary file of the bytes, which lives as long as the mesh, since bakes read its textures."""
+    """Reads a mesh from bytes by a temporary file. The file exists as long as the mesh, since bakes read its textures."""
     file, kept = kept_file(data)
     return _core.load_file(file, "auto", 0, kept)
 
 
 def scene_data(given: Any) -> bytes | None:
-    """The GLB of a trimesh.Scene, with its hierarchy and materials; None: it is none, or has colours of vertices, which
-    trimesh writes otherwise than glTF has them."""
+    """Returns the GLB of a trimesh.Scene, with its hierarchy and materials. None if the object is no scene, or if it
+    has vertex colours, which trimesh does not write as glTF defines them."""
     if not (hasattr(given, "geometry") and hasattr(given, "graph") and hasattr(given, "export")):
         return None
     meshes = [each for each in given.geometry.values() if hasattr(each, "faces")]
@@ -95,7 +96,7 @@ def scene_data(given: Any) -> bytes | None:
 
 
 def kept_file(data: bytes, extension: str = ".glb") -> tuple[str, object]:
-    """A mesh's file, and what it lives as long as."""
+    """Writes bytes to a temporary file. Returns the file, and an object that keeps it alive."""
     import shutil
     import tempfile
     import weakref
@@ -110,7 +111,7 @@ def kept_file(data: bytes, extension: str = ".glb") -> tuple[str, object]:
 
 
 class _Kept:
-    """An object that a mesh references, so that a function runs when the mesh is freed."""
+    """An object to which a mesh refers, so that a function runs when the mesh is freed."""
 
 
 def _extension(data: bytes) -> str:
@@ -125,14 +126,14 @@ def _extension(data: bytes) -> str:
     return ".obj"
 
 
-#: Members of a trimesh material that Kiln reads.
+#: Members of a trimesh material that are read.
 _FACTORS = ("baseColorFactor", "metallicFactor", "roughnessFactor", "emissiveFactor")
 _PICTURES = ("baseColorTexture", "metallicRoughnessTexture", "normalTexture", "occlusionTexture", "emissiveTexture")
 
 
 def _of_object(given: Any, with_material: bool, up: str | None = None) -> Mesh:
-    """Duck typing of trimesh.Trimesh: visual.uv, visual.vertex_colors, the vertices' own normals, and the material. What
-    is left out is told."""
+    """Converts an object like trimesh.Trimesh: visual.uv, visual.vertex_colors, explicit vertex normals, and the
+    material. Warnings state what is left out."""
     visual = getattr(given, "visual", None)
     uvs = getattr(visual, "uv", None)
     colors = None
@@ -141,10 +142,10 @@ def _of_object(given: Any, with_material: bool, up: str | None = None) -> Mesh:
     elif getattr(visual, "kind", None) == "face":
         warn(
             "colors-left-out",
-            "The mesh has colours of faces, which are not taken: give each face vertices of its own, with their colours.",
+            "The mesh has colours of faces, which are not read: give each face separate vertices, with their colours.",
             len(given.faces),
         )
-    # Computed normals are redundant; explicit ones from a file are in the cache.
+    # Computed normals are redundant and are not read; explicit ones from a file are in the cache.
     cache = getattr(given, "_cache", None)
     normals = None
     if cache is not None and "vertex_normals" in getattr(cache, "cache", {}):
@@ -159,7 +160,7 @@ def _of_object(given: Any, with_material: bool, up: str | None = None) -> Mesh:
 
 
 def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
-    """Adds a trimesh material by way of a GLB of one triangle."""
+    """Adds a trimesh material, which a GLB of one triangle transports."""
     if hasattr(material, "diffuse") and hasattr(material, "to_pbr"):
         material = _pbr_of_simple(material)
     pictures = [name for name in _PICTURES if getattr(material, name, None) is not None]
@@ -184,11 +185,11 @@ def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
         if all(name.encode() in data for name in pictures):
             beside = getattr(visual, "vertex_attributes", {}).get("color")
             if beside is not None and (beside != beside.dtype.type(1 if beside.dtype.kind == "f" else 255)).any():
-                warn("colors-left-out", "The mesh has colours of vertices beside its material, which are not taken.", 1)
+                warn("colors-left-out", "The mesh has vertex colours in addition to its material, which are not read.", 1)
             return _core.with_material(mesh, _of_glb(data))
     warn(
         "material-left-out",
-        "The mesh's material is not taken, only its shape and UVs: give mesh.export(file_type='glb', "
+        "The mesh's material is not read, only its shape and UVs: pass mesh.export(file_type='glb', "
         "include_normals=True) in its place, or its picture as textures={'color': ...} of kiln.bake().",
         1,
     )

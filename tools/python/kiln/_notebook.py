@@ -1,4 +1,4 @@
-"""How a Mesh, a Bake and a Glb show themselves in a notebook: small pictures, a few hundred KB at most."""
+"""Shows a Mesh, a Bake or a Glb in a notebook as small pictures, of a few hundred KB at most."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MAX_FACES = 2_000_000  #: larger meshes are not rendered to be shown
 
 
 def _small(pixels: np.ndarray, longest: int) -> np.ndarray:
-    """Three channels, at most so large: means of squares of texels."""
+    """Reduces an image to three channels and at most `longest` pixels per side, by averaging blocks of texels."""
     import numpy as np
 
     height, width = pixels.shape[:2]
@@ -40,7 +40,7 @@ def _png(pixels: np.ndarray) -> bytes:
 
 
 def _view(mesh: Mesh, normal: Any = None) -> bytes | None:
-    """A rendered picture; None: the mesh is too large, or there is no device."""
+    """Renders a mesh to a PNG; None if the mesh is too large, or there is no device."""
     if len(mesh.faces) > _MAX_FACES:
         return None
     from ._measure import render
@@ -103,7 +103,7 @@ def _bake_html(bake: Bake) -> str:
 
 
 def install() -> None:
-    """Gives the classes what notebooks call."""
+    """Adds the methods that notebooks call to the classes."""
     classes: Any = Mesh, Glb, Bake
     mesh, glb, bake = classes
     mesh._repr_png_, mesh._repr_html_ = _view, _mesh_html

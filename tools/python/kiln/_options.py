@@ -15,7 +15,7 @@ _known: dict[str, bool] = {}
 
 
 def options() -> dict[str, str]:
-    """The keywords of bake() with the help texts of the command.
+    """Returns the keywords of bake() with the help texts of the command.
 
     >>> import kiln
     >>> "samples" in kiln.options()
@@ -25,7 +25,7 @@ def options() -> dict[str, str]:
 
 
 def checked(given: Mapping[str, Any], function: str = "bake", own: Iterable[str] = ()) -> dict[str, Any]:
-    """The keywords of a bake that have a value. Raises TypeError for one that there is not.
+    """Returns the keywords that have a value. Raises TypeError for unknown ones.
 
     function, own  whose keywords they are, and its own parameters: for messages
     """
@@ -40,7 +40,7 @@ def checked(given: Mapping[str, Any], function: str = "bake", own: Iterable[str]
 
 
 def json_of(options: Mapping[str, Any]) -> str:
-    """The JSON of options and their values."""
+    """Converts options and their values to JSON."""
     return json.dumps({name: _value(name, value) for name, value in options.items() if value is not None})
 
 
@@ -66,7 +66,8 @@ def _value(name: str, value: Any) -> Any:
     if isinstance(value, Mapping) and value:
         return {str(key): _value(name, part) for key, part in value.items()}
     if is_number(value):
-        # JSON cannot represent these numbers. As text, they reach the library, whose error names the option.
+        # JSON cannot represent infinite and huge numbers, so they become text; the library's error
+        # then names the option.
         return value if math.isfinite(value) and abs(value) < 2**63 else repr(value)
     if isinstance(value, bool) or (isinstance(value, str) and value):
         return value

@@ -62,13 +62,13 @@ def plan(
     if not chosen["reached"]:
         import warnings
 
-        text = f"The low poly and its maps are {chosen['degrees']:.3g} degrees off, {chosen['wanted']:.3g} were asked for."
+        text = f"Rendered normals deviate by {chosen['degrees']:.3g} degrees, but {chosen['wanted']:.3g} were requested."
         warnings.warn(KilnWarning(text, "error-not-reached", 1), stacklevel=2)
     return Plan(mesh, None if core is None else Bake(core, keywords), chosen)
 
 
 def screen_of(screen: int | str | None) -> str | None:
-    """Converts the size on screen to a job's form."""
+    """Converts the size on screen to the form that a job takes."""
     if screen is None or isinstance(screen, str):
         return screen
     return f"{count_of(screen, 'screen', 16, 16384)}px"

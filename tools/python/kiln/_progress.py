@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 
 
 def callback_of(progress: Any) -> Callable[[float, str], object] | None:
@@ -25,8 +25,8 @@ def callback_of(progress: Any) -> Callable[[float, str], object] | None:
     return move
 
 
-def done(report: Callable[[float, str], object] | None, made: Made) -> Made:
-    """Reports completion to the callback, which some library calls omit, and returns the result."""
+def done(report: Callable[[float, str], object] | None, made: Result) -> Result:
+    """Reports completion to the callback, since some library calls do not, and returns the result."""
     if report is not None:
         report(1.0, "done")
     return made

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from . import _core
-from ._bake import Bake, _source_of, wanted
+from ._bake import Bake, _source_of, bake_request
 from ._core import Match, Mesh
 from ._errors import Error, count_of, device_of
 from ._meshes import as_high, as_mesh
@@ -22,13 +22,13 @@ class BakeSession:
     """A bake of a moving high poly. Data stay on the device, and only affected texels are baked again.
 
     high, low, size, maps, match, cage_mesh, ao_occluders, textures, device, keywords
-              as bake() takes them. Left out: match="auto" and a kiln.Match, cage="auto", report_error, recall,
+              as bake() takes them. Not supported: match="auto", a kiln.Match, cage="auto", report_error, recall,
               fallback_blend, visibility_clusters
-    bounds    two corners, world units: the box that the high poly moves in, whose diagonal lengths in % are of.
-              Vertices may leave it, but not by more than about half its size. Without: the mesh's own at first
+    bounds    two corners, world units: the box within which the high poly moves. Its diagonal is the reference of
+              lengths in %. Vertices may leave it by about half its size. Default: the box of the initial mesh
     high_normals
-              as kiln.Source takes it. Smooth normals of a mesh that has none follow its positions; those that "auto"
-              makes for a hard surface stay: "file" has them follow, smooth everywhere
+              as kiln.Source takes it. If the mesh has no normals, smooth ones are updated with its positions. Normals
+              that "auto" computes for a hard surface are not; use "file" for smooth ones, which are
 
     With match="uv", texels whose triangles changed are baked again; other matches match all texels again. The bytes are
     equal to kiln.Source(session.mesh, bounds=session.bounds).bake(low, ...), and thus to kiln.bake() while the mesh's
@@ -50,7 +50,7 @@ class BakeSession:
     """
 
     class Update(NamedTuple):
-        """Statistics of one bake()."""
+        """Statistics of one call of bake()."""
 
         triangles: int  #: of the high poly with changed corners or normals
         texels: int  #: texels that were baked again
@@ -75,10 +75,10 @@ class BakeSession:
         **keywords: Unpack[Keywords],
     ) -> None:
         if keywords.get("recall"):
-            text = "recall: a session does not look for what no texel stands for: leave it out, or call bake()."
+            text = "recall: a session does not measure lost detail: leave it out, or call bake()."
             raise Error(text, "option-contradiction", "usage", "recall")
         self._keywords: Mapping[str, Any] = keywords
-        given = wanted(low, size, maps, match, cage_mesh, ao_occluders, textures, keywords)
+        given = bake_request(low, size, maps, match, cage_mesh, ao_occluders, textures, keywords)
         self._core = _core.BakeSessionCore(as_high(high, high_normals), *given, bounds, device_of(device))
 
     def set_positions(self, positions: Any, first: int | None = None) -> None:
@@ -138,7 +138,7 @@ class BakeSession:
 
 
 def _no_errors(name: str) -> NoReturn:
-    text = "report: a session measures no errors: kiln.Source(session.mesh, bounds=session.bounds).bake() does."
+    text = "report: a session does not measure errors: use kiln.Source(session.mesh, bounds=session.bounds).bake()."
     raise Error(text, "option-contradiction", "usage", "report")
 
 
@@ -165,7 +165,7 @@ class ViewSession:
     """
 
     class Step(NamedTuple):
-        """Gain of one view."""
+        """The improvement by one view."""
 
         samples: int  #: of the low poly
         decided: int  #: by any view so far
