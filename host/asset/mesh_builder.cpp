@@ -11,6 +11,7 @@
 #include "base/formatted.h"
 #include "base/parallel.h"
 #include "io/file/bounds.h"
+#include "mesh/box.h"
 #include "mesh/frame.h"
 #include "mesh/polygon.h"
 #include "mesh/smoothing_groups.h"
@@ -25,7 +26,7 @@ constexpr std::uint64_t kMaxCount = 0x7FFFFFFFu;
 
 Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
 
-std::string coordinates(const std::array<double, 3>& p) { return place_text(p[0], p[1], p[2]); }
+std::string coordinates(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
 Vec3 unit_or_zero(const Vec3& n) {
   const double x = n.x, y = n.y, z = n.z;
@@ -331,7 +332,7 @@ void MeshBuilder::check_finite() const {
   const auto first = std::find_if(positions.begin(), positions.end(), is_bad);
   input_.warn("non-finite-vertices",
               std::to_string(bad) + " vertices have a NaN or infinite coordinate (vertex " +
-                  std::to_string(first - positions.begin()) + ": " + coordinates(*first) +
+                  std::to_string(first - positions.begin()) + ": " + coordinates(vector_of(*first)) +
                   "); they were kept, and triangles at them are skipped.",
               bad);
 }
@@ -343,31 +344,28 @@ bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
 }
 
 /// Box of the triangles with area; without any, of all finite vertices.
-MeshBuilder::Box MeshBuilder::box() const {
-  Box whole;
+Box<Vec3d> MeshBuilder::box() const {
+  Box<Vec3d> whole;
   std::mutex mutex;
   parallel_for(triangles_.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
-    Box part;
+    Box<Vec3d> part;
     for (std::size_t t = begin; t < end; ++t) {
       if (!has_area_in_file(t)) continue;
-      for (const std::uint32_t corner : triangles_[t]) part.add(positions[corner]);
+      for (const std::uint32_t corner : triangles_[t]) part.add(vector_of(positions[corner]));
     }
     const std::lock_guard lock(mutex);
-    for (std::size_t k = 0; k < 3; ++k) {  // an empty part has no box
-      whole.low[k] = std::min(whole.low[k], part.low[k]);
-      whole.high[k] = std::max(whole.high[k], part.high[k]);
-    }
+    whole.join(part);
   });
-  if (whole.low[0] <= whole.high[0]) return whole;
+  if (!whole.is_empty()) return whole;
   for (const Position& p : positions) {
-    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) whole.add(p);
+    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) whole.add(vector_of(p));
   }
   return whole;
 }
 
 void MeshBuilder::place(Mesh& mesh) {
   check_finite();
-  const Box used = box();
+  const Box<Vec3d> used = box();
   const auto& [low, high] = used;
   Position centre{}, size{};
   double extent = 0;
@@ -441,9 +439,9 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
 }
 
 /// Collapses the corners of a distant triangle without area: rounding could give it a large area.
-void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
+void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box<Vec3d>& used) {
   if (std::all_of(positions.begin(), positions.end(),
-                  [&](const Position& p) { return used.contains(p); })) {
+                  [&](const Position& p) { return used.contains(vector_of(p)); })) {
     return;
   }
   // Relative error of floats written with nine digits.
@@ -461,7 +459,7 @@ void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     Triangle& corners = triangles_[t];
     const bool outside = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
-      return !used.contains(positions[corner]);
+      return !used.contains(vector_of(positions[corner]));
     });
     if (outside && has_area(mesh.positions, corners) && !has_area_in_file(t) &&
         std::any_of(corners.begin(), corners.end(), is_rounded)) {

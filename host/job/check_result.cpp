@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "job/high_poly_input.h"
+#include "mesh/box.h"
 #include "options/parse.h"
 
 namespace kiln {
@@ -53,29 +54,22 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
 /// Explains a mismatch of the meshes' bounding boxes; empty if they match. \param moved true to report a displacement,
 /// too
 Message why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
-  struct Box {
-    std::array<double, 3> lo{}, hi{};
-    double diagonal = 0;
-  };
   const auto box_of = [](const Mesh& mesh) {
     const Bounds own = Bounds::of(mesh);
-    Box box;
-    double squared = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.lo[k] = mesh.origin[k] + own.low[k];
-      box.hi[k] = mesh.origin[k] + own.high[k];
-      squared += std::pow(box.hi[k] - box.lo[k], 2);
+    Box<Vec3d> box;
+    for (int k = 0; k < 3; ++k) {
+      box.low[k] = mesh.origin[static_cast<std::size_t>(k)] + own.low[static_cast<std::size_t>(k)];
+      box.high[k] =
+          mesh.origin[static_cast<std::size_t>(k)] + own.high[static_cast<std::size_t>(k)];
     }
-    box.diagonal = std::sqrt(squared);
     return box;
   };
-  const auto extents = [](const Box& box) {
-    return std::array<double, 3>{box.hi[0] - box.lo[0], box.hi[1] - box.lo[1],
-                                 box.hi[2] - box.lo[2]};
+  const auto extents = [](const Box<Vec3d>& box) {
+    const Vec3d size = box.size();
+    return std::array<double, 3>{size.x, size.y, size.z};
   };
-  const Box a = box_of(high);
-  const Box b = box_of(low);
-  const double ratio = b.diagonal / a.diagonal;
+  const Box<Vec3d> a = box_of(high), b = box_of(low);
+  const double ratio = b.diagonal() / a.diagonal();
   if (ratio > 3 || ratio < 1 / 3.0) {
     const double power = std::pow(10, std::round(std::log10(ratio)));
     const bool units = std::abs(ratio / power - 1) < 0.05;  // centimetres beside metres
@@ -87,16 +81,13 @@ Message why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
                                 : ", and swap " + axes + ", or say their " + option("unit") +
                                       " and " + option("up"));
   }
-  double squared = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    squared += std::pow((b.lo[k] + b.hi[k] - a.lo[k] - a.hi[k]) / 2, 2);
-  }
+  const double moved_by = length(b.center() - a.center());
   if (const std::string axes = swapped_axes(extents(a), extents(b), 1); !axes.empty()) {
     return "their boxes fit after swapping " + axes +
            "; export both with the same up axis, or say " + option("up");
   }
-  if (moved && std::sqrt(squared) > 0.1 * a.diagonal) {
-    return formatted("LOW lies %.4g units away from HIGH; move one of them", std::sqrt(squared));
+  if (moved && moved_by > 0.1 * a.diagonal()) {
+    return formatted("LOW lies %.4g units away from HIGH; move one of them", moved_by);
   }
   return {};
 }
