@@ -332,7 +332,8 @@ void MeshBuilder::check_finite() const {
   const auto first = std::find_if(positions.begin(), positions.end(), is_bad);
   input_.warn("non-finite-vertices",
               std::to_string(bad) + " vertices have a NaN or infinite coordinate (vertex " +
-                  std::to_string(first - positions.begin()) + ": " + coordinates(vector_of(*first)) +
+                  std::to_string(first - positions.begin()) + ": " +
+                  coordinates(vector_of(*first)) +
                   "); they were kept, and triangles at them are skipped.",
               bad);
 }
